@@ -11,7 +11,6 @@ from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_f
 if TYPE_CHECKING:
     from cad.quantity import Estimate
     from pipeline.measure.calibrating.calibration import Calibration
-    from pipeline.measure.calibrating.fruit_presses import ScaleFit
 
 PURPOSE = "find the springs of a printed unit from what was measured of it"
 EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
@@ -33,11 +32,17 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
+    from dataclasses import replace
+
     from cad.theory.contrast_law import ReadingError
     from pipeline.measure.calibrating.calibration import calibrated, measured_print, modulus_of_coupon
     from pipeline.measure.calibrating.fruit_presses import measured_fruit
+    from pipeline.measure.template import print_answer
+    from pipeline.measure.unit.printed_unit import unit_as_toml
     from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.report.stored import read_report
+    from pipeline.report.verdict_table import print_verdicts
+    from pipeline.storage.files import write_files
 
     if arguments.classes:
         ripeness_classes(arguments.classes)
@@ -57,137 +62,52 @@ def execute(arguments: Namespace) -> int:
     except ReadingError as error:
         msg = f"{arguments.measured}: {error}"
         raise InputError(msg) from error
-    _write(calibration, arguments)
+    if arguments.out is not None:
+        unit = replace(calibration.unit, classes=arguments.classes)
+        write_files({arguments.out: unit_as_toml(unit).encode()}, "--out", force=arguments.force)
     for assumed in calibration.assumed:
         print_error(f"note: {assumed}")
+    passed = all_passed(calibration.verdicts)
     with answering():
         if arguments.json:
             print_json(_as_mapping(calibration))
         else:
-            _print(calibration)
-    return PASSED if all_passed(calibration.verdicts) else FAILED
-
-
-def _write(calibration: "Calibration", arguments: Namespace) -> None:
-    """Write unit.toml where --out asks for it."""
-    from dataclasses import replace
-
-    from pipeline.measure.unit.printed_unit import unit_as_toml
-    from pipeline.storage.files import write_files
-
-    if arguments.out is not None:
-        unit = replace(calibration.unit, classes=arguments.classes)
-        write_files({arguments.out: unit_as_toml(unit).encode()}, "--out", force=arguments.force)
+            print_answer("calibrating/calibration.txt.j2", failed=passed is False, **vars(calibration))
+            print_verdicts("the unit against its design", calibration.verdicts)
+    return PASSED if passed else FAILED
 
 
 def _as_mapping(calibration: "Calibration") -> dict[str, object]:
-    from dataclasses import asdict
+    from pipeline.storage.plain import to_plain
 
-    unit = calibration.unit
+    unit = to_plain(calibration.unit)
     table = []
     for row in calibration.table:
+        with_design = None if row.with_design is None else 100.0 * row.with_design
         table.append(
             {
                 "E_MPa": row.E,
-                "F_N": list(row.forces),
+                "F_N": row.forces,
                 "P": row.P,
                 "u_percent": 100.0 * row.u,
-                "with_design_stiffness_percent": 100.0 * row.with_design,
+                "with_design_stiffness_percent": with_design,
             }
         )
-    trims = []
-    for tip, longer in zip(unit.tips, calibration.trims, strict=False):
-        trims.append({"tip": tip, "leaf_longer_mm": longer})
+    trims = zip(unit["tips"], calibration.trims, strict=False)
     data: dict[str, object] = {
-        "tips": list(unit.tips),
-        "method": unit.method,
-        "K_N_per_m": list(unit.K_N_per_m),
-        "K_percent": list(unit.K_percent),
+        **{key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent")},
         "design_K_N_per_m": [1e3 * K for K in calibration.nominal],
         "table": table,
-        "verdicts": [asdict(verdict) for verdict in calibration.verdicts],
-        "trims": trims,
-        **_channel_keys(calibration),
+        "verdicts": to_plain(calibration.verdicts),
+        "trims": [{"tip": tip, "leaf_longer_mm": longer} for tip, longer in trims],
     }
-    if calibration.scale is not None:
-        left_out = {f"{curve}_percent": 100.0 * error for curve, error in calibration.scale.left_out.items()}
-        data["scale"] = {**asdict(calibration.scale.scale), "fruit": calibration.scale.fruit, "left_out": left_out}
+    if calibration.channels is not None:
+        data["channels"] = {**to_plain(calibration.channels), "gain_percent": unit["gain_percent"]}
+    fit = calibration.scale
+    if fit is not None:
+        left_out = {f"{curve}_percent": 100.0 * error for curve, error in fit.left_out.items()}
+        data["scale"] = {**to_plain(fit.scale), "fruit": fit.fruit, "left_out": left_out}
     return data
-
-
-def _channel_keys(calibration: "Calibration") -> dict[str, object]:
-    channels = calibration.channels
-    if channels is None:
-        return {}
-    keys: dict[str, object] = {
-        "counts_per_N": channels.counts_per_N.tolist(),
-        "zero_counts": channels.zero_counts.tolist(),
-        "gain_percent": list(calibration.unit.gain_percent),
-        "crosstalk_percent": list(channels.crosstalk_percent),
-        "hysteresis_percent": list(channels.hysteresis_percent),
-        "drift_percent": list(channels.drift_percent),
-    }
-    return {"channels": keys}
-
-
-def _print(calibration: "Calibration") -> None:
-    """Print springs, table, verdicts and, where the unit misses its targets, how to trim it."""
-    from pipeline.report.verdict_table import print_verdicts
-
-    _print_springs(calibration)
-    _print_channels(calibration)
-    _print_table(calibration)
-    if calibration.scale is not None:
-        _print_scale(calibration.scale)
-    print_verdicts("the unit against its design", calibration.verdicts)
-    if all_passed(calibration.verdicts) is not False:
-        return
-    for tip, longer, target in zip(calibration.unit.tips, calibration.trims, calibration.nominal, strict=False):
-        if longer is None:
-            print(f"{tip}: its error holds its target of {1e3 * target:.1f} N/m; cut nothing before K is known better")
-            continue
-        what = "file the roots of both leaves, longer by" if longer > 0.0 else "clamp both leaves, shorter by"
-        print(f"{tip}: {what} {abs(longer):.2f} mm for {1e3 * target:.1f} N/m")
-
-
-def _print_springs(calibration: "Calibration") -> None:
-    unit = calibration.unit
-    for name, K, percent, nominal in zip(unit.tips, unit.K_N_per_m, unit.K_percent, calibration.nominal, strict=True):
-        against = f"{0.1 * K / nominal - 100.0:+.1f} % against the design's {1e3 * nominal:.1f}"
-        print(f"{name:8} K {K:9.1f} N/m +- {2.0 * percent:.2g} % (95 %), {against}")
-
-
-def _print_channels(calibration: "Calibration") -> None:
-    """Print gain, crosstalk, hysteresis and drift of each channel, where counts were given."""
-    channels = calibration.channels
-    if channels is None:
-        return
-    for tip, name in enumerate(calibration.unit.tips):
-        print(
-            f"{name:8} {channels.counts_per_N[tip, tip]:.6g} counts/N +- {2.0 * channels.gain_percent[tip]:.2g} % "
-            f"(95 %), zero {channels.zero_counts[tip]:.0f}, crosstalk {channels.crosstalk_percent[tip]:.2g} %, "
-            f"hysteresis {channels.hysteresis_percent[tip]:.2g} %, drift {channels.drift_percent[tip]:+.2g} %"
-        )
-
-
-def _print_table(calibration: "Calibration") -> None:
-    print(f"E +- (95 %) is what is left open {calibration.error_by}")
-    print("E [MPa]  P       E +- (95 %)  E read with the design's stiffnesses")
-    for row in calibration.table:
-        print(f"{row.E:7.3f}  {row.P:6.3f}  {100.0 * row.u:9.2g} %  {100.0 * row.with_design:+.1f} %")
-    worst = max((row.with_design for row in calibration.table), key=abs)
-    print(f"E read with the design's stiffnesses is off by {100.0 * worst:+.1f} % at worst; with these by", end=" ")
-    print(f"{100.0 * max(row.u for row in calibration.table):.2g} % at most (95 %), {calibration.error_by}")
-
-
-def _print_scale(fit: "ScaleFit") -> None:
-    scale = fit.scale
-    print(f"firmness by {scale.curve} of E read, +- {scale.percent:.2g} % (95 %), of {fit.fruit} fruit")
-    errors = ", ".join(f"{curve} {100.0 * error:.2g} %" for curve, error in fit.left_out.items())
-    print(f"error of a fruit that is left out: {errors}")
-    print(f"E read [MPa]  firmness [{scale.unit}]")
-    for E, firmness in zip(scale.E_MPa, scale.firmness, strict=True):
-        print(f"{E:12.3f}  {firmness:.4g}")
 
 
 def _print_modulus(modulus: "Estimate", design_MPa: float, *, as_json: bool) -> None:

@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import validation_error
+from cad.quantity import InputError, validation_error
 from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, number, print_json
 
 if TYPE_CHECKING:
@@ -17,24 +17,16 @@ EXAMPLE = "pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35"
 PAPER_PLATE_MM2 = 900.0  # of the paper's plate, 30 x 30 mm
 POISSON = 0.3  # of fruit.poisson too
 PLATES = {"plate": 2, "table": 2, "seat": 1}
-SIZES = {
-    "ball": ("radius",),
-    "ellipsoid": ("height", "radius"),
-    "cylinder-end": ("height", "radius"),
-    "cylinder-side": ("radius", "length"),
-    "block": ("height", "width", "length"),
-}
-"""The flags that each body needs."""
-OPTIONAL_SIZES = {"ball": ("height", "radius_across"), "ellipsoid": ("radius_across",)}
+BODIES = ("ball", "ellipsoid", "cylinder-end", "cylinder-side", "block")
+SIZES = ("height", "radius", "radius_across", "length", "width")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add FILE and the flags on fruit, plates, units and output."""
     add = parser.add_argument
     add("files", metavar="FILE", nargs="+", type=Path, help="CSV with force and travel, or an export of TRAPEZIUM X")
-    bodies = ", ".join(SIZES)
     alone = "with --radius alone: a ball, or an ellipsoid"
-    add("--body", choices=tuple(SIZES), metavar="BODY", help=f"what is pressed, one of {bodies} ({alone})")
+    add("--body", choices=BODIES, metavar="BODY", help=f"what is pressed, one of {', '.join(BODIES)} ({alone})")
     add("--height", metavar="MM", type=number, help="its height along the press [mm]")
     add("--radius", metavar="MM", type=number, help="its radius, or that of its curvature where a plate touches [mm]")
     add("--radius-across", metavar="MM", type=number, help="the other radius of curvature there [mm]")
@@ -67,14 +59,20 @@ def execute(arguments: Namespace) -> int:
     from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
     from pipeline.measure.compression.summary import design_range, fruit_summaries, print_results, result_mapping
     from pipeline.measure.measured_table import quantities_by_flags
+    from solve.linear import SolveError
 
     _refuse_plot(arguments.plot)
     geometry, assumed = _geometry(arguments)
     quantities = quantities_by_flags(QUANTITIES, arguments.columns, arguments.units)
     results = []
-    for file in dict.fromkeys(arguments.files):
-        for specimen in read_specimens(file, quantities):
-            results.append(measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative))
+    try:
+        for file in dict.fromkeys(arguments.files):
+            for specimen in read_specimens(file, quantities):
+                results.append(
+                    measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative)
+                )
+    except SolveError as error:
+        raise InputError(str(error)) from error
     if arguments.plot is not None:
         from pipeline.measure.compression.page import modulus_page
         from pipeline.storage.files import write_files
@@ -91,13 +89,9 @@ def execute(arguments: Namespace) -> int:
 
 
 def _refuse_plot(path: Path | None) -> None:
-    if path is None:
-        return
-    if path.suffix.lower() != ".html":
-        hint = f"write {path.with_suffix('.html').name}"
-        raise validation_error("--plot", str(path), "", "a file name that ends in .html", hint)
-    if path.is_dir():
-        raise validation_error("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
+    if path is not None and (path.suffix.lower() != ".html" or path.is_dir()):
+        bound = "the name of a file that ends in .html, and no folder"
+        raise validation_error("--plot", str(path), "", bound, "write for instance fruit.html")
 
 
 def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
@@ -112,7 +106,7 @@ def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
         support = "plate"
         assumed.append("no --body and no --plunger: a plate above and a plate below are assumed")
     if support is None:
-        raise validation_error("--support", "none", "", f"one of {', '.join(PLATES)}", "say what is under the body")
+        raise validation_error("--support", None, "", f"one of {', '.join(PLATES)}", "say what is under the body")
     area = arguments.plate_area
     if area is None:
         area = body.end_area_mm2 or PAPER_PLATE_MM2
@@ -136,54 +130,50 @@ def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
 
 def _body(arguments: Namespace, assumed: list[str]) -> "Body":
     """Return what is pressed; raises InputError where its name or a size is missing, or a size is not its own."""
-    from pipeline.measure.compression.bodies import Block, CylinderOnEnd, CylinderOnSide, Ellipsoid
+    from dataclasses import fields
 
-    names = ("height", "radius", "radius_across", "length", "width")
-    sizes = {name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None}
+    from pipeline.measure.compression.bodies import KINDS
+
+    sizes = {f"{name}_mm": getattr(arguments, name) for name in SIZES if getattr(arguments, name) is not None}
     kind = arguments.body
     if kind is None:
-        if "radius" not in sizes:
-            raise validation_error("--body", "none", "", f"one of {', '.join(SIZES)}", "say what is pressed")
-        kind = "ellipsoid" if "height" in sizes else "ball"
-    _refuse_sizes(kind, sizes)
-    if "radius" in sizes and kind in OPTIONAL_SIZES:
-        for name, size in (("height", 2.0 * sizes["radius"]), ("radius_across", sizes["radius"])):
-            if name not in sizes:
-                sizes[name] = size
-                assumed.append(f"no --{name.replace('_', '-')}: that of a ball, {size:g} mm, is assumed")
-    bodies = {"cylinder-end": CylinderOnEnd, "cylinder-side": CylinderOnSide, "block": Block}
-    body: Body = bodies.get(kind, Ellipsoid)(**{f"{name}_mm": size for name, size in sizes.items()})
-    return body
+        if arguments.radius is None:
+            raise validation_error("--body", None, "", f"one of {', '.join(BODIES)}", "say what is pressed")
+        kind = "ball" if arguments.height is None else "ellipsoid"
+    of_a_ball = {"ball": {"height_mm": 2.0, "radius_across_mm": 1.0}, "ellipsoid": {"radius_across_mm": 1.0}}
+    in_radii = of_a_ball.get(kind, {})
+    needed = {item.name for item in fields(KINDS[kind])}
+    for name in sorted((needed ^ sizes.keys()) - in_radii.keys()):
+        bound = f"{'given' if name in needed else 'left out'} for --body {kind}"
+        raise validation_error(_flag(name), sizes.get(name), "mm", bound, "measure what the body has")
+    for name in sorted(in_radii.keys() - sizes.keys()):
+        sizes[name] = in_radii[name] * sizes["radius_mm"]
+        assumed.append(f"no {_flag(name)}: that of a ball, {sizes[name]:g} mm, is assumed")
+    return KINDS[kind](**sizes)
 
 
-def _refuse_sizes(kind: str, sizes: dict[str, float]) -> None:
-    for name in SIZES[kind]:
-        if name not in sizes:
-            bound = f"given for --body {kind}"
-            raise validation_error("--" + name, "none", "mm", bound, "measure it on the fruit")
-    for name, size in sizes.items():
-        if name not in SIZES[kind] + OPTIONAL_SIZES.get(kind, ()):
-            bound = f"left out for --body {kind}"
-            raise validation_error("--" + name.replace("_", "-"), size, "mm", bound, "it has no such size")
+def _flag(size: str) -> str:
+    return "--" + size.removesuffix("_mm").replace("_", "-")
 
 
 def _plunger(arguments: Namespace) -> "Plunger | None":
     from pipeline.measure.compression.bodies import Plunger
 
     radius = arguments.plunger_radius
-    if arguments.plunger is None:
-        if radius is not None:
-            raise validation_error("--plunger", "none", "", "flat or ball", "say which end the plunger has")
+    end = arguments.plunger
+    if end is None and radius is None:
         return None
-    if radius is None:
-        raise validation_error("--plunger-radius", "none", "mm", "given with --plunger", "measure the plunger")
-    return Plunger(radius_mm=radius, ball=arguments.plunger == "ball")
+    if end is None or radius is None:
+        missing = "--plunger" if end is None else "--plunger-radius"
+        raise validation_error(
+            missing, None, "", "given beside the other one of both", "say end and radius of a plunger"
+        )
+    return Plunger(radius_mm=radius, ball=end == "ball")
 
 
 def _strains(text: str) -> tuple[float, ...]:
     try:
         return tuple(number(part) for part in text.split(","))
     except ValueError as error:
-        raise validation_error(
-            "--strain", text, "%", "numbers parted by commas", "write for instance --strain 5,2,10"
-        ) from error
+        hint = "write for instance --strain 5,2,10"
+        raise validation_error("--strain", text, "%", "numbers parted by commas", hint) from error

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cad.quantity import validation_error
-from pipeline.commands.console import FAILED, PASSED, add_force_flag, answering, print_error, print_json
+from pipeline.commands.console import FAILED, PASSED, add_force_flag, answering, print_error
 
 if TYPE_CHECKING:
     from pipeline.measure.unit.fruit_reading import FruitReading
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 PURPOSE = "read the modulus and ripeness of a fruit from forces"
 EXAMPLE = "pipeline read outputs/paper --forces 0.411,1.076"
-
-_HARDLY = "E is hardly known: no symmetric interval holds it"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -51,7 +49,12 @@ def execute(arguments: Namespace) -> int:
     if arguments.tare is not None and arguments.counts is None:
         raise validation_error("--tare", arguments.tare, "", "left out without --counts", "a file has its own tare")
     sensor = _sensor(arguments)
-    _refuse_without_time(arguments, sensor)
+    without_time = ("forces", "counts", "each", "c_header", "micropython")
+    asked = [name for name in without_time if getattr(arguments, name)]
+    if sensor.design.fruit.relaxation is not None and asked:
+        flag = f"--{asked[0].replace('_', '-')}"
+        bound = "left out where the design has fruit.relaxation"
+        raise validation_error(flag, str(getattr(arguments, asked[0])), "", bound, "read a press with its hold")
     firmware = _firmware(arguments, sensor)
     outcome = PASSED
     if sources:
@@ -66,23 +69,6 @@ def execute(arguments: Namespace) -> int:
             for path in write_files(file, flag, force=arguments.force):
                 print(path, file=sys.stderr if arguments.json else sys.stdout)
     return outcome
-
-
-def _refuse_without_time(arguments: Namespace, sensor: "MeasuringUnit") -> None:
-    """Raise InputError for what reads flesh that relaxes at any moment, as if it were elastic."""
-    if sensor.design.fruit.relaxation is None:
-        return
-    asked = {
-        "--forces": arguments.forces,
-        "--counts": arguments.counts,
-        "--each": arguments.each,
-        "--c-header": arguments.c_header,
-        "--micropython": arguments.micropython,
-    }
-    for flag, value in asked.items():
-        if value:
-            bound = "left out where the design has fruit.relaxation"
-            raise validation_error(flag, str(value), "", bound, "read a press with its hold")
 
 
 def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
@@ -115,57 +101,47 @@ def _sensor(arguments: Namespace) -> "MeasuringUnit":
 
 def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> dict[str, dict[Path, bytes]]:
     """Return by flag the file of firmware that it asks for, not yet written; raises InputError where it cannot be."""
-    header: Path | None = arguments.c_header
-    script: Path | None = arguments.micropython
-    if header is None and script is None:
+    paths = {"--c-header": arguments.c_header, "--micropython": arguments.micropython}
+    paths = {flag: path for flag, path in paths.items() if path is not None}
+    if not paths:
         return {}
     from pipeline.measure.unit.firmware import c_header, micropython
     from pipeline.storage.files import refuse_taken
 
-    if header is not None and script is not None and header.resolve() == script.resolve():
+    if len({path.resolve() for path in paths.values()}) < len(paths):
         bound = "another file than that of --c-header"
-        raise validation_error("--micropython", str(script), "", bound, "choose another name")
-    files: dict[str, dict[Path, bytes]] = {}
-    if header is not None:
-        files["--c-header"] = {header: c_header(sensor).encode()}
-    if script is not None:
-        files["--micropython"] = {script: micropython(sensor).encode()}
+        raise validation_error("--micropython", str(arguments.micropython), "", bound, "choose another name")
+    written = {"--c-header": c_header, "--micropython": micropython}
+    files = {flag: {path: written[flag](sensor).encode()} for flag, path in paths.items()}
     for flag, file in files.items():
         refuse_taken(file, flag, force=arguments.force)
     return files
 
 
 def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
-    from pipeline.measure.unit.fruit_reading import reading_as_mapping
-    from pipeline.measure.unit.presses import forces_of_counts, reading_of, refuse_bad_forces
+    from pipeline.measure.unit.presses import forces_of_counts, reading_of, refuse_out_of_scale
     from pipeline.measure.unit.signals import numbers_of_text
 
-    tips = len(sensor.report.tips)
+    tips = sensor.report.tips
     if arguments.forces is not None:
-        forces: Sequence[float] = numbers_of_text(arguments.forces, tips, "--forces", "N")
+        forces: Sequence[float] = numbers_of_text(arguments.forces, len(tips), "--forces", "N")
     else:
-        counts = numbers_of_text(arguments.counts, tips, "--counts", "counts")
-        tare = None if arguments.tare is None else numbers_of_text(arguments.tare, tips, "--tare", "counts")
+        counts = numbers_of_text(arguments.counts, len(tips), "--counts", "counts")
+        tare = None if arguments.tare is None else numbers_of_text(arguments.tare, len(tips), "--tare", "counts")
         forces = forces_of_counts(sensor, counts, tare)
-    refuse_bad_forces(sensor, forces)
+    refuse_out_of_scale(sensor, forces, lambda tip: f"--forces: tip {tips[tip].name}")
     reading = reading_of(sensor, forces)
     if sensor.law is None:
         print_error(
             "note: one reading of a pair is its force ratio, right only for a level press; read a press instead"
         )
     with answering():
-        if arguments.json:
-            print_json(reading_as_mapping(reading))
-        else:
-            _print(reading)
+        _tell(reading, indent=2, as_json=arguments.json)
     return FAILED if reading.E is None else PASSED
 
 
 def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
-    import json
-
     from pipeline.measure.measured_table import lines_of
-    from pipeline.measure.unit.fruit_reading import reading_as_mapping
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.signals import Signal
 
@@ -175,21 +151,25 @@ def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
         print_error(f"note: {note}")
     for reading in readings_of(sensor, signal, every_sample=arguments.each):
         resolved = resolved or reading.E is not None
-        if arguments.json:
-            print(json.dumps(reading_as_mapping(reading), allow_nan=False), flush=True)
-        else:
-            _print(reading)
+        _tell(reading, indent=None, as_json=arguments.json)
     return PASSED if resolved else FAILED
 
 
-def _print(reading: "FruitReading") -> None:
-    """Print a reading on one line."""
-    time = "" if reading.t is None else f"t {reading.t:.3f} s  "
-    flags = _flags(reading)
-    if reading.E is None or reading.u is None:
-        print(f"{time}no modulus{flags}", flush=True)
+def _tell(reading: "FruitReading", *, indent: int | None, as_json: bool) -> None:
+    """Print a reading on one line, or as JSON."""
+    import json
+
+    from pipeline.measure.unit.fruit_reading import reading_as_mapping
+
+    if as_json:
+        print(json.dumps(reading_as_mapping(reading), indent=indent, allow_nan=False), flush=True)
         return
-    parts = [f"E/(1 - nu^2) {reading.reduced:.4g} MPa", f"E {reading.E:.4g} MPa +- {100.0 * reading.u:.2g} % (95 %)"]
+    parts = [] if reading.t is None else [f"t {reading.t:.3f} s"]
+    if reading.E is None or reading.u is None:
+        parts.append("no modulus")
+    else:
+        parts.append(f"E/(1 - nu^2) {reading.reduced:.4g} MPa")
+        parts.append(f"E {reading.E:.4g} MPa +- {100.0 * reading.u:.2g} % (95 %)")
     if reading.tilt is not None:
         towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
         parts.append(f"tilt {reading.tilt:.2g} deg{towards}")
@@ -201,9 +181,7 @@ def _print(reading: "FruitReading") -> None:
         parts.append(f"firmness {value} +- {2.0 * reading.firmness.percent:.2g} % (95 %)")
     if reading.ripeness is not None:
         parts.append(f"class {reading.ripeness}")
-    print(f"{time}{'  '.join(parts)}{flags}", flush=True)
-
-
-def _flags(reading: "FruitReading") -> str:
-    flags = f"  flags: {', '.join(reading.flags)}" if reading.flags else ""
-    return f"{flags}; {_HARDLY}" if "uncertain" in reading.flags else flags
+    if reading.flags:
+        parts.append(f"flags: {', '.join(reading.flags)}")
+    hardly = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
+    print("  ".join(parts) + hardly, flush=True)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,14 +29,14 @@ class UnitRow:
     """What a level unit shows of a fruit of modulus E [MPa] at full travel.
 
     `forces` [N], P = F_high / F_low [1], the half width that holds 95 % of E by what `error_sources` names [1], and the
-    relative error of E where it is read with the stiffnesses of the design [1].
+    relative error of E where it is read with the stiffnesses of the design [1], None where they read none.
     """
 
     E: float
     forces: tuple[float, ...]
     P: float
     u: float
-    with_design: float
+    with_design: float | None
 
 
 def error_sources(sensor: MeasuringUnit) -> str:
@@ -53,10 +54,9 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
         by_curve = 0.0
         if sensor.deep is not None:
             by_curve = error_by_curve(curve_contribution(sensor.deep, one_sample(forces), E))
-        try:
+        with_design = None
+        with suppress(ReadingError):
             with_design = _read_level(nominal, forces) / E - 1.0
-        except ReadingError:
-            with_design = math.inf
         u = math.hypot(error_by_springs(sensor, _spring_slopes(sensor, forces, E)), by_curve)
         rows.append(UnitRow(E=E, forces=tuple(forces.tolist()), P=high / low, u=u, with_design=with_design))
     return tuple(rows)

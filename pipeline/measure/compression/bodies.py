@@ -50,6 +50,7 @@ class BoundingPress(NamedTuple):
     factor: float
 
 
+@dataclass(frozen=True, kw_only=True)
 class Body:
     """A body that a plate or a plunger presses, on a plate or in a seat that gives nothing."""
 

@@ -10,12 +10,11 @@ from scipy.optimize import OptimizeWarning, curve_fit
 
 from cad.quantity import COVERAGE, Estimate, validation_error
 from pipeline.measure.compression.bodies import POINT_CONTACT
-from pipeline.measure.compression.loading import rises
+from pipeline.measure.compression.loading import LEAST_ROWS, upwards
 from pipeline.measure.compression.specimens import Specimen
 
 Floats = NDArray[np.float64]
 
-LEAST_ROWS = 12
 STILL = 2e-3  # of the travel, within which it counts as held
 DWELL = 0.05  # of the time of loading: a machine that turns back stands still for less
 MOST_ARMS = 3
@@ -42,44 +41,31 @@ class HeldRelaxation:
     lost_in_loading: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class Hold:
-    """The rows of a curve in which the travel stands still, from `start` to before `end`."""
-
-    start: int
-    end: int
-
-
-def hold_of(specimen: Specimen) -> Hold | None:
-    """Return the hold at the largest travel of a curve; None where there is none, or no column of time."""
-    if specimen.time is None or len(specimen.time) < LEAST_ROWS:
+def hold_of(specimen: Specimen) -> slice | None:
+    """Return the rows in which a curve stands still at its largest travel; None where there are none, or no time."""
+    time = specimen.time
+    if time is None or len(time) < LEAST_ROWS:
         return None
-    travel = _upwards(specimen.travel)
+    travel = upwards(specimen.travel)
     is_level = travel >= travel.max() - STILL * np.ptp(travel)
     first = int(is_level.argmax())
-    is_beyond = ~is_level[first:]
-    end = first + int(is_beyond.argmax()) if is_beyond.any() else len(travel)
+    end = first + int(np.append(~is_level[first:], True).argmax())
     start = first + int((travel[first:end] >= np.median(travel[first:end])).argmax())
-    lasts = specimen.time[end - 1] - specimen.time[start]
-    is_hold = end - start >= LEAST_ROWS and lasts > DWELL * (specimen.time[start] - specimen.time[0])
-    return Hold(start=start, end=end) if is_hold else None
+    lasts = time[end - 1] - time[start]
+    is_hold = end - start >= LEAST_ROWS and lasts > DWELL * (time[start] - time[0])
+    return slice(start, end) if is_hold else None
 
 
-def loading_before(specimen: Specimen, hold: Hold | None) -> Specimen:
+def loading_before(specimen: Specimen, hold: slice | None) -> Specimen:
     """Return a curve up to its hold."""
-    if hold is None or specimen.time is None:
+    if hold is None:
         return specimen
     rows = slice(0, hold.start + 1)
-    return replace(
-        specimen,
-        travel=specimen.travel[rows],
-        force=specimen.force[rows],
-        time=specimen.time[rows],
-        lines=specimen.lines[rows],
-    )
+    columns = {name: getattr(specimen, name)[rows] for name in ("travel", "force", "time", "lines")}
+    return replace(specimen, **columns)
 
 
-def held_relaxation(specimen: Specimen, hold: Hold, touch_mm: float, zero_N: float) -> HeldRelaxation:
+def held_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: float) -> HeldRelaxation:
     """Return how the flesh of a specimen relaxes in its hold, touched at a travel [mm] with the zero of its force [N].
 
     The force falls as F_inf + sum A_i exp(-t / tau_i), with as many arms as the criterion of Schwarz asks for
@@ -88,44 +74,39 @@ def held_relaxation(specimen: Specimen, hold: Hold, touch_mm: float, zero_N: flo
     InputError for a hold that lasts less than the loading.
     """
     time = np.asarray(specimen.time, dtype=np.float64)
-    depth = np.maximum(_upwards(specimen.travel)[: hold.start + 1] - touch_mm, 0.0)
+    depth = np.maximum(upwards(specimen.travel)[: hold.start + 1] - touch_mm, 0.0)
     touched = max(int((depth > 0.0).argmax()) - 1, 0)  # the last row before the touch
     before = time[hold.start] - time[touched : hold.start + 1]
-    loading_s = float(before[0])
-    since = time[hold.start : hold.end] - time[hold.start]
+    since = time[hold] - time[hold.start]
     hold_s = float(since[-1])
-    if hold_s < loading_s:
-        bound = f"at least as long as the loading, {loading_s:.3g} s"
+    if hold_s < before[0]:
+        bound = f"at least as long as the loading, {before[0]:.3g} s"
         hint = "hold for longer, or cut the rows of the hold off"
         name = f"{specimen}: hold"
         raise validation_error(name, float(f"{hold_s:.3g}"), "s", bound, hint)
 
-    fall = _fitted_fall(since, _upwards(specimen.force)[hold.start : hold.end] - zero_N)
+    last, fall = _fitted_fall(since, upwards(specimen.force)[hold] - zero_N)
     entered = depth[touched:] ** POINT_CONTACT / depth[-1] ** POINT_CONTACT
     middles = 0.5 * (before[1:] + before[:-1])
-    kept = [float(np.exp(-middles / arm.time.value) @ np.diff(entered)) for arm in fall.arms]
-    at_once = fall.last + sum(arm.share.value / part for arm, part in zip(fall.arms, kept, strict=True))  # [N]
+    kept = [float(np.exp(-middles / arm.time.value) @ np.diff(entered)) for arm in fall]
+    at_once = last + sum(arm.share.value / part for arm, part in zip(fall, kept, strict=True))  # [N]
     arms = []
     lost = 0.0
-    for arm, part in zip(fall.arms, kept, strict=True):
+    for arm, part in zip(fall, kept, strict=True):
         share = arm.share.times(1.0 / (part * at_once), "1")
         arms.append(replace(arm, share=share))
         lost += share.value * (1.0 - part)
     return HeldRelaxation(arms=tuple(arms), hold_s=hold_s, lost_in_loading=lost)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Fall:
-    """A force that falls to `last` [N] by arms whose shares are in N."""
+def _fitted_fall(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
+    """Return the last force [N] of a fall over times [s], and its arms, the fastest first, whose shares are in N.
 
-    last: float
-    arms: tuple[RelaxationArm, ...]
-
-
-def _fitted_fall(t: Floats, force: Floats) -> _Fall:
-    """Return the fall of forces [N] over times [s], by the number of arms that Schwarz's criterion prefers."""
-    best = _Fall(last=float(force.mean()), arms=())
-    least = _criterion(force - best.last, 1)
+    Their number is that which Schwarz's criterion prefers.
+    """
+    last = float(force.mean())
+    arms: list[RelaxationArm] = []
+    least = _criterion(force - last, 1)
     step = float(np.median(np.diff(t)))
     for count in range(1, MOST_ARMS + 1):
         times = np.geomspace(max(step, 1e-6 * t[-1]), t[-1], count + 2)
@@ -140,11 +121,17 @@ def _fitted_fall(t: Floats, force: Floats) -> _Fall:
             continue
         value = _criterion(force - _falling(t, *found), len(found))
         errors = COVERAGE * np.sqrt(np.diag(covariance))
-        told = (found[1 : 1 + count] > errors[1 : 1 + count]).all()
-        if value < least and told:
+        amplitudes = found[1 : 1 + count]
+        taus = np.exp(found[1 + count :])
+        if value < least and (amplitudes > errors[1 : 1 + count]).all():
             least = value
-            best = _Fall(last=float(found[0]), arms=_arms(found, errors))
-    return best
+            last = float(found[0])
+            arms = []
+            for i in np.argsort(taus).tolist():
+                share = Estimate(float(amplitudes[i]), float(errors[1 + i]), "N")
+                time = Estimate(float(taus[i]), float(taus[i] * errors[1 + count + i]), "s")
+                arms.append(RelaxationArm(share=share, time=time))
+    return last, arms
 
 
 def _falling(t: Floats, last: float, *parameters: float) -> Floats:
@@ -160,23 +147,3 @@ def _criterion(residual: Floats, parameters: int) -> float:
     count = len(residual)
     mean_square = max(float(np.mean(residual**2)), np.finfo(np.float64).tiny)
     return count * math.log(mean_square) + parameters * math.log(count)
-
-
-def _arms(found: Floats, errors: Floats) -> tuple[RelaxationArm, ...]:
-    """Return the arms of a fit, the fastest first."""
-    count = len(found) // 2
-    arms = []
-    for i in range(1, 1 + count):
-        time = math.exp(found[i + count])
-        arms.append(
-            RelaxationArm(
-                share=Estimate(float(found[i]), float(errors[i]), "N"),
-                time=Estimate(time, time * float(errors[i + count]), "s"),
-            )
-        )
-    return tuple(sorted(arms, key=lambda arm: arm.time.value))
-
-
-def _upwards(values: Floats) -> Floats:
-    """Return values turned so that they rise in compression."""
-    return values if rises(values) else -values

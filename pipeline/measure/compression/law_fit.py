@@ -4,6 +4,7 @@ The travel to a force F is x = x0 + D(F) - s exp(-F / F_s): the law's depth D fr
 has not settled yet. The load cell shows f0 + f1 x besides.
 """
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from cad.quantity import Estimate
-from pipeline.measure.compression.fit_error import standard_errors
 from pipeline.measure.compression.force_law import ForceLaw
 
 Floats = NDArray[np.float64]
@@ -28,6 +28,8 @@ _STEP = 0.01  # how far a first step goes
 _WIDE = 50.0  # times farther for the settling's force
 _UPPER = 0.3  # of the force at the end: above, a straight line through F^(1/n) gives a first guess
 _SETTLED = 1e-6  # [mm]: less settling is none
+_CHANCE = 2.0  # standard errors up to which neighbouring residuals are alike by chance
+_MOST_ALIKE = 0.95  # correlation of neighbours: a larger one is taken for this
 
 
 class CurveParameters(NamedTuple):
@@ -124,6 +126,24 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     errors = np.zeros(6)
     errors[fitted] = standard_errors(np.asarray(solution.jac)[:, fitted], solution.fun)
     return LawFit(law=law, parameters=parameters, errors=CurveParameters(*errors.tolist()), residual=solution.fun)
+
+
+def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
+    """Return the standard errors of fitted numbers, shape (numbers,), whose derivatives are the columns of a table.
+
+    They are White's for residuals of unequal size (Econometrica 48 (1980) 817, doi:10.2307/1912934), wider where
+    neighbouring residuals are alike.
+    """
+    points, numbers = jacobian.shape
+    by_each_point = np.linalg.pinv(jacobian) * residual
+    variance = (by_each_point**2).sum(axis=1)
+    variance *= points / max(1, points - numbers)
+    total = float(residual @ residual)
+    correlation = float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
+    if correlation > _CHANCE / math.sqrt(points):
+        correlation = min(correlation, _MOST_ALIKE)
+        variance *= (1.0 + correlation) / (1.0 - correlation)
+    return np.asarray(np.sqrt(variance))
 
 
 def last_force(force: Floats) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.quantity import InputError, validation_error
+from cad.quantity import validation_error
 from pipeline.measure.compression.specimens import Specimen
 
 Floats = NDArray[np.float64]
@@ -50,18 +50,23 @@ def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loadin
     travel = specimen.travel
     force = specimen.force
     _refuse_few_rows(specimen, len(travel))
-    _refuse_backwards_time(specimen)
+    if specimen.time is not None:
+        _refuse_backwards(specimen, "time", specimen.time, "s", 0.0)
     if compression_negative:
-        travel = travel if rises(travel) else -travel
-        force = force if rises(force) else -force
-    _refuse_falling(specimen, travel, "travel", "mm")
-    _refuse_falling(specimen, force, "force", "N")
-    _refuse_backwards_travel(specimen, travel, force)
-    _refuse_low_force(specimen, force)
+        travel = upwards(travel)
+        force = upwards(force)
+    _refuse_falling(specimen, "travel", travel, "mm")
+    _refuse_falling(specimen, "force", force, "N")
     end = int(np.argmax(travel)) + 1
+    _refuse_backwards(specimen, "travel", travel[:end], "mm", _JITTER * float(np.ptp(travel)))
+    _refuse_low_force(specimen, force)
     _refuse_few_rows(specimen, end)
     curve = _up_to_failure(_averaged(travel[:end]), _averaged(force[:end]))
-    _refuse_concave(specimen, curve)
+    if _is_concave(curve):
+        columns = f"{specimen.labels['force']} over {specimen.labels['travel']}"
+        bound = "a force that rises ever more with the travel, as on a convex fruit"
+        hint = "swap the names of the columns if they are swapped, or cut the table at the failure"
+        raise validation_error(str(specimen), columns, "", bound, hint)
     return curve
 
 
@@ -71,46 +76,29 @@ def _refuse_few_rows(specimen: Specimen, rows: int) -> None:
         raise validation_error(str(specimen), rows, "rows of load", f"at least {LEAST_ROWS}", hint)
 
 
-def _refuse_backwards_time(specimen: Specimen) -> None:
-    if specimen.time is None:
-        return
-    back = np.flatnonzero(np.diff(specimen.time) < 0.0)
+def _refuse_backwards(specimen: Specimen, quantity: str, values: Floats, unit: str, allowed: float) -> None:
+    """Raise InputError where values step back by more than is allowed [unit]."""
+    largest = np.maximum.accumulate(values)
+    back = np.flatnonzero(largest - values > allowed)
     if back.size:
-        before, time = specimen.time[back[0] : back[0] + 2].tolist()
-        bound = f"at least that of the row before, {before:g} s"
-        place = specimen.cell(int(back[0]) + 1, "time")
-        raise validation_error(place, time, "s", bound, "put the rows in order of time")
+        row = int(back[0])
+        bound = f"at least that of the rows before, {largest[row]:g} {unit}"
+        hint = "put the rows in order, one loading for each table, or check that the columns are not swapped"
+        raise validation_error(specimen.cell(row, quantity), float(values[row]), unit, bound, hint)
 
 
-def rises(values: Floats) -> bool:
-    """Say whether values move up from where they begin farther than down."""
+def upwards(values: Floats) -> Floats:
+    """Return values turned so that from where they begin they move up farther than down."""
     begin = np.median(values[:3])
-    return bool(values.max() - begin >= begin - values.min())
+    return values if values.max() - begin >= begin - values.min() else -values
 
 
-def _refuse_falling(specimen: Specimen, values: Floats, quantity: str, unit: str) -> None:
+def _refuse_falling(specimen: Specimen, quantity: str, values: Floats, unit: str) -> None:
     row = int(np.argmin(values))
     lowest = float(values[row])
-    if lowest == values.max():
-        bound = "one that rises, and all are alike"
-        raise validation_error(specimen.cell(0, quantity), lowest, unit, bound, "export the whole test")
-    if not rises(values):
-        hint = "with --compression-negative its sign is turned"
+    if lowest == values.max() or upwards(values) is not values:
+        hint = "export the whole test; with --compression-negative its sign is turned"
         raise validation_error(specimen.cell(row, quantity), lowest, unit, "rising in compression", hint)
-
-
-def _refuse_backwards_travel(specimen: Specimen, travel: Floats, force: Floats) -> None:
-    rising = travel[: int(np.argmax(travel)) + 1]
-    behind = np.maximum.accumulate(rising) - rising
-    back = np.flatnonzero(behind > _JITTER * np.ptp(travel))
-    if not back.size:
-        return
-    if (np.diff(force) > 0.0).all():
-        raise _swapped(specimen)
-    row = int(back[0])
-    bound = "rising up to its largest value: one loading for each table"
-    hint = "cut the table where the plate turns back, or check that the columns are not swapped"
-    raise validation_error(specimen.cell(row, "travel"), float(travel[row]), "mm", bound, hint)
 
 
 def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
@@ -124,8 +112,8 @@ def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
         raise validation_error(specimen.cell(row, "force"), float(force[row]), "N", bound, hint)
 
 
-def _refuse_concave(specimen: Specimen, curve: Loading) -> None:
-    """Raise InputError where a force rises ever less with the travel, as in a table whose columns are swapped."""
+def _is_concave(curve: Loading) -> bool:
+    """Say whether a force rises ever less with the travel, as in a table whose columns are swapped."""
     width = max(1, len(curve.force) // 30)
     smooth = _moving_mean(curve.force, width)
     load = (smooth - smooth.min()) / np.ptp(smooth)
@@ -133,15 +121,7 @@ def _refuse_concave(specimen: Specimen, curve: Loading) -> None:
     # slopes crosswise multiplied: travels may be alike
     earlier = (_LOADS[1] - _LOADS[0]) * (last - middle)
     later = (_LOADS[2] - _LOADS[1]) * (middle - first)
-    if later < _CONCAVE * earlier:
-        raise _swapped(specimen)
-
-
-def _swapped(specimen: Specimen) -> InputError:
-    columns = f"{specimen.labels['force']} over {specimen.labels['travel']}"
-    bound = "a force that rises ever more with the travel, as on a convex fruit"
-    hint = "swap the names of the columns if they are swapped, or cut the table at the failure"
-    return validation_error(str(specimen), columns, "", bound, hint)
+    return later < _CONCAVE * earlier
 
 
 def _averaged(values: Floats) -> Floats:

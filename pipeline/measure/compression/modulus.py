@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +65,11 @@ class CompressionResult:
     relaxation: HeldRelaxation | None = None
 
     @property
+    def name(self) -> str:
+        """Return how an answer names it."""
+        return f"{Path(self.specimen.file).name} {self.specimen.name}"
+
+    @property
     def E_plate_MPa(self) -> float:
         """Return the paper's modulus: force over plate area, over travel over height [MPa]."""
         return self.secants[0].E_secant_MPa
@@ -91,19 +97,18 @@ def measured_modulus(
         hint = "check the units of force and travel, and the radius"
         name = f"{specimen}: modulus"
         raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
-    by_chance = {"scatter of the points": COVERAGE * chosen.modulus.relative, "force curve": law.error}
-    by_chance[POISSON] = max(_moved_by(other, curve, chosen) for other in law.others[POISSON])
     bounds = {}
     for name, others in law.others.items():
-        if name != POISSON:
-            bounds[name] = max(_moved_by(other, curve, chosen) for other in others)
+        bounds[name] = max(_moved_by(other, curve, chosen) for other in others)
+    by_chance = {
+        "scatter of the points": COVERAGE * chosen.modulus.relative,
+        "force curve": law.error,
+        POISSON: bounds.pop(POISSON),
+    }
     shares = by_chance | bounds
     apparent = hertz_law(geometry)
-    hertz = None if apparent is None else choose_range(curve, apparent)
-    relaxation = None
-    if hold is not None:
-        zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
-        relaxation = held_relaxation(specimen, hold, chosen.touch.value, zero)
+    hertz = apparent and choose_range(curve, apparent)
+    zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
     secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
     return CompressionResult(
         specimen=specimen,
@@ -113,11 +118,11 @@ def measured_modulus(
         E_MPa=E,
         u_percent=100.0 * (math.hypot(*by_chance.values()) + sum(bounds.values())),
         shares_percent={name: 100.0 * share for name, share in shares.items()},
-        E_hertz_MPa=None if hertz is None else hertz.modulus.value,
-        follows_hertz=hertz is not None and hertz.follows,
+        E_hertz_MPa=hertz.modulus.value if hertz else None,
+        follows_hertz=bool(hertz and hertz.follows),
         secants=tuple(secants),
         notes=(*specimen.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
-        relaxation=relaxation,
+        relaxation=held_relaxation(specimen, hold, chosen.touch.value, zero) if hold else None,
     )
 
 

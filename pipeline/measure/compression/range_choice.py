@@ -1,13 +1,13 @@
 """Which range of a compression curve follows a force law."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cad.quantity import Estimate
-from pipeline.measure.compression.fit_error import with_choice
 from pipeline.measure.compression.force_law import ForceLaw
 from pipeline.measure.compression.law_fit import LawFit, fit_law, last_force
 from pipeline.measure.compression.loading import Loading
@@ -22,6 +22,8 @@ _LEAST_POINTS = 12
 _LEAST_IDLE = 10  # points before the touch that a drift is seen in
 _RARE = 10.0  # tests without a drift that is seen for each with one, before a test is looked at
 _TINY = float(np.finfo(float).tiny)
+_WIDE = 3.0  # times the chosen range's error: a range that tells so little tells nothing about the choice
+_TABULATED = 1e-4  # of the modulus: more than the straight lines between the tabulated forces take from it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +58,22 @@ def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
     return replace(best, modulus=with_choice(best.modulus, others))
 
 
+def with_choice(best: Estimate, others: Sequence[Estimate]) -> Estimate:
+    """Return the modulus of the chosen range with what those of other ranges add to its error [MPa].
+
+    What noise explains of their difference is left out: the variance of the difference to a fit of more points is the
+    difference of the variances (J. A. Hausman, Econometrica 46 (1978) 1251, doi:10.2307/1913827).
+    """
+    excess = []
+    for other in others:
+        if other.error < _WIDE * best.error:
+            by_noise = max(0.0, other.error**2 - best.error**2)
+            excess.append(max(0.0, (other.value - best.value) ** 2 - by_noise))
+    by_choice = float(np.mean(excess)) if excess else 0.0
+    error = math.sqrt(best.error**2 + by_choice + (_TABULATED * best.value) ** 2)
+    return Estimate(best.value, error, best.unit)
+
+
 def _fit_up_to(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
     """Return the fit up to a fraction of the last force, and not beyond the depth to which the law holds."""
     force = curve.force - curve.zero
@@ -82,12 +100,12 @@ def _fit(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
     steady = fit_law(law, travel, force, curve.zero, with_drift=False)
     if steady is None:
         return None
-    drifting = None
     idle = int(np.searchsorted(travel, steady.onset))
-    if idle >= _LEAST_IDLE:
-        drifting = fit_law(law, travel, force, curve.zero, with_drift=True)
     probability = 0.0
+    other = steady
+    drifting = fit_law(law, travel, force, curve.zero, with_drift=True) if idle >= _LEAST_IDLE else None
     if drifting is not None:
+        other = drifting
         # A drift has to be seen by the fit and in the zero line alone, in standard errors.
         (slope, _), covariance = np.polyfit(travel[:idle], force[:idle], 1, cov=True)
         in_zero_line = abs(slope) / max(math.sqrt(covariance[0, 0]), _TINY)
@@ -95,9 +113,7 @@ def _fit(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
         seen = min(in_zero_line, by_fit)
         odds_against = _RARE * math.sqrt(count) * math.exp(-0.5 * min(seen**2, 1e3))
         probability = 1.0 / (1.0 + odds_against)
-    drifts = drifting is not None and probability > 0.5  # noqa: PLR2004 - the more probable of two
-    fit = drifting if drifting is not None and drifts else steady
-    other = drifting or steady
+    fit = other if probability > 0.5 else steady  # noqa: PLR2004 - the more probable of two
     return RangeFit(
         fit=fit,
         last=float(travel[-1]),

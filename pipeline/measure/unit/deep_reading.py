@@ -36,8 +36,7 @@ def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Samples) -> Frui
         return FruitReading(flags=("out_of_range", *too_deep))
     E = line.modulus
     u = _half_width(sensor, law, samples, E, line.error, others)
-    tilt = sensor.pair_tilt_deg(line.lead)
-    reading = checked_reading(sensor, E, u, deepest, tilt=abs(tilt), direction=0.0 if tilt >= 0.0 else 180.0)
+    reading = checked_reading(sensor, E, u, deepest, lead=line.lead)
     try:
         by_ratio = law.ratio_modulus(deepest)
     except ReadingError:  # a tilt may leave the ratio no modulus

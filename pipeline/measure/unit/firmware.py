@@ -1,13 +1,12 @@
 """The read-out of a unit as source code for a microcontroller: a C99 header, or a MicroPython module."""
 
 import math
-from pathlib import Path
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw
+from pipeline.measure.template import rendered
 from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
 from pipeline.measure.unit.measuring import SAME_DEPTH, MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES
@@ -15,27 +14,25 @@ from pipeline.measure.unit.presses import TARE_SAMPLES
 
 def c_header(sensor: MeasuringUnit) -> str:
     """Return the read-out of a unit in single-precision C99, without heap, the unit's constants in it."""
-    return _rendered("firmware.h.j2", sensor, _single)
+    return rendered("unit/firmware.h.j2", _single, **_constants(sensor))
 
 
 def micropython(sensor: MeasuringUnit) -> str:
     """Return the read-out of a unit as a MicroPython module that imports math alone."""
-    return _rendered("firmware.py.j2", sensor, repr)
+    return rendered("unit/firmware.py.j2", repr, **_constants(sensor))
 
 
-def _rendered(template: str, sensor: MeasuringUnit, number: object) -> str:
+def _constants(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return what the templates name: forces [N], lengths [mm], moduli [MPa]."""
     if sensor.deep is not None:
         bound = "'linear' for firmware, which holds the linear law"
         hint = f"read with pipeline read, or run the design with press.strain=linear and {SAME_DEPTH}"
         raise validation_error("press.strain", sensor.design.press.strain, "", bound, hint)
-    loader = FileSystemLoader(Path(__file__).parent)
-    environment = Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters["number"] = number
     least, largest = sensor.range_MPa
     law = _pair_constants(sensor) if sensor.law is None else _contrast_constants(sensor.law)
     rows = sensor.report.read_out.level
     signal = sensor.report.read_out.signal
-    constants = {
+    return {
         "design": sensor.design.name,
         "method": sensor.unit.method,
         "tips": [tip.name for tip in sensor.report.tips],
@@ -55,7 +52,6 @@ def _rendered(template: str, sensor: MeasuringUnit, number: object) -> str:
         "level_shifts": [math.log(row.E_MPa / row.read_MPa) for row in rows],
         **law,
     }
-    return environment.get_template(template).render(constants) + "\n"
 
 
 def _single(value: float) -> str:
@@ -77,19 +73,16 @@ def _contrast_constants(law: ContrastLaw) -> dict[str, object]:
 
 
 def _pair_constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return what fits a line y over x to a press: compliances [mm/N] and variances by the noise of the forces.
-
-    x = F_high - F_low [N]; y is how much farther the low spring gives than the high one [mm].
-    """
-    C = sensor.C
-    deflection_difference = (C[0][0] - C[1][0], C[0][1] - C[1][1])
-    low, high = (sensor.noises**2).tolist()
+    """Return what fits a line y over x to a press, as in `cad/theory/pair_line.py`."""
+    relative = np.subtract(sensor.C[0], sensor.C[1])
+    x_and_y = np.array([[-1.0, 1.0], relative])
+    (noise_xx, noise_xy), (_, noise_yy) = (x_and_y @ np.diag(sensor.noises**2) @ x_and_y.T).tolist()
     return {
         "pair": True,
-        "relative": deflection_difference,
-        "noise_xx": low + high,
-        "noise_xy": deflection_difference[1] * high - deflection_difference[0] * low,
-        "noise_yy": deflection_difference[0] ** 2 * low + deflection_difference[1] ** 2 * high,
+        "relative": relative.tolist(),
+        "noise_xx": noise_xx,
+        "noise_xy": noise_xy,
+        "noise_yy": noise_yy,
         "own_less_other": sensor.own_less_other,
         "spacing": sensor.design.tips.spacing_mm,
     }

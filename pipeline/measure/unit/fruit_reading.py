@@ -97,8 +97,15 @@ def checked_reading(
     *,
     tilt: float | None = None,
     direction: float | None = None,
+    lead: float | None = None,
 ) -> FruitReading:
-    """Return a reading E [MPa] +- u [1] of forces [N] with its flags and class, tilt and direction [deg] if known."""
+    """Return a reading E [MPa] +- u [1] of forces [N] with its flags and class, tilt and direction [deg] if known.
+
+    Those of a pair follow from the `lead` by which its high tip stands before the low one [mm].
+    """
+    if lead is not None:
+        tilt = abs(math.degrees(math.atan(-lead / sensor.design.tips.spacing_mm)))
+        direction = 0.0 if lead <= 0.0 else 180.0
     flags = []
     least, largest = sensor.range_MPa
     if not least * (1.0 - AT_THE_EDGE) <= E <= largest * (1.0 + AT_THE_EDGE):

@@ -105,16 +105,11 @@ class MeasuringUnit:
         asked = self.design.reading or Reading()
         return np.array([asked.force_noise(force) for force in self.report.read_out.full_scale_N])
 
-    @cached_property
-    def zero_drifts(self) -> Floats:
-        """Return by how much the zero of each channel may drift after taring [N]; 0 where no read-out is named."""
-        signal = self.report.read_out.signal
-        return np.zeros(len(self.noises)) if signal is None else np.array(signal.zero_drift_N)
-
     @property
     def force_errors(self) -> Floats:
         """Return what a force of each channel may be off by without a touch [N]: by noise and by drift of its zero."""
-        return np.hypot(self.noises, self.zero_drifts)
+        signal = self.report.read_out.signal
+        return self.noises if signal is None else np.hypot(self.noises, signal.zero_drift_N)
 
     @property
     def modulus_drift(self) -> float:
@@ -147,10 +142,6 @@ class MeasuringUnit:
             return PAIR_TILT_DEG
         least_radius = self.design.fruit.radii_mm[0] * (1.0 - asked.radius_spread)
         return asked.tilt_deg + math.degrees(math.atan(asked.off_centre_mm / least_radius))
-
-    def pair_tilt_deg(self, lead: float) -> float:
-        """Return the tilt of a pair whose high tip stands before the low one by a lead [mm]: below 0 for one above."""
-        return math.degrees(math.atan(-lead / self.design.tips.spacing_mm))
 
     def ratio_tilt_deviation(self, offset_by_modulus: float) -> float:
         """Return the standard deviation of a modulus by a force ratio [1] by the tilts that the design allows for.

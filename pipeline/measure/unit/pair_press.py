@@ -135,9 +135,7 @@ def _line_reading(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> FruitRe
 
     E = sensor.corrected(line.modulus)
     u = half_width(sensor, E, [line.error, *_sensitivity(sensor, modulus).by_unit(sensor)])
-    tilt = sensor.pair_tilt_deg(line.lead)
-    direction = 0.0 if tilt >= 0.0 else 180.0
-    reading = checked_reading(sensor, E, u, deepest, tilt=abs(tilt), direction=direction)
+    reading = checked_reading(sensor, E, u, deepest, lead=line.lead)
     try:
         by_ratio = sensor.ratio_modulus(deepest)
         noise = _ratio_sensitivity(sensor, deepest).by_noise(sensor, deepest)

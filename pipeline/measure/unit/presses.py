@@ -1,8 +1,9 @@
 """From signals to readings: a press is the samples from the touch of the last tip to the lift of the first one."""
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,6 @@ Floats = NDArray[np.float64]
 
 TARE_SAMPLES = 10
 """Of a signal of counts, at its start, of a sensor that hangs free."""
-_CHECK_CHANNEL = "check zero, sign and unit of the channel"
 
 
 def reading_of(sensor: MeasuringUnit, channels: Sequence[float]) -> FruitReading:
@@ -37,9 +37,7 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
     samples = counted_in_newtons(sensor, signal) if signal.counted else signal
     for sample in samples:
         forces = sensor.gained(sample.forces)
-        tip = _first_out_of_scale(sensor, forces)
-        if tip is not None:
-            raise signal.force_error(sample, tip, _scale_in_words(sensor, tip), _CHECK_CHANNEL)
+        refuse_out_of_scale(sensor, forces, partial(signal.place, sample))
         if (forces > sensor.least_forces).all():
             pressed = True
             press = press or _Press(sensor)
@@ -63,72 +61,64 @@ def counted_in_newtons(sensor: MeasuringUnit, signal: Signal) -> Iterator[Sample
     for a tare that is no free sensor's: unsteady, or more than a full scale off that of the calibration.
     """
     unit = sensor.unit
-    refuse_uncalibrated_counts(sensor, "FILE.csv")
-    samples = iter(signal)
+    _refuse_uncalibrated(sensor, "FILE.csv")
+
+    def whole() -> Iterator[Sample]:
+        for sample in signal:
+            _refuse_saturated(sensor, sample.forces, partial(signal.place, sample))
+            yield sample
+
+    samples = whole()
     free = list(itertools.islice(samples, TARE_SAMPLES))
-    for sample in free:
-        _refuse_saturation(sensor, signal, sample)
-    tare = np.mean([sample.forces for sample in free], axis=0).tolist()
     hint = f"let the sensor hang free and still for the first {TARE_SAMPLES} samples"
     if len(free) < TARE_SAMPLES:
-        raise signal.force_error(free[-1], 0, f"one of at least {TARE_SAMPLES} samples", hint, "counts")
-    for sample in free:
-        off = np.abs(unit.forces_of_counts(sample.forces, tare))
-        if (off > sensor.least_forces).any():
-            raise signal.force_error(sample, int((off - sensor.least_forces).argmax()), "steady", hint, "counts")
-    moved = np.abs(unit.forces_of_counts(tare, unit.zero_counts))
-    full_scale = np.array(sensor.report.read_out.full_scale_N)
-    if (moved > full_scale).any():
+        raise validation_error(signal.place(free[-1], 0), len(free), "samples", f"at least {TARE_SAMPLES}", hint)
+    tare = np.mean([sample.forces for sample in free], axis=0).tolist()
+    off = np.abs(unit.forces_of_counts(tare, unit.zero_counts)) / sensor.report.read_out.full_scale_N
+    if off.max() > 1.0:
         bound = "within a full scale of the calibration's zero"
-        raise signal.force_error(free[0], int((moved / full_scale).argmax()), bound, hint, "counts")
+        tip = int(off.argmax())
+        raise validation_error(signal.place(free[0], tip), tare[tip], "counts", bound, hint)
+    for sample in free:
+        off = np.abs(unit.forces_of_counts(sample.forces, tare)) / sensor.least_forces
+        if off.max() > 1.0:
+            tip = int(off.argmax())
+            raise validation_error(signal.place(sample, tip), sample.forces[tip], "counts", "steady", hint)
     for sample in samples:
-        _refuse_saturation(sensor, signal, sample)
         yield replace(sample, forces=unit.forces_of_counts(sample.forces, tare))
 
 
-def refuse_uncalibrated_counts(sensor: MeasuringUnit, name: str) -> None:
-    """Raise InputError for counts that a unit tells no forces of."""
+def forces_of_counts(sensor: MeasuringUnit, counts: Sequence[float], tare: Sequence[float] | None) -> tuple[float, ...]:
+    """Return the forces [N] of `--counts`, above a tare or the zero of the calibration; raises InputError."""
+    _refuse_uncalibrated(sensor, "--counts")
+    _refuse_saturated(sensor, counts, lambda _: "--counts")
+    _refuse_saturated(sensor, tare or (), lambda _: "--tare")
+    return sensor.unit.forces_of_counts(counts, tare or sensor.unit.zero_counts)
+
+
+def _refuse_uncalibrated(sensor: MeasuringUnit, name: str) -> None:
     if not sensor.unit.newtons_per_count:
         bound = "forces, for the counts of this unit were not calibrated"
         raise validation_error(name, "counts", "", bound, "calibrate weights with counts, and give --unit")
 
 
-def forces_of_counts(sensor: MeasuringUnit, counts: Sequence[float], tare: Sequence[float] | None) -> tuple[float, ...]:
-    """Return the forces [N] of `--counts`, above a tare or the zero of the calibration; raises InputError."""
-    refuse_uncalibrated_counts(sensor, "--counts")
-    for values in (counts, tare or ()):
-        for value in values:
-            if abs(value) >= sensor.unit.saturation_counts:
-                raise validation_error("--counts", value, "counts", _range_in_words(sensor), _CHECK_CHANNEL)
-    return sensor.unit.forces_of_counts(counts, tare or sensor.unit.zero_counts)
+def _refuse_saturated(sensor: MeasuringUnit, counts: Sequence[float], place: Callable[[int], str]) -> None:
+    limit = sensor.unit.saturation_counts
+    for tip, count in enumerate(counts):
+        if abs(count) >= limit:
+            bound = f"within +-{limit}, the range of the converter"
+            raise validation_error(place(tip), count, "counts", bound, "check the channel")
 
 
-def _refuse_saturation(sensor: MeasuringUnit, signal: Signal, sample: Sample) -> None:
-    sizes = np.abs(sample.forces)
-    if sizes.max() >= sensor.unit.saturation_counts:
-        raise signal.force_error(sample, int(sizes.argmax()), _range_in_words(sensor), _CHECK_CHANNEL, "counts")
-
-
-def _range_in_words(sensor: MeasuringUnit) -> str:
-    return f"within +-{sensor.unit.saturation_counts}, the range of the converter"
-
-
-def refuse_bad_forces(sensor: MeasuringUnit, forces: Sequence[float]) -> None:
-    """Raise InputError for forces [N] of `--forces` that are below zero or far beyond the scale."""
-    tip = _first_out_of_scale(sensor, np.array(forces))
-    if tip is not None:
-        name = f"--forces: tip {sensor.report.tips[tip].name}"
-        raise validation_error(name, forces[tip], "N", _scale_in_words(sensor, tip), _CHECK_CHANNEL)
-
-
-def _first_out_of_scale(sensor: MeasuringUnit, forces: Floats) -> int | None:
-    in_scale = (-sensor.least_forces <= forces) & (forces <= sensor.largest_forces)
-    return None if in_scale.all() else int(in_scale.argmin())
-
-
-def _scale_in_words(sensor: MeasuringUnit, tip: int) -> str:
-    lowest = -sensor.least_forces[tip]
-    return f"from {lowest:.3g} N, zero less its noise, to {sensor.largest_forces[tip]:.3g} N, 20 full scales"
+def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats, place: Callable[[int], str]) -> None:
+    """Raise InputError, which names a tip by its place, for forces [N] below zero or far beyond the scale."""
+    in_scale = (-sensor.least_forces <= np.array(forces)) & (np.array(forces) <= sensor.largest_forces)
+    if not in_scale.all():
+        tip = int(in_scale.argmin())
+        lowest = -sensor.least_forces[tip]
+        bound = f"from {lowest:.3g} N, zero less its noise, to {sensor.largest_forces[tip]:.3g} N, 20 full scales"
+        hint = "check zero, sign and unit of the channel"
+        raise validation_error(place(tip), float(forces[tip]), "N", bound, hint)
 
 
 class _Press:
@@ -137,12 +127,11 @@ class _Press:
     def __init__(self, sensor: MeasuringUnit) -> None:
         self._sensor = sensor
         self._pair = PairPress(sensor)
-        arms = sensor.design.fruit.relaxation
         self._relaxing = None
-        if arms is not None:
+        if sensor.design.fruit.relaxation is not None:
             from pipeline.measure.unit.timed_reading import RelaxingPress  # loads SciPy, which few readings need
 
-            self._relaxing = RelaxingPress(sensor, Relaxation(arms))
+            self._relaxing = RelaxingPress(sensor, Relaxation(sensor.design.fruit.relaxation))
         self._largest = 0.0
         self.deepest = Sample(0, 0.0, None, ())
 
@@ -158,7 +147,8 @@ class _Press:
 
     def reading(self, sample: Sample) -> FruitReading:
         """Return what a sample tells, for a pair the press up to now; of flesh that relaxes, the chosen moment."""
+        is_pair = self._sensor.law is None
+        reading = self._pair.reading() if is_pair else reading_of(self._sensor, sample.forces)
         if self._relaxing is not None:
-            return replace(self._relaxing.reading(self._pair.reading()), t=sample.t)
-        reading = self._pair.reading() if self._sensor.law is None else reading_of(self._sensor, sample.forces)
+            reading = self._relaxing.reading(reading)
         return replace(reading, t=sample.t)

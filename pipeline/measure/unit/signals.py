@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from cad.quantity import InputError, validation_error, written_number
+from cad.quantity import validation_error, written_number
 from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
@@ -86,10 +86,9 @@ class Signal:
             bound = "at least one line of numbers below the header"
             raise validation_error(form.source, 0, "samples", bound, "record a press")
 
-    def force_error(self, sample: Sample, tip: int, bound: str, hint: str, unit: str = "N") -> InputError:
-        """Return the error for the force of a tip in a sample, or for the counts of its channel."""
-        place = place_of(self._form.source, sample.line, self._force_columns[tip].label)
-        return validation_error(place, sample.forces[tip], unit, bound, hint)
+    def place(self, sample: Sample, tip: int) -> str:
+        """Return how an error names the force of a tip in a sample, or the counts of its channel."""
+        return place_of(self._form.source, sample.line, self._force_columns[tip].label)
 
 
 def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:

@@ -81,10 +81,8 @@ class RelaxingPress:
             if press.E is None or press.u is None:
                 return press
             slope, lead = self._slope_and_lead()
-            tilt = self._sensor.pair_tilt_deg(lead)
-            direction = 0.0 if tilt >= 0.0 else 180.0
             E = self._sensor.own_less_other / slope
-            reading = checked_reading(self._sensor, E, press.u, self._found[at][0], tilt=abs(tilt), direction=direction)
+            reading = checked_reading(self._sensor, E, press.u, self._found[at][0], lead=lead)
         else:
             forces, elastic = self._found[at]
             bent = np.array(law.C) @ (forces - elastic)  # springs are bent by the forces that there are

@@ -13,6 +13,7 @@ from pipeline.cli import main
 from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.measure.compression.force_law import POISSON, TestGeometry, hertz_law
 from pipeline.options import load_design
+from solve.linear import SolveError
 
 SIZES = ["--height", "70", "--radius", "35"]
 
@@ -105,6 +106,16 @@ def test_range_is_taken_by_a_design_as_flags_and_as_toml(files, capsys):
     design = load_design("paper", settings)
     assert design.fruit.E_max_MPa == table["E_max_MPa"] == 2.2
     assert list(design.fruit.E_MPa) == table["E_MPa"]
+
+
+def test_body_without_an_equilibrium_is_one_line(files, capsys, monkeypatch):
+    def unsolved(_):
+        msg = "compression: no equilibrium"
+        raise SolveError(msg)
+
+    monkeypatch.setattr("pipeline.measure.compression.modulus.solved_law", unsolved)
+    assert main(["modulus", *files, *SIZES]) == 2
+    assert capsys.readouterr().err.splitlines() == ["pipeline: compression: no equilibrium"]
 
 
 def test_plot_is_the_same_bytes_and_never_replaces_a_foreign_file(files):

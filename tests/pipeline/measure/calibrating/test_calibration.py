@@ -39,6 +39,12 @@ def test_table_of_a_unit_is_that_of_its_springs(name, request):
     assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.01)
 
 
+def test_springs_that_read_nothing_of_a_unit_leave_its_table_open(paper):
+    """The design's low spring is taken for stiffer than its high one: the forces belong to no modulus of it."""
+    sensor = paper.measuring()
+    assert {row.with_design for row in unit_table(sensor, sensor.with_stiffness(0, 30.0))} == {None}
+
+
 def test_weights_tell_the_springs_and_how_to_trim_them(paper, calibrate):
     """A stiff spring is filed longer, a soft one clamped shorter, by what the beam formula needs; the zero is off."""
     report = replace(paper.report, housing=default_housing())

@@ -6,7 +6,6 @@ travels as forces. A cylinder on its side has a length of 1 mm in plane strain.
 """
 
 import csv
-import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -102,7 +101,7 @@ def test_modulus_is_in_its_bar_in_95_of_100_tests(rng):
 
 
 SLIPPERY = {"-".join(row[:3]): row for row in rows() if row[3] == "0.0" and FORMS[row[0]][0].plunger is None}
-QUICK = ("ball-0.49-hencky", "end-0.3-neo-hooke", "side-0.4-foam")
+QUICK = ("end-0.3-neo-hooke", "side-0.4-foam")
 
 
 @pytest.mark.parametrize(
@@ -147,7 +146,7 @@ def test_tools_of_another_kind_have_hertz_s_law_in_series():
     travel = (3.0 * 0.91 / 4.0) ** (2.0 / 3.0) * (relative ** (-1.0 / 3.0) + 35.0 ** (-1.0 / 3.0))
     assert law.depth(np.array([1.0]), 1.0)[0] == pytest.approx(travel, rel=1e-12)
     assert hertz_law(TestGeometry(body=body, plunger=Plunger(radius_mm=7.0))) is None
-    assert hertz_law(TestGeometry(body=CylinderOnEnd(height_mm=20.0, radius_mm=8.0))) is None
+    assert hertz_law(FORMS["end"][0]) is None
 
 
 def test_block_between_slippery_plates_is_a_bar():
@@ -155,11 +154,3 @@ def test_block_between_slippery_plates_is_a_bar():
     law = solved_law(TestGeometry(body=Block(height_mm=20.0, width_mm=12.0, length_mm=9.0)))
     slip = law.others["friction"][0]
     assert np.interp(0.01, slip.travels, slip.forces) == pytest.approx(108.0 * 0.01 / 20.0, rel=2e-3)
-
-
-@pytest.mark.slow
-def test_error_of_poisson_s_ratio_widens_the_bar():
-    """E goes about with 1 - nu^2 on a ball: 0.1 more at 0.3 takes 0.16 / 0.91 - 0.09 / 0.91 of it."""
-    ball = TestGeometry(body=BALL, poisson_error=0.1)
-    other = solved_law(ball).others["Poisson's ratio"][0]
-    assert math.isclose(other.stiffness / solved_law(ball).stiffness, 0.91 / 0.84, rel_tol=0.03)

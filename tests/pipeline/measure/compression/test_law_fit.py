@@ -6,11 +6,10 @@ from virtual_compression import specimen
 
 from cad.quantity import Estimate
 from pipeline.measure.compression.bodies import Ellipsoid
-from pipeline.measure.compression.fit_error import standard_errors, with_choice
 from pipeline.measure.compression.force_law import ForceLaw, TestGeometry, hertz_law
-from pipeline.measure.compression.law_fit import fit_law
+from pipeline.measure.compression.law_fit import fit_law, standard_errors
 from pipeline.measure.compression.loading import loading
-from pipeline.measure.compression.range_choice import choose_range
+from pipeline.measure.compression.range_choice import choose_range, with_choice
 
 
 def power_law(deepest):
@@ -57,10 +56,12 @@ def test_force_that_does_not_rise_is_not_fitted():
 
 
 def test_law_is_hertz_s_up_to_a_tenth_of_the_radius():
-    """F = 4/3 sqrt(R) E* (D / 2)^1.5 between two plates; with half the radius across, as Johnson's ellipse has it."""
+    """F = 4/3 sqrt(R) E* (D / 2)^1.5 between two plates, D^1.5 in a seat."""
     law = hertz_law(TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=30.0, radius_across_mm=30.0)))
     assert law.stiffness == pytest.approx(4.0 / 3.0 / 0.91 * np.sqrt(30.0) / 2.0**1.5)
     assert (law.exponent, law.deepest) == (1.5, pytest.approx(6.0))
+    seat = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=30.0, radius_across_mm=30.0), plates=1)
+    assert hertz_law(seat).stiffness == pytest.approx(law.stiffness * 2.0**1.5)
     forces = law.stiffness * 2.0 * np.array([1.0, 4.0, 9.0]) ** 1.5
     assert law.depth(forces, 2.0) == pytest.approx([1.0, 4.0, 9.0])
 

@@ -1,5 +1,6 @@
 """Virtual compression tests of fruit of known modulus: what is found, its error bar, and what a batch of them says."""
 
+import functools
 import math
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ from virtual_compression import VirtualTest, over_hertz, specimen, true_force
 
 from cad.quantity import InputError
 from pipeline.measure.compression.bodies import Ellipsoid
-from pipeline.measure.compression.force_law import TestGeometry, hertz_law, solved_law
+from pipeline.measure.compression.force_law import TestGeometry, solved_law
 from pipeline.measure.compression.modulus import measured_modulus
 from pipeline.measure.compression.summary import design_range, fruit_summaries, overall, result_mapping
 
@@ -23,6 +24,7 @@ QUIET = VirtualTest(E_MPa=1.0, noise_percent=0.05, toe_mm=0.0, offset_N=0.0, fai
 X, F = QUIET.curve()
 
 
+@functools.cache
 def measure(test, geometry=BALL):
     return measured_modulus(specimen(*test.curve()), geometry)
 
@@ -60,13 +62,12 @@ def least_inside(count):
 @pytest.mark.parametrize(
     ("count", "seed", "largest", "fixed"),
     [
-        (8, 1, 0.03, {}),
-        (4, 4, 0.03, {"drift_N_per_mm": 0.5, "noise_percent": 0.2}),
-        (3, 5, 0.015, {"noise_percent": 0.0}),
-        (4, 6, 0.05, {"rows": 20, "noise_percent": 0.3}),
+        (3, 1, 0.03, {}),
+        (2, 4, 0.03, {"drift_N_per_mm": 0.5, "noise_percent": 0.2}),
+        (2, 6, 0.05, {"rows": 20, "noise_percent": 0.3}),
         *(
             pytest.param(40, 3, 0.06, fixed, marks=pytest.mark.study)
-            for fixed in ({"rows": 200}, {"rows": 4000}, {"gap_mm": 0.0}, {"noise_percent": 0.1})
+            for fixed in ({}, {"rows": 200}, {"rows": 4000}, {"gap_mm": 0.0}, {"noise_percent": 0.1})
         ),
     ],
 )
@@ -77,7 +78,16 @@ def test_modulus_is_found_and_its_error_bar_holds_it(count, seed, largest, fixed
     assert inside >= least_inside(count)
 
 
-@pytest.mark.parametrize("settling", ["exponential in travel", "soft layer", "linear foot", "noise of the force"])
+@pytest.mark.parametrize(
+    "settling",
+    [
+        "soft layer",
+        *(
+            pytest.param(name, marks=pytest.mark.study)
+            for name in ("exponential in travel", "linear foot", "noise of the force")
+        ),
+    ],
+)
 def test_what_the_fit_does_not_know_is_inside_the_error_bar(settling):
     """Laws of settling that the fit does not have, and noise in proportion to the force."""
     E = 1.5
@@ -91,12 +101,12 @@ def test_what_the_fit_does_not_know_is_inside_the_error_bar(settling):
         "noise of the force": true_force(E, D),
     }[settling]
     scale = force if settling == "noise of the force" else force.max()
-    for seed in range(4):
+    for seed in range(2):
         noise = 0.01 * scale * np.random.default_rng(seed).normal(size=len(force))
         error, held = error_of(measured_modulus(specimen(depth + 0.8, force + noise), BALL), E)
         assert abs(error) < 0.03
         inside += held
-    assert inside >= least_inside(4)
+    assert inside >= least_inside(2)
 
 
 def yields_and_bears_more(travel, force):
@@ -151,8 +161,8 @@ def test_paper_modulus_of_a_ball_is_that_of_the_formula():
 
 
 def test_secant_and_tangent_are_as_uncertain_as_said():
-    """Their scatter in 12 noisy tests of E 1 is that of their error bars: with 12 draws within a factor of 2."""
-    secants = [measure(VirtualTest(E_MPa=1.0, seed=seed)).secants[0] for seed in range(12)]
+    """Their scatter in 6 noisy tests of E 1 is that of their error bars: with 6 draws within a factor of 2."""
+    secants = [measure(VirtualTest(E_MPa=1.0, seed=seed)).secants[0] for seed in range(6)]
     for name in ("secant", "tangent"):
         values = np.array([getattr(secant, f"E_{name}_MPa") for secant in secants])
         stated = np.mean([getattr(secant, f"u_{name}_percent") for secant in secants])
@@ -166,24 +176,6 @@ def test_strain_beyond_the_curve_is_taken_at_its_end():
     assert first == pytest.approx(0.95 * reach, rel=0.05)  # two digits
     assert first <= 0.95 * reach
     assert second == 5.0
-
-
-@pytest.mark.slow
-def test_strain_within_the_error_of_the_touch_is_refused():
-    result = measure(QUIET)
-    smallest = 196.0 * result.chosen.touch.error / 70.0
-    assert measure(QUIET, replace(BALL, strains_percent=(5.0, 1.01 * smallest))).secants[0].strain_percent == 5.0
-    with pytest.raises(InputError) as caught:
-        measure(QUIET, replace(BALL, strains_percent=(5.0, 0.99 * smallest)))
-    assert caught.value.field == "--strain"
-
-
-def test_seat_and_radii_change_the_apparent_modulus_by_its_formula():
-    """Hertz's: F = c E* D^1.5, one contact of sqrt(R) for a seat, two in series for plates."""
-    plates = hertz_law(BALL).stiffness
-    larger = replace(BALL, body=ball(45.0))
-    assert hertz_law(replace(BALL, plates=1)).stiffness == pytest.approx(plates * 2.0**1.5)
-    assert hertz_law(larger).stiffness == pytest.approx(plates * math.sqrt(45.0 / 35.0))
 
 
 @pytest.mark.parametrize(
@@ -259,8 +251,8 @@ def test_error_is_made_of_its_shares():
 def test_law_and_friction_that_are_not_known_are_in_the_error_bar():
     """The curve that a press by another law, or with a grip, would give: read with the law of the product."""
     law = solved_law(BALL)
-    for name in ("law of flesh", "friction", "Poisson's ratio"):
-        for other in law.others[name]:
+    for others in law.others.values():
+        for other in others[-1:]:
             travel = np.concatenate([np.linspace(0.0, 0.9, 60), 1.0 + other.travels])
             force = np.concatenate([np.zeros(60), 2.0 * other.forces])
             result = measured_modulus(specimen(travel, force), BALL)

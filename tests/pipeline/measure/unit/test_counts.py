@@ -20,7 +20,7 @@ from pipeline.cli import main
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, reading_of, readings_of
-from pipeline.measure.unit.printed_unit import read_unit, unit_as_toml
+from pipeline.measure.unit.printed_unit import read_unit
 from pipeline.measure.unit.signals import Signal, count_keys
 from pipeline.report.stored import read_report
 from solve.contact.poses import Pose
@@ -114,7 +114,7 @@ def free(electronics, zero=0.0):
     return electronics.counts(np.zeros((TARE_SAMPLES, len(electronics.zero))), zero=zero)
 
 
-def covered(measured, rng, calibrate, *, calibrated_gains=True):
+def covered(measured, rng, calibrate):
     """Return the share of fruit whose modulus lies in the bar of its reading, over units with their own electronics."""
     inside = []
     per_K = measured.design.process.E_per_K
@@ -122,9 +122,6 @@ def covered(measured, rng, calibrate, *, calibrated_gains=True):
         factors = rng.normal(1.0, 0.12, len(measured.K)).clip(0.7, 1.3)
         electronics = Electronics(measured, rng)
         unit = calibrate(measured.report, weights(measured, factors, electronics)).unit
-        if not calibrated_gains:
-            nominal = np.linalg.inv(np.diag(measured.report.read_out.signal.counts_per_N))
-            unit = replace(unit, newtons_per_count=tuple(map(tuple, nominal.tolist())))
         sensor = MeasuringUnit(report=measured.report, unit=unit)
         for _ in range(FRUIT):
             E = float(np.exp(rng.uniform(np.log(0.5), np.log(3.5))))
@@ -150,12 +147,6 @@ def test_a_thousand_units_and_fruit_are_read_inside_their_bar(mango, rng, calibr
     assert covered(mango, rng, calibrate) >= LEAST_COVERED
 
 
-def test_gains_as_designed_are_seen(mango, rng, calibrate, monkeypatch):
-    """Planted: a unit that takes its gains for those of the data sheets reads nothing."""
-    monkeypatch.setitem(globals(), "UNITS", 3)
-    assert covered(mango, rng, calibrate, calibrated_gains=False) < 0.7
-
-
 def test_weights_tell_gain_crosstalk_hysteresis_and_zero(mango, rng, calibrate):
     electronics = Electronics(mango, rng)
     found = calibrate(mango.report, weights(mango, 1.0, electronics, hysteresis=0.01)).channels
@@ -168,13 +159,6 @@ def test_weights_tell_gain_crosstalk_hysteresis_and_zero(mango, rng, calibrate):
     assert np.abs(plain.drift_percent).max() < 0.1
     relative = np.abs(electronics.matrix / np.diag(electronics.matrix)[:, None] - np.eye(4)).max(axis=1)
     assert plain.crosstalk_percent == pytest.approx(100.0 * relative, rel=0.05)
-
-
-def test_a_unit_with_counts_is_read_back_from_its_file(mango, rng, calibrate, tmp_path):
-    unit = calibrate(mango.report, weights(mango, 1.0, Electronics(mango, rng))).unit
-    path = tmp_path / "unit.toml"
-    path.write_text(unit_as_toml(unit), encoding="utf-8")
-    assert read_unit(path, mango.report) == unit
 
 
 def without_tare(text):

@@ -9,7 +9,7 @@ from measured_units import stated_and_moved
 from cad.design.reading import Reading
 from cad.quantity import InputError
 from pipeline.measure.unit.pair_press import MOST_BLOCKS, PairPress
-from pipeline.measure.unit.presses import reading_of, readings_of, refuse_bad_forces
+from pipeline.measure.unit.presses import reading_of, readings_of, refuse_out_of_scale
 from pipeline.measure.unit.signals import Signal
 from solve.contact.poses import Pose
 
@@ -109,11 +109,11 @@ def test_force_beyond_zero_or_the_scale_is_refused_at_its_tip(paper):
     """Four deviations of noise below zero, and twenty full scales, are just allowed."""
     sensor = paper.measuring()
     lowest, highest = -4.0 * sensor.noises, 20.0 * np.array(sensor.report.read_out.full_scale_N)
-    refuse_bad_forces(sensor, [lowest[0], highest[1]])
+    refuse_out_of_scale(sensor, [lowest[0], highest[1]], "{}".format)
     for forces, name in (([1.01 * lowest[0], 0.1], "low"), ([0.1, 1.01 * highest[1]], "high")):
         with pytest.raises(InputError) as caught:
-            refuse_bad_forces(sensor, forces)
-        assert caught.value.field == f"--forces: tip {name}"
+            refuse_out_of_scale(sensor, forces, ("low", "high").__getitem__)
+        assert caught.value.field == name
         with pytest.raises(InputError) as caught:
             list(readings_of(sensor, signal([(0.0, forces)])))
         assert caught.value.field == f"-, line 2, column 'F_{name[0]}_N'"

@@ -11,7 +11,14 @@ from pipeline.measure.unit.ripeness import ripeness_classes
 
 @pytest.fixture
 def unit(paper):
-    return replace(nominal_unit(paper.report), K_N_per_m=(1078.0, 23120.0), classes="ripe:0.8,unripe")
+    return replace(
+        nominal_unit(paper.report),
+        K_N_per_m=(1078.0, 23120.0),
+        classes="ripe:0.8,unripe",
+        newtons_per_count=((1e-6, 0.0), (1e-8, 1e-5)),
+        zero_counts=(5.0, -7.0),
+        saturation_counts=99,
+    )
 
 
 @pytest.fixture
@@ -67,6 +74,8 @@ def test_unit_of_another_design_is_refused(unit, paper, mango, refused):
         ("gain_percent = [", "gain_percent = [-0.1, 0.1]#", "unit.gain_percent"),
         ("gain = [", "gain = [0.0, 1.0]#", "unit.gain"),
         ("nominal", "*/ system(1); /*", "unit.method"),
+        ("zero_counts = [5.0, ", "zero_counts = [", "unit.newtons_per_count"),
+        ("saturation_counts = 99", "saturation_counts = 0", "unit.newtons_per_count"),
     ],
 )
 def test_damaged_unit_is_refused_by_its_field(unit, paper, old, new, field, refused):

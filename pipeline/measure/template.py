@@ -1,0 +1,38 @@
+"""What is filled into a template of these rooms: an answer in tables and sentences, or source code."""
+
+import itertools
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from rich.markup import escape
+from rich.table import Table
+
+from pipeline.report.verdict_table import print_parts
+
+_ROOM = Path(__file__).parent
+_BAR = " | "
+
+
+def rendered(template: str, number: object = repr, **values: object) -> str:
+    """Return a template with values in it; `number` says how its filter of that name writes one."""
+    environment = Environment(
+        loader=FileSystemLoader(_ROOM), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["number"] = number
+    return environment.get_template(template).render(values) + "\n"
+
+
+def print_answer(template: str, **values: object) -> None:
+    """Print a template with values in it; lines whose cells bars part are a table, the first one its heads."""
+    lines = rendered(template, **values).splitlines()
+    for is_table, block in itertools.groupby(lines, key=lambda line: _BAR in line):
+        if not is_table:
+            print_parts([escape("\n".join(block))])
+            continue
+        heads, *rows = (escape(line).split(_BAR) for line in block)
+        table = Table()
+        for index, head in enumerate(heads):
+            table.add_column(head.strip(), justify="right" if index else "left")
+        for row in rows:
+            table.add_row(*row)
+        print_parts([table])
