@@ -53,14 +53,13 @@ def weighed_channels(table: MeasuredTable, report: StoredReport) -> ChannelCalib
     if keys[0] not in table.numbers:
         return None
     counts = np.column_stack([table.numbers[key] for key in keys])
-    digits = np.column_stack([table.last_digits[key] for key in keys])
     signal = report.read_out.signal
     saturation = USUAL_SATURATION if signal is None else signal.saturation_counts
-    for line, row in zip(table.lines, counts, strict=True):
-        if np.abs(row).max() >= saturation:
-            worst = float(row[np.abs(row).argmax()])
-            bound = f"within +-{saturation}, the range of the converter"
-            raise validation_error(place_of(table.source, line), worst, "counts", bound, "take a smaller weight")
+    largest = np.abs(counts).max(axis=1)
+    if largest.max() >= saturation:
+        place = place_of(table.source, table.lines[int(largest.argmax())])
+        bound = f"within +-{saturation}, the range of the converter"
+        raise validation_error(place, float(largest.max()), "counts", bound, "take a smaller weight")
 
     forces = table.numbers["force"]
     tips = np.array(table.texts["tip"])
@@ -74,20 +73,20 @@ def weighed_channels(table: MeasuredTable, report: StoredReport) -> ChannelCalib
         if loads[0] != 0.0:
             place = place_of(table.source, table.lines[int(rows[0])], "tip")
             raise validation_error(place, float(loads[0]), "N", "0 in the first row of a tip", "tare first")
-        for channel, key in enumerate(keys):
+        lines = []
+        for key in keys:
             field = f"{table.source}: {key} over the weight on {name}"
-            slope = line_through(field, loads, counts[rows, channel], digits[rows, channel], "counts/N")
-            slopes[channel, tip] = slope.value
-            if channel != tip:
-                continue
-            shown = counts[rows, channel]
-            span = abs(slope.value) * float(np.ptp(loads))
-            unlike = max(float(np.ptp(shown[loads == load])) for load in set(loads.tolist()))
-            hysteresis.append(100.0 * unlike / span)
-            without = shown[loads == 0.0]
-            drift.append(100.0 * float(without[-1] - without[0]) / span)
-            # What comes back otherwise lies anywhere within its width (JCGM 100:2008, 4.3.7).
-            gain_percent.append(float(np.hypot(slope.percent, 0.5 * hysteresis[-1] / np.sqrt(3.0))))
+            lines.append(line_through(field, loads, table.numbers[key][rows], table.last_digits[key][rows], "counts/N"))
+        slopes[:, tip] = [line.value for line in lines]
+        own = lines[tip]
+        shown = counts[rows, tip]
+        span = abs(own.value) * float(np.ptp(loads))
+        unlike = max(float(np.ptp(shown[loads == load])) for load in set(loads.tolist()))
+        hysteresis.append(100.0 * unlike / span)
+        without = shown[loads == 0.0]
+        drift.append(100.0 * float(without[-1] - without[0]) / span)
+        # What comes back otherwise lies anywhere within its width (JCGM 100:2008, 4.3.7).
+        gain_percent.append(float(np.hypot(own.percent, 0.5 * hysteresis[-1] / np.sqrt(3.0))))
     relative = slopes / np.diag(slopes)[:, None]
     if not np.linalg.cond(relative) < _WORST_CONDITION:
         bound = "channels each of which shows mostly its own tip"

@@ -101,13 +101,14 @@ def fitted_scale(source: str, names: tuple[str, ...], read: Floats, firmness: Fl
     means = _Points(*np.transpose([(each.read.mean(), each.firm.mean()) for each in of_fruit]))
     ends = np.array([means.read.min(), means.read.max()])
 
-    squares = {name: np.zeros(len(of_fruit)) for name in (*_CURVES, "mean")}
-    for index, left_out in enumerate(of_fruit):
-        others = _Points(*(np.delete(values, index) for values in means))
-        span = np.array([presses.read.min(), presses.read.max()])
-        for name, curve in _CURVES.items():
-            squares[name][index] = np.mean((curve(others, span).at(left_out.read) - left_out.firm) ** 2)
-        squares["mean"][index] = np.mean((others.firm.mean() - left_out.firm) ** 2)
+    span = np.array([presses.read.min(), presses.read.max()])
+    squares = {}
+    for name, curve in (_CURVES | {"mean": _mean}).items():
+        of_each = []
+        for index, left_out in enumerate(of_fruit):
+            others = _Points(*(np.delete(values, index) for values in means))
+            of_each.append(np.mean((curve(others, span).at(left_out.read) - left_out.firm) ** 2))
+        squares[name] = np.array(of_each)
     errors = {name: float(each.mean()) for name, each in squares.items()}
     by_mean = math.sqrt(errors.pop("mean"))
     best = min(errors, key=errors.__getitem__)
@@ -154,6 +155,11 @@ def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
             raise validation_error(place, ", ".join(reading.flags), "", bound, "press farther, or leave the row out")
         moduli.append(reading.E)
     return np.array(moduli)
+
+
+def _mean(fruit: _Points, ends: Floats) -> _Points:
+    """Return the level line from end to end through the mean of fruit."""
+    return _Points(ends, np.full(2, fruit.firm.mean()))
 
 
 def _factor(fruit: _Points, ends: Floats) -> _Points:

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
-from cad.design.reading import LEAST_OVER_NOISE, Reading
+from cad.design.reading import LEAST_OVER_NOISE
 from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw, Matrix, Place, stiffened
 from cad.theory.pair_line import ratio_modulus
 from pipeline.measure.unit.deep_pair import DeepPair
-from pipeline.measure.unit.printed_unit import PrintedUnit
+from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import corrected
 from pipeline.report.stored import StoredReport
@@ -98,12 +98,8 @@ class MeasuringUnit:
 
     @cached_property
     def noises(self) -> Floats:
-        """Return the standard deviation of the noise of each channel [N]: by read-out, or as the design asks."""
-        signal = self.report.read_out.signal
-        if signal is not None:
-            return np.array(signal.noises_N)
-        asked = self.design.reading or Reading()
-        return np.array([asked.force_noise(force) for force in self.report.read_out.full_scale_N])
+        """Return the standard deviation of the noise of each channel [N]."""
+        return np.array(channel_noises(self.report))
 
     @property
     def force_errors(self) -> Floats:

@@ -119,6 +119,15 @@ def nominal_unit(report: StoredReport) -> PrintedUnit:
     )
 
 
+def channel_noises(report: StoredReport) -> Sequence[float]:
+    """Return the standard deviation of the noise of each channel [N]: by read-out, or as the design asks."""
+    read_out = report.read_out
+    if read_out.signal is not None:
+        return read_out.signal.noises_N
+    asked = report.design.reading or Reading()
+    return [asked.force_noise(force) for force in read_out.full_scale_N]
+
+
 def unit_of(
     report: StoredReport, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str
 ) -> PrintedUnit:
@@ -128,13 +137,10 @@ def unit_of(
     is the noise of a hundred readings.
     """
     count = len(report.tips)
-    asked = report.design.reading or Reading()
+    gain_percent = (report.design.reading or Reading()).gain_percent
     signal = report.read_out.signal
-    noises: Sequence[float] = [asked.force_noise(force) for force in report.read_out.full_scale_N]
-    gain_percent = [asked.gain_percent] * count
-    if signal is not None:
-        noises = signal.noises_N
-        gain_percent = [math.hypot(asked.gain_percent, drift / math.sqrt(3.0)) for drift in signal.gain_drift_percent]
+    drifts = [0.0] * count if signal is None else signal.gain_drift_percent
+    noises = channel_noises(report)
     return PrintedUnit(
         design=report.design.name,
         design_sha256=design_digest(report.design),
@@ -145,7 +151,7 @@ def unit_of(
         height_mm=(0.0,) * count,
         height_error_mm=tuple(0.1 * noise / K for noise, K in zip(noises, stiffnesses, strict=True)),
         gain=(1.0,) * count,
-        gain_percent=tuple(gain_percent),
+        gain_percent=tuple(math.hypot(gain_percent, drift / math.sqrt(3.0)) for drift in drifts),
     )
 
 
@@ -158,15 +164,10 @@ def read_unit(path: Path, report: StoredReport) -> PrintedUnit:
         for cause in getattr(error.__cause__, "exceptions", ()):
             if isinstance(cause, InputError):
                 raise cause from error
-        lines = str(error).splitlines()
-        bound = f"a unit.toml of pipeline calibrate ({lines[0] if lines else type(error).__name__})"
+        bound = f"a unit.toml of pipeline calibrate ({str(error).splitlines()[0]})"
         raise validation_error("--unit", str(path), "", bound, "calibrate the unit") from error
-    names = tuple(tip.name for tip in report.tips)
-    if unit.tips != names:
-        bound = f"those of the design, {', '.join(names)}"
-        raise validation_error("unit.tips", ", ".join(unit.tips), "", bound, "take the unit.toml of this design")
     digest = design_digest(report.design)
-    if (unit.design, unit.design_sha256) != (report.design.name, digest):
+    if unit.design_sha256 != digest or unit.tips != tuple(tip.name for tip in report.tips):
         bound = f"the unit of design {report.design.name!r} as it is in this folder"
         hint = f"its digest begins {digest[:12]}; calibrate against it"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
@@ -175,14 +176,11 @@ def read_unit(path: Path, report: StoredReport) -> PrintedUnit:
 
 def unit_as_toml(unit: PrintedUnit) -> str:
     """Return a unit as TOML text that reads back as the same unit."""
-    lines = ["# A printed unit, written by pipeline calibrate; pipeline read --unit takes it."]
     keys = to_plain(unit)
     scale = keys.pop("scale")
+    lines = ["# A printed unit, written by pipeline calibrate; pipeline read --unit takes it."]
     # Texts, numbers and lists of them are written alike in JSON and in TOML.
-    for key in ("newtons_per_count", "zero_counts", "saturation_counts"):
-        if not keys[key]:
-            del keys[key]
-    lines += [f"{key} = {json.dumps(value)}" for key, value in keys.items()]
+    lines += [f"{key} = {json.dumps(value)}" for key, value in keys.items() if value not in ([], 0)]
     if scale is not None:
         lines += ["", "[scale]", *(f"{key} = {json.dumps(value)}" for key, value in scale.items())]
     return "\n".join(lines) + "\n"

@@ -29,7 +29,7 @@ REFUSED = {
     "few rows": (F[:11], X[:11], "specimen '1'"),
     "few rows before the plate turns": (F[:601:50], np.r_[X[:501:50], 0.0, 0.0], "specimen '1'"),
     "columns are swapped": (TEST_X, TEST_F, "specimen '1'"),
-    "noisy columns are swapped": (*VirtualTest(E_MPa=1.0, noise_percent=1.0).curve(), "specimen '1'"),
+    "noisy columns are swapped": (*VirtualTest(E_MPa=1.0, noise_percent=1.0).curve(), "line 5, column 'travel_mm'"),
 }
 
 

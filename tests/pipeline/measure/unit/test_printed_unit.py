@@ -52,7 +52,7 @@ def test_nominal_unit_is_as_uncertain_as_its_process_prints(paper):
 
 def test_unit_of_another_design_is_refused(unit, paper, mango, refused):
     text = unit_as_toml(unit)
-    assert refused(text, mango.report) == "unit.tips"
+    assert refused(text, mango.report) == "unit.design"
     assert refused(text, replace(paper.report, design=replace(paper.design, name="other"))) == "unit.design"
     press = replace(paper.design.press, travel_mm=0.5)
     assert refused(text, replace(paper.report, design=replace(paper.design, press=press))) == "unit.design"
@@ -73,6 +73,7 @@ def test_unit_of_another_design_is_refused(unit, paper, mango, refused):
         ("height_error_mm = [", "height_error_mm = [-0.1, 0.1]#", "unit.height_error_mm"),
         ("gain_percent = [", "gain_percent = [-0.1, 0.1]#", "unit.gain_percent"),
         ("gain = [", "gain = [0.0, 1.0]#", "unit.gain"),
+        ("tips = [", 'tips = ["high", "low"]#', "unit.design"),
         ("nominal", "*/ system(1); /*", "unit.method"),
         ("zero_counts = [5.0, ", "zero_counts = [", "unit.newtons_per_count"),
         ("saturation_counts = 99", "saturation_counts = 0", "unit.newtons_per_count"),
