@@ -54,7 +54,10 @@ SQUARE = {"EACH": f"const twintip_reading found = twintip_read_counts(&tare, cou
 PAIR = {
     "twintip_tare tare = {0};": "twintip_tare tare = {0};\n twintip_press press;\n twintip_begin(&press);",
     "EACH": "(void)twintip_add_counts(&press, &tare, counts);",
-    "AFTER": f"const twintip_reading found = twintip_end(&press);\n{PRINT}",
+    "AFTER": (
+        "const twintip_reading found = twintip_end(&press);\n"
+        'printf("%.9g %u %.9g\\n", (double)found.E, (unsigned)found.flags, (double)found.lead);'
+    ),
 }
 
 
@@ -228,13 +231,16 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
     # a pair's line is told from the seated part of its press, which firmware is given
     shares = (1.0,) if name == "mango" else np.linspace(0.5, 1.0, 12)
     for E in (0.6, 1.4, 3.3):
-        forces = measured.forces(
-            [Pose(E=E, travel=share * measured.design.press.travel_mm) for share in shares], factors
-        )
+        full = measured.design.press.travel_mm
+        forces = measured.forces([Pose(E=E, travel=share * full, tilt_deg=(0.5, 0.0)) for share in shares], factors)
         rows = np.concatenate([free(electronics), electronics.counts(forces)])
         (expected,) = read(sensor, rows)
         assert pytest.approx(E, rel=expected.u) == expected.E
-        assert in_c(tmp_path, sensor, rows)[-1].tolist() == [pytest.approx(expected.E, rel=AGREES), 0.0]
+        found, flags, *lead = in_c(tmp_path, sensor, rows)[-1].tolist()
+        assert (found, flags) == (pytest.approx(expected.E, rel=AGREES), 0.0)
+        if lead:
+            tilt = np.radians(expected.tilt if expected.direction == 0.0 else -expected.tilt)
+            assert lead[0] == pytest.approx(-measured.design.tips.spacing_mm * np.tan(tilt), abs=1e-5)
         ((found, reduced, flags),) = module["readings"](rows.tolist())
         assert (found, flags) == (pytest.approx(expected.E, rel=AGREES), 0)
         assert reduced == pytest.approx(sensor.reduced(found), rel=1e-12)

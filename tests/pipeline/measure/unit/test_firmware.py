@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from measured_units import printed_by_header
 
-from cad.theory.pair_line import PressSums, line_of_sums
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.fruit_reading import IN_FIRMWARE
 from pipeline.measure.unit.presses import reading_of
@@ -30,7 +29,7 @@ int main(void)
     return 0;
 }
 """
-PRINT = 'printf("%.9g %.9g %u\\n", (double)found.E, (double)found.SECOND, (unsigned)found.flags);'
+PRINT = 'printf("%.9g %.9g %u\\n", (double)found.E, (double)found.E_reduced, (unsigned)found.flags);'
 SQUARE = {"BEFORE": "", "EACH": f"const twintip_reading found = twintip_read(f);\n{PRINT}", "AFTER": ""}
 PAIR = {
     "BEFORE": "twintip_press press;\n twintip_begin(&press);",
@@ -47,7 +46,6 @@ def in_c(tmp_path):
         program = MAIN
         for word, code in (SQUARE if sensor.law else PAIR).items():
             program = program.replace(word, code)
-        program = program.replace("SECOND", "E_reduced" if sensor.law else "lead")
         return printed_by_header(tmp_path, sensor, program, np.asarray(rows, dtype=np.float32))
 
     return run
@@ -91,26 +89,6 @@ def test_square_agrees_over_the_range_and_on_odd_forces(mango, rng, tmp_path, in
     module = module_of(tmp_path, sensor)
     interpreted = np.array([module["read"](row) for row in rows.tolist()], dtype=float)
     np.testing.assert_allclose(interpreted, np.column_stack([E, E * sensor.reduced(1.0), flags]), rtol=1e-12)
-
-
-def test_pair_agrees_over_the_range(paper, rng, tmp_path, in_c):
-    """Presses over the range, with leads and the noise of the channels."""
-    sensor = paper.measuring(FACTORS["paper"])
-    module = module_of(tmp_path, sensor)
-    for E in (0.5, 1.3, 3.5):
-        tilt = (float(rng.uniform(-1.0, 1.0)), 0.0)
-        forces = paper.forces([Pose(E=E, travel=x, tilt_deg=tilt) for x in np.linspace(0.3, 0.6, 12)], FACTORS["paper"])
-        press = (forces + np.array(sensor.noises) * rng.normal(size=forces.shape)).astype(np.float32)
-        sums = PressSums()
-        samples = module["Press"]()
-        for low, high in press.tolist():
-            sums = sums.joined(PressSums(1, low, high))
-            assert samples.add((low, high)) == 0
-        expected = line_of_sums(sensor.C, sensor.own_less_other, sums, sensor.noises)
-        *added, last = in_c(sensor, press).tolist()
-        assert not np.any(added)
-        assert last[:2] == [pytest.approx(expected.modulus, rel=AGREES), pytest.approx(expected.lead, abs=1e-5)]
-        assert samples.read()[0] == pytest.approx(expected.modulus, rel=1e-9)
 
 
 def test_flags_of_a_pair_agree_on_odd_forces(paper, rng, tmp_path, in_c):
