@@ -106,20 +106,20 @@ class DeepPair:
         """Say whether a tip of the forces [N] stands deeper in flesh of modulus E [MPa] than was solved."""
         return bool((self.depth(forces, E) > self.side * self.depths[-1]).any())
 
-    def skin_difference(self, forces: ArrayLike, E: float) -> Floats:
-        """Return how much farther the skin sinks under the low tip than under the high one [mm], of forces [N]."""
-        depth = self.depth(forces, E)
-        by_other_tip = np.asarray(forces) @ np.array([-self.S[1, 0], self.S[0, 1]]) / E
-        return np.asarray(depth[..., 0] - depth[..., 1] + by_other_tip)
-
     def offset(self, forces: ArrayLike, E: float) -> Floats:
         """Return how far the high tip stands before the low one [mm] where forces [N] are those at modulus E [MPa]."""
-        return np.asarray(np.asarray(forces) @ (self.C[0] - self.C[1]) + self.skin_difference(forces, E))
+        depth = self.depth(forces, E)
+        by_force = self.C[0] - self.C[1] + self._by_other_tip / E
+        return np.asarray(np.asarray(forces) @ by_force + depth[..., 0] - depth[..., 1])
+
+    @property
+    def _by_other_tip(self) -> Floats:
+        """Return how much farther the skin sinks under the low tip than the high one by the other's force [1/mm]."""
+        return np.array([-self.S[1, 0], self.S[0, 1]])
 
     def _skin_per_force(self, forces: ArrayLike, E: float) -> Floats:
-        """Return the slopes of `skin_difference` over both forces [mm/N], (..., 2)."""
-        by_other_tip = np.array([-self.S[1, 0], self.S[0, 1]]) / E
-        return np.asarray(self._depth_per_force(forces, E) * np.array([1.0, -1.0]) + by_other_tip)
+        """Return how much farther the skin sinks under the low tip than the high one per force [mm/N], (..., 2)."""
+        return np.asarray(self._depth_per_force(forces, E) * np.array([1.0, -1.0]) + self._by_other_tip / E)
 
     def offset_per_log_E(self, forces: ArrayLike, E: float) -> Floats:
         """Return the slope of the offset over the logarithm of E [mm]: the skin is one of forces over E."""

@@ -192,7 +192,8 @@ def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats) ->
     E = sensor.corrected(read)
     u = half_width(sensor, E, deviations)
 
-    _, along, across = plane_through(sensor.positions, lowered_tips(law, contrast_forces, read))
+    positions = [(tip.x_mm, tip.y_mm) for tip in sensor.report.tips]
+    _, along, across = plane_through(positions, lowered_tips(law, contrast_forces, read))
     # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
     rolling = 1.0 + (sensor.design.tips.dome_radius_mm or 0.0) / sensor.design.fruit.radii_mm[0]
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE
 from cad.quantity import validation_error
-from cad.theory.contrast_law import ContrastLaw, Matrix, Place, stiffened
+from cad.theory.contrast_law import ContrastLaw, Matrix, stiffened
 from cad.theory.pair_line import ratio_modulus
 from pipeline.measure.unit.deep_pair import DeepPair
 from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
@@ -50,11 +50,6 @@ class MeasuringUnit:
     def design(self) -> Design:
         """Return the design."""
         return self.report.design
-
-    @cached_property
-    def positions(self) -> tuple[Place, ...]:
-        """Return x and y of each tip [mm]."""
-        return tuple((tip.x_mm, tip.y_mm) for tip in self.report.tips)
 
     @cached_property
     def C(self) -> Matrix:
