@@ -1,6 +1,7 @@
 """`pipeline doctor`: whether this machine has what the commands need, as one table and an exit code."""
 
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -14,9 +15,7 @@ from pipeline.commands.console import PASSED, WRONG_INPUT
 PURPOSE = "look whether this machine has what the commands need"
 EXAMPLE = "pipeline doctor"
 
-ROOT = Path(__file__).parents[2]
-LOCKS = ("requirements.lock", "requirements-fast.lock")
-OLDEST_PYTHON = (3, 11)
+LOCK = Path(__file__).parents[2] / "requirements.lock"
 IMPORTS = ("numpy", "scipy", "skfem", "cadquery", "gmsh", "pyvista", "meshio", "trimesh", "manifold3d", "rtree")
 OPTIONAL_PROGRAMS = {
     "ccx": "optional: CalculiX, a second solver for comparison",
@@ -24,17 +23,6 @@ OPTIONAL_PROGRAMS = {
 }
 LEAST_MEMORY_GIB = 2.0  # resident; a run needs half of it
 _IMPORT_SECONDS = 120
-_IMPORTER = """
-import importlib, sys
-for name in sys.argv[1:]:
-    try:
-        importlib.import_module(name)
-    except (ImportError, OSError) as error:
-        print(name, str(error).splitlines()[0], sep="\\t")
-    else:
-        print(name, "ok", sep="\\t")
-    sys.stdout.flush()
-"""
 _COLOURS = {"ok": "green", "note": "yellow", "wrong": "red"}
 
 
@@ -43,7 +31,7 @@ class Row(NamedTuple):
 
     name: str
     found: str
-    status: Literal["ok", "note", "wrong"]
+    status: Literal["ok", "note", "wrong"] = "ok"
     remark: str = ""
 
 
@@ -70,7 +58,11 @@ def examination() -> list[Row]:
     """Return every row of the table."""
     from pipeline.storage.cache import cache_folder
 
-    rows = [_python(), *_packages(), *_imports(), *_optional(), _cores(), _memory()]
+    rows = [Row("Python", platform.python_version()), *_packages(), *map(_import, IMPORTS), *_optional()]
+    GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    is_enough = GiB >= LEAST_MEMORY_GIB
+    remark = "" if is_enough else f"a run needs about {LEAST_MEMORY_GIB:g} GiB"
+    rows.append(Row("memory", f"{GiB:.1f} GiB", "ok" if is_enough else "note", remark))
     cache = cache_folder()
     if cache is None:
         rows.append(Row("cache", "none", "note", "no home; set XDG_CACHE_HOME, or each run solves anew"))
@@ -80,64 +72,35 @@ def examination() -> list[Row]:
     return rows
 
 
-def _python() -> Row:
-    found = ".".join(map(str, sys.version_info[:3]))
-    if sys.version_info[:2] < OLDEST_PYTHON:
-        return Row("Python", found, "wrong", "needs 3.11 or later")
-    return Row("Python", found, "ok")
-
-
-def pins(text: str) -> dict[str, str]:
-    """Return version by name of the pinned packages in the text of a lock file."""
-    return dict(re.findall(r"^([A-Za-z0-9._-]+)==([^\s;]+)", text, flags=re.MULTILINE))
-
-
 def _packages() -> list[Row]:
-    """Return a row for each declared package, and for each other locked one whose version is not the locked one."""
+    """Return a row for each package that every run needs."""
     from pipeline.storage.versions import declared_packages, installed_version
 
-    rows = []
-    locked: dict[str, str] = {}
-    for path in (ROOT / name for name in LOCKS):
-        if path.is_file():
-            locked |= pins(path.read_text(encoding="utf-8"))
-    if not locked:
-        rows.append(Row("lock", "absent", "note", "versions are not compared"))
-    declared = declared_packages()
-    for name in dict.fromkeys((*declared, *locked)):
-        found = installed_version(name)
-        wanted = locked.get(name, "")
-        if name in declared or found not in (None, wanted):
-            rows.append(package_row(name, found, wanted, needed=name in declared))
-    return rows
+    text = LOCK.read_text(encoding="utf-8") if LOCK.is_file() else ""
+    locked = dict(re.findall(r"^([A-Za-z0-9._-]+)==([^\s;]+)", text, flags=re.MULTILINE))
+    return [package_row(name, installed_version(name), locked.get(name)) for name in declared_packages()]
 
 
-def package_row(name: str, found: str | None, wanted: str, *, needed: bool) -> Row:
-    """Return the row of one package; a needed one that is missing is wrong, another version is worth a note."""
+def package_row(name: str, found: str | None, locked: str | None) -> Row:
+    """Return the row of a package; one that is missing is wrong, another version than the locked one worth a note."""
     if found is None:
-        return Row(name, "absent", "wrong" if needed else "note", "run make setup")
-    if wanted in ("", found):
-        return Row(name, found, "ok")
-    return Row(name, found, "note", f"locked at {wanted}; tests ran with that one")
+        return Row(name, "absent", "wrong", "run make setup")
+    if locked in (None, found):
+        return Row(name, found)
+    return Row(name, found, "note", f"locked at {locked}; tests ran with that one")
 
 
-def _imports() -> list[Row]:
-    """Import each heavy package in a process of its own: a missing system library can end that process."""
-    command = [sys.executable, "-W", "ignore", "-c", _IMPORTER, *IMPORTS]
-    outcomes = dict.fromkeys(IMPORTS, "the process ended")
+def _import(name: str) -> Row:
+    """Import a heavy package in a process of its own, which a missing system library can end."""
+    command = [sys.executable, "-W", "ignore", "-c", f"import {name}"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_IMPORT_SECONDS)
-        outcomes |= dict(line.split("\t", 1) for line in done.stdout.splitlines() if "\t" in line)
     except subprocess.TimeoutExpired:
-        outcomes = dict.fromkeys(IMPORTS, f"took more than {_IMPORT_SECONDS} s")
-    rows = []
-    for name in IMPORTS:
-        if outcomes[name] == "ok":
-            rows.append(Row(f"import {name}", "ok", "ok"))
-        else:
-            remark = f"{outcomes[name]}; run make setup, it names missing system libraries"
-            rows.append(Row(f"import {name}", "fails", "wrong", remark))
-    return rows
+        return Row(f"import {name}", "fails", "wrong", f"took more than {_IMPORT_SECONDS} s")
+    if done.returncode == 0:
+        return Row(f"import {name}", "ok")
+    *_, reason = done.stderr.splitlines() or ["the process ended"]
+    return Row(f"import {name}", "fails", "wrong", f"{reason}; run make setup, it names missing system libraries")
 
 
 def _optional() -> list[Row]:
@@ -145,27 +108,13 @@ def _optional() -> list[Row]:
     from pipeline.storage.versions import installed_version
 
     solver = installed_version("pypardiso")
-    if solver is None:
-        rows = [Row("pypardiso", "absent", "note", "optional, a faster direct solver: make setup FAST=1")]
-    else:
-        rows = [Row("pypardiso", solver, "ok")]
+    found = {"pypardiso": (solver, "optional, a faster direct solver: make setup FAST=1")}
     for program, purpose in OPTIONAL_PROGRAMS.items():
-        if shutil.which(program) is None:
-            rows.append(Row(program, "absent", "note", purpose))
-        else:
-            rows.append(Row(program, "present", "ok"))
+        found[program] = ("present" if shutil.which(program) else None, purpose)
+    rows = []
+    for name, (version, purpose) in found.items():
+        rows.append(Row(name, "absent", "note", purpose) if version is None else Row(name, version))
     return rows
-
-
-def _cores() -> Row:
-    return Row("cores", str(len(os.sched_getaffinity(0))), "ok")
-
-
-def _memory() -> Row:
-    GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
-    if GiB < LEAST_MEMORY_GIB:
-        return Row("memory", f"{GiB:.1f} GiB", "note", f"a run needs about {LEAST_MEMORY_GIB:g} GiB")
-    return Row("memory", f"{GiB:.1f} GiB", "ok")
 
 
 def place_row(name: str, folder: Path) -> Row:
