@@ -19,10 +19,12 @@ SkfemMesh = Any
 
 SAME_PLACE = 1e-7  # [mm]
 # CalculiX numbers the nodes of an element as VTK does.
+_CORNERS = np.vstack([np.zeros(3), np.eye(3)])
+_TETRA_EDGES = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
 _NODES = {
-    "C3D10": VTK_NODES["tetra10"],
-    "C3D20": VTK_NODES["hexahedron20"],
-    "C3D20R": VTK_NODES["hexahedron20"],
+    "C3D10": np.vstack([_CORNERS, _CORNERS[_TETRA_EDGES].mean(axis=1)]),
+    "C3D20": VTK_NODES,
+    "C3D20R": VTK_NODES,
 }
 _AXES = {10: (0, 1, 2, 3), 20: (0, 1, 3, 4)}  # a corner, and the ends of its edges
 

@@ -1,7 +1,7 @@
 """Meshes and fields as VTU files for ParaView and PyVista; array names carry units, node order is VTK's.
 
-A scikit-fem mesh of four- or ten-node tetrahedra or of eight-node hexahedra becomes cells of the same kind, one of
-27-node hexahedra the 20-node cells that are solved on it.
+A scikit-fem mesh of eight-node hexahedra becomes cells of the same kind, one of 27-node hexahedra the 20-node cells
+that are solved on it.
 """
 
 import math
@@ -18,12 +18,16 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 KNOWN_BITS = 20
-_TETRA = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
-TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
-_HEXA = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
-_HEXA_EDGES = (
-    (0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7),
-)  # fmt: skip
+_CORNERS = np.array(
+    [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], dtype=np.float64
+)
+_EDGES = np.array(
+    [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)],
+)
+VTK_NODES = np.vstack([_CORNERS, _CORNERS[_EDGES].mean(axis=1)])
+"""Reference coordinates of the nodes of a 20-node hexahedron in VTK's order, from the figures of its file format."""
+
+_CELL_OF = {8: ("hexahedron", 8), 27: ("hexahedron20", 20)}
 
 
 class Mesh(Protocol):
@@ -33,21 +37,6 @@ class Mesh(Protocol):
     boundaries: Any
     dofs: Any
     elem: Any
-
-
-def _between(corners: tuple[tuple[int, ...], ...], edges: tuple[tuple[int, int], ...]) -> list[Floats]:
-    return [0.5 * np.add(corners[a], corners[b]) for a, b in edges]
-
-
-VTK_NODES: dict[str, Floats] = {
-    "tetra": np.array(_TETRA, dtype=np.float64),
-    "tetra10": np.array([*_TETRA, *_between(_TETRA, TETRA_EDGES)]),
-    "hexahedron": np.array(_HEXA, dtype=np.float64),
-    "hexahedron20": np.array([*_HEXA, *_between(_HEXA, _HEXA_EDGES)]),
-}
-"""Reference coordinates of each cell's nodes in VTK's order, from the figures of its file format."""
-
-_CELL_OF = {4: "tetra", 10: "tetra10", 8: "hexahedron", 27: "hexahedron20"}
 
 
 def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats]) -> None:
@@ -80,34 +69,15 @@ def vtu_points(path: Path) -> Floats:
 
 
 def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
-    """Return the kind of the cells and their nodes in VTK's order, shape (cells, nodes).
-
-    The order follows from where the nodes lie in the reference cell; a cell that is turned inside out, which
-    scikit-fem allows and VTK does not, gets its first two axes exchanged.
-    """
+    """Return the kind of the cells and their nodes in VTK's order, by where they lie; shape (cells, nodes)."""
     nodes = np.asarray(mesh.dofs.element_dofs, dtype=np.int64)
-    kind = _CELL_OF.get(len(nodes))
-    if kind is None:
+    if len(nodes) not in _CELL_OF:
         msg = f"mesh: {len(nodes)} nodes a cell; must be one of {', '.join(map(str, _CELL_OF))}; write its linear mesh"
         raise ValueError(msg)
-    here = np.asarray(mesh.elem().doflocs, dtype=np.float64)
-    straight, turned = (_same_places(VTK_NODES[kind][:, axes], here) for axes in ([0, 1, 2], [1, 0, 2]))
-    cells = nodes[straight].T
-    axes_ends = [0, 1, 3, 4] if kind.startswith("hexa") else [0, 1, 2, 3]
-    corners = mesh.doflocs.T[cells[:, axes_ends]]
-    inside_out = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0.0
-    cells[inside_out] = nodes[turned].T[inside_out]
-    return kind, np.ascontiguousarray(cells)
-
-
-def _same_places(wanted: Floats, there: Floats) -> Ints:
-    """Return for each wanted place which of the others it is."""
-    distance = np.linalg.norm(wanted[:, None, :] - there[None, :, :], axis=2)
-    found: Ints = distance.argmin(axis=1)
-    if distance.min(axis=1).max() > 0.0:
-        msg = "mesh: its nodes do not lie where VTK's cell has them; write its linear mesh"
-        raise ValueError(msg)
-    return found
+    kind, count = _CELL_OF[len(nodes)]
+    # a brick of scikit-fem is the mirror image of its reference cell: with two axes exchanged it is VTK's
+    distance = np.linalg.norm(VTK_NODES[:count, None, [1, 0, 2]] - mesh.elem().doflocs, axis=2)
+    return kind, np.ascontiguousarray(nodes[distance.argmin(axis=1)].T)
 
 
 def _checked(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
