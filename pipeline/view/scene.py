@@ -106,19 +106,7 @@ def draw_scene(plotter: Plotter, scene: FieldScene, field: Field | None = None) 
         "width": 0.5,
         "height": 0.08,
     }
-    draw_field(plotter, scene, field, bar)
-    frame(plotter, scene.mesh, scene.caption, scene.direction, scene.focus)
-
-
-def draw_field(
-    plotter: Plotter,
-    scene: FieldScene,
-    field: Field,
-    bar: dict[str, object] | None = None,
-    subdivision: int = SUBDIVISION,
-) -> None:
-    """Draw the body of a scene alone, with a bar of its colours where one is given."""
-    before, deformed = deformed_surface(scene, subdivision)
+    before, deformed = deformed_surface(scene)
     plotter.add_mesh(sharp_edges(before), color=EDGE, line_width=1, opacity=0.35)
     plotter.add_mesh(
         deformed,
@@ -128,10 +116,10 @@ def draw_field(
         ambient=0.35,
         smooth_shading=True,
         split_sharp_edges=True,
-        show_scalar_bar=bar is not None,
         scalar_bar_args=bar,
     )
     plotter.add_mesh(sharp_edges(deformed), color=EDGE, line_width=1.5)
+    frame(plotter, scene.mesh, scene.caption, scene.direction, scene.focus)
 
 
 def draw_part(plotter: Plotter, part: Mesh, title: str, direction: Vector) -> None:
@@ -161,12 +149,13 @@ def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tu
     letters = max(1, int(_width(plotter) / (_LETTER_WIDTH * _TITLE_SIZE)))
     lines = textwrap.wrap(title, letters)
     plotter.add_text("\n".join(lines), position="upper_edge", font_size=_TITLE_SIZE, color="black")
-    _add_ruler(plotter, bounds)
-    look_at(plotter, bounds, direction)
-
-
-def look_at(plotter: Plotter, bounds: tuple[float, ...], direction: Vector) -> None:
-    """Look at what lies within bounds (x, x, y, y, z, z) [mm] from a direction, so that it fills the picture."""
+    length = round_below(0.25 * (bounds[1] - bounds[0]))  # of a ruler along x, below the front of the body
+    diagonal = float(np.linalg.norm(np.ptp(np.reshape(bounds, (3, 2)), axis=1)))
+    start = np.array([bounds[0], bounds[2], bounds[4] - 0.06 * diagonal])
+    plotter.add_mesh(pv.Line(start, start + np.array([length, 0.0, 0.0])), color=EDGE, line_width=4)
+    plotter.add_point_labels(
+        [start], [f"{length:g} mm"], text_color=EDGE, shape=None, show_points=False, always_visible=True
+    )
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_parallel_projection()
     plotter.view_vector(direction, viewup=(0.0, 0.0, 1.0), bounds=bounds)
@@ -177,14 +166,3 @@ def _width(plotter: Plotter) -> float:
     """Return the width of the picture, or of the part of the window that is being filled [pixels]."""
     left, _, right, _ = plotter.renderer.viewport
     return float(plotter.window_size[0] * (right - left))
-
-
-def _add_ruler(plotter: Plotter, bounds: tuple[float, ...]) -> None:
-    """Draw a line of a round length along x below the front of a body, its length [mm] beside it."""
-    length = round_below(0.25 * (bounds[1] - bounds[0]))
-    diagonal = float(np.linalg.norm(np.ptp(np.reshape(bounds, (3, 2)), axis=1)))
-    start = np.array([bounds[0], bounds[2], bounds[4] - 0.06 * diagonal])
-    plotter.add_mesh(pv.Line(start, start + np.array([length, 0.0, 0.0])), color=EDGE, line_width=4)
-    plotter.add_point_labels(
-        [start], [f"{length:g} mm"], text_color=EDGE, shape=None, show_points=False, always_visible=True
-    )

@@ -1,7 +1,6 @@
 """What can be drawn of an output folder: each spring, the fruit, the assembly."""
 
 import itertools
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
 from cad.design.parameters import Design
 from cad.parts.assembly import assembly_bodies, outwards, sensor_of
+from cad.parts.sensor import Body
 from cad.quantity import validation_error
 from pipeline.report.stored import StoredReport
 from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
@@ -42,16 +42,6 @@ _FACET_ANGLE = 0.2  # rad
 _LEADER = 0.13  # of the height of the picture: by how much each name stands above the one before
 ASSEMBLY_DIRECTION = Vector(0.55, -1.0, 0.5)
 _APART_DIRECTION = Vector(1.0, -0.9, 0.75)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class DrawnBody:
-    """A body as triangles [mm], its name, its colour (red, green, blue from 0 to 1) and its move when apart [mm]."""
-
-    name: str
-    surface: Mesh
-    colour: tuple[float, float, float]
-    outwards_mm: float
 
 
 def read_mesh(path: Path) -> Mesh:
@@ -150,43 +140,26 @@ def on_true_shape(design: Design, block: Mesh) -> Mesh:
     return mesh
 
 
-def assembly(report: StoredReport) -> tuple[DrawnBody, ...]:
+def assembly(report: StoredReport) -> tuple[Body, ...]:
     """Return every body of the sensor over its fruit [mm]; none where the design has no housing."""
-    if report.housing is None:
-        return ()
-    bodies = []
-    for body in assembly_bodies(sensor_of(report.design, report.housing)):
-        vertices, triangles = body.shape.tessellate(_CHORD_MM, _FACET_ANGLE)
-        points = np.array([vertex.toTuple() for vertex in vertices])
-        surface = pv.PolyData.from_regular_faces(points, np.array(triangles)).clean()
-        drawn = DrawnBody(name=body.name, surface=surface, colour=body.colour, outwards_mm=outwards(body))
-        bodies.append(drawn)
-    return tuple(bodies)
+    return () if report.housing is None else assembly_bodies(sensor_of(report.design, report.housing))
 
 
-def draw_bodies(plotter: Plotter, bodies: tuple[DrawnBody, ...]) -> None:
-    """Draw bodies in their colours, with their edges."""
-    for body in bodies:
-        plotter.add_mesh(body.surface, color=body.colour, smooth_shading=True, split_sharp_edges=True, ambient=0.2)
-        plotter.add_mesh(sharp_edges(body.surface), color=EDGE, line_width=1)
-
-
-def draw_assembly(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str) -> None:
+def draw_assembly(plotter: Plotter, bodies: tuple[Body, ...], title: str) -> None:
     """Draw bodies in their colours, where they are."""
-    draw_bodies(plotter, bodies)
-    frame(plotter, pv.merge([body.surface for body in bodies]), title, ASSEMBLY_DIRECTION)
+    surfaces = [_drawn(plotter, body, 0.0) for body in bodies]
+    frame(plotter, pv.merge(surfaces), title, ASSEMBLY_DIRECTION)
 
 
-def draw_apart(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str) -> None:
+def draw_apart(plotter: Plotter, bodies: tuple[Body, ...], title: str) -> None:
     """Draw bodies moved outwards across the sensor, so that each shows; a line leads from each kind to its name."""
-    moved = []
+    surfaces = []
     first_of_kind: dict[str, Mesh] = {}
     for body in bodies:
-        surface = body.surface.translate((0.0, body.outwards_mm, 0.0))
-        moved.append(replace(body, surface=surface))
+        surface = _drawn(plotter, body, outwards(body))
+        surfaces.append(surface)
         first_of_kind.setdefault(body.name.rstrip("0123456789 "), surface)
-    draw_bodies(plotter, tuple(moved))
-    whole = pv.merge([body.surface for body in moved])
+    whole = pv.merge(surfaces)
     eye = np.array(_APART_DIRECTION) / np.linalg.norm(_APART_DIRECTION)
     upwards = np.array([0.0, 0.0, 1.0]) - eye[2] * eye  # in the picture, times its length
     left, right, front, back, bottom, top = whole.bounds
@@ -202,3 +175,14 @@ def draw_apart(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str) -> N
         # of labels that are added together VTK leaves out those that are near to others
         plotter.add_point_labels([end], [kind], always_visible=True, show_points=False, **look)
     frame(plotter, whole, title, _APART_DIRECTION, (left, right, front, back, bottom, highest))
+
+
+def _drawn(plotter: Plotter, body: Body, outwards_mm: float) -> Mesh:
+    """Draw a body in its colour with its edges, moved outwards across the sensor [mm]; return its surface."""
+    vertices, triangles = body.shape.tessellate(_CHORD_MM, _FACET_ANGLE)
+    points = np.array([vertex.toTuple() for vertex in vertices])
+    surface = pv.PolyData.from_regular_faces(points, np.array(triangles)).clean()
+    surface = surface.translate((0.0, outwards_mm, 0.0))
+    plotter.add_mesh(surface, color=body.colour, smooth_shading=True, split_sharp_edges=True, ambient=0.2)
+    plotter.add_mesh(sharp_edges(surface), color=EDGE, line_width=1)
+    return surface
