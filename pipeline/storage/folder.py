@@ -61,27 +61,16 @@ def refuse_unusable(path: Path, *, force: bool = False) -> None:
 def whole_report(path: Path) -> bytes | None:
     """Return the report.json of an output folder that is just as its last run left it; None for any other.
 
-    Raises OutputError where the place cannot be used or is in use by a run.
+    Raises OutputError where the place cannot be used.
     """
     target = _usable(path)
-    if not _folder_beside(target).exists():  # nobody writes: many may read at once
-        return _content_if_whole(target)
-    try:
-        with written_beside(target, "--out"):
-            return _content_if_whole(target)
-    except OutputError:
-        content = _content_if_whole(target)
-        if content is None:
-            raise
-        return content
-
-
-def _content_if_whole(folder: Path) -> bytes | None:
-    """Return report.json of a folder that holds what it lists, as it was written, and nothing else; else None."""
-    listed = _listed_digests(folder)
-    if listed is None or unmanaged_files(folder) or not set(listed) <= {path.name for path in folder.iterdir()}:
+    if _folder_beside(target).exists():  # of a run that was killed, unless one is writing
+        with suppress(OutputError), written_beside(target, "--out"):
+            pass
+    listed = _listed_digests(target)
+    if listed is None or unmanaged_files(target) or not set(listed) <= {file.name for file in target.iterdir()}:
         return None
-    return (folder / REPORT).read_bytes()
+    return (target / REPORT).read_bytes()
 
 
 def managed_files(folder: Path) -> list[str]:

@@ -182,7 +182,7 @@ class OutputFolder(RuleBasedStateMachine):
 
 
 TestOutputFolder = OutputFolder.TestCase
-TestOutputFolder.settings = settings(max_examples=30, stateful_step_count=14, deadline=None)
+TestOutputFolder.settings = settings(max_examples=20, stateful_step_count=14, deadline=None)
 
 
 @pytest.mark.parametrize("path", ["{place}/letter", "../letter", "../../letter"])
@@ -204,8 +204,7 @@ def test_second_run_at_the_same_time_is_refused_and_a_repeat_of_the_first_is_ans
     with output_folder(target) as folder:
         with pytest.raises(OutputError), output_folder(target):
             pytest.fail("two runs in one folder")
-        with pytest.raises(OutputError):
-            whole_report(target)
+        assert whole_report(target) is None
         write_outputs(folder, "1")
     with output_folder(target) as folder:
         assert text_of(target) == "1"

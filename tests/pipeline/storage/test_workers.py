@@ -42,11 +42,10 @@ def test_work_runs_elsewhere_on_one_thread_and_its_errors_come_back_whole(execut
     assert submit(executor, abs, -3).result() == 3
 
 
-@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSEGV])
-def test_worker_that_is_killed_is_one_error_and_the_next_executor_works(executor, end):
+def test_worker_that_is_killed_is_one_error_and_the_next_executor_works(executor):
     process = submit(executor, os.getpid).result()
     with pytest.raises(BrokenExecutor):
-        submit(executor, os.kill, process, end).result()
+        submit(executor, os.kill, process, signal.SIGKILL).result()
     with cad_worker() as another:
         assert submit(another, abs, -4).result() == 4
 
