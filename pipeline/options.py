@@ -3,9 +3,9 @@
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from cad.design.design_file import design_from_mapping, overridden, parsed_setting, with_process_file
 from cad.design.fruit import Fruit
@@ -22,13 +22,12 @@ TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
 DEFAULT_TOLERANCE = 1e-3  # what the verdicts on K_l and K_h allow: with more they stay undecided
 ROUGH_TOLERANCE = 0.02  # from here on both springs and the contact are solved on one coarse mesh, modes not at all
 CONTACT_SHARE = 0.25  # of the tolerance: the contact is cheap, so the springs, the dear part, may use up the rest
-_IRRELEVANT = {
-    "E_max_MPa",
-    "E_MPa",
-    "bruise_limit_MPa",
-    "relaxation",
-    "gap_mm",
-}  # the compliance times E does not depend on them
+_BESIDE_CONTACT = ("E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation")
+BESIDE_CONTACT: dict[str, dict[str, Any]] = {
+    "fruit": {key: getattr(Fruit(), key) for key in _BESIDE_CONTACT},
+    "tips": {"gap_mm": 0.0, "socket": "none"},
+}
+"""What the compliance of a fruit times its modulus does not depend on, each with one value for all designs."""
 
 _SHIPPED, _CHECKOUT = (Path(__file__).parents[level] / "designs" for level in (0, 1))
 DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
@@ -92,17 +91,15 @@ class RunOptions:
 
 def contact_inputs(design: Design, options: RunOptions) -> dict[str, object]:
     """Return what the compliance of a fruit times its modulus depends on."""
-    return {
-        "fruit": _relevant(design.fruit),
-        "tips": _relevant(design.tips),
-        "method": options.contact_method,
-        "tol": options.contact_tolerance,
-    }
+    fruit, tips = contact_scene(design)
+    return {"fruit": fruit, "tips": tips, "method": options.contact_method, "tol": options.contact_tolerance}
 
 
-def _relevant(record: Fruit | Tips) -> dict[str, object]:
-    of_skin = isinstance(record, Fruit) and record.skin_mm is not None  # whose ratio of moduli counts
-    return {name: value for name, value in asdict(record).items() if of_skin or name not in _IRRELEVANT}
+def contact_scene(design: Design) -> tuple[Fruit, Tips]:
+    """Return fruit and tips with one value of what does not move their contact; under a skin the moduli do."""
+    fruit = design.fruit
+    moduli = {} if fruit.skin_mm is None else {"E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
+    return replace(fruit, **BESIDE_CONTACT["fruit"] | moduli), replace(design.tips, **BESIDE_CONTACT["tips"])
 
 
 def preset_names() -> tuple[str, ...]:
@@ -110,30 +107,31 @@ def preset_names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in DESIGNS.glob("*.toml")))
 
 
-def design_path(design: str | Path) -> Path:
-    """Return the file of a preset's name, or the path itself; raises InputError for a name that is no preset."""
+def design_path(design: str | Path, name: str = "--design") -> Path:
+    """Return the file of a preset's name, or the path itself; raises InputError, which calls it by a name."""
     if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
         return Path(design)
     known = preset_names()
     if design not in known:
         remedy = f"did you mean {nearest(design, known)}?" if known else "give a path"
-        raise validation_error(
-            "--design", design, "", f"one of {', '.join(known)}, or a path that ends in .toml", remedy
-        )
+        raise validation_error(name, design, "", f"one of {', '.join(known)}, or a path that ends in .toml", remedy)
     return DESIGNS / f"{design}.toml"
 
 
-def load_design(design: str | Path = DEFAULT_DESIGN, settings: Mapping[str, object] | None = None) -> Design:
+def load_design(
+    design: str | Path = DEFAULT_DESIGN, settings: Mapping[str, object] | None = None, name: str = "--design"
+) -> Design:
     """Return the design of a preset or a file with `table.key` settings on top, numbers, lists or their TOML text.
 
-    A setting of None or "" unsets its key. A file that gives no name is named for itself. Raises InputError.
+    A setting of None or "" unsets its key. A file that gives no name is named for itself. Raises InputError,
+    which calls the design by `name`.
     """
-    path = design_path(design)
+    path = design_path(design, name)
     texts = {key: value if isinstance(value, str) else _as_text(key, value) for key, value in (settings or {}).items()}
     named = parsed_setting(texts.get("print.process_file", "")) or None
     if isinstance(named, str):  # a flag's path starts here, a file's beside the file
         texts["print.process_file"] = str(Path(named).absolute())
-    data = overridden({"name": path.stem, **read_toml(path, "--design")}, texts)
+    data = overridden({"name": path.stem, **read_toml(path, name)}, texts)
     return design_from_mapping(with_process_file(data, path.parent))
 
 

@@ -3,11 +3,11 @@
 import dataclasses
 import shlex
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cad.design.design_file import design_as_mapping, design_as_toml, every_key
+from cad.design.parameters import Design
 from cad.quantity import nearest, validation_error
 from pipeline.commands.console import (
     FAILED,
@@ -21,6 +21,7 @@ from pipeline.commands.console import (
 )
 from pipeline.commands.run import add_design_flags, named_design, settings_of
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
+from pipeline.storage.plain import Plain
 
 if TYPE_CHECKING:
     from pipeline.study.suggest.suggestion import Suggestion
@@ -34,9 +35,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add DESIGN, the flags that give a design, --keep, --out and --json."""
     add = parser.add_argument
     add_design_flags(parser)
-    words = (
-        "find a sensor for this fruit instead, by the preset mango: 'radius 26, E 0.3 to 2' [mm, MPa] or a .json file"
-    )
+    words = "find a sensor for this fruit by the preset mango: 'radius 26, E 0.3 to 2' [mm, MPa] or a .json file"
     add("--fruit", metavar="TEXT|FILE.json", help=f"{words} of pipeline modulus --json")
     add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")
     add("--out", metavar="FILE.toml", type=Path, help="write the design that passes there")
@@ -46,118 +45,85 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Search, prove and print; return 0 where a design passes, 1 where none was found."""
-    named = named_design(arguments) if arguments.fruit is None else _preset_for_a_fruit(arguments)
+    named = named_design(arguments)
+    if arguments.fruit is not None:
+        if named != DEFAULT_DESIGN:
+            hint = f"the search starts from {FRUIT_PRESET}"
+            raise validation_error("DESIGN", named, "", "left out beside --fruit", hint)
+        named = FRUIT_PRESET
     settings = settings_of(arguments)
     design = load_design(named, settings)
+    _refuse_flags(arguments)
+    found = _found(arguments, design, frozenset(settings))
+    from pipeline.study.suggest.changes import value_of, written
+
+    changes: list[Plain] = []
+    for key, value in (found.changes or {}).items():
+        changes.append({"key": key, "from": value_of(found.design, key), "to": value})
+        settings[key] = written(value)
+    words = ["pipeline", "run", "--design", named]
+    for key, text in settings.items():
+        words += ["--set", f"{key}={text}"]
+    command = None if found.changes is None else shlex.join(words)
+    if command is not None and arguments.out is not None:
+        from pipeline.storage.files import write_files
+
+        content = f"# {command}\n{design_as_toml(found.changed)}".encode()
+        write_files({arguments.out: content}, "--out", force=arguments.force)
+    with answering():
+        if arguments.json:
+            data = {"design": design_as_mapping(found.changed), "passes": command is not None, "changes": changes}
+            data |= {"command": command, "reason": found.reason, "tried": found.tried, "runs": found.runs}
+            print_json({**data, "verdicts": [dataclasses.asdict(verdict) for verdict in found.verdicts]})
+        else:
+            _print(found, changes)
+            if command is not None:
+                print(command if arguments.out is None else f"{command}\nwritten to {arguments.out}")
+    return FAILED if command is None else PASSED
+
+
+def _refuse_flags(arguments: Namespace) -> None:
+    """Raise InputError, before the search, for an unknown key and for a file that could not be written after it."""
+    from pipeline.storage.files import refuse_taken
+
     for key in arguments.keep:
         if key not in every_key():
             hint = f"did you mean {nearest(key, every_key())}?"
             raise validation_error("--keep", key, "", "a key of the design file", hint)
-    if arguments.out is not None:
-        _refuse_out(arguments.out, force=arguments.force)
-    from pipeline.study.suggest.fruit_range import fruit_range
+    if arguments.out is None:
+        return
+    if arguments.out.suffix != ".toml":
+        bound = "a file that ends in .toml"
+        raise validation_error("--out", str(arguments.out), "", bound, "name a design file, not a folder")
+    refuse_taken([arguments.out], "--out", force=arguments.force)
 
-    fruit = None if arguments.fruit is None else fruit_range(arguments.fruit)
+
+def _found(arguments: Namespace, design: Design, given: frozenset[str]) -> "Suggestion":
+    """Return what is found for a design, or for a fruit with the keys that are `given` as they are."""
     from pipeline.study.suggest.fruit_design import fruit_suggestion
+    from pipeline.study.suggest.fruit_range import fruit_range
     from pipeline.study.suggest.suggestion import suggestion
 
+    keep = frozenset(arguments.keep)
+    fruit = None if arguments.fruit is None else fruit_range(arguments.fruit)
     with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
         if fruit is None:
-            found = suggestion(design, RunOptions(), frozenset(arguments.keep), progress)
-        else:
-            name = design.name if arguments.out is None else arguments.out.stem
-            design = dataclasses.replace(design, name=name)
-            found = fruit_suggestion(fruit, design, frozenset({*arguments.keep, *settings}), progress)
-    command = command_of(named, settings, found)
-    with answering():
-        if arguments.json:
-            print_json(_as_mapping(found, command))
-        else:
-            _print(found, command)
-    if found.changes is None:
-        return FAILED
-    if arguments.out is not None:
-        _write(arguments, f"# {command}\n{design_as_toml(found.changed)}")
-    return PASSED
+            return suggestion(design, RunOptions(), keep, progress)
+        name = design.name if arguments.out is None else arguments.out.stem
+        return fruit_suggestion(fruit, dataclasses.replace(design, name=name), keep | given, progress)
 
 
-def _preset_for_a_fruit(arguments: Namespace) -> str:
-    """Return the preset that a fruit's sensor starts from; raises InputError where a design is named beside it."""
-    named = named_design(arguments)
-    if named != DEFAULT_DESIGN:
-        raise validation_error("DESIGN", named, "", "left out beside --fruit", f"the search starts from {FRUIT_PRESET}")
-    return FRUIT_PRESET
-
-
-def _write(arguments: Namespace, text: str) -> None:
-    from pipeline.storage.files import write_files
-
-    write_files({arguments.out: text.encode()}, "--out", force=arguments.force)
-    if not arguments.json:
-        with answering():
-            print(f"written to {arguments.out}")
-
-
-def _refuse_out(path: Path, *, force: bool) -> None:
-    """Raise InputError, before the search, for a file that could not be written after it."""
-    from pipeline.storage.files import refuse_taken
-
-    if path.suffix != ".toml":
-        bound = "a file that ends in .toml"
-        raise validation_error("--out", str(path), "", bound, "name a design file, not a folder")
-    refuse_taken([path], "--out", force=force)
-
-
-def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") -> str:
-    """Return the command that runs the design that was found; flags that set keys are `--set` there."""
-    from pipeline.study.suggest.changes import written
-
-    words = ["pipeline", "run", "--design", design]
-    changes = {key: written(value) for key, value in (found.changes or {}).items()}
-    for key, value in {**settings, **changes}.items():
-        words += ["--set", f"{key}={value}"]
-    return shlex.join(words)
-
-
-def _as_mapping(found: "Suggestion", command: str) -> dict[str, object]:
-    from pipeline.study.suggest.changes import value_of
-
-    changes = []
-    for key, value in (found.changes or {}).items():
-        changes.append({"key": key, "from": value_of(found.design, key), "to": value})
-    return {
-        "design": design_as_mapping(found.changed),
-        "passes": found.changes is not None,
-        "changes": changes,
-        "command": None if found.changes is None else command,
-        "reason": found.reason,
-        "tried": found.tried,
-        "runs": found.runs,
-        "verdicts": [dataclasses.asdict(verdict) for verdict in found.verdicts],
-    }
-
-
-def _print(found: "Suggestion", command: str) -> None:
-    """Print what changes and the command, or which verdicts no change mends."""
-    from pipeline.study.suggest.changes import value_of
-
+def _print(found: "Suggestion", changes: list[Plain]) -> None:
+    """Print what changes, or which verdicts no change mends."""
     print(f"{found.design.name}: {found.reason}")
     if found.changes is None:
         for verdict in found.verdicts:
             if verdict.passed is not True:
                 outcome = "undecided" if verdict.passed is None else "failed"
                 print(f"{outcome} {verdict.name}: {verdict.reference}")
-        return
-    rows = [("key", "from", "to")] if found.changes else []
-    for key, value in found.changes.items():
-        rows.append((key, _formatted(value_of(found.design, key)), _formatted(value)))
-    for key, before, after in rows:
-        print(f"{key:<28}{before:<{_widest(rows)}}{after}")
-    print(command)
-
-
-def _widest(rows: list[tuple[str, str, str]]) -> int:
-    return max(12, *(len(before) for _, before, _ in rows)) + 2
+    rows = [{"key": "key", "from": "from", "to": "to"}, *changes] if changes else []
+    for row in rows:
+        print(f"{row['key']:<28}{_formatted(row['from']):<14}{_formatted(row['to'])}")
 
 
 def _formatted(value: object) -> str:

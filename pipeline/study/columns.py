@@ -1,5 +1,6 @@
 """The numbers of a solved study by their keys: eight bytes each, so that a million points fit into memory."""
 
+import math
 from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -29,16 +30,19 @@ class PointColumns:
         """Say whether the values of a key are numbers that differ by more than round-off."""
         if key not in self.values:
             return False
-        low = float(np.nanmin(self.values[key]))
-        high = float(np.nanmax(self.values[key]))
+        low, high = self.span(key)
         return high - low > _ROUND_OFF * max(abs(low), abs(high))
+
+    def span(self, key: str) -> tuple[float, float]:
+        """Return the least and the largest value of a key [its unit]."""
+        return float(np.nanmin(self.values[key])), float(np.nanmax(self.values[key]))
 
     def best(self, key: str, count: int) -> list[int]:
         """Return the numbers of the points with the least values of a key, the least first, those without one last."""
         order = np.arange(len(self.points))
         if key in self.values:
             order = np.argsort(self.values[key], kind="stable")  # nan sorts last
-        return [int(number) for number in self.points[order[:count]]]
+        return list(map(int, self.points[order[:count]]))
 
 
 def point_columns(store: StudyStore, keys: Sequence[str]) -> PointColumns:
@@ -50,15 +54,12 @@ def point_columns(store: StudyStore, keys: Sequence[str]) -> PointColumns:
             continue
         points.append(point.number)
         held = {**point.settings, **point.values}
-        for key in tuple(columns):
+        for key, column in columns.items():
             value = held.get(key)
-            if isinstance(value, bool) or not isinstance(value, int | float | None):
-                del columns[key]
-            else:
-                columns[key].append(np.nan if value is None else value)
+            column.append(value if isinstance(value, int | float) and not isinstance(value, bool) else math.nan)
     values = {}
     for key, column in columns.items():
-        numbers = np.frombuffer(column, dtype=np.float64) if column else np.zeros(0)
+        numbers = np.array(column)
         if not np.isnan(numbers).all():
             values[key] = numbers
     return PointColumns(points=np.array(points, dtype=np.int64), values=values)

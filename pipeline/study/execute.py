@@ -2,9 +2,9 @@
 
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -46,7 +46,7 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressRepo
         before = sum(store.counts().values())
         solved = before
         # A worker gets its points with their settings: all rows of a file would be sent again with each task.
-        solve = partial(solve_points, study.without_rows, folder)
+        solve = partial(solve_points, replace(study, rows=()), folder)
         tasks = _tasks(study, store)
         with closing(completed(engine, solve, tasks, lost_points)) as ended:  # no worker outlives an error here
             for _, results in ended:
@@ -55,43 +55,34 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressRepo
                 if progress is not None:
                     progress(solved, count)
         counts = store.counts()
-    return StudySummary(
-        folder=folder,
-        points=count,
-        solved=solved - before,
-        seconds=time.perf_counter() - start,
-        **counts,
-    )
+    seconds = time.perf_counter() - start
+    return StudySummary(folder=folder, points=count, solved=solved - before, seconds=seconds, **counts)
 
 
 def _tasks(study: Study, store: StudyStore) -> Iterator[Sequence[Point]]:
     """Yield the points that are not solved, in groups for one worker: points that share a solve of contact together."""
-    count = point_count(study)
-    one_scene = not move_contact(study.vary)
-    reads = "reading" in study.base
+    share_scenes = study.level == "contact" and move_contact(study.vary)
+    size = SHARING
     if study.level != "contact":
         size = 1
-    elif one_scene and not parts_of(study.wanted, reads=reads, linear=True):
+    elif not share_scenes and not parts_of(study.wanted, reads="reading" in study.base, linear=True):
         size = QUICK
-    else:
-        size = SHARING
+    count = point_count(study)
     for start in range(0, count, WINDOW):
         stop = min(start + WINDOW, count)
-        missing = store.missing(start, stop)
-        points = [point for point in points_between(study, start, stop) if point.number in missing]
-        groups = [points] if one_scene or size == 1 else _by_scene(study, points)
-        for group in groups:
+        solved = store.solved(start, stop)
+        groups: dict[UnitScene | None, list[Point]] = defaultdict(list)
+        for point in points_between(study, start, stop):
+            if point.number not in solved:
+                groups[_scene(study, point) if share_scenes else None].append(point)
+        for group in groups.values():
             for first in range(0, len(group), size):
                 yield group[first : first + size]
 
 
-def _by_scene(study: Study, points: Iterable[Point]) -> Iterable[list[Point]]:
-    """Return points by their scene of contact, and those that no design file takes by themselves."""
-    groups: dict[UnitScene | None, list[Point]] = defaultdict(list)
-    for point in points:
-        try:
-            scene = unit_scene(design_of(study, point.settings))
-        except InputError:
-            scene = None
-        groups[scene].append(point)
-    return groups.values()
+def _scene(study: Study, point: Point) -> UnitScene | None:
+    """Return the scene of contact of a point, None for one that no design file takes."""
+    try:
+        return unit_scene(design_of(study, point.settings))
+    except InputError:
+        return None

@@ -4,8 +4,7 @@ R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:10082028
 """
 
 import math
-import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,17 +15,16 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from cad.design.design_file import design_as_toml
-from cad.design.parameters import Design
-from cad.quantity import InputError, validation_error
+from cad.quantity import validation_error
 from pipeline import run
 from pipeline.options import RunOptions
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
 from pipeline.study.columns import Floats
-from pipeline.study.page import PAGE
-from pipeline.study.points import Point, design_of, point_at
-from pipeline.study.store import STORE, StudyStore, study_store
-from pipeline.study.study_file import VERDICT_FIELDS, Study
+from pipeline.study.page import refuse_page
+from pipeline.study.points import design_of, point_at
+from pipeline.study.store import StudyStore, study_store
+from pipeline.study.study_file import Study
 from pipeline.study.tasks import PointResult, lost_points, solve_points
 from pipeline.study.variation import Span
 from pipeline.study.workers import Engine, ProgressReport, completed
@@ -75,49 +73,33 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
 
     A search that was ended goes on: it asks for the same candidates again, and those that are stored are not solved.
     With more `evaluations` it asks for the same ones and then for more: no step of the method looks at how many are to
-    come. Raises InputError where not all keys are those of a design that vary over spans, and where what is to be
-    made least is no number.
+    come. Raises InputError where not all keys vary over spans.
     """
     for key, varied in study.vary.items():
         if not isinstance(varied, Span):
             raise validation_error(key, type(varied).__name__, "", "a span, from and to", "an optimum lies in a span")
-    if not (folder / STORE).exists():
-        _refuse_no_number(study)
     with study_store(folder, study) as store:
         _evolve(study, store, engine, progress)
         candidates = [candidate_of(study, result) for result in store.rows()]
     return tuple(sorted(candidates, key=lambda candidate: (candidate.cost, candidate.result.number)))
 
 
-def _refuse_no_number(study: Study) -> None:
-    """Solve the base itself; raise InputError where it has a text or a truth value for what is to be made least."""
-    (base,) = solve_points(study, None, [Point(number=0, settings={})])
-    value = base.values.get(study.goal.minimise)
-    if value is not None and not _is_number(value):
-        bound = f"a key whose value is a number, and that of the base is {value!r}"
-        raise validation_error("optimise.minimise", study.goal.minimise, "", bound, "name another key of report.json")
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:
     """Solve generations of candidates until the points that the study allows are spent; all go into its store."""
     results = {result.number: result for result in store.rows()}
+    solve = partial(solve_points, study, None)
     asked = 0
 
-    def costs(_objective: object, members: Iterable[Sequence[float]]) -> list[float]:
-        """Return the cost of each member of a generation; those that are stored are not solved."""
+    def costs(fractions: Floats) -> list[float]:
+        """Return the cost of each member of a generation, shape (keys, members); those that are stored are not solved.
+
+        Each is known by its number, as the same study asks for the same members in the same order.
+        """
         nonlocal asked
-        points = [point_at(study, number, list(map(float, member))) for number, member in enumerate(members, asked)]
+        points = [point_at(study, number, member) for number, member in enumerate(fractions.T.tolist(), asked)]
         asked += len(points)
-        for point in points:
-            if point.number in results and results[point.number].settings != point.settings:
-                msg = f"{store.path}: must hold the candidates of this search, and point {point.number} is another"
-                raise InputError(msg)
         missing = [[point] for point in points if point.number not in results]
-        with closing(completed(engine, partial(solve_points, study, None), missing, lost_points)) as ended:
+        with closing(completed(engine, solve, missing, lost_points)) as ended:
             for _, solved in ended:
                 store.put(solved)
                 results.update({result.number: result for result in solved})
@@ -126,45 +108,35 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
         return [candidate_of(study, results[point.number]).cost for point in points]
 
     keys = len(study.vary)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # it warns that a map of our own needs deferred updating, which it is given
-        differential_evolution(
-            _not_called,
-            Bounds(np.zeros(keys), np.ones(keys)),
-            maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
-            popsize=_MEMBERS,
-            tol=0.0,
-            rng=np.random.default_rng(study.seed),
-            polish=False,
-            x0=_base_fractions(study),
-            updating="deferred",
-            workers=costs,
-        )
+    differential_evolution(
+        costs,  # type: ignore[arg-type]  # a whole generation at a time, for which there are no stubs
+        Bounds(np.zeros(keys), np.ones(keys)),
+        maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
+        popsize=_MEMBERS,
+        tol=0.0,
+        rng=np.random.default_rng(study.seed),
+        polish=False,
+        x0=_base_fractions(study),
+        updating="deferred",
+        vectorized=True,
+    )
 
 
-def _not_called(_fractions: Floats) -> float:
-    """Stand for the objective, which `workers` computes for whole generations [1]."""
-    return math.nan
-
-
-def _base_fractions(study: Study) -> Floats | None:
+def _base_fractions(study: Study) -> list[float] | None:
     """Return the base design as fractions of the spans [1], where the search begins; None where it lies outside."""
-    design = design_of(study, {})
     fractions = []
     for key, span in study.vary.items():
         table, _, name = key.partition(".")
-        value = getattr(getattr(design, table), name, None)
+        value = study.base.get(table, {}).get(name)
         if not isinstance(span, Span) or not _is_number(value) or not span.low <= value <= span.high:
             return None
-        fractions.append(span.fraction_of(float(value)))
-    return np.array(fractions)
+        fractions.append(span.fraction_of(value))
+    return fractions
 
 
-def base_candidate(study: Study, candidates: Sequence[Candidate]) -> Candidate | None:
-    """Return the candidate that is the base design itself, where the search began; None where it is outside."""
-    if _base_fractions(study) is None:
-        return None
-    return next((candidate for candidate in candidates if candidate.result.number == 0), None)
+def is_base(study: Study, candidate: Candidate) -> bool:
+    """Say whether a candidate is the base design itself, where the search began."""
+    return candidate.result.number == 0 and _base_fractions(study) is not None
 
 
 def candidate_of(study: Study, result: PointResult) -> Candidate:
@@ -174,32 +146,37 @@ def candidate_of(study: Study, result: PointResult) -> Candidate:
     value = result.values[study.goal.minimise]
     return Candidate(
         result=result,
-        value=float(value) if _is_number(value) else math.nan,
+        value=value if _is_number(value) else math.nan,
         violation=sum(_violation(name, result.values) for name in study.goal.under),
     )
 
 
 def _violation(name: str, values: Mapping[str, object]) -> float:
     """Return by how much a verdict fails, or comes too near to its limit [1]; 0 where it passes."""
-    value, limit, tolerance, passed = (values[f"verdicts.{name}.{word}"] for word in VERDICT_FIELDS)
+    value, limit, tolerance, passed = (
+        values[f"verdicts.{name}.{field}"] for field in ("value", "limit", "tolerance", "passed")
+    )
     if passed is None and name.startswith("printable."):
         return 0.0  # whether a process can make a spring is left to the run to decide
     if not _is_number(value) or not _is_number(limit):
         return 0.0 if passed else 1.0
-    scale = abs(limit)
-    if scale == 0.0:  # no measure of a distance: the tolerance is, or the unit of the verdict
-        scale = abs(tolerance) if _is_number(tolerance) and tolerance else 1.0
+    width = abs(tolerance) if _is_number(tolerance) else 0.0
+    scale = abs(limit) or width or 1.0  # a limit of 0 is no measure of a distance, and without a tolerance the unit is
     distance = abs(value - limit) / scale
     if not passed:
         return MARGIN + distance
-    is_target = bool(tolerance)  # which is met on either side; a limit is kept by a margin
-    return 0.0 if is_target else max(0.0, MARGIN - distance)
+    return 0.0 if width else max(0.0, MARGIN - distance)  # a target is met on either side, a limit kept by a margin
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def refuse_occupied(folder: Path, *, force: bool = False) -> None:
     """Raise InputError where a search could not write its results into its folder, before anything is solved."""
     refuse_unusable(folder / RUN, force=force)
-    refuse_taken((folder / DESIGN, folder / PAGE), "--out", force=force, renew=True)
+    refuse_taken([folder / DESIGN], "--out", force=force, renew=True)
+    refuse_page(folder, force=force)
 
 
 def prove(study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False) -> Proof | None:
@@ -211,7 +188,7 @@ def prove(study: Study, candidates: Sequence[Candidate], folder: Path, *, force:
     proof = None
     passing = [candidate for candidate in candidates if candidate.violation == 0.0]
     for candidate in passing[:MOST_RUNS]:
-        design = _named_design(study, candidate)
+        design = replace(design_of(study, candidate.result.settings), name=study.name)
         passed = run(design, RunOptions(out=folder / RUN, tolerance=study.tol, force=force)).passed
         proof = Proof(candidate=candidate, design=None, passed=passed)
         if passed:
@@ -221,8 +198,3 @@ def prove(study: Study, candidates: Sequence[Candidate], folder: Path, *, force:
     if is_ours(folder / DESIGN):  # that of a shorter search, and `best` no longer holds its run
         (folder / DESIGN).unlink()
     return proof
-
-
-def _named_design(study: Study, candidate: Candidate) -> Design:
-    """Return the design of a candidate, named for the study."""
-    return design_of(replace(study, base={**study.base, "name": study.name}), candidate.result.settings)

@@ -9,31 +9,27 @@ from cad.design.design_file import design_as_toml, design_from_mapping
 from pipeline.report.page.template import FIGURES, rendered
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.study.columns import point_columns
-from pipeline.study.outputs import refuse_output
 from pipeline.study.points import design_of
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study
 
-FLAG = "--html"
 PAGE = "study.html"
 BEST = 10
 MOST_DOTS = 1_000  # of the points: more hide each other
-_FOLDER = "best-designs"
+_DESIGNS = "best-designs"
 _BASE = "base.toml"
 _SEED = 1
 
 
-def refuse_page(path: Path, folder: Path, *, force: bool = False) -> None:
-    """Raise InputError where no page of the study of a folder can be written, before anything is solved."""
-    refuse_output(path, [".html"], folder, FLAG, force=force)
-    designs = folder / _FOLDER
-    refuse_taken([designs / _BASE, *designs.glob("point-*.toml")], "--out", force=force, renew=True)
+def refuse_page(folder: Path, *, force: bool = False) -> None:
+    """Raise InputError where the page of the study of a folder could not be written, before anything is solved."""
+    designs = folder / _DESIGNS
+    paths = [folder / PAGE, designs / _BASE, *designs.glob("point-*.toml")]
+    refuse_taken(paths, "--out", force=force, renew=True)
 
 
-def write_page(
-    store: StudyStore, study: Study, path: Path, best: Sequence[int] | None = None, *, force: bool = False
-) -> None:
-    """Write the page of a study to a file; beside its store the base design and those of its best ten points.
+def write_page(store: StudyStore, study: Study, best: Sequence[int] | None = None, *, force: bool = False) -> Path:
+    """Write the page of a study beside its store, with the base design and those of its best ten points; return it.
 
     `best` are the numbers of the best points, the best first; by default those with the least of the first wanted key.
     Of many points some, drawn at random, are shown beside them. Raises InputError as `write_files`.
@@ -44,19 +40,14 @@ def write_page(
     points = []
     for point in store.rows(sorted({*best, *at_random})):
         points.append({**point.settings, **point.values, "number": point.number})
-    constants = {}
-    for key, values in columns.values.items():
-        if not columns.differs(key):
-            constants[key] = float(np.nanmin(values))
-    folder = store.path.parent / _FOLDER
-    base = folder / _BASE
-    designs = {base: design_as_toml(design_from_mapping(study.base)).encode()}
-    links = {"base": _link(base, path)}
+    designs = {_BASE: design_as_toml(design_from_mapping(study.base))}
+    links = {"base": f"{_DESIGNS}/{_BASE}"}
     for point in store.rows(best):
-        design = folder / f"point-{point.number}.toml"
-        designs[design] = design_as_toml(design_of(study, point.settings)).encode()
-        links[str(point.number)] = _link(design, path)
-    write_files(designs, "--out", force=force, renew=True)
+        name = f"point-{point.number}.toml"
+        designs[name] = design_as_toml(design_of(study, point.settings))
+        links[str(point.number)] = f"{_DESIGNS}/{name}"
+    folder = store.path.parent
+    files = {folder / _DESIGNS / name: text.encode() for name, text in designs.items()}
     data = {
         "vary": list(study.vary),
         "wanted": list(study.wanted),
@@ -73,14 +64,8 @@ def write_page(
         study=study,
         counts=store.counts(),
         dots=MOST_DOTS,
-        constants=constants,
+        constants={key: columns.span(key)[0] for key in columns.values if not columns.differs(key)},
         messages=store.messages(),
     )
-    write_files({path: text.encode()}, FLAG, force=force, renew=True)
-
-
-def _link(design: Path, page: Path) -> str:
-    """Return how a page names a design file: from its own folder where it can, so that both may be moved."""
-    folder = page.parent.resolve()
-    target = design.resolve()
-    return str(target.relative_to(folder)) if target.is_relative_to(folder) else target.as_uri()
+    write_files({**files, folder / PAGE: text.encode()}, "--out", force=force, renew=True)
+    return folder / PAGE

@@ -37,7 +37,7 @@ def point_count(study: Study) -> int:
         case "search":
             bound = "sobol, grid or points for a study"
             raise validation_error("how", study.how, "", bound, "run it with: pipeline optimise")
-    count = math.prod(_grid_shape(study))
+    count = math.prod(len(varied.grid()) for varied in study.vary.values())
     if count > MOST_POINTS:
         raise validation_error("vary", count, "points", f"at most {MOST_POINTS}", "take fewer steps")
     return count
@@ -45,28 +45,33 @@ def point_count(study: Study) -> int:
 
 def points_between(study: Study, start: int, stop: int) -> Iterator[Point]:
     """Yield the points from a number up to, not including, another one; the same ones whoever asks."""
-    if study.how == "sobol":
-        for number, fractions in enumerate(sobol_fractions(len(study.vary), study.seed, start, stop), start):
-            yield point_at(study, number, fractions)
-    elif study.how == "sensitivity":
-        yield from _exchanged(study, start, stop)
-    elif study.how == "points":
-        for number in range(start, stop):
+    numbers = range(start, stop)
+    if study.how == "points":
+        for number in numbers:
             yield _point(study, number, study.rows[number])
-    else:
+    elif study.how == "grid":
         grids = [varied.grid() for varied in study.vary.values()]
-        shape = _grid_shape(study)
-        for number in range(start, stop):
-            indices = np.unravel_index(number, shape)  # the last key varies fastest
+        for number in numbers:
+            indices = np.unravel_index(number, [len(grid) for grid in grids])  # the last key varies fastest
             yield _point(study, number, [grid[index] for grid, index in zip(grids, indices, strict=True)])
-
-
-def _grid_shape(study: Study) -> tuple[int, ...]:
-    return tuple(len(varied.grid()) for varied in study.vary.values())
+    else:
+        fractions = _exchanged if study.how == "sensitivity" else _sobol
+        for number, row in zip(numbers, fractions(study, start, stop), strict=True):
+            yield point_at(study, number, row)
 
 
 def _point(study: Study, number: int, values: Iterable[Setting]) -> Point:
     return Point(number=number, settings=dict(zip(study.vary, values, strict=True)))
+
+
+def point_at(study: Study, number: int, fractions: Sequence[float]) -> Point:
+    """Return the point at fractions [1] from 0 to 1 of what varies, in the order of the study file."""
+    varied = zip(study.vary.values(), fractions, strict=True)
+    return _point(study, number, [variation.at(fraction) for variation, fraction in varied])
+
+
+def _sobol(study: Study, start: int, stop: int) -> list[list[float]]:
+    return sobol_fractions(len(study.vary), study.seed, start, stop)
 
 
 def sobol_fractions(keys: int, seed: int, start: int, stop: int) -> list[list[float]]:
@@ -80,8 +85,8 @@ def sobol_fractions(keys: int, seed: int, start: int, stop: int) -> list[list[fl
     return [*first, *others]
 
 
-def _exchanged(study: Study, start: int, stop: int) -> Iterator[Point]:
-    """Yield points of a study of sensitivities, in blocks of `samples`.
+def _exchanged(study: Study, start: int, stop: int) -> Iterator[list[float]]:
+    """Yield fractions [1] for a study of sensitivities, in blocks of `samples`.
 
     Block 0 is sample A, block 1 sample B, and each further one, for one key after the other, A with this key from B.
     """
@@ -89,23 +94,14 @@ def _exchanged(study: Study, start: int, stop: int) -> Iterator[Point]:
     while start < stop:
         block, first_row = divmod(start, study.samples)
         end = min(stop, (block + 1) * study.samples)
-        rows = sobol_fractions(2 * keys, study.seed, first_row, first_row + end - start)
-        for number, row in enumerate(rows, start):
+        for row in sobol_fractions(2 * keys, study.seed, first_row, first_row + end - start):
             sample_A = row[:keys]
             sample_B = row[keys:]
-            fractions = sample_B if block == 1 else sample_A
             if block > 1:
                 exchanged = block - 2
-                fractions[exchanged] = sample_B[exchanged]
-            yield point_at(study, number, fractions)
+                sample_A[exchanged] = sample_B[exchanged]
+            yield sample_B if block == 1 else sample_A
         start = end
-
-
-def point_at(study: Study, number: int, fractions: Sequence[float]) -> Point:
-    """Return the point at fractions [1] from 0 to 1 of what varies, in the order of the study file."""
-    return _point(
-        study, number, [varied.at(fraction) for varied, fraction in zip(study.vary.values(), fractions, strict=True)]
-    )
 
 
 def design_of(study: Study, settings: Mapping[str, Setting]) -> Design:

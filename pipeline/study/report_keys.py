@@ -1,9 +1,10 @@
 """The keys of report.json that a study may ask for, what has to be solved for each, and their values."""
 
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Literal
 
-from cad.design.tips import Tips
+from cad.input_file import read_toml
 from cad.quantity import nearest, validation_error
 from pipeline.evaluate import Part
 from pipeline.storage.plain import Plain
@@ -13,42 +14,17 @@ Level = Literal["contact", "flexures", "files"]
 LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
 """By what they cost: closed forms and contact; springs fitted by finite elements; a whole run with its files."""
 
-_VERDICT_FIELDS = ("value", "error", "limit", "tolerance", "passed")
-_VERDICTS: dict[str, Level] = {
-    **dict.fromkeys(("P_max", "NL", "P_displacement_independent", "P_monotonic", "bruise"), "contact"),
-    **dict.fromkeys((f"printable.{name}" for name in Tips().names), "contact"),
-    **dict.fromkeys(("reading.bias", "reading.uncertainty", "reading.lift"), "contact"),
-    **dict.fromkeys(("geometry.tip_face", "geometry.tip_shape"), "contact"),
-    **dict.fromkeys(("K_l", "K_h"), "flexures"),
-}
-"""The verdicts but those on solids, whose names begin with one of the next."""
-_ON_SOLIDS = ("geometry.", "fit.")
-_SPRING_KEYS = (
-    "target_N_per_m", "stiffness_N_per_m", "error_percent", "dimensions_mm", "root_strain",
-    "root_strain_error_percent", "safety_factor", "dofs",
-)  # fmt: skip
-_KEYS: dict[str, tuple[str, ...]] = {
-    "springs": ("K_l_N_per_m", "K_h_N_per_m", "K_m_max_N_per_m", "K_m_over_E_mm", "fruit_stiffness"),
-    "contact": (
-        "error_percent", "s11_error_percent", "method", "dofs", "status", "compliance_per_mm", "K_m_over_E_mm",
-    ),
-    "level": ("P_max", "P_max_error", "NL", "NL_error"),
-    "reading": (
-        "E_bias_percent", "E_bias_error_percent", "uncertainty_percent", "sources", "method", "lift_deg",
-        "plates_before_zeroing_percent", "noise_for_10_percent", "refused", "moduli", "skin_pressure",
-    ),
-    **dict.fromkeys((f"flexures.{name}" for name in Tips().names), _SPRING_KEYS),
-}  # fmt: skip
-"""The keys of some parts of report.json, but how long a solve took, which is another number every time."""
+VERDICT_FIELDS = ("value", "error", "limit", "tolerance", "passed")
+_ON_SOLIDS = ("verdicts.geometry.", "verdicts.fit.")  # each solid has verdicts of its own, which only a run knows
 
 
 def _levels_by_key() -> dict[str, Level]:
     """Return the level of each key that there is; further ones may lie below it."""
-    levels: dict[str, Level] = {"response": "contact", "deflections_mm": "flexures"}
-    levels |= dict.fromkeys(("behaviour", "errors", "paper", "passed"), "files")
-    for part, keys in _KEYS.items():
-        level: Level = "flexures" if part.startswith("flexures") else "contact"
-        levels |= dict.fromkeys((f"{part}.{key}" for key in keys), level)
+    tables = read_toml(Path(__file__).with_suffix(".toml"), "keys of a report")
+    levels: dict[str, Level] = {}
+    for level in LEVELS:
+        for part, keys in tables[level].items():
+            levels |= dict.fromkeys((f"{part}.{key}" for key in keys) if keys else [part], level)
     return levels
 
 
@@ -64,18 +40,16 @@ def level_of(name: str, keys: Iterable[str]) -> Level:
 
 
 def _level_of(name: str, key: str) -> Level:
-    verdict, _, field = key.removeprefix("verdicts.").rpartition(".")
-    if key.startswith("verdicts."):
-        if field in _VERDICT_FIELDS and verdict in _VERDICTS:
-            return _VERDICTS[verdict]
-        if field in _VERDICT_FIELDS and verdict.startswith(_ON_SOLIDS):
-            return "files"
+    verdict, _, field = key.rpartition(".")
+    of_verdict = key.startswith("verdicts.")
     for known, level in _LEVELS_BY_KEY.items():
-        if key == known or key.startswith(f"{known}."):
+        below_key = not of_verdict and f"{key}.".startswith(f"{known}.")
+        if below_key or (verdict == known and field in VERDICT_FIELDS):
             return level
-    keys = [*_LEVELS_BY_KEY, *(f"verdicts.{verdict}.{field}" for verdict in _VERDICTS for field in _VERDICT_FIELDS)]
+    if verdict.startswith(_ON_SOLIDS) and field in VERDICT_FIELDS:
+        return "files"
     bound = "a key of report.json that docs/studies.md names"
-    raise validation_error(name, key, "", bound, f"did you mean {nearest(key, keys)}?")
+    raise validation_error(name, key, "", bound, f"did you mean {nearest(key, list(_LEVELS_BY_KEY))}?")
 
 
 def parts_of(keys: Iterable[str], *, reads: bool, linear: bool) -> tuple[Part, ...]:
@@ -83,18 +57,18 @@ def parts_of(keys: Iterable[str], *, reads: bool, linear: bool) -> tuple[Part, .
 
     A design that `reads` is judged by its readings; a `linear` scene has P_max and NL by the two-spring law alone.
     """
-    by_readings = ["reading", "verdicts.reading"]
-    by_response = ["response", "verdicts.geometry", "verdicts.P_displacement_independent", "verdicts.P_monotonic"]
-    (by_readings if reads else by_response).append("verdicts.bruise")
+    by_readings = ["reading.", "verdicts.reading."]
+    by_response = ["response.", "verdicts.geometry.", "verdicts.P_displacement_independent.", "verdicts.P_monotonic."]
+    (by_readings if reads else by_response).append("verdicts.bruise.")
     if not linear:
-        by_response += ["verdicts.P_max", "verdicts.NL"]
+        by_response += ["verdicts.P_max.", "verdicts.NL."]
+    wanted = list(keys)
     parts: list[Part] = []
-    for key in keys:
-        if key.startswith(tuple(f"{part}." for part in by_readings)):
-            parts.append("reading")
-        if key.startswith(tuple(f"{part}." for part in by_response)):
-            parts.append("response")
-    return tuple(sorted(set(parts)))
+    if any(key.startswith(tuple(by_readings)) for key in wanted):
+        parts.append("reading")
+    if any(key.startswith(tuple(by_response)) for key in wanted):
+        parts.append("response")
+    return tuple(parts)
 
 
 def value_at_key(report: Plain, key: str) -> object:

@@ -8,27 +8,21 @@ import dataclasses
 import functools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.quantity import InputError
-from pipeline.options import CONTACT_SHARE
+from pipeline.options import BESIDE_CONTACT, CONTACT_SHARE, contact_scene
 from pipeline.response.contact import contact_compliance
 from pipeline.storage.plain import Plain
 from solve.fruit.compliance import FruitCompliance
 
+Record = TypeVar("Record", Fruit, Tips)
+
 _DIGITS = 12  # of a ratio: scenes that differ by round-off are one
 _SCENES_KEPT = 256
-# What the compliance times E does not depend on, with the same value in every scene.
-_TIPS: Plain = {"gap_mm": 0.0, "socket": "none"}
-_FRUIT: Plain = {
-    "E_MPa": Fruit().E_MPa,
-    "E_max_MPa": Fruit().E_max_MPa,
-    "poisson_spread": Fruit().poisson_spread,
-    "bruise_limit_MPa": None,
-}
-_BESIDE_CONTACT = {*(f"tips.{key}" for key in _TIPS), *(f"fruit.{key}" for key in _FRUIT)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,35 +43,31 @@ class UnitScene:
 
 def move_contact(keys: Iterable[str]) -> bool:
     """Say whether any of some keys of the design file moves the solution of contact."""
-    return any(key.startswith(("fruit.", "tips.")) and key not in _BESIDE_CONTACT for key in keys)
+    for name in keys:
+        table, _, key = name.partition(".")
+        if table in BESIDE_CONTACT and key not in BESIDE_CONTACT[table]:
+            return True
+    return False
 
 
 def unit_scene(design: Design) -> UnitScene:
     """Return the scene of a design on tips of side 1 mm; one whose ratios no design file takes keeps its size."""
-    scale = design.tips.side_mm
+    fruit, tips = contact_scene(design)
+    scale = tips.side_mm
     try:
-        fruit = replace(design.fruit, **_lengths_over(design.fruit, scale), **_irrelevant(design.fruit))
-        tips = replace(design.tips, **_lengths_over(design.tips, scale) | _TIPS)
+        return UnitScene(fruit=_over(scale, fruit), tips=_over(scale, tips), scale=scale)
     except InputError:
-        scale = 1.0
-        fruit = replace(design.fruit, **_irrelevant(design.fruit))
-        tips = replace(design.tips, **_TIPS)
-    return UnitScene(fruit=fruit, tips=tips, scale=scale)
+        return UnitScene(fruit=fruit, tips=tips, scale=1.0)
 
 
-def _irrelevant(fruit: Fruit) -> Plain:
-    """Return the one value of what contact does not depend on; of flesh under a skin the moduli do count."""
-    return _FRUIT if fruit.skin_mm is None else {**_FRUIT, "E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
-
-
-def _lengths_over(record: Fruit | Tips, scale: float) -> Plain:
-    """Return every length of a record over a scale [mm]."""
-    lengths = {}
+def _over(scale: float, record: Record) -> Record:
+    """Return a record with every length over a scale [mm]."""
+    lengths: Plain = {}
     for item in dataclasses.fields(record):
         value = getattr(record, item.name)
         if item.name.endswith("_mm") and value is not None:
             lengths[item.name] = float(f"{value / scale:.{_DIGITS}g}")
-    return lengths
+    return replace(record, **lengths)
 
 
 def scene_compliance(scene: UnitScene, tolerance: float, method: str = "auto") -> FruitCompliance:

@@ -3,7 +3,6 @@
 A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, doi 10.1016/j.cpc.2009.09.018, as SciPy has it.
 """
 
-import math
 import warnings
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -31,9 +30,9 @@ class Sensitivity:
     wanted: str
     key: str
     first: float
-    first_interval: tuple[float, float]
+    first_interval: list[float]
     total: float
-    total_interval: tuple[float, float]
+    total_interval: list[float]
 
 
 def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
@@ -63,22 +62,25 @@ def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
         spread = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
     first = np.ravel(result.first_order)
     total = np.ravel(result.total_order)
+    first_ends = _ends(first, spread.first_order.confidence_interval)
+    total_ends = _ends(total, spread.total_order.confidence_interval)
     indices = []
     for i, key in enumerate(study.vary):
         one = Sensitivity(
             wanted=wanted,
             key=key,
             first=float(first[i]),
-            first_interval=_interval(first[i], spread.first_order.confidence_interval, i),
+            first_interval=first_ends[i],
             total=float(total[i]),
-            total_interval=_interval(total[i], spread.total_order.confidence_interval, i),
+            total_interval=total_ends[i],
         )
         indices.append(one)
     return indices
 
 
-def _interval(index: float, interval: Any, i: int) -> tuple[float, float]:  # noqa: ANN401 - SciPy's own record
-    """Return the ends of the interval of one key [1]; of a key that moves nothing both are its index."""
-    low = float(np.ravel(interval.low)[i])
-    high = float(np.ravel(interval.high)[i])
-    return (low, high) if math.isfinite(low) and math.isfinite(high) else (float(index), float(index))
+def _ends(indices: Floats, interval: Any) -> list[list[float]]:  # noqa: ANN401 - SciPy's own record
+    """Return the ends of the interval of each key [1]; of a key that moves nothing both are its index."""
+    ends = np.column_stack([np.ravel(interval.low), np.ravel(interval.high)])
+    nothing = ~np.isfinite(ends).all(axis=1)
+    ends[nothing] = indices[nothing, None]
+    return list(map(list, ends.tolist()))

@@ -9,7 +9,6 @@ import re
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -50,49 +49,32 @@ class StudyStore:
         """Keep results, all of them or none."""
         rows = []
         for result in results:
-            settings = _json(result.settings)
-            values = _json(result.values)
             seconds = round(result.seconds, 6)
-            row = (result.number, result.status, settings, values, result.error, seconds)
+            row = (result.number, result.status, _json(result.settings), _json(result.values), result.error, seconds)
             rows.append((*row, _digest(row)))
         with self._connection as transaction:
             transaction.executemany("INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
 
-    def missing(self, start: int, stop: int) -> set[int]:
-        """Return the numbers from one up to, not including, another one whose points are not solved."""
+    def solved(self, start: int, stop: int) -> set[int]:
+        """Return the numbers of the points from one up to, not including, another one that are solved."""
         query = "SELECT number FROM points WHERE number >= ? AND number < ?"
-        return set(range(start, stop)) - {number for (number,) in self._connection.execute(query, (start, stop))}
+        return {number for (number,) in self._connection.execute(query, (start, stop))}
 
     def counts(self) -> dict[str, int]:
         """Return how many points are done, refused and failed."""
         counts = dict(self._connection.execute("SELECT status, COUNT(*) FROM points GROUP BY status").fetchall())
         return {status: counts.get(status, 0) for status in ("done", "refused", "failed")}
 
-    def spans(self, wanted: Sequence[str]) -> dict[str, tuple[float, float]]:
-        """Return the least and the largest value by wanted key over all points; keys without a number are left out."""
-        spans = {}
-        for key in wanted:
-            value = f"json_extract(results, '$.\"{key}\"')"
-            is_number = f"json_type(results, '$.\"{key}\"') IN ('integer', 'real')"
-            query = f"SELECT MIN({value}), MAX({value}) FROM points WHERE {is_number}"
-            least, most = self._connection.execute(query).fetchone()
-            if least is not None:
-                spans[key] = (least, most)
-        return spans
-
     def messages(self) -> dict[str, int]:
         """Return the five commonest messages of refused and failed points, and how many points have each.
 
         Messages that differ in their numbers alone are one, told by that of the first point.
         """
-        first: dict[str, str] = {}
-        counts: dict[str, int] = {}
+        alike: dict[str, list[str]] = {}
         for (error,) in self._connection.execute("SELECT error FROM points WHERE error NOT NULL ORDER BY number"):
-            reason = re.sub(r"\d[\d.]*(e[+-]?\d+)?", "#", error)
-            first.setdefault(reason, error)
-            counts[reason] = counts.get(reason, 0) + 1
-        commonest = sorted(counts, key=lambda reason: -counts[reason])[:_MOST_MESSAGES]
-        return {first[reason]: counts[reason] for reason in commonest}
+            alike.setdefault(re.sub(r"\d[\d.]*(e[+-]?\d+)?", "#", error), []).append(error)
+        commonest = sorted(alike.values(), key=len, reverse=True)[:_MOST_MESSAGES]
+        return {errors[0]: len(errors) for errors in commonest}
 
     def rows(self, numbers: Sequence[int] | None = None) -> Iterator[PointResult]:
         """Yield the points of some numbers in that order, all by default in their own, one at a time in memory.
@@ -127,19 +109,8 @@ class StudyStore:
             raise validation_error("study store", str(self.path), "", bound, "name another --out")
         with self._connection as transaction:
             transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?, ?)", (*asked, _digest(asked)))
-        self._make_view(study)
-        if study.how != "search":  # what a search asks for next followed from them
-            with self._connection as transaction:
+            if study.how != "search":  # what a search asks for next followed from them
                 transaction.execute("DELETE FROM points WHERE status = 'failed' AND error = ?", (LOST,))
-
-    def _make_view(self, study: Study) -> None:
-        """Make the view `results`: a column for each key that varies and for each that is wanted."""
-        columns = [f'json_extract(settings, \'$."{key}"\') AS "{key}"' for key in study.vary]
-        columns += [f'json_extract(results, \'$."{key}"\') AS "{key}"' for key in study.wanted if key not in study.vary]
-        self._connection.execute("DROP VIEW IF EXISTS results")
-        self._connection.execute(
-            f"CREATE VIEW results AS SELECT number, status, {', '.join(columns)}, error FROM points"
-        )
 
     def _result(self, row: Sequence[Any]) -> PointResult:
         self._refuse_changed(f"point {row[0]}", row)
@@ -166,9 +137,17 @@ def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
     """Open the store of a study in a folder, made where there is none, for one run at a time.
 
     Raises InputError where another run has it, where it holds another study, naming the difference, or where the folder
-    holds anything else than a study.
+    cannot be made or holds anything else than a study.
     """
-    _make(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        names = {path.name for path in folder.iterdir()}
+    except OSError as error:
+        bound = f"a folder that can be written ({error.strerror})"
+        raise validation_error("--out", str(folder), "", bound, "name another folder") from error
+    if names - {_LOCK} and STORE not in names:
+        bound = "new, empty or the folder of this study"
+        raise validation_error("--out", str(folder), "", bound, "name another folder")
     try:
         lock = FileLock(folder / _LOCK, timeout=0).acquire()
     except Timeout as error:
@@ -210,16 +189,11 @@ def _opened(path: Path) -> Iterator[StudyStore]:
 
 
 def study_facts(study: Study) -> Plain:
-    """Return what decides the results of a study."""
-    names = ("base", "wanted", "how", "samples", "seed", "tol", "level", "rows")
-    return {
-        **{name: getattr(study, name) for name in names},
-        "vary": {key: {"kind": type(varied).__name__, **asdict(varied)} for key, varied in study.vary.items()},
-        "order": list(study.vary),
-        "goal": to_plain(study.goal),
-        "versions": {name: version(name) for name in _PACKAGES},
-        "code": code_digest()[:16],
-    }
+    """Return what decides the results of a study: all of it but its name."""
+    facts: Plain = to_plain(study)
+    del facts["name"]
+    packages = {name: version(name) for name in _PACKAGES}
+    return {**facts, "order": list(study.vary), "versions": packages, "code": code_digest()[:16]}
 
 
 def _refuse_other(path: Path, kept: Plain, asked: Plain) -> None:
@@ -255,16 +229,3 @@ def _json(value: object) -> str:
 
 def _digest(cells: Sequence[object]) -> str:
     return hashlib.sha256(repr(tuple(cells)).encode()).hexdigest()[:32]
-
-
-def _make(folder: Path) -> None:
-    """Make the folder of a study; raises InputError where it cannot be, or holds anything else."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        names = {path.name for path in folder.iterdir()}
-    except OSError as error:
-        bound = f"a folder that can be written ({error.strerror})"
-        raise validation_error("--out", str(folder), "", bound, "name another folder") from error
-    if names - {_LOCK} and STORE not in names:
-        bound = "new, empty or the folder of this study"
-        raise validation_error("--out", str(folder), "", bound, "name another folder")

@@ -1,27 +1,19 @@
 """A study as a person writes it: a base design, what varies, how, and what is wanted; checked when it is read."""
 
-import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from cad.design.design_file import (
-    TABLE_TYPES,
-    design_from_mapping,
-    every_key,
-    overridden,
-    with_process_file,
-)
+from cad.design.design_file import TABLE_TYPES, design_as_mapping, design_from_mapping, every_key
 from cad.design.parameters import TABLES
-from cad.design.tips import Tips
 from cad.input_file import read_toml
-from cad.quantity import Bounds, InputError, check_fields, choice, nearest, quantity, validation_error
+from cad.quantity import Bounds, InputError, check_fields, choice, nearest, quantity, text_field, validation_error
 from pipeline.measure.measured_table import read_csv, refuse_other_length
-from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
+from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, load_design
 from pipeline.storage.plain import Plain
-from pipeline.study.report_keys import LEVELS, Level, level_of
+from pipeline.study.report_keys import LEVELS, VERDICT_FIELDS, Level, level_of
 from pipeline.study.variation import Choices, Setting, Variation, setting_of_cell, variation
 
 Row = tuple[Setting, ...]
@@ -29,8 +21,8 @@ How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 
 HOW = ("sobol", "grid", "points", "search", "sensitivity")
 MOST_POINTS = 10_000_000
-VERDICT_FIELDS = ("value", "limit", "tolerance", "passed")
 _PROCESS_FILE = "print.process_file"
+_NO_NUMBERS = ("passed", "fruit_stiffness", "method", "status", "refused")
 _FILE_KEYS = ("base", "samples", "seed", "wanted", "vary", "set", "how", "points", "tol", "level", "optimise")
 
 
@@ -38,19 +30,23 @@ _FILE_KEYS = ("base", "samples", "seed", "wanted", "vary", "set", "how", "points
 class Goal:
     """What `pipeline optimise` makes least, in how many points, and the names of the verdicts that must pass."""
 
-    minimise: str = "verdicts.reading.uncertainty.value"
+    minimise: str = text_field(default="verdicts.reading.uncertainty.value", hint="name a key of report.json")
     under: tuple[str, ...] = (
         "reading.bias",
         "reading.uncertainty",
         "reading.lift",
         "bruise",
-        *(f"printable.{name}" for name in Tips().names),
+        "printable.low",
+        "printable.high",
     )
     evaluations: int = quantity("", Bounds(at_least=1), default=600, hint="600 is the default")
 
     def __post_init__(self) -> None:
-        """Refuse a goal that is no key of a report, and too few points to search with."""
+        """Refuse a goal that is no number of a report, and too few points to search with."""
         check_fields(self, "optimise")
+        if self.minimise.rpartition(".")[2] in _NO_NUMBERS:
+            bound = "a key whose value is a number"
+            raise validation_error("optimise.minimise", self.minimise, "", bound, "name another key of report.json")
         level_of("optimise.minimise", [self.minimise])
         level_of("optimise.under", verdict_keys(self))
 
@@ -63,7 +59,7 @@ class Study:
     """
 
     name: str
-    base: Mapping[str, object]
+    base: Plain
     vary: Mapping[str, Variation]
     wanted: tuple[str, ...]
     how: How = choice(HOW, default="sobol")
@@ -77,28 +73,22 @@ class Study:
     def __post_init__(self) -> None:
         """Check every number and word; raises InputError."""
         check_fields(self, "study")
-        self._check_samples()
+        if self.how == "sobol" and self.samples == 0:
+            raise validation_error("samples", self.samples, "", "at least 1", "say how many points")
+        if self.how == "sensitivity" and (self.samples < 2 or self.samples.bit_count() != 1):  # noqa: PLR2004
+            hint = "there are this many times the keys and two more points"
+            raise validation_error("samples", self.samples, "", "a power of 2, at least 2", hint)
         if not self.wanted:
             bound = "a list of keys of report.json"
             raise validation_error("wanted", "[]", "", bound, "for instance springs.K_l_N_per_m")
-        for key in self.wanted:
-            if not key.replace(".", "").replace("_", "").isalnum():
-                raise validation_error("wanted", key, "", "letters, digits, _ and dots", "write it as in report.json")
         level_of("wanted", self.wanted)
         if not self.vary:
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
         _refuse_unknown("vary ", self.vary, every_key())
 
-    def _check_samples(self) -> None:
-        if self.how == "sobol" and self.samples == 0:
-            raise validation_error("samples", self.samples, "", "at least 1", "say how many points")
-        if self.how == "sensitivity" and (self.samples < 2 or self.samples.bit_count() != 1):  # noqa: PLR2004
-            hint = "there are this many times the keys and two more points"
-            raise validation_error("samples", self.samples, "", "a power of 2, at least 2", hint)
-
     @cached_property
-    def base_tables(self) -> Mapping[str, object]:
+    def base_tables(self) -> Plain:
         """Return the tables of the base design as records: a point checks again only those that its settings change."""
         design = design_from_mapping(self.base)
         return {key: getattr(design, key) if key in TABLE_TYPES else value for key, value in self.base.items()}
@@ -107,11 +97,6 @@ class Study:
     def keys(self) -> tuple[str, ...]:
         """Return the keys that vary and those that are wanted, each once."""
         return tuple(dict.fromkeys((*self.vary, *self.wanted)))
-
-    @property
-    def without_rows(self) -> "Study":
-        """Return the study without the points of its file, for workers that are given theirs."""
-        return replace(self, rows=())
 
 
 def verdict_keys(goal: Goal) -> tuple[str, ...]:
@@ -158,21 +143,16 @@ def _goal(table: object) -> Goal:
     values = dict(table)
     if "under" in table:
         values["under"] = _texts("optimise.under", table["under"])
-    if "minimise" in table:
-        values["minimise"] = _text("optimise.minimise", table["minimise"])
     return Goal(**values)
 
 
 def _base(data: Mapping[str, Any], folder: Path) -> Plain:
     """Return the tables of the base design with `[set]` on top; refuses a base that is no design itself."""
     base = _text("base", data.get("base", "paper"))
-    path = folder / base if base.endswith(".toml") else design_path(base)
-    settings = {key: _setting_text(key, value) for key, value in _flat("set", data).items()}
-    if settings.get(_PROCESS_FILE):  # under [set] its path starts beside the study file
-        settings[_PROCESS_FILE] = str((folder / settings[_PROCESS_FILE]).absolute())
-    tables = dict(with_process_file(overridden({"name": path.stem, **read_toml(path, "base")}, settings), path.parent))
-    design_from_mapping(tables)
-    return tables
+    settings = _flat("set", data)
+    if settings.get(_PROCESS_FILE):  # its path starts beside the study file
+        settings[_PROCESS_FILE] = str(folder / str(settings[_PROCESS_FILE]))
+    return design_as_mapping(load_design(folder / base if base.endswith(".toml") else base, settings, "base"))
 
 
 def _points_file(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
@@ -205,18 +185,6 @@ def _flat(name: str, data: Mapping[str, Any]) -> dict[str, object]:
         else:
             flat[key] = value
     return flat
-
-
-def _setting_text(key: str, value: object) -> str:
-    """Return a value under `[set]` as the text of a setting; raises InputError for a date and for nan."""
-    if isinstance(value, str):
-        return value
-    try:
-        return json.dumps(value, allow_nan=False)
-    except (TypeError, ValueError) as error:
-        name = f"set {key}"
-        bound = "a finite number, a list, a truth value or text"
-        raise validation_error(name, str(value), "", bound, "mend that value") from error
 
 
 def _text(name: str, value: object) -> str:

@@ -5,8 +5,8 @@ import json
 from functools import partial
 from pathlib import Path
 
-from pipeline.storage.files import write_files
-from pipeline.study.outputs import refuse_output
+from cad.quantity import validation_error
+from pipeline.storage.files import refuse_taken, write_files
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study
 
@@ -14,8 +14,12 @@ FLAG = "--export"
 
 
 def refuse_export(path: Path, folder: Path, *, force: bool = False) -> None:
-    """Raise InputError where the table of the study of a folder cannot be written, before anything is solved."""
-    refuse_output(path, [".csv"], folder, FLAG, force=force)
+    """Raise InputError where the table of the study of a folder, made later, cannot be written to a file."""
+    if path.suffix != ".csv":
+        raise validation_error(FLAG, str(path), "", "a file name that ends in .csv", "change its ending")
+    if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
+        raise validation_error(FLAG, str(path), "", "a file in a folder that is there", "make that folder first")
+    refuse_taken([path], FLAG, force=force, renew=True)
 
 
 def export_table(store: StudyStore, study: Study, path: Path, *, force: bool = False) -> None:
@@ -31,10 +35,8 @@ def _write_csv(store: StudyStore, study: Study, path: Path) -> None:
         for point in store.rows():
             values = {**point.settings, **point.values}
             cells = [_cell(values.get(key)) for key in study.keys]
-            writer.writerow((point.number, point.status, *cells, point.error or ""))
+            writer.writerow((point.number, point.status, *cells, point.error))
 
 
-def _cell(value: object) -> str:
-    if value is None or isinstance(value, str):
-        return value or ""
-    return json.dumps(value)
+def _cell(value: object) -> object:
+    return value if value is None or isinstance(value, str) else json.dumps(value)

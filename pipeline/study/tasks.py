@@ -3,7 +3,7 @@
 import errno
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -30,7 +30,6 @@ from pipeline.study.points import Point, design_of
 from pipeline.study.report_keys import parts_of, value_at_key
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.study_file import Study
-from pipeline.study.variation import Setting
 
 Status = Literal["done", "refused", "failed"]
 
@@ -39,15 +38,13 @@ _DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @dataclass(frozen=True, kw_only=True)
-class PointResult:
-    """What came out of a point: its values by wanted key or why it was refused or failed, and its processor seconds."""
+class PointResult(Point):
+    """A point with what came out of it: values by wanted key or why it was refused or failed, and processor seconds."""
 
-    number: int
-    settings: Mapping[str, Setting]
     status: Status
-    values: Mapping[str, object]
-    error: str | None
-    seconds: float
+    values: Mapping[str, object] = field(default_factory=dict)
+    error: str | None = None
+    seconds: float = 0.0
 
 
 def solve_points(study: Study, folder: Path | None, points: Sequence[Point]) -> tuple[PointResult, ...]:
@@ -60,17 +57,14 @@ def solve_points(study: Study, folder: Path | None, points: Sequence[Point]) -> 
 
 def lost_points(points: Sequence[Point]) -> tuple[PointResult, ...]:
     """Return points whose workers were lost, failed."""
-    return tuple(_without_values(point, "failed", LOST, 0.0) for point in points)
-
-
-def _without_values(point: Point, status: Status, error: str, seconds: float) -> PointResult:
-    return PointResult(
-        number=point.number, settings=point.settings, status=status, values={}, error=error, seconds=seconds
-    )
+    return tuple(PointResult(**vars(point), status="failed", error=LOST) for point in points)
 
 
 def _solved(study: Study, folder: Path | None, point: Point) -> PointResult:
     start = time.process_time()
+    values: Mapping[str, object] = {}
+    status: Status = "done"
+    error = None
     try:
         values = _values(study, folder, point)
     except Exception as failure:
@@ -78,17 +72,10 @@ def _solved(study: Study, folder: Path | None, point: Point) -> PointResult:
         if any(isinstance(cause, OSError) and cause.errno in _DISK_FULL for cause in causes):
             raise  # of the machine, not of the point, which is solved when there is room again
         refused = isinstance(failure, InputError)
+        status = "refused" if refused else "failed"
         message = str(failure) if refused else f"{type(failure).__name__}: {failure}"
-        status: Status = "refused" if refused else "failed"
-        return _without_values(point, status, " ".join(message.split()), time.process_time() - start)
-    return PointResult(
-        number=point.number,
-        settings=point.settings,
-        status="done",
-        values=values,
-        error=None,
-        seconds=time.process_time() - start,
-    )
+        error = " ".join(message.split())
+    return PointResult(**vars(point), status=status, values=values, error=error, seconds=time.process_time() - start)
 
 
 def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object]:

@@ -12,7 +12,8 @@ from cad.quantity import Bounds, InputError, as_float, nearest, validation_error
 
 Setting = float | int | str | bool | tuple[float, ...]
 
-_KEYS = ("from", "to", "steps", "log", "mean", "sd", "distribution", "source")
+_SPAN_KEYS = ("from", "to", "steps", "log", "distribution", "source")
+_NORMAL_KEYS = ("mean", "sd", "source")
 _STEPS = Bounds(at_least=2, at_most=10_000)
 _TAIL = 1e-9  # of a normal distribution, beyond which no point lies: 6 standard deviations
 
@@ -33,7 +34,7 @@ class Span:
 
     def __post_init__(self) -> None:
         """Refuse ends that leave nothing between them, and steps that are none."""
-        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
+        if not self.low < self.high:
             bound = f"greater than from = {self.low:g}"
             raise validation_error("to", self.high, "", bound, "an empty range has no points")
         if self.log and self.low <= 0.0:
@@ -92,9 +93,8 @@ class Normal:
 
     def __post_init__(self) -> None:
         """Refuse a deviation that is none."""
-        if not (math.isfinite(self.mean) and 0.0 < self.sd < math.inf):
-            hint = "give one value in place of no scatter"
-            raise validation_error("sd", self.sd, "", "greater than 0 and finite", hint)
+        if self.sd <= 0.0:
+            raise validation_error("sd", self.sd, "", "greater than 0", "give one value in place of no scatter")
 
     def at(self, fraction: float) -> float:
         """Return the number that a fraction [1] of the distribution lies below [unit of the key]."""
@@ -111,16 +111,15 @@ Variation = Span | Choices | Normal
 
 def setting_of(value: object) -> Setting:
     """Return a value of TOML as one that a key of a design can have; raises InputError for dates, tables and nan."""
-    if isinstance(value, bool | str):
-        return value
-    if isinstance(value, int | float) and math.isfinite(as_float(value)):
-        return value
-    if isinstance(value, list) and value:
-        numbers = [setting_of(number) for number in value]
-        if all(isinstance(number, int | float) and not isinstance(number, bool) for number in numbers):
-            return tuple(value)
+    numbers = value if isinstance(value, list) and value else [value]
+    if isinstance(value, bool | str) or all(map(_is_finite, numbers)):
+        return tuple(value) if isinstance(value, list) else value  # type: ignore[return-value]
     bound = "a finite number, a list of such, a truth value or text"
     raise validation_error("value", str(value), "", bound, "mend that value")
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(as_float(value))
 
 
 def setting_of_cell(key: str, cell: str) -> Setting:
@@ -155,33 +154,30 @@ def _under(name: str, error: InputError) -> InputError:
     return InputError(f"{name}: {error}", field=error.field, value=error.value, bound=error.bound)
 
 
-def _range_or_distribution(table: Mapping[str, object]) -> Span | Normal:
-    for key in table:
-        if key not in _KEYS:
-            bound = f"one of {', '.join(_KEYS)}"
-            raise validation_error(key, table[key], "", bound, f"did you mean {nearest(key, _KEYS)}?")
-    distribution = table.get("distribution", "uniform")
-    if distribution != "uniform":
-        raise validation_error("distribution", str(distribution), "", "uniform", "a normal one is given by mean and sd")
+def _range_or_distribution(table: Mapping[str, Any]) -> Span | Normal:
+    is_normal = "mean" in table or "sd" in table
+    known = _NORMAL_KEYS if is_normal else _SPAN_KEYS
+    for key, value in table.items():
+        if key not in known:
+            bound = f"one of {', '.join(known)}"
+            raise validation_error(key, str(value), "", bound, f"did you mean {nearest(key, known)}?")
+    if table.get("distribution", "uniform") != "uniform":
+        given = str(table["distribution"])
+        raise validation_error("distribution", given, "", "uniform", "a normal one is given by mean and sd")
+    source = table.get("source")
+    if (is_normal or "distribution" in table) and not (isinstance(source, str) and source.strip()):
+        raise validation_error("source", source, "", "given with a distribution", "say where its numbers are from")
+    if is_normal:
+        return Normal(mean=_number(table, "mean"), sd=_number(table, "sd"), source=str(source))
     log = table.get("log", False)
     if not isinstance(log, bool):
         raise validation_error("log", str(log), "", "true or false", "true spaces the values by equal ratios")
-    normal = "mean" in table or "sd" in table
-    source = table.get("source")
-    if (normal or "distribution" in table) and not (isinstance(source, str) and source.strip()):
-        raise validation_error("source", source, "", "given with a distribution", "say where its numbers are from")
-    if normal:
-        for key in table:
-            if key not in ("mean", "sd", "source"):
-                raise validation_error(key, str(table[key]), "", "left out beside mean and sd", "give one or the other")
-        return Normal(mean=_number(table, "mean"), sd=_number(table, "sd"), source=str(source))
-    steps: Any = table.get("steps")  # which the span checks
-    kept_source = str(source) if "distribution" in table else None
-    return Span(low=_number(table, "from"), high=_number(table, "to"), steps=steps, log=log, source=kept_source)
+    low = _number(table, "from")
+    return Span(low=low, high=_number(table, "to"), steps=table.get("steps"), log=log, source=source)
 
 
-def _number(table: Mapping[str, object], key: str) -> float:
+def _number(table: Mapping[str, Any], key: str) -> float:
     value = table.get(key)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise validation_error(key, value, "", "a number", "give from and to, or mean and sd")
-    return as_float(value)
+    if not _is_finite(value):
+        raise validation_error(key, value, "", "a finite number", "give from and to, or mean and sd")
+    return as_float(table[key])

@@ -5,7 +5,7 @@ import logging
 import sys
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from contextlib import AbstractContextManager, closing, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, TypeVar
@@ -57,29 +57,21 @@ def completed(
     `if_lost` says what becomes of it. Raises InputError where the engine has no workers any more.
     """
     in_doubt: list[Item] = []
-    for attempt in range(1 + _ATTEMPTS):
-        waiting = in_doubt if attempt else items
-        in_flight = 1 if attempt else engine.workers * _IN_FLIGHT
-        in_doubt = []
-        with closing(_ended(engine, work, waiting, in_flight)) as ended:
-            for item, future in ended:
-                try:
-                    result = future.result()
-                except engine.lost:
-                    in_doubt.append(item)
-                else:
-                    yield item, result
-        if not in_doubt:
-            return
-        engine.check()
+    yield from _completed(engine, work, items, engine.workers * _IN_FLIGHT, in_doubt)
+    for _ in range(_ATTEMPTS):
+        if in_doubt:
+            engine.check()
+            alone = in_doubt
+            in_doubt = []
+            yield from _completed(engine, work, alone, 1, in_doubt)
     for item in in_doubt:
         yield item, if_lost(item)
 
 
-def _ended(
-    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], in_flight: int
-) -> Generator[tuple[Item, Future[Result]]]:
-    """Yield each item with its future once this has ended; only so many are out at a time."""
+def _completed(
+    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], in_flight: int, lost: list[Item]
+) -> Generator[tuple[Item, Result]]:
+    """Yield each item with its result and add those without one to `lost`; only so many are out at a time."""
     waiting = iter(items)
     running: dict[Future[Result], Item] = {}
     executor = engine.open()
@@ -100,13 +92,23 @@ def _ended(
             if not done:
                 engine.check()
             for future in done:
-                yield running.pop(future), future
+                item = running.pop(future)
+                try:
+                    result = future.result()
+                except engine.lost:
+                    lost.append(item)
+                else:
+                    yield item, result
     finally:
         engine.close(executor)
 
 
 def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractContextManager[Engine]:
-    """Return the cluster of a scheduler where one is named, else processes on this machine."""
+    """Return the cluster of a scheduler where one is named, else processes on this machine; refuses both at once."""
+    if processes is not None and scheduler is not None:
+        raise validation_error(
+            "--processes", processes, "", "left out beside --scheduler", "the cluster has its workers"
+        )
     return process_engine(processes) if scheduler is None else cluster_engine(scheduler)
 
 

@@ -24,7 +24,8 @@ _COARSELY_LARGER = (2.0, 4.0)
 _CLOSE = 2.5  # sides between tips so close that a round fruit is nearly flat under them
 _WHOLE_CHANGE = 1.0  # size of a change that is no ratio: another word, a key that is unset or set to 0
 _DEMANDS = ("reading.bias_limit", "reading.uncertainty_limit", "reading.tilt_deg")  # asking for less comes last
-_SPRINGS = tuple(f"springs.{item.name}" for item in dataclasses.fields(GivenSprings))
+_SPRINGS = [f"springs.{item.name}" for item in dataclasses.fields(GivenSprings)]
+_TIPS = ["tips.dome_radius_mm", "tips.side_mm", "tips.spacing_mm"]
 _OF_THE_RATIO = {"P_max", "NL", "P_displacement_independent", "P_monotonic"}
 _OF_THE_SPRINGS = {"printable.low", "printable.high", "K_l", "K_h"}
 _OF_THE_READING = {"reading.bias", "reading.uncertainty", "reading.lift"}
@@ -73,43 +74,56 @@ def in_words(changes: Changes) -> str:
 def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:
     """Return the changes that may mend some verdicts, with fewer steps where contact is solved on cells."""
     if "geometry.layout" in failed:  # no housing is drawn for a line: no other key mends it
-        without_line = _unset(design, "tips.order", "tips.outer_mm")
-        return [[{"tips.layout": layout.name, **without_line}] for layout in LAYOUTS.values() if layout.has_housing]
-    reads = not _OF_THE_READING.isdisjoint(failed)
-    springs_fail = not _OF_THE_SPRINGS.isdisjoint(failed)
-    smaller, larger = _factors(design, on_cells=on_cells)
-    found: list[Sweep] = []
+        layouts = [layout.name for layout in LAYOUTS.values() if layout.has_housing]
+        return [[{"tips.layout": name, **_unset(design, ["tips.order", "tips.outer_mm"])}] for name in layouts]
+    return [[change] for change in _words(design, set(failed))] + _numbers(design, set(failed), on_cells=on_cells)
+
+
+def _words(design: Design, failed: set[str]) -> list[Changes]:
+    """Return level presses and flat faces, springs that targets size, other sockets, gauges and processes."""
+    changes: list[Changes] = []
     if "geometry.tip_shape" in failed:
-        found.append([{"tips.socket": "pin"}])
-    if not _OF_THE_RATIO.isdisjoint(failed):
-        found += _level_and_flat(design)
-    if springs_fail or "geometry.made" in failed:
-        found += _of_the_print(design)
-    found += _scaled(design, "press.travel_mm", smaller, larger)
-    if reads or springs_fail or "bruise" in failed:
-        for key in _SPRINGS:
-            found += _scaled(design, key, smaller, larger)
-    if reads and design.tips.tip_shape.obeys_hertz:
-        found += _of_the_reading(design, failed)
-    if reads or not (_OF_THE_RATIO | {"bruise", "geometry.tip_face"}).isdisjoint(failed):
-        found += _of_the_tips(design, smaller, larger)
+        changes.append({"tips.socket": "pin"})
+    if failed & _OF_THE_RATIO:
+        changes += [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}, {"tips.fillet_mm": 0.0}]
+        changes.append({"press.attitude": "side"})
+        if not design.tips.tip_shape.has_flat_face:
+            changes.append({"tips.shape": "cube", **_unset(design, [f"tips.{key}" for key in OPTIONAL_KEYS])})
+        if design.targets is not None:
+            changes.append(dict.fromkeys(_SPRINGS))
+    if failed & _OF_THE_SPRINGS or "geometry.made" in failed:
+        changes.append({"print.gauges": "none"})
+        changes += [{"print.process": process} for process in PROCESSES]
+    return [change for change in changes if any(value_of(design, key) != value for key, value in change.items())]
+
+
+def _numbers(design: Design, failed: set[str], *, on_cells: bool) -> list[Sweep]:
+    """Return numbers times factors, smaller and larger ones; for fewer steps where a trial costs more."""
+    reads = bool(failed & _OF_THE_READING)
+    obeys_hertz = design.tips.tip_shape.obeys_hertz
+    smaller = _COARSELY_SMALLER if on_cells else SMALLER[:3] if obeys_hertz else SMALLER
+    larger = _COARSELY_LARGER if on_cells else LARGER[:3] if obeys_hertz else LARGER[:5]
+    keys = ["press.travel_mm"]
+    found: list[Sweep] = []
+    if reads or failed & _OF_THE_SPRINGS or "bruise" in failed:
+        keys += _SPRINGS
+    if reads or failed & (_OF_THE_RATIO | {"bruise", "geometry.tip_face"}):
+        keys += _TIPS
+    if failed & _OF_THE_SPRINGS and not design.springs.given:
+        for key in ("targets.NL", "targets.P_max"):
+            found += _scaled(design, key, SMALLER, LARGER)
+    for key in keys:
+        found += _scaled(design, key, smaller, larger)
+    if reads and obeys_hertz:
+        found += _scaled(design, "reading.tilt_deg", SMALLER[:7])
+        for name in failed & {"reading.bias", "reading.uncertainty"}:
+            found += _scaled(design, f"{name}_limit", LARGER[:5])
     if on_cells and "P_displacement_independent" in failed:
         side = design.tips.side_mm
         sides = [side * factor for factor in _COARSELY_SMALLER]
-        found.append(
-            [{"tips.side_mm": smaller_side, "tips.spacing_mm": _CLOSE * smaller_side} for smaller_side in sides]
-        )
+        found.append([{"tips.side_mm": less, "tips.spacing_mm": _CLOSE * less} for less in sides])
         found.append([{"tips.spacing_mm": _CLOSE * side}])
     return found
-
-
-def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the factors [1] by which a number becomes smaller and larger, fewer where a trial costs more."""
-    if on_cells:
-        return _COARSELY_SMALLER, _COARSELY_LARGER
-    if design.tips.tip_shape.obeys_hertz:
-        return SMALLER[:3], LARGER[:3]
-    return SMALLER, LARGER[:5]
 
 
 def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sweep]:
@@ -120,57 +134,6 @@ def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sw
     return [[{key: factor * value} for factor in factors] for factors in directions]
 
 
-def _of_the_tips(design: Design, smaller: tuple[float, ...], larger: tuple[float, ...]) -> list[Sweep]:
-    """Return other widths and spacings of the tips; each needs another compliance of the fruit."""
-    spacings = _scaled(design, "tips.spacing_mm", smaller, larger)
-    if not design.tips.tip_shape.obeys_hertz:
-        return [*_scaled(design, "tips.side_mm", smaller, larger), *spacings]
-    radii = _scaled(design, "tips.dome_radius_mm", smaller, larger)
-    return [*radii, *_scaled(design, "tips.side_mm", larger), *spacings]
-
-
-def _level_and_flat(design: Design) -> list[Sweep]:
-    """Return what makes a press level and faces flat, and springs that targets size in the place of given ones."""
-    found: list[Sweep] = []
-    for key in ("press.tilt_deg", "press.roll_deg", "tips.fillet_mm"):
-        if value_of(design, key) != 0.0:
-            found.append([{key: 0.0}])
-    if design.press.attitude != "side":
-        found.append([{"press.attitude": "side"}])
-    if not design.tips.tip_shape.has_flat_face:
-        found.append([{"tips.shape": "cube", **_unset(design, *(f"tips.{key}" for key in OPTIONAL_KEYS))}])
-    if design.springs.given and design.targets is not None:
-        found.append([dict.fromkeys(_SPRINGS)])
-    return found
-
-
-def _of_the_print(design: Design) -> list[Sweep]:
-    """Return other targets, no gauges, other processes."""
-    found: list[Sweep] = []
-    if design.targets is not None and not design.springs.given:
-        excess = design.targets.P_max - 1.0
-        found += _scaled(design, "targets.NL", SMALLER, LARGER)
-        for factors in (SMALLER, LARGER):
-            found.append([{"targets.P_max": 1.0 + factor * excess} for factor in factors])
-    if design.print.gauges != "none":
-        found.append([{"print.gauges": "none"}])
-    for process in PROCESSES:
-        if process != design.print.process:
-            found.append([{"print.process": process}])
-    return found
-
-
-def _of_the_reading(design: Design, failed: Collection[str]) -> list[Sweep]:
-    """Return what the reading may ask for instead."""
-    found: list[Sweep] = []
-    for name in ("reading.bias", "reading.uncertainty"):
-        if name in failed:
-            found += _scaled(design, f"{name}_limit", LARGER[:5])
-    if not {"reading.lift", "reading.bias"}.isdisjoint(failed):
-        found += _scaled(design, "reading.tilt_deg", SMALLER[:7])
-    return found
-
-
-def _unset(design: Design, *keys: str) -> dict[str, None]:
+def _unset(design: Design, keys: list[str]) -> dict[str, None]:
     """Return changes that unset those of the keys that are set."""
     return {key: None for key in keys if value_of(design, key) is not None}

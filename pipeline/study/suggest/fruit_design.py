@@ -55,8 +55,7 @@ def scaled(fruit: FruitRange, preset: Design) -> Changes:
         "tips.dome_radius_mm": _nearest((tips.dome_radius_mm or 0.0) * larger, _HALF_MM),
         "press.travel_mm": max(least_travel(preset), _nearest(preset.press.travel_mm * larger, _TRAVEL_STEP_MM)),
         "reading.off_centre_mm": _nearest(min(1.0, larger) * off_centre, _OFF_CENTRE_STEP_MM),
-        "springs.K_l_N_per_m": with_digits((preset.springs.K_l_N_per_m or 0.0) * larger * firmer, 2),
-        "springs.K_h_N_per_m": with_digits((preset.springs.K_h_N_per_m or 0.0) * larger * firmer, 2),
+        **_springs(preset, larger * firmer, larger * firmer),
     }
 
 
@@ -67,31 +66,26 @@ def fruit_suggestion(
 
     Raises InputError where fruit and preset make no design, and as `run`.
     """
-    changes = {}
-    for key, value in scaled(fruit, preset).items():
-        if key not in fixed and value != value_of(preset, key):
-            changes[key] = value
+    changes: Changes = {
+        key: value
+        for key, value in scaled(fruit, preset).items()
+        if key not in fixed and value != value_of(preset, key)
+    }
     design = changed(preset, changes)
     progress("starts from the preset in the size of the fruit")
     contact = scene_compliance(unit_scene(design), ROUGH, "split")  # of the first dome: a run knows that of the last
-    tried = 0
     runs = 0
-    seen = set()
+    seen: set[Design] = set()
     result: Evaluation | None = None
-    while tried < MOST_TRIALS and runs < MOST_RUNS and design not in seen:
+    while len(seen) < MOST_TRIALS and runs < MOST_RUNS and design not in seen:
         seen.add(design)
-        tried += 1
         result = _with_ideal_springs(design, contact)
         if result is not None and all(verdict.passed is not False for verdict in result.verdicts):
             progress("runs the design that passes with ideal springs")
             runs += 1
-            whole = run(design, RunOptions())
-            if whole.passed:
-                reason = f"passes, as a whole run shows: {len(whole.verdicts)} verdicts"
-                return Suggestion(
-                    design=preset, changes=changes, verdicts=whole.verdicts, reason=reason, tried=tried, runs=runs
-                )
-            result = whole
+            result = run(design, RunOptions())
+            if result.passed:
+                return Suggestion(design=preset, changes=changes, verdicts=result.verdicts, tried=len(seen), runs=runs)
         step = _step(design, result)
         if not step or not fixed.isdisjoint(step):
             break
@@ -99,8 +93,8 @@ def fruit_suggestion(
         changes = {**changes, **step}
         design = changed(preset, changes)
     verdicts = () if result is None else result.verdicts
-    reason = f"none found: of {tried} designs around the preset none passes; the last is that of the verdicts below"
-    return Suggestion(design=preset, changes=None, verdicts=verdicts, reason=reason, tried=tried, runs=runs)
+    reason = f"none found: of {len(seen)} designs around the preset none passes; the last is that of the verdicts below"
+    return Suggestion(design=preset, changes=None, verdicts=verdicts, reason=reason, tried=len(seen), runs=runs)
 
 
 def _with_ideal_springs(design: Design, contact: FruitCompliance) -> Evaluation | None:
@@ -116,26 +110,26 @@ def _with_ideal_springs(design: Design, contact: FruitCompliance) -> Evaluation 
 
 def _step(design: Design, result: Evaluation | None) -> Changes:
     """Return the change that brings a design nearer to passing, in steps that a maker can measure; none for no rule."""
-    rounder: Changes = {"tips.dome_radius_mm": (design.tips.dome_radius_mm or 0.0) - _HALF_MM}
-    if result is None:
-        return rounder
-    failed = {verdict.name for verdict in result.verdicts if verdict.passed is not True}
-    springs = design.springs
-    low = springs.K_l_N_per_m or 0.0
-    high = springs.K_h_N_per_m or 0.0
-    readings = result.readings
-    if "geometry.tip_face" in failed or (readings is not None and readings.face_mm > design.tips.side_mm):
-        return rounder
+    readings = None if result is None else result.readings
+    failed = set() if result is None else {verdict.name for verdict in result.verdicts if verdict.passed is not True}
+    off_the_face = readings is not None and readings.face_mm > design.tips.side_mm
+    if result is None or off_the_face or "geometry.tip_face" in failed:
+        return {"tips.dome_radius_mm": (design.tips.dome_radius_mm or 0.0) - _HALF_MM}
     if "bruise" in failed:
-        return {
-            "springs.K_l_N_per_m": with_digits(_SOFTER * low, 2),
-            "springs.K_h_N_per_m": with_digits(_SOFTER * high, 2),
-        }
+        return _springs(design, _SOFTER, _SOFTER)
     if "reading.lift" in failed or (readings is not None and readings.refused is not None):
         return {"press.travel_mm": round(design.press.travel_mm + _TRAVEL_STEP_MM, 2)}
     if "reading.uncertainty" in failed:
-        return {"springs.K_h_N_per_m": with_digits(_STIFFER * high, 2)}
+        return {"springs.K_h_N_per_m": _springs(design, 1.0, _STIFFER)["springs.K_h_N_per_m"]}
     return {}
+
+
+def _springs(design: Design, low: float, high: float) -> Changes:
+    """Return the given springs of a design times two factors [1], with two digits."""
+    return {
+        "springs.K_l_N_per_m": with_digits((design.springs.K_l_N_per_m or 0.0) * low, 2),
+        "springs.K_h_N_per_m": with_digits((design.springs.K_h_N_per_m or 0.0) * high, 2),
+    }
 
 
 def _nearest(value: float, step: float) -> float:

@@ -49,7 +49,7 @@ class Suggestion:
     design: Design
     changes: Changes | None
     verdicts: tuple[Verdict, ...]
-    reason: str
+    reason: str = "passes, as a whole run shows"
     tried: int = 0
     runs: int = 1
 
@@ -69,16 +69,18 @@ class Candidate:
 
     @property
     def distance(self) -> float:
-        """Return how many verdicts do not pass, and by how much more they are off [1]; 0 where all pass."""
-        return sum(1.0 + _excess(verdict) for verdict in self.failed)
+        """Return how many verdicts do not pass, and by how much more they are off [1]; 0 where all pass.
 
-
-def _excess(verdict: Verdict) -> float:
-    """Return by how much of its limit a verdict is off, mapped from 0 to 1; 1 for one without a number."""
-    if verdict.value is None or not isinstance(verdict.limit, int | float):
-        return 1.0
-    off = abs(verdict.value - verdict.limit)
-    return off / (off + abs(verdict.limit)) if off else 0.0
+        What is off is a fraction of the limit, mapped from 0 to 1; it is 1 for a verdict without a number.
+        """
+        distance = 0.0
+        for verdict in self.failed:
+            excess = 1.0
+            if verdict.value is not None and isinstance(verdict.limit, int | float):
+                off = abs(verdict.value - verdict.limit)
+                excess = off / (off + abs(verdict.limit)) if off else 0.0
+            distance += 1.0 + excess
+        return distance
 
 
 class Search:
@@ -136,9 +138,9 @@ class Search:
     def _one_change_more(self, start: Candidate) -> list[Candidate]:
         """Return the best candidate of each sweep over keys that are neither changed yet nor fixed."""
         names = [verdict.name for verdict in start.failed]
+        taken = self._fixed | start.changes.keys()
         best = []
         for sweep in sweeps(start.design, names, on_cells=_on_cells(start.design)):
-            taken = self._fixed | start.changes.keys()
             if not sweep[0] or not taken.isdisjoint(sweep[0]):
                 continue
             trials: list[Candidate] = []
@@ -179,25 +181,23 @@ class Search:
 
     def _nearer(self, candidate: Candidate) -> Candidate:
         """Return a candidate each of whose numbers is as near to the design's as lets it pass, a little beyond."""
-        for key, value in candidate.changes.items():
-            before = value_of(self._base.design, key)
-            if isinstance(value, float) and isinstance(before, float) and before * value > 0.0:
-                candidate = self._bisected(candidate, key, before, value)
+        for key, passes in candidate.changes.items():
+            fails = value_of(self._base.design, key)
+            if not (isinstance(passes, float) and isinstance(fails, float) and fails * passes > 0.0):
+                continue
+            beyond = _BEYOND if passes > fails else -_BEYOND
+            for _ in range(_BISECTIONS_ON_CELLS if _on_cells(candidate.design) else _BISECTIONS):
+                middle = math.sqrt(fails * passes)
+                trial = self.trial({**candidate.changes, key: middle})
+                if trial is not None and not trial.failed:
+                    passes = middle
+                else:
+                    fails = middle
+            value = rounded(passes * (1.0 + beyond), passes * (1.0 + 2.0 * beyond))
+            final = self.trial({**candidate.changes, key: value})
+            if final is not None and not final.failed:
+                candidate = final
         return candidate
-
-    def _bisected(self, candidate: Candidate, key: str, fails: float, passes: float) -> Candidate:
-        """Return a candidate with the value of a key near the last one that fails, found between two by bisection."""
-        direction = 1.0 if passes > fails else -1.0
-        for _ in range(_BISECTIONS_ON_CELLS if _on_cells(candidate.design) else _BISECTIONS):
-            middle = math.sqrt(fails * passes)
-            trial = self.trial({**candidate.changes, key: middle})
-            if trial is not None and not trial.failed:
-                passes = middle
-            else:
-                fails = middle
-        value = rounded(passes * (1.0 + direction * _BEYOND), passes * (1.0 + 2.0 * direction * _BEYOND))
-        final = self.trial({**candidate.changes, key: value})
-        return candidate if final is None or final.failed else final
 
 
 def _on_cells(design: Design) -> bool:
@@ -225,16 +225,15 @@ def suggestion(
     if result.passed:
         return Suggestion(design=design, changes={}, verdicts=result.verdicts, reason="passes as it is")
     failed_verdicts = [verdict for verdict in result.verdicts if verdict.passed is not True]
+    none_found = Suggestion(design=design, changes=None, verdicts=result.verdicts)
     if result.springs.monolithic:
         finer = [tolerance_remedy(verdict, options.tolerance) for verdict in failed_verdicts]
         if all(finer):
-            return Suggestion(design=design, changes=None, verdicts=result.verdicts, reason=str(finer[0]))
+            return replace(none_found, reason=str(finer[0]))
     progress("tries changes with ideal springs")
     search = Search(result, fixed)
     passing = search.passing(failed_verdicts)
-    waiting = [candidate.changes for candidate in passing]
-    if _TRAVEL not in fixed:
-        waiting = [*_less_travel(result), *waiting]
+    waiting = [*_less_travel(result, {}, fixed), *(candidate.changes for candidate in passing)]
     runs = 1
     while waiting and runs <= MOST_RUNS:
         changes = waiting.pop(0)
@@ -245,26 +244,20 @@ def suggestion(
         except UNSOLVED:
             continue
         if proof.passed:
-            reason = f"passes, as a whole run shows: {len(proof.verdicts)} verdicts"
-            return Suggestion(
-                design=design, changes=changes, verdicts=proof.verdicts, reason=reason, tried=search.tried, runs=runs
-            )
-        if _TRAVEL not in {*changes, *fixed}:  # what its own solve refutes may pass with less travel
-            waiting = [*({**changes, **less} for less in _less_travel(proof)), *waiting]
-    reason = _failure(search, passing)
-    return Suggestion(
-        design=design, changes=None, verdicts=result.verdicts, reason=reason, tried=search.tried, runs=runs
-    )
+            return Suggestion(design=design, changes=changes, verdicts=proof.verdicts, tried=search.tried, runs=runs)
+        waiting = [*_less_travel(proof, changes, fixed), *waiting]
+    return replace(none_found, reason=_failure(search, passing), tried=search.tried, runs=runs)
 
 
-def _less_travel(result: SensorResult) -> list[Changes]:
-    """Return the shorter travel that solved strains and clearances ask for; nothing where they ask for none."""
+def _less_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Changes]:
+    """Return changes with the shorter travel that solved strains and clearances ask for; nothing where none does."""
     travels = []
-    for verdict in result.verdicts:
-        if verdict.passed is not True and verdict.name != "bruise":
-            travels.append(shorter_travel(verdict, result.design, result.springs))
-    known = [travel for travel in travels if travel is not None]
-    return [{_TRAVEL: min(known)}] if known else []
+    if _TRAVEL not in {*changes, *fixed}:
+        for verdict in result.verdicts:
+            shorter = shorter_travel(verdict, result.design, result.springs)
+            if verdict.passed is not True and verdict.name != "bruise" and shorter is not None:
+                travels.append(shorter)
+    return [{**changes, _TRAVEL: min(travels)}] if travels else []
 
 
 def _failure(search: Search, passing: Sequence[Candidate]) -> str:
@@ -274,12 +267,6 @@ def _failure(search: Search, passing: Sequence[Candidate]) -> str:
     nearest = search.nearest_miss
     if nearest is None:
         return "none found: no key of the design is known to help, or every other value of it is refused"
-    worst = nearest.failed[0]
-    is_number = worst.value is not None and isinstance(worst.limit, float)
-    why = (
-        f"still is {worst.value:.3g} {worst.unit} against {worst.limit:.3g}"
-        if is_number
-        else f"fails: {worst.reference}"
-    )
-    miss = f"nearest: {in_words(nearest.changes)}, where {worst.name} {why}"
+    still_fail = ", ".join(verdict.name for verdict in nearest.failed)
+    miss = f"nearest: {in_words(nearest.changes)}, where {still_fail} still fails"
     return f"none found: of {search.tried} designs with other keys none passes; {miss}"

@@ -162,8 +162,6 @@ def test_full_disk_is_no_fault_of_a_point(written, engine, tmp_path, monkeypatch
     [
         ["--export", "x.xlsx"],
         ["--export", "none/x.csv"],
-        ["--html", "none/x.html"],
-        ["--html", "x.txt"],
         ["--processes", "0"],
         ["--processes", "2", "--scheduler", "tcp://x:1"],
         ["--scheduler", "nonsense"],

@@ -51,10 +51,9 @@ def data_of(page):
 
 def test_page_of_many_points_is_small_and_leads_to_the_best(written, tmp_path):
     study = many(written, 5_000)
-    page = tmp_path / "out" / "study.html"
     with study_store(tmp_path / "out", study) as store:
         store.put(planted(study))
-        write_page(store, study, page)
+        page = write_page(store, study)
         values = {row.number: row.values["springs.K_l_N_per_m"] for row in store.rows() if row.status == "done"}
     text = page.read_text(encoding="utf-8")
     assert len(text) < 1_000_000
@@ -93,10 +92,9 @@ def test_null_is_no_number_and_texts_have_no_column(written, tmp_path):
 @pytest.mark.slow
 def test_browser_shows_the_design_of_a_point(written, open_page, tmp_path):
     study = many(written, 300)
-    address = tmp_path / "out" / "study.html"
     with study_store(tmp_path / "out", study) as store:
         store.put(planted(study))
-        write_page(store, study, address)
+        address = write_page(store, study)
         (point,) = store.rows([42])
     page = open_page(address.as_uri(), 390)
     plots = page.inner_html("#plots")

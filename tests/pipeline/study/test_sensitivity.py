@@ -11,7 +11,7 @@ from pipeline.study.store import stored_study
 TEXT = """
 base = "paper"
 how = "sensitivity"
-samples = 256
+samples = 128
 seed = 3
 wanted = ["springs.K_h_N_per_m"]
 [vary]
@@ -40,7 +40,7 @@ def product_indices():
 
 def test_indices_of_a_product(written, engine, tmp_path):
     study = read_study(written(TEXT))
-    assert run_study(study, tmp_path / "out", engine).done == 5 * 256
+    assert run_study(study, tmp_path / "out", engine).done == 5 * 128
     with stored_study(tmp_path / "out") as store:
         found = {one.key: one for one in sensitivities(store, study)}
     for key, (first, total) in product_indices().items():
@@ -51,7 +51,7 @@ def test_indices_of_a_product(written, engine, tmp_path):
 
 
 def test_refused_points_leave_no_indices(written, engine, tmp_path):
-    study = read_study(written(TEXT, **{"to = 8": "to = 200", "256": "4"}))
+    study = read_study(written(TEXT, **{"to = 8": "to = 200", "128": "4"}))
     refused = run_study(study, tmp_path / "out", engine).refused
     with stored_study(tmp_path / "out") as store, pytest.raises(InputError) as error:
         sensitivities(store, study)

@@ -32,9 +32,9 @@ def test_fruit_in_words(text):
     [
         ("radius 26", "--fruit"),
         ("radius x, E 0.3 to 2", "--fruit"),
-        ("radius 26, E 2 to 0.3", "--fruit E from"),
-        ("radius 0, E 0.3 to 2", "--fruit radius"),
-        ("radius 26, E 0 to 2", "--fruit E"),
+        ("radius 26, E 2 to 0.3", "--fruit.E_min_MPa"),
+        ("radius 0, E 0.3 to 2", "--fruit.radius_mm"),
+        ("radius 26, E 0 to 2", "--fruit.E_min_MPa"),
         ("missing.json", "--fruit"),
     ],
 )
