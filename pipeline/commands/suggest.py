@@ -21,7 +21,7 @@ from pipeline.commands.console import (
 )
 from pipeline.commands.run import add_design_flags, named_design, settings_of
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
-from pipeline.storage.plain import Plain
+from pipeline.storage.digests import Json
 
 if TYPE_CHECKING:
     from pipeline.study.suggest.suggestion import Suggestion
@@ -57,7 +57,7 @@ def execute(arguments: Namespace) -> int:
     found = _found(arguments, design, frozenset(settings))
     from pipeline.study.suggest.changes import value_of, written
 
-    changes: list[Plain] = []
+    changes: list[Json] = []
     for key, value in (found.changes or {}).items():
         changes.append({"key": key, "from": value_of(found.design, key), "to": value})
         settings[key] = written(value)
@@ -113,7 +113,7 @@ def _found(arguments: Namespace, design: Design, given: frozenset[str]) -> "Sugg
         return fruit_suggestion(fruit, dataclasses.replace(design, name=name), keep | given, progress)
 
 
-def _print(found: "Suggestion", changes: list[Plain]) -> None:
+def _print(found: "Suggestion", changes: list[Json]) -> None:
     """Print what changes, or which verdicts no change mends."""
     print(f"{found.design.name}: {found.reason}")
     if found.changes is None:

@@ -46,8 +46,9 @@ def test_worker_that_is_killed_is_one_error_and_the_next_executor_works(executor
     process = submit(executor, os.getpid).result()
     with pytest.raises(BrokenExecutor):
         submit(executor, os.kill, process, signal.SIGKILL).result()
-    with cad_worker() as another:
-        assert submit(another, abs, -4).result() == 4
+    another = open_workers(1)
+    assert submit(another, abs, -4).result() == 4
+    close_workers(another)
 
 
 def test_one_core_or_no_wish_for_a_worker_does_the_work_here(monkeypatch):

@@ -11,6 +11,7 @@ from cad.design.processes import PROCESSES
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.options import RunOptions, load_design
+from pipeline.study.suggest import changes
 from pipeline.study.suggest import suggestion as room
 from pipeline.study.suggest.changes import changed, size, sweeps, written
 from pipeline.study.suggest.suggestion import Search, suggestion
@@ -24,6 +25,14 @@ LINE = Design(
     targets=None,
     springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0),
 )
+
+
+@pytest.fixture(autouse=True)
+def few_steps(monkeypatch, request):
+    """Try three steps in each direction; the bounds are bisected all the same. Slow tests try all."""
+    if request.node.get_closest_marker("slow") is None:
+        monkeypatch.setattr(changes, "SMALLER", (0.5, 0.1, 0.02))
+        monkeypatch.setattr(changes, "LARGER", (2.0, 10.0, 50.0))
 
 
 def search_of(design, fixed=frozenset(), budget=room.BUDGET):
@@ -44,11 +53,10 @@ def searched(design, fixed=frozenset(), budget=room.BUDGET):
     ("design", "name", "keys"),
     [
         (dataclasses.replace(STIFF, print=Print(process="mine"), printer=OWN), "printable.high", {"print.process"}),
-        (Design(print=Print(process="dmls-17-4ph", max_length_mm=35.0)), "printable.low", {"print.process"}),
         (Design(press=Press(travel_mm=3.0)), "printable.low", {"press.travel_mm"}),
         (LINE, "geometry.layout", {"tips.layout", "tips.order", "tips.outer_mm"}),
     ],
-    ids=["NL out of reach of one's own process", "process", "strain", "line"],
+    ids=["NL out of reach of one's own process", "strain", "line"],
 )
 def test_planted_fault_is_mended(design, name, keys):
     search, names, passing = searched(design)
@@ -139,9 +147,9 @@ def test_design_that_passes_stays_and_one_that_fails_is_proved_by_a_run(runs):
 
 
 @pytest.mark.usefixtures("runs")
-@pytest.mark.parametrize(("free", "tried"), [("none", 0), ("tips.spacing_mm", 15)])
+@pytest.mark.parametrize(("free", "tried"), [("none", 0), ("tips.spacing_mm", 6)])
 def test_nothing_is_suggested_where_no_key_that_may_change_helps(free, tried):
-    """Of the spacing there are ten smaller and five larger ones, and none takes a tenth of the pressure away."""
+    """No other spacing takes a tenth of the pressure away."""
     keys = {"press.travel_mm", "tips.side_mm", "tips.spacing_mm"} - {free}
     stays = suggestion(BRUISED, RunOptions(), frozenset(keys))
     assert (stays.changes, stays.runs) == (None, 1)
