@@ -1,4 +1,4 @@
-"""A result is frozen and passes as its verdicts do."""
+"""A result passes as its verdicts do, and keeps them where a later solve fails."""
 
 import dataclasses
 
@@ -18,15 +18,6 @@ def test_result_passes_as_its_verdicts_do():
     for outcome in (None, False):
         changed = dataclasses.replace(result, verdicts=(dataclasses.replace(first, passed=outcome), *rest))
         assert changed.passed is outcome
-
-
-def test_result_and_what_it_holds_are_frozen():
-    result = result_of()
-    records = (result.design, result.contact, result.sizing, result.springs, result.press, result.errors.budgets)
-    for record in (result, *records):
-        name = dataclasses.fields(record)[0].name
-        with pytest.raises(dataclasses.FrozenInstanceError, match=name):
-            setattr(record, name, None)
 
 
 @pytest.mark.parametrize("stage", ["other_mounts", "sensor_modes"])
