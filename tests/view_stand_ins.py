@@ -9,6 +9,7 @@ from skfem import MeshHex1
 from stand_ins import result_of
 
 from pipeline.report.outputs import write_outputs
+from pipeline.storage.digests import with_digest
 from pipeline.storage.vtu import write_vtu
 
 LENGTH, DEPTH = 10.0, 1.0
@@ -63,4 +64,4 @@ def beam_fields(mesh: MeshHex1) -> dict[str, np.ndarray]:
 def change_report(folder: Path, **changes: object) -> None:
     path = folder / "report.json"
     report = json.loads(path.read_text(encoding="utf-8"))
-    path.write_text(json.dumps({**report, **changes}), encoding="utf-8")
+    path.write_text(json.dumps(with_digest({**report, **changes})), encoding="utf-8")

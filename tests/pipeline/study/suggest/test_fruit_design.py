@@ -134,20 +134,21 @@ def failing(name):
 
 
 @pytest.mark.parametrize(
-    ("outcome", "keys"),
+    ("outcome", "steps"),
     [
-        (None, {"tips.dome_radius_mm"}),
-        (failing("geometry.tip_face"), {"tips.dome_radius_mm"}),
-        (failing("bruise"), {"springs.K_l_N_per_m", "springs.K_h_N_per_m"}),
-        (failing("reading.lift"), {"press.travel_mm"}),
-        (failing("reading.uncertainty"), {"springs.K_h_N_per_m"}),
+        (None, {"tips.dome_radius_mm": 7.0}),
+        (failing("geometry.tip_face"), {"tips.dome_radius_mm": 7.0}),
+        (failing("bruise"), {"springs.K_l_N_per_m": 58.0, "springs.K_h_N_per_m": 550.0}),
+        (failing("reading.lift"), {"press.travel_mm": 0.4}),
+        (failing("reading.uncertainty"), {"springs.K_h_N_per_m": 680.0}),
     ],
 )
-def test_each_verdict_has_its_step(trials, outcome, keys):
+def test_each_verdict_has_its_step(trials, outcome, steps):
+    """From a dome of 7.5 mm, springs of 65 and 610 N/m and a travel of 0.35 mm."""
     tried = trials(outcome)
     found = fruit_suggestion(KIWI, MANGO)
     start = scaled(KIWI, MANGO)
-    assert {key for key, value in found.changes.items() if value != start[key]} == keys
+    assert {key: value for key, value in found.changes.items() if value != start[key]} == steps
     assert len(tried) == found.tried == 2
     assert found.changed == tried[-1]
 
