@@ -8,7 +8,7 @@ from cad.design.tip_mount import plate_depth
 from cad.verdict import Verdict
 from mesh.session import MeshError
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import analyse_readings, read_out_of
+from pipeline.reading.analysis import analyse_readings, reading_constants
 from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
 from pipeline.reading.poses import refuse_unsolvable_poses
 from pipeline.response.contact import fruit_compliance
@@ -82,7 +82,7 @@ def evaluate(
             left_out.append(f"modes of vibration are left out: {error}")
         behaviour = spring_behaviour(springs, press, modes)
     with timed.stage("reading"):
-        read_out = read_out_of(design, contact, springs, press, checked.readings)
+        read_out = reading_constants(design, contact, springs, press, checked.readings)
     with timed.stage("errors"):
         errors = sensor_errors(sensor, checked.reached, press, checked.options, checked.readings)
     with timed.stage("verdicts"):

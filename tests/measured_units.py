@@ -15,7 +15,7 @@ from pipeline.measure.unit.firmware import c_header
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.options import RunOptions, load_design
-from pipeline.reading.analysis import design_signal, error_analysis, read_out_of
+from pipeline.reading.analysis import design_signal, error_analysis, reading_constants
 from pipeline.reading.measurement import pressed_sensor
 from pipeline.reading.read_out import ReadOut
 from pipeline.report.mapping import contact_keys, reading_keys, tip_keys
@@ -80,7 +80,7 @@ class MeasuredDesign:
         readings = error_analysis(sensor, design.reading) if assessed and design.reading else None
         level = self.forces([Pose(E=design.largest_E_MPa, travel=design.press.travel_mm)])
         press = SimpleNamespace(height_offsets=(), at_largest_E=SimpleNamespace(F=level[None]))
-        read_out = read_out_of(design, self.contact, springs, press, readings)
+        read_out = reading_constants(design, self.contact, springs, press, readings)
         self.report = ReportOfUnits(
             design=design,
             tips=stored(tuple[StoredTip, ...], tip_keys(design.tips)),

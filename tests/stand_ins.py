@@ -16,7 +16,7 @@ from cad.parts.layout import housing_for
 from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import read_out_of
+from pipeline.reading.analysis import reading_constants
 from pipeline.report.answer import everything, summary
 from pipeline.report.mapping import report_mapping
 from pipeline.report.verdict_table import print_parts
@@ -135,7 +135,7 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
         reached=reached,
         paper=paper_verdicts(design, CONTACT, sizing),
         readings=None,
-        read_out=read_out_of(design, CONTACT, springs, press, None),
+        read_out=reading_constants(design, CONTACT, springs, press, None),
         verdicts=verdicts,
         errors=sensor_errors(sensor, reached, press, RunOptions()),
         seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),

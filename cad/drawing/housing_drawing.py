@@ -202,7 +202,7 @@ def _draw_from_the_left(canvas: Canvas, housing: Housing, view: View, start: flo
     draw_lengths(canvas, lengths, Box(start, 0.0, plate.right, top))
     if housing.dome_radius:
         centre = (middle, housing.dome_radius)
-        angle = 270.0 + math.degrees(0.5 * tip / housing.dome_radius)  # half way to its edge
+        angle = 270.0 + math.degrees(0.5 * tip / housing.dome_radius)  # at its edge
         beside = (middle + tip, -1.2 * canvas.text_height)
         canvas.callout("radius", centre, housing.dome_radius, beside, "right", f"2x {MEASURED}", angle=angle)
 

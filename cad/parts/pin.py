@@ -7,7 +7,7 @@ from cad.quantity import Estimate
 
 STEEL_MPA = 206000.0  # modulus, typical of carbon steel
 STEEL_G_PER_CM3 = 7.85  # likewise
-GLUE_SHEAR_MPA = 1100.0  # of a hard epoxy, E 3 GPa; half of it to twice is taken as possible
+GLUE_SHEAR_MPA = 1100.0  # of a hard epoxy, E 3 GPa; two thirds of it to twice are taken as possible
 _BONDED_SIDES = 3.0  # the gable leaves the fourth side of a pocket without glue
 # What the foot gives around a pin, over that of its whole face, times E side / (1 - nu^2): middle and half range over
 # processes and pins of 0.7 to 1.4 mm, by solids of foot, glue and pin less a solid foot.
@@ -20,7 +20,7 @@ def pin_compliance(housing: Housing, E: float, poisson: float) -> Estimate:
 
     The steel that stands out is a bar in compression, the glue a layer in shear on three sides of the pin. What the
     foot gives differs little from what its whole face would, which is in the solve of the springs; a ball at the end
-    counts as a cylinder. The error is half the range that is possible.
+    counts as a cylinder. The error holds half of what the glue gives and the range of the foot.
     """
     if not housing.pin_side:
         return Estimate(0.0, 0.0, "mm/N")

@@ -12,6 +12,7 @@ from itertools import pairwise
 from cad.parts.housing import Arm, Housing
 
 Point = tuple[float, float]
+Interval = tuple[float, float]  # from, to [mm]
 
 _FAN = 1.8  # half height of a fan's box over half the thickness of the leaf with its fillets
 _ROOM = 0.7  # fraction of the solid beside a fillet that a fan may take
@@ -179,7 +180,7 @@ def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
     )
 
 
-def rectangle(x: Point, z: Point, along: int, across: int) -> Block:
+def rectangle(x: Interval, z: Interval, along: int, across: int) -> Block:
     """Return the block between two x and two levels z [mm]."""
     start, end = x
     lower, upper = z
@@ -205,8 +206,8 @@ def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
     yield from _neck(housing, (middle, far), (middle, middle + half_tip), count)
 
 
-def _neck(housing: Housing, top: Point, bottom: Point, count: Counts) -> Iterator[Block]:
-    """Yield the block between two x at the top of a neck and two at its bottom, and the tip below."""
+def _neck(housing: Housing, top: Interval, bottom: Interval, count: Counts) -> Iterator[Block]:
+    """Yield the block of a neck, which reaches over one interval of x at its top and one at its bottom, and its tip."""
     a = (bottom[0], housing.tip_height)
     b = (bottom[1], housing.tip_height)
     c = (top[1], housing.neck_level)

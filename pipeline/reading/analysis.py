@@ -287,7 +287,7 @@ def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
     return tuple(worst_at_each)
 
 
-def read_out_of(
+def reading_constants(
     design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress, readings: Readings | None
 ) -> ReadOut:
     """Return what a finished sensor is read by; raises SolveError when a solve is not exact."""
@@ -300,7 +300,7 @@ def read_out_of(
             full_scale = np.array(readings.full_scale)
         if readings.bias is not None:
             error = max(error, readings.bias.error)
-    by_line = ReadOut(
+    constants = ReadOut(
         method=model.method,
         springs_mm_per_N=rows_of(springs.C),
         full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),
@@ -310,11 +310,11 @@ def read_out_of(
         signal=design_signal(design, springs),
     )
     if isinstance(model, LineModel):
-        return replace(by_line, own_less_other_per_mm=model.own_less_other)
+        return replace(constants, own_less_other_per_mm=model.own_less_other)
     law = model.law
     lean = np.subtract(law.C, springs.C)
     return replace(
-        by_line,
+        constants,
         level=model.level or level_readings(sensor),
         lean_mm_per_N=rows_of(lean) if lean.any() else None,
         weights=tuple(law.weights),

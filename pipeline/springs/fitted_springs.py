@@ -108,8 +108,8 @@ class FittedSprings:
         """Say whether the springs are of one piece: no gauges glued on, no pins."""
         return self.housing is None or (self.housing.gauges == "none" and not self.housing.pin_side)
 
-    def edge_radius(self, tips: Tips) -> float:
-        """Return how far the edge of a tip may be rounded [mm]: by what the process is off, or that of a ground pin."""
+    def tip_accuracy_mm(self, tips: Tips) -> float:
+        """Return how far a tip may be off in side, edge and height [mm]: by its process, or as a ground pin."""
         return GROUND_MM if tips.socket == "pin" else self.process.accuracy_mm
 
     @property

@@ -64,13 +64,18 @@ def whole_report(path: Path) -> bytes | None:
     Raises OutputError where the place cannot be used.
     """
     target = _usable(path)
-    if _folder_beside(target).exists():  # of a run that was killed, unless one is writing
-        with suppress(OutputError), written_beside(target, "--out"):
-            pass
+    _clear_after_a_kill(target)
     listed = _listed_digests(target)
     if listed is None or unmanaged_files(target) or not set(listed) <= {file.name for file in target.iterdir()}:
         return None
     return (target / REPORT).read_bytes()
+
+
+def _clear_after_a_kill(target: Path) -> None:
+    """Remove what a run that was killed left beside a folder; a run that is writing keeps its lock, and its files."""
+    if _folder_beside(target).exists():
+        with suppress(OutputError), written_beside(target, "--out"):
+            pass  # to leave it clears
 
 
 def managed_files(folder: Path) -> list[str]:

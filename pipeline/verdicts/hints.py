@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from cad.design.parameters import Design
+from cad.tips.shapes import OPTIONAL_KEYS
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.springs.fitted_springs import FittedSprings
@@ -104,7 +105,7 @@ def _straight(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str
     if tips.fillet_mm != 0.0:
         return "take sharp edges: --set tips.fillet_mm=0"
     if not tips.tip_shape.has_flat_face:
-        keys = [key for key in ("dome_radius_mm", "half_angle_deg", "blunt_mm") if getattr(tips, key) is not None]
+        keys = [key for key in OPTIONAL_KEYS if getattr(tips, key) is not None]
         unset = "".join(f" --set tips.{key}=" for key in keys)
         return f"take flat tips: --set tips.shape=cube{unset}"
     if design.fruit.shape != "block":

@@ -171,9 +171,8 @@ def influence(x: Floats, y: Floats) -> Floats:
     dx = np.abs(x[:, None] - x)[:, :, None, None]
     dy = np.abs(y[:, None] - y)[None, None]
     r = np.hypot(dx, dy)
-    with np.errstate(divide="ignore"):
-        log_x = np.where(dx > 0.0, np.arcsinh(dy / np.where(dx > 0.0, dx, 1.0)), 0.0)
-        log_y = np.where(dy > 0.0, np.arcsinh(dx / np.where(dy > 0.0, dy, 1.0)), 0.0)
+    log_x = np.where(dx > 0.0, np.arcsinh(dy / np.where(dx > 0.0, dx, 1.0)), 0.0)
+    log_y = np.where(dy > 0.0, np.arcsinh(dx / np.where(dy > 0.0, dy, 1.0)), 0.0)
     G = 0.5 * dx * dy * (dx * log_x + dy * log_y) - r**3 / 6.0
     for axis in range(4):
         G = np.diff(G, axis=axis)

@@ -17,7 +17,7 @@ from scipy.sparse import coo_matrix, csc_matrix
 from scipy.sparse.linalg import splu
 
 from solve.compression import body as half_body
-from solve.compression.body import HalfBody, RoundSection, StraightSection
+from solve.compression.body import HalfBody, Section
 from solve.contact.domes.large_strain import FIT, FIT_OF_EDGE, large_strain
 from solve.large_strain.elements import quadratic, quadratic_slope
 from solve.large_strain.flesh_law import FleshLaw
@@ -52,9 +52,9 @@ def flesh_body(law: FleshLaw, fruit: float) -> HalfBody:
     """Return a body with a curvature, its elements integrated in full: no plate stiffens its modes without energy."""
     with patch.object(half_body, "_graded", graded), patch.object(half_body, "_POINTS", 3):
         if fruit == 0.0:
-            return HalfBody(StraightSection(half_height=LARGE, radius=LARGE), law, 1.0)
+            return HalfBody(Section(half_height=LARGE, radius=LARGE, is_round=False), law, 1.0)
         # its lines crowd where the section maps the square on a disc
-        return HalfBody(RoundSection(half_height=1.0 / fruit, radius=1.0 / fruit), law, np.sqrt(2.0))
+        return HalfBody(Section(half_height=1.0 / fruit, radius=1.0 / fruit), law, np.sqrt(2.0))
 
 
 @dataclass(frozen=True)

@@ -35,21 +35,23 @@ def misses(design) -> np.ndarray:
     return np.array([abs(value - truth) / bar for value, truth, bar in rows])
 
 
+def _misses_of(seed):
+    """Yield the misses of random designs; those that no run takes, as a contact runs off its dome, are left out."""
+    for design in random_designs(seed):
+        with suppress(InputError):
+            yield misses(design)
+
+
 @pytest.mark.slow
 def test_numbers_of_a_look_lie_within_its_bars_of_the_run():
-    for design in islice(random_designs(21), 2):
-        assert misses(design).max() <= 1.0
+    for found in islice(_misses_of(21), 2):
+        assert found.max() <= 1.0
 
 
 @pytest.mark.study
 def test_bars_of_a_look_cover_95_percent_of_fifty_random_designs():
-    found = []
-    for design in random_designs(22):
-        with suppress(InputError):  # the contact of a dome may run off its face
-            found.append(misses(design))
-        if len(found) == 50:
-            break
-    assert (np.concatenate(found) <= 1.0).mean() >= 0.95
+    found = np.concatenate(list(islice(_misses_of(22), 50)))
+    assert (found <= 1.0).mean() >= 0.95
 
 
 def test_look_writes_answer_and_page_and_loads_no_cad_kernel(tmp_path):

@@ -169,7 +169,8 @@ def skin_body(report: StoredReport, scene: Scene) -> Plain:
 def _skin_fall(report: StoredReport, E: float, force: float, distance: Floats) -> Floats:
     """Return how far the skin falls [mm] at distances [mm] from a tip with a force [N] on flesh of modulus E [MPa].
 
-    A flat tip is a circle of equal area, a dome Hertz's sphere: K. L. Johnson, Contact Mechanics, (3.41) and (3.42).
+    A dome is Hertz's sphere: K. L. Johnson, Contact Mechanics (1985), (3.41) and (3.42). Any other tip counts as a flat
+    circle of equal area.
     """
     fruit = report.design.fruit
     tips = report.design.tips

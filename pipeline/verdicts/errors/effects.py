@@ -255,9 +255,9 @@ def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
 
 
 def _scatter_of_tips(sensor: LevelSensor, depths: PerTip) -> Iterator[Effect]:
-    """Yield what tips do that are as far off as they are made, at their depths in the fruit [mm]."""
+    """Yield the effects of how accurately tips are made: side, edge, at their depths in the fruit [mm], and height."""
     side = sensor.design.tips.side_mm
-    off = sensor.springs.edge_radius(sensor.design.tips)
+    off = sensor.springs.tip_accuracy_mm(sensor.design.tips)
     wider = min(LARGEST_CHANGE, off / side)
     reason = f"tips {off:g} mm off; the fruit's goes with the side"
     yield Effect(name="tip side", reason=reason, fruit=(wider, wider), scatters=True)

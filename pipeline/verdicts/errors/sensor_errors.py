@@ -23,8 +23,8 @@ class ReadingTable:
 
     `printed` and `calibrated` have shape (moduli, travels, 2), lower and upper; nan where a tip is off or the springs
     show no such P. The band as printed holds the errors of mesh, model and inputs; after calibrating the unit each
-    stiffness is known to 1 %, and what calibration takes away is left out. The response has no row for a fruit that
-    is softer than all.
+    stiffness is known to 1 %, and what calibration takes away is left out. Row 0 is that of flesh softer than all, for
+    NL alone; no band is for it.
     """
 
     response: SensorResponse

@@ -49,9 +49,9 @@ def springs_of(design, options=None):
 
 
 def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_process(fit):
-    springs = springs_of(Design(), RunOptions(tolerance=0.02))
+    springs = springs_of(Design(), RunOptions(tolerance=0.01))
     targets = sizing_of(Design()).springs.stiffnesses
-    assert fit.asked == [(targets, PETG.E_MPa, PETG.poisson, 0.02)]
+    assert fit.asked == [(targets, PETG.E_MPa, PETG.poisson, 0.01)]
     assert [spring.name for spring in springs.springs] == ["low", "high"]
     assert [spring.target for spring in springs.springs] == list(targets)
     assert springs.stiffnesses.stiffnesses == pytest.approx([0.999 * K for K in targets])
@@ -167,7 +167,7 @@ def size_of_thicker_leaves(housing):
 
 def test_mesh_that_is_not_its_solid_leaves_the_springs_undecided(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    design, options = Design(), RunOptions(tolerance=0.1)
+    design, options = Design(), RunOptions(tolerance=0.01)
     monkeypatch.setattr(pipeline.springs.leaf_lengths, "solid_size", size_of_thicker_leaves)
     springs = fit_springs(design, sizing_of(design), options)
     assert springs.housing is None

@@ -9,8 +9,11 @@ from cad.files.export_error import ExportError
 from cad.quantity import InputError
 from cad.theory.two_spring_law import size_springs
 from pipeline.cli import main
+from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions, load_design
 from pipeline.response.contact import fruit_compliance
+from pipeline.springs.fitted_springs import ideal_springs
+from pipeline.springs.sizing import spring_sizing
 from pipeline.study import execute, read_study, run_study, tasks
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.store import stored_study
@@ -70,6 +73,17 @@ def test_what_is_wanted_alone_is_what_it_is_among_all(written, engine, tmp_path)
     for key in keys:
         alone = solved(replace(study, wanted=(key,)), tmp_path / key, engine)
         assert [row.values for row in alone] == [{key: row.values[key]} for row in together]
+
+
+def test_springs_that_were_sized_alone_have_no_stiffness_by_elements():
+    design = load_design("paper")
+    contact = fruit_compliance(design, RunOptions())
+    sizing = spring_sizing(design, contact, RunOptions())
+    springs = ideal_springs(design, sizing)
+    sized = check_targets(design, contact=contact, sizing=sizing, springs=springs, parts=())
+    assert "flexures" not in tasks.evaluation_mapping(sized)
+    fitted = replace(sized, springs=replace(springs, ideal=False))
+    assert set(tasks.evaluation_mapping(fitted)["flexures"]) == {"low", "high"}
 
 
 class Noting:

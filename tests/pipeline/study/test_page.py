@@ -58,6 +58,8 @@ def test_page_of_many_points_is_small_and_leads_to_the_best(written, tmp_path):
     text = page.read_text(encoding="utf-8")
     assert len(text) < 1_000_000
     assert not re.search(r"(?:src|href)=\"https?:", text)  # it needs no network
+    assert "springs.K_h_N_per_m = 7." in text  # the same at every point
+    assert "springs.K_l_N_per_m = " not in text
     links = re.findall(r'<a href="([^"]+)">(\d+)</a>', text)
     assert [int(number) for _, number in links] == sorted(values, key=lambda number: values[number])[:10]
     for link, number in links:

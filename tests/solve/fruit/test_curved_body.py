@@ -66,7 +66,6 @@ def test_sharpness_of_the_load_is_in_closed_form(fruit, monkeypatch):
     monkeypatch.setattr(solve.fruit.smooth_load, "WIDEST", 1.5)
     narrow = shape_change(fruit, PAIR, FINER).change
     assert (missed(found, narrow, S) <= bars(found, S)).all()
-    assert bars(found, S).max() <= 1e-3
     monkeypatch.setattr(solve.fruit.curved_body, "log_coefficient", lambda *_: 0.0)
     monkeypatch.setattr(solve.fruit.smooth_load, "WIDEST", 3.0)
     without = shape_change(fruit, PAIR)
