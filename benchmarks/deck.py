@@ -7,6 +7,7 @@ from typing import Any, TextIO
 
 import numpy as np
 from scipy.spatial import cKDTree
+from skfem import ElementTetP2
 
 from benchmarks.element_study import boundary_places, element_basis, face_load
 from pipeline.storage.vtu import VTK_NODES
@@ -19,10 +20,8 @@ SkfemMesh = Any
 
 SAME_PLACE = 1e-7  # [mm]
 # CalculiX numbers the nodes of an element as VTK does.
-_CORNERS = np.vstack([np.zeros(3), np.eye(3)])
-_TETRA_EDGES = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
 _NODES = {
-    "C3D10": np.vstack([_CORNERS, _CORNERS[_TETRA_EDGES].mean(axis=1)]),
+    "C3D10": ElementTetP2().doflocs,
     "C3D20": VTK_NODES,
     "C3D20R": VTK_NODES,
 }
