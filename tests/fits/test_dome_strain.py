@@ -233,9 +233,8 @@ def of_bars(poisson: float, fruit: float, domes: Sequence[float] = DOMES) -> tup
 
 
 @pytest.mark.study
-@pytest.mark.parametrize(("poisson", "fruit"), [(0.3, 0.0), (0.3, 0.05)])
-def test_fit_of_domes_covers_what_other_elements_find(poisson, fruit):
+def test_fit_of_domes_covers_what_other_elements_find():
     """Five domes on a half-space and on a ball; the product was fitted to all of DOMES on FRUITS at five ratios."""
-    of_force, of_edge = of_bars(poisson, fruit, DOMES[:5])
-    assert covers(FIT, [FIT * of_force], SPARE)
-    assert covers(FIT_OF_EDGE, [FIT_OF_EDGE * of_edge], SPARE)
+    seen = np.array([of_bars(0.3, fruit, DOMES[:5]) for fruit in FRUITS[:2]])
+    assert covers(FIT, FIT * seen[:, 0], SPARE)
+    assert covers(FIT_OF_EDGE, FIT_OF_EDGE * seen[:, 1], SPARE)
