@@ -231,5 +231,5 @@ def test_closed_input_is_an_empty_stream(output):
         ["/bin/bash", "-c", line, str(output)], cwd=ROOT, capture_output=True, encoding="utf-8", check=False, timeout=60
     )
     assert done.returncode == 2
-    assert done.stderr.splitlines()[-1].startswith("pipeline: -")
+    assert done.stderr.splitlines()[-1].startswith("pipeline: -, line 1 = ''")
     assert "Traceback" not in done.stderr
