@@ -21,6 +21,7 @@ from pipeline.commands.console import (
     WRONG_INPUT,
     drop_output,
     print_error,
+    reason_of,
 )
 from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.commands.studying import optimise, study
@@ -49,9 +50,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return FAILED
     except OSError as error:
         message = str(error)
-        if error.errno is not None:
+        if error.errno is not None or not message:
             name = error.filename or "output"
-            message = f"{name}: {error.strerror}; must be usable and have room; free some, or choose another"
+            message = f"{name}: {reason_of(error)}; must be usable and have room; free some, or choose another"
     except MemoryError:
         message = "memory: too little; must be about 2 GiB; free some, or lift its limit"
     except BrokenExecutor:

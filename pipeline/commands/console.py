@@ -48,7 +48,7 @@ def answering() -> Iterator[None]:
         drop_output()
     except OSError as error:
         drop_output()
-        print_error(f"the answer cannot be printed: {error.strerror}; the work is done")
+        print_error(f"the answer cannot be printed: {reason_of(error)}; the work is done")
 
 
 @contextmanager
@@ -73,6 +73,11 @@ def print_error(message: str) -> None:
     plain = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in line)
     with suppress(OSError):
         print(f"pipeline: {plain}", file=sys.stderr, flush=True)
+
+
+def reason_of(error: OSError) -> str:
+    """Return what the system says of an error, or the error's kind where it says nothing, as some libraries do."""
+    return error.strerror or str(error) or type(error).__name__
 
 
 def drop_output() -> None:

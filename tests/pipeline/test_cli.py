@@ -102,6 +102,8 @@ def test_scene_that_cannot_be_solved_is_one_line_and_no_output(error, stand_in_r
     [
         (KeyboardInterrupt(), 130),
         (OSError(errno.ENOSPC, "No space left on device", "housing.stl"), 2),
+        (OSError("no room for housing.stl"), 2),
+        (OSError(), 2),
         (MemoryError(), 2),
         (BrokenExecutor(), 2),
     ],
@@ -111,6 +113,7 @@ def test_interruption_or_a_fault_of_the_machine_is_one_line_and_leaves_no_output
     stand_in_run.error = error
     ended, out, err = settle(["run"], capsys)
     assert (ended, out, err.count("\n")) == (code, "", 1)
+    assert len(err) > len("pipeline: \n")
     assert list(Path().iterdir()) == []
 
 

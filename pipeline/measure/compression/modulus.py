@@ -22,6 +22,8 @@ COVERAGE = 1.96
 """Standard errors on each side: 95 %."""
 PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Moduli of whole fruit and tubers [MPa]: beyond, a unit is wrong."""
+TELLING = Bounds(below=100.0)
+"""Error bars of a modulus that says anything [%]: beyond, it may as well be 0."""
 USUAL = Bounds(at_least=0.1, at_most=12.0)
 """Moduli that fruit mostly have [MPa]: beyond, the result asks to look at the units again."""
 _ASIDE = 0.2  # of the travel to a strain, on each side: what its secant and tangent are read from
@@ -106,6 +108,8 @@ def measured_modulus(
         POISSON: bounds.pop(POISSON),
     }
     shares = by_chance | bounds
+    u_percent = 100.0 * (math.hypot(*by_chance.values()) + sum(bounds.values()))
+    _refuse_wide_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
     apparent = hertz_law(geometry)
     hertz = apparent and choose_range(curve, apparent)
     zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
@@ -116,7 +120,7 @@ def measured_modulus(
         curve=curve,
         chosen=chosen,
         E_MPa=E,
-        u_percent=100.0 * (math.hypot(*by_chance.values()) + sum(bounds.values())),
+        u_percent=u_percent,
         shares_percent={name: 100.0 * share for name, share in shares.items()},
         E_hertz_MPa=hertz.modulus.value if hertz else None,
         follows_hertz=bool(hertz and hertz.follows),
@@ -144,6 +148,16 @@ def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeomet
         name = f"{specimen}: travel under load"
         bound = f"less than the height of the body, {geometry.height_mm:g} mm"
         raise validation_error(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
+
+
+def _refuse_wide_bar(specimen: Specimen, u_percent: float, largest_share: str) -> None:
+    """Raise InputError where the error bar reaches to 0; the hint names the row at which the force jumps most."""
+    if not TELLING.hold(u_percent):
+        jumps = np.abs(np.diff(specimen.force, n=2))
+        odd_row = specimen.cell(int(np.argmax(jumps)) + 1, "force")
+        name = f"{specimen}: error of the modulus"
+        hint = f"most is {largest_share}; correct {odd_row}, if its force is an outlier, or measure more points"
+        raise validation_error(name, float(f"{u_percent:.3g}"), "%", f"{TELLING}", hint)
 
 
 def _notes(E: float, chosen: RangeFit, asked_strain: float, first_strain: float) -> list[str]:

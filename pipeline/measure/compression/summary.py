@@ -12,7 +12,6 @@ from pipeline.measure.compression.modulus import CompressionResult
 from pipeline.measure.template import print_answer
 
 _MODULI = 7  # in the design's list, as in the paper's
-_MOST_ERROR = 0.9  # of a modulus, that the range goes below it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +73,7 @@ def design_range(results: Sequence[CompressionResult]) -> DesignRange:
     E = np.array([test.E_MPa for test in results])
     u = 0.01 * np.array([test.u_percent for test in results])
     E_max = _two_digits(float((E * (1.0 + u)).max()), math.ceil)
-    E_min = _two_digits(float((E * (1.0 - np.minimum(u, _MOST_ERROR))).min()), math.floor)
+    E_min = _two_digits(float((E * (1.0 - u)).min()), math.floor)
     moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)
     return DesignRange(E_max_MPa=float(f"{E_max:.3g}"), E_MPa=tuple(float(f"{modulus:.3g}") for modulus in moduli))
 

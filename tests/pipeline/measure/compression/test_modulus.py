@@ -222,8 +222,21 @@ def test_batch_has_mean_deviation_and_the_range_for_the_design():
     assert span.E_MPa == (0.78, 1.2, 1.62, 2.04, 2.46, 2.88, 3.3)
     single = design_range(results[:1])
     assert (single.E_max_MPa, single.E_MPa) == (0.82, (0.8,))
-    wide = design_range([replace(results[0], u_percent=300.0), results[1]])
-    assert (wide.E_max_MPa, wide.E_MPa[0]) == (3.2, 0.08)
+    wide = design_range([replace(results[0], u_percent=99.0), results[1]])
+    assert (wide.E_max_MPa, wide.E_MPa[0]) == (1.6, 0.008)
+
+
+@pytest.mark.parametrize("row", [40, 80])
+def test_bar_that_reaches_to_zero_is_refused_and_the_odd_row_is_named(row):
+    """One force of twice its size among 120 looks like the load at which the flesh fails."""
+    force = F[::5].copy()
+    force[row] *= 2.0
+    spoilt = specimen(X[::5], force)
+    with pytest.raises(InputError) as caught:
+        measured_modulus(spoilt, BALL)
+    assert caught.value.field == f"{spoilt}: error of the modulus"
+    assert caught.value.value > 100.0
+    assert spoilt.cell(row, "force") in str(caught.value)
 
 
 def test_hertz_reads_a_ball_high_and_the_solved_force_does_not():
