@@ -18,6 +18,7 @@ from pipeline.evaluate import evaluate
 from pipeline.options import DESIGNS, RunOptions
 
 LOOK = RunOptions(look=True, tolerance=ROUGH.tolerance)
+LOOK_FILES = {"design.toml", "latest.js", "report.html", "report.json", "response.csv"}
 UNLOADED = ("cadquery", "OCP", "vtkmodules", "pyvista", "ezdxf")
 
 
@@ -62,12 +63,22 @@ def test_look_writes_answer_and_page_and_loads_no_cad_kernel(tmp_path):
     words = [sys.executable, "-c", script, "run", "--look", "--out", str(tmp_path / "look")]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[] 1"
-    names = {path.name for path in (tmp_path / "look").iterdir()}
-    assert names == {"design.toml", "latest.js", "report.html", "report.json", "response.csv"}
+    assert {path.name for path in (tmp_path / "look").iterdir()} == LOOK_FILES
     report = json.loads((tmp_path / "look" / "report.json").read_text())
     assert report["key"] in (tmp_path / "look" / "latest.js").read_text()
     assert not [verdict for verdict in report["verdicts"] if verdict["name"].startswith("geometry.")]
     assert max(spring["error_percent"] for spring in report["flexures"].values()) < 2.0
+
+
+@pytest.mark.slow
+def test_readings_that_tell_no_modulus_fail_and_lose_no_file(tmp_path):
+    """Noise of a quarter of the force: no pose can be read, and what shows readings has nothing to show."""
+    out = tmp_path / "look"
+    assert main(["run", "--look", "--set", "reading.noise_percent=26", "--out", str(out)]) == 1
+    assert {path.name for path in out.iterdir()} == LOOK_FILES
+    verdicts = json.loads((out / "report.json").read_text())["verdicts"]
+    outcomes = {verdict["name"]: verdict["passed"] for verdict in verdicts}
+    assert (outcomes["reading.bias"], outcomes["reading.uncertainty"]) == (False, False)
 
 
 def test_look_keeps_to_the_rules_of_output_folders(tmp_path):
