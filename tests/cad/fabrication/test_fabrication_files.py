@@ -1,6 +1,9 @@
+import itertools
 import math
+import re
 from dataclasses import replace
 
+import cadquery as cq
 import pytest
 from squares import RESIN, square_sensor
 
@@ -8,9 +11,10 @@ from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
+from cad.design.readout import Readout
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_of_materials
-from cad.fabrication.bridges import Spring
+from cad.fabrication.bridges import Spring, signal_path
 from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
@@ -32,10 +36,10 @@ def springs_of(sensor):
     return tuple(Spring(name=arm.name, flexure=arm.flexure, K=K, deflection=d) for arm, K, d in rows)
 
 
-def sheet_of(sensor, title=TITLE):
+def sheet_of(sensor, title=TITLE, signal=None):
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
     bill = bill_of_materials(sensor, title.process, springs_of(sensor), masses)
-    return fabrication_sheet(sensor, title, bill, springs_of(sensor))
+    return fabrication_sheet(sensor, title, bill, springs_of(sensor), signal)
 
 
 @pytest.fixture(scope="module")
@@ -168,6 +172,26 @@ def test_sheet_of_a_square_says_how_two_plates_are_put_together_and_zeroed():
     assert_tells(sheet_of(square, title), ((*words, *off, f"{math.degrees(turn):.2g} degrees"), absent))
     told = (("11.6 mm between their washers",), ("cover.stl",))
     assert_tells(sheet_of(variant(square, mount="washers"), title), told)
+
+
+@pytest.mark.parametrize("is_square", [False, True])
+def test_magnets_of_a_hall_sensor_lie_in_the_flesh_of_their_shuttles(is_square, sensor):
+    """Both discs of the sheet, 2 x 1 mm, are drilled in full plastic; the sensor faces them half the travel higher."""
+    drilled = square_sensor() if is_square else sensor
+    process = RESIN if is_square else TITLE.process
+    signal = signal_path(Readout(transducer="displacement"), springs_of(drilled), process, drilled.tips.springs)
+    text = sheet_of(drilled, Title(name="hall", process=process), signal)
+    found = re.search(r"middles ([\d.]+) and ([\d.]+) mm below .+, ([\d.]+) mm to either side", text)
+    assert found is not None
+    *below, aside = (float(number) for number in found.groups())
+    housing = drilled.housing
+    for x, depth in itertools.product((-aside, aside), below):
+        middle = cq.Vector(x, -0.5 * housing.depth, housing.top_level - depth)
+        disc = cq.Solid.makeCylinder(1.0, 1.0, middle, cq.Vector(0.0, 1.0, 0.0))
+        assert drilled.part.shape.intersect(disc).Volume() == pytest.approx(math.pi, rel=1e-6)
+    found = re.search(r"its middle ([\d.]+) mm below the upper edge of the cover", text)
+    assert found is not None
+    assert 0.5 * sum(below) - float(found[1]) == pytest.approx(0.5 * drilled.press.travel_mm, abs=0.011)
 
 
 def test_sheet_of_a_part_has_its_numbers(sensor):
