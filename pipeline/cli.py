@@ -133,7 +133,7 @@ def command_parsers() -> tuple[_Parser, dict[str, _Parser]]:
     """Return the parser of the command line and that of each command by its name."""
     parser = _Parser(
         prog="pipeline",
-        description="Design a two-spring tactile sensor for fruit and prove it by finite elements before printing.",
+        description="Design a two-spring tactile sensor for fruit and prove it by finite elements.",
         epilog=f"example: pipeline run --nl 0.05 --p-max 5      each command has its own -h\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -134,11 +134,16 @@ class Canvas:
         self.space.add_circle(centre, radius, dxfattribs=self._look(layer))
 
     def centre_mark(self, centre: Point, radius: float) -> None:
-        """Draw the two centre lines of a hole, which stand out of it by 2 mm on paper."""
+        """Draw the two centre lines of a hole that is seen along its axis."""
         x, z = centre
-        reach = radius + 2.0 / self.scale
-        self.line((x - reach, z), (x + reach, z), "AXES")
-        self.line((x, z - reach), (x, z + reach), "AXES")
+        self.centre_line((x - radius, z), (x + radius, z))
+        self.centre_line((x, z - radius), (x, z + radius))
+
+    def centre_line(self, start: Point, end: Point) -> None:
+        """Draw a centre line that stands out of both ends by 2 mm on paper."""
+        share = 2.0 / (self.scale * math.dist(start, end))
+        reach = (share * (end[0] - start[0]), share * (end[1] - start[1]))
+        self.line((start[0] - reach[0], start[1] - reach[1]), (end[0] + reach[0], end[1] + reach[1]), "AXES")
 
     def hatch(self, outlines: Sequence[Sequence[Point]]) -> None:
         """Hatch what lies within the first closed outline and outside the others; texts within it stay free."""
@@ -215,7 +220,9 @@ class Canvas:
         text_rotation: float = 0.0,
     ) -> None:
         """Draw the dimension of a length along an axis, its line at a level across it, its text [deg] about a point."""
-        distance = abs(end[0] - start[0]) if axis == "x" else abs(end[1] - start[1])
+        along = 0 if axis == "x" else 1
+        start, end = sorted((start, end), key=lambda point: point[along])  # ezdxf would turn both arrows round
+        distance = end[along] - start[along]
         dimension = self.space.add_linear_dim(
             base=(text_at[0], level) if axis == "x" else (level, text_at[1]),
             p1=start,
@@ -229,9 +236,8 @@ class Canvas:
             dxfattribs={"layer": "DIMENSIONS"},
         )
         dimension.render()
-        low, high = sorted((start[0], end[0]) if axis == "x" else (start[1], end[1]))
         half_text = 0.5 * self.label_width(label, distance)
-        self._lead_to_text(axis, low, high, text_at, level, half_text, text_rotation)
+        self._lead_to_text(axis, start[along], end[along], text_at, level, half_text, text_rotation)
 
     def _lead_to_text(
         self,

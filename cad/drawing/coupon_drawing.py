@@ -38,6 +38,8 @@ def coupon_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
         half = 0.5 * housing.depth
         level = canvas.extents().bottom - BETWEEN_MM / canvas.scale - half
         draw_view(canvas, above, (0.0, level), hidden=True)
+        for x, _ in _holes(housing):
+            canvas.centre_line((x, level - half), (x, level + half))
         box = part.shape.BoundingBox()
         outline = Box(box.xmin, level - half, box.xmax, level + half)
         draw_lengths(canvas, [Length("left", (box.xmin, level - half), (box.xmin, level + half))], outline)
@@ -83,6 +85,16 @@ def _draw_thicknesses(canvas: Canvas, housing: Housing, within_accuracy: str) ->
         canvas.length("z", (x, -top), (x, top), text_at, x, within_accuracy)
 
 
+def _holes(housing: Housing) -> list[tuple[float, float]]:
+    """Return x and the diameter of every hole, all on the middle line [mm]."""
+    clamp = 0.5 * BLOCK_WIDTH_MM - CLAMP_INSET_MM
+    holes = [(-clamp, CLAMP_HOLE_MM), (clamp, CLAMP_HOLE_MM)]
+    for arm in housing.arms:
+        weight = 0.5 * BLOCK_WIDTH_MM + arm.flexure.length + BEYOND_LEAF_MM
+        holes.append((arm.sign * weight, WEIGHT_HOLE_MM))
+    return holes
+
+
 def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
     """Draw the radius of the fillets, at the root of the first leaf in the block, and the diameters of the holes."""
     left, right = -0.5 * BLOCK_WIDTH_MM, 0.5 * BLOCK_WIDTH_MM
@@ -98,7 +110,5 @@ def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
     weight = right + high.length + BEYOND_LEAF_MM
     below_pad = (weight, bottom - 0.5 * canvas.text_height)
     canvas.callout("diameter", (weight, 0.0), WEIGHT_HOLE_MM, below_pad, "right", _TWICE)
-    clamp_holes = [(x, 0.0, CLAMP_HOLE_MM) for x in (-clamp, clamp)]
-    low_weight = left - low.length - BEYOND_LEAF_MM
-    for x, z, diameter in (*clamp_holes, (weight, 0.0, WEIGHT_HOLE_MM), (low_weight, 0.0, WEIGHT_HOLE_MM)):
-        canvas.centre_mark((x, z), 0.5 * diameter)
+    for x, diameter in _holes(housing):
+        canvas.centre_mark((x, 0.0), 0.5 * diameter)

@@ -31,6 +31,8 @@ def cover_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
         outside = 0.5 * housing.depth + COVER_MM  # y of the face that the rim is turned from
         draw_view(canvas, from_left, (start + outside, 0.0), hidden=True)
         end = start + COVER_MM
+        for level in sorted({z for _, z in housing.holes}):
+            canvas.centre_line((start, level), (end, level))
         top = housing.top_level
         lengths = [
             Length("top", (start, top), (end, top)),

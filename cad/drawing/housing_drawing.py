@@ -93,6 +93,11 @@ def _spring_lengths(housing: Housing, within_accuracy: str) -> list[Length]:
     return lengths
 
 
+def _has_neck(housing: Housing) -> bool:
+    """Say whether the tips are smaller than the shuttles that they stand on."""
+    return max(housing.shuttle_width, housing.depth) - housing.tip_side > NEAR_MM
+
+
 def _tip_lengths(housing: Housing) -> list[Length]:
     """Return the distance of the tips, and the widths and levels of tips and necks."""
     low, high = housing.arms
@@ -102,8 +107,10 @@ def _tip_lengths(housing: Housing) -> list[Length]:
     lengths = [
         Length("bottom", (low.centre, 0.0), high_tip),
         Length("bottom", (low.centre - half_width, neck), (low.centre + half_width, neck), f"2x {MEASURED}"),
-        Length("right", high_tip, (high.centre + half_width, neck)),
     ]
+    if not _has_neck(housing):
+        return lengths
+    lengths.append(Length("right", high_tip, (high.centre + half_width, neck)))
     if housing.tip_height < neck - NEAR_MM:
         shoulder = (high.centre + 0.5 * housing.tip_side, housing.tip_height)
         lengths.append(Length("right", high_tip, shoulder))
@@ -191,10 +198,9 @@ def _draw_from_the_left(canvas: Canvas, housing: Housing, view: View, start: flo
     draw_view(canvas, view, (middle, 0.0))
     tip = 0.5 * housing.tip_side
     top_left = (plate.left, top)
-    lengths = [
-        Length("top", top_left, (plate.right, top)),
-        Length("bottom", (middle - tip, 0.0), (middle + tip, 0.0)),
-    ]
+    lengths = [Length("top", top_left, (plate.right, top))]
+    if _has_neck(housing):
+        lengths.append(Length("bottom", (middle - tip, 0.0), (middle + tip, 0.0)))
     if pad:
         foot = max(housing.cover_level, housing.protrusion)
         lengths.append(Length("top", (start, top), top_left))

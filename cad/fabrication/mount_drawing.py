@@ -82,6 +82,10 @@ def _draw_from_the_left(canvas: Canvas, view: View, sensor: Sensor, box: cq.Boun
     outer = back - PLATE_MM
     rear = axis - box.ymax
     top = box.zmax
+    for level in sorted({z for _, z in sensor.housing.holes}):
+        canvas.centre_line((outer, level), (back, level))
+    for y in sorted({y for _, y in flange_holes(sensor)} - {0.0}):  # that of y = 0 is the axis of the press
+        canvas.centre_line((axis - y, top - PLATE_MM), (axis - y, top))
     lengths = [
         Length("top", (back, top), (axis, top)),
         Length("top", (axis, top), (axis + _HALF, top)),

@@ -39,10 +39,10 @@ def test_help_names_every_command_and_the_exit_codes(arguments, capsys):
     assert "example: pipeline run --nl 0.05" in out
 
 
-@pytest.mark.parametrize("command", cli.COMMANDS)
-def test_help_fits_a_window_of_80_columns(command, monkeypatch, capsys):
+@pytest.mark.parametrize("arguments", [["-h"], *([command, "-h"] for command in cli.COMMANDS)], ids=str)
+def test_help_fits_a_window_of_80_columns(arguments, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
-    _, out, _ = settle([command, "-h"], capsys)
+    _, out, _ = settle(arguments, capsys)
     assert [line for line in out.splitlines() if len(line) > 80] == []
 
 

@@ -1,6 +1,7 @@
 """A result passes as its verdicts do, and keeps them where a later solve fails."""
 
 import dataclasses
+import re
 
 import pytest
 from stand_ins import CONTACT, result_of, sizing_of, springs_of
@@ -18,6 +19,20 @@ def test_result_passes_as_its_verdicts_do():
     for outcome in (None, False):
         changed = dataclasses.replace(result, verdicts=(dataclasses.replace(first, passed=outcome), *rest))
         assert changed.passed is outcome
+
+
+def test_notebook_shows_a_result_in_one_line():
+    """A result has some 180,000 characters of numbers."""
+    result = result_of()
+    first, second, *rest = result.verdicts
+    shown = repr(
+        dataclasses.replace(
+            result,
+            verdicts=(dataclasses.replace(first, passed=False), dataclasses.replace(second, passed=None), *rest),
+        )
+    )
+    assert len(shown) <= 80
+    assert [int(word) for word in re.findall(r"\d+", shown)] == [len(rest), 1, 1]
 
 
 @pytest.mark.parametrize("stage", ["other_mounts", "sensor_modes"])

@@ -21,7 +21,7 @@ from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from cad.design.tips import Tips
-from cad.drawing.canvas import Canvas
+from cad.drawing.canvas import Canvas, text_width
 from cad.drawing.coupon_drawing import coupon_drawing
 from cad.drawing.cover_drawing import cover_drawing
 from cad.drawing.housing_drawing import draw_gauges, housing_drawing
@@ -175,6 +175,32 @@ def test_every_dimension_of_the_housing_stands_once(sensor, sheets):
         housing.cavity_level - low.top_level, housing.cavity_level - high.top_level,
     )  # fmt: skip
     assert measured(sheets["pair"].canvas) == Counter(round(length, 6) for length in lengths)
+
+
+@pytest.mark.slow
+def test_tips_as_wide_as_their_shuttles_have_no_neck_to_measure(sheets):
+    """The plate of a mango's sensor is 5.6 deep, its shuttles and tips are 5.6 wide: one depth, one width."""
+    lengths = measured(sheets["mango"].canvas)
+    assert lengths[5.6] == 2
+    housing = sensor_of_preset("mango")[0].housing
+    assert lengths[round(housing.neck_level, 6)] == lengths[round(housing.tip_height, 6)] == 0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_arrows_of_a_length_with_room_for_its_text_lie_within_it(kind, sheets):
+    canvas = sheets[kind].canvas
+    for dimension in canvas.dimensions():
+        if dimension.dimtype != 0:  # DXF reference, group 70: a length
+            continue
+        along = 0 if dimension.dxf.angle == 0.0 else 1
+        ends = sorted((dimension.dxf.defpoint2[along], dimension.dxf.defpoint3[along]))
+        drawn = list(recursive_decompose([dimension]))
+        (text,) = (entity.plain_text() for entity in drawn if entity.dxftype() == "MTEXT")
+        if ends[1] - ends[0] < text_width(text, canvas.text_height) + 4.0 * canvas.text_height:
+            continue
+        for arrow in (entity for entity in drawn if entity.dxftype() == "SOLID"):
+            corners = [arrow.dxf.vtx0[along], arrow.dxf.vtx1[along]]
+            assert ends[0] - 1e-6 <= min(corners) <= max(corners) <= ends[1] + 1e-6, text
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -358,6 +384,17 @@ def test_plate_of_a_square_tells_its_domes_its_dowels_and_that_two_are_made(shee
     assert sorted((centre.x, centre.y) for centre in dowels) == [
         pytest.approx(dowel) for dowel in sorted(square_sensor().housing.dowels)
     ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "beside"),
+    [("cover", 2), ("coupon", 4), pytest.param("mango mount", 6, marks=pytest.mark.slow)],
+)
+def test_holes_have_centre_lines_in_every_view(kind, beside, sheets):
+    """Beside two for each hole that is seen along its axis; the bracket has its two axes of the press too."""
+    canvas = sheets[kind].canvas
+    marks = len(canvas.space.query("CIRCLE"))
+    assert len(canvas.space.query('LINE[layer=="AXES"]')) == 2 * marks + beside
 
 
 def test_hidden_edges_of_a_cover_are_dashed(sheets, housing):

@@ -26,9 +26,8 @@ from pipeline.report.stored import read_report
 from solve.contact.poses import Pose
 
 GRAM = 9.80665e-3  # [N]
-UNITS = 50
-FRUIT = 20  # of each unit
-LEAST_COVERED = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / (UNITS * FRUIT))  # three sigma of a fair count of 95 %
+UNITS = 1000  # each with a fruit of its own
+COVERED = 0.95  # of the readings, within their bar
 DEPTHS = (0.4, 0.7, 1.0, 0.8)  # of the travel: into the fruit, and out again
 AGREES = 1e-5
 MAIN = """
@@ -118,36 +117,36 @@ def free(electronics, zero=0.0):
 
 
 def covered(measured, rng, calibrate):
-    """Return the share of fruit whose modulus lies in the bar of its reading, over units with their own electronics."""
+    """Return the share of fruit whose modulus lies in the bar of its reading, each pressed by a unit of its own."""
     inside = []
     per_K = measured.design.process.E_per_K
+    softest, firmest = np.log(measured.design.fruit.E_MPa[0]), np.log(measured.design.largest_E_MPa)
     for _ in range(UNITS):
         factors = rng.normal(1.0, 0.12, len(measured.K)).clip(0.7, 1.3)
         electronics = Electronics(measured, rng)
         unit = calibrate(measured.report, weights(measured, factors, electronics)).unit
         sensor = MeasuringUnit(report=measured.report, unit=unit)
-        for _ in range(FRUIT):
-            E = float(np.exp(rng.uniform(np.log(0.5), np.log(3.5))))
-            pose = random_pose(measured.design, rng, E, measured.design.press.travel_mm)
-            modulus = 1.0 + per_K * rng.uniform(-5.0, 5.0)
-            forces = measured.forces([replace(pose, travel=share * pose.travel) for share in DEPTHS], factors * modulus)
-            gains = 1.0 + electronics.gain_drift * rng.uniform(-1.0, 1.0, len(measured.K))
-            # since the calibration the zero has moved by far more than since the taring
-            before = 20.0 * electronics.zero_drift * rng.uniform(-1.0, 1.0, len(measured.K))
-            since = electronics.zero_drift * rng.uniform(-1.0, 1.0, len(measured.K))
-            press = electronics.counts(forces, modulus, gains, before + since)
-            try:
-                (reading,) = read(sensor, np.concatenate([free(electronics, before), press]))
-            except InputError:  # forces that are none of this sensor's
-                inside.append(False)
-            else:
-                inside.append(reading.E is not None and abs(reading.E / E - 1.0) <= reading.u)
+        E = float(np.exp(rng.uniform(softest, firmest)))
+        pose = random_pose(measured.design, rng, E, measured.design.press.travel_mm)
+        modulus = 1.0 + per_K * rng.uniform(-5.0, 5.0)
+        forces = measured.forces([replace(pose, travel=share * pose.travel) for share in DEPTHS], factors * modulus)
+        gains = 1.0 + electronics.gain_drift * rng.uniform(-1.0, 1.0, len(measured.K))
+        # since the calibration the zero has moved by far more than since the taring
+        before = 20.0 * electronics.zero_drift * rng.uniform(-1.0, 1.0, len(measured.K))
+        since = electronics.zero_drift * rng.uniform(-1.0, 1.0, len(measured.K))
+        press = electronics.counts(forces, modulus, gains, before + since)
+        try:
+            (reading,) = read(sensor, np.concatenate([free(electronics, before), press]))
+        except InputError:  # forces that are none of this sensor's
+            inside.append(False)
+        else:
+            inside.append(reading.E is not None and abs(reading.E / E - 1.0) <= reading.u)
     return np.mean(inside)
 
 
 @pytest.mark.slow
 def test_a_thousand_units_and_fruit_are_read_inside_their_bar(mango, rng, calibrate):
-    assert covered(mango, rng, calibrate) >= LEAST_COVERED
+    assert covered(mango, rng, calibrate) >= COVERED
 
 
 def test_weights_tell_gain_crosstalk_hysteresis_and_zero(mango, rng, calibrate):
@@ -287,4 +286,4 @@ def test_numbers_of_a_kiwifruit_become_a_sensor_that_three_readers_read_alike(
         assert in_c(tmp_path, sensor, rows)[-1, 0] == pytest.approx(told["E_MPa"], rel=AGREES)
         ((found, _, _),) = module["readings"](rows.tolist())
         assert found == pytest.approx(told["E_MPa"], rel=AGREES)
-    assert covered(measured, rng, calibrate) >= LEAST_COVERED
+    assert covered(measured, rng, calibrate) >= COVERED
