@@ -15,6 +15,7 @@ Hint = Callable[[Verdict, Design, FittedSprings], str | None]
 
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "--fruit-stiffness contact sizes the springs for the true contact"
+OTHER_LAYOUT = "take a layout that has a housing: --set tips.layout=pair"
 LEAST_OVER_HEIGHT_ERROR = 5.0  # travel over how far apart tips of a printed part may stand: less reads the print
 _WITHIN = 0.98  # of a bound, so that rounding and error bars keep it
 _DIGITS = 3
@@ -113,8 +114,12 @@ def _straight(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str
     return None
 
 
-def _not_made(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
-    return "make both springs printable first: see printable.low and printable.high" if verdict.value is None else None
+def _not_made(verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
+    if verdict.value is not None:
+        return None
+    if not design.tips.tip_layout.has_housing:
+        return OTHER_LAYOUT
+    return "make both springs printable first: see printable.low and printable.high"
 
 
 def _wider_limit(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
@@ -156,7 +161,7 @@ HINTS: Mapping[str, Hint | str] = {
     "printable.high": _travel,
     "bruise": _travel,
     **dict.fromkeys(CLEARANCES, _travel),
-    "geometry.layout": "take a layout that has a housing: --set tips.layout=pair",
+    "geometry.layout": OTHER_LAYOUT,
     "geometry.tip_shape": "glue in ground pins of that shape: --set tips.socket=pin",
     "reading.bias": _wider_limit,
     "reading.uncertainty": _wider_limit,

@@ -9,8 +9,8 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings, Print, Targets
 from cad.design.tips import Press, Tips
 from cad.quantity import Estimate
-from pipeline.options import RunOptions
-from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, shorter_travel, with_hints
+from pipeline.options import RunOptions, load_design
+from pipeline.verdicts.hints import CONTACT_SIZES, OTHER_LAYOUT, SEARCH, hint, shorter_travel, with_hints
 
 ROUGH = RunOptions(tolerance=0.02)
 
@@ -34,6 +34,14 @@ def hinted(design, *, made=True, options=None):
 def test_verdicts_that_did_not_pass_have_hints_and_no_others(design, made):
     for verdict in hinted(design, made=made):
         assert bool(verdict.remedy) == (verdict.passed is not True)
+
+
+def test_springs_of_a_layout_without_a_housing_are_not_told_to_be_printable():
+    line = load_design("docs/examples/fouly.toml")
+    springs = springs_of(Design())
+    not_made = dataclasses.replace(GOOD, name="K_l", value=None, passed=None)
+    assert hint(not_made, line, springs, ROUGH) == OTHER_LAYOUT
+    assert hint(not_made, Design(), springs, ROUGH) != OTHER_LAYOUT
 
 
 def test_given_springs_that_miss_P_max_are_left_to_the_targets():
