@@ -59,7 +59,8 @@ def contact_compliance(
         except SplitDomainError as outside:
             if not solved_direct:
                 reason = str(outside).partition(" for the split")[0]
-                msg = f"{reason} for lines, squares, domes and skins; move the tips, or take smaller ones"
+                hint = "change it, or take a pair of flat tips without a skin"
+                msg = f"{reason} for lines, squares, domes and skins; {hint}"
                 raise InputError(msg) from outside
             if method == "split":
                 raise InputError(str(outside)) from outside

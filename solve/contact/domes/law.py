@@ -188,7 +188,9 @@ class _Law:
                 step[grown] *= 0.5
                 trial = self.state(state.q + step, state.approach)
             state = trial
-        msg = f"domes: residual {np.abs(state.residual).max():.1e} mm must be at most {allowed:.0e} mm; press less deep"
+        residual = np.abs(state.residual).max()
+        hint = "press less deep, or take stiffer springs"
+        msg = f"domes: residual {residual:.1e} mm must be at most {allowed:.0e} mm; {hint}"
         raise SolveError(msg)
 
     def state(self, q: Floats, before: DomeApproach) -> _State:
