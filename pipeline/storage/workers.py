@@ -17,6 +17,8 @@ _PROC = Path("/proc/self")
 
 # On one thread sums have one order, and so the same bits in every process.
 ONE_THREAD = dict.fromkeys(("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+# Of a crash BrokenExecutor tells; loky would dump the stack too. An empty text turns that off, any other one on.
+_ENVIRONMENT = {**ONE_THREAD, "PYTHONFAULTHANDLER": ""}
 _IDLE_SECONDS = 20.0  # after which a worker ends by itself: the workers of a killed process have no other end
 
 
@@ -38,7 +40,9 @@ def open_workers(count: int) -> Executor:
         )
     from loky import ProcessPoolExecutor
 
-    executor: Executor = ProcessPoolExecutor(count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=ONE_THREAD)
+    executor: Executor = ProcessPoolExecutor(
+        count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=_ENVIRONMENT
+    )
     return executor
 
 

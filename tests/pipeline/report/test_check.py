@@ -148,12 +148,13 @@ def end_the_kernel(*_):
     os.kill(os.getpid(), signal.SIGSEGV)
 
 
-def test_file_that_ends_the_kernel_or_never_ends_is_one_failed_verdict(tmp_path, monkeypatch):
+def test_file_that_ends_the_kernel_or_never_ends_is_one_failed_verdict(tmp_path, monkeypatch, capfd):
     path = tmp_path / "bad.step"
     path.touch()
     monkeypatch.setattr(check, "file_geometry", end_the_kernel)
     (verdict,) = check_path(path, "fdm-petg")
     assert (verdict.name, verdict.passed) == ("geometry.readable", False)
+    assert capfd.readouterr().err == ""
     monkeypatch.setattr(check, "SECONDS", 0.0)
     (verdict,) = check_path(path, "fdm-petg")
     assert (verdict.name, verdict.passed) == ("geometry.readable", False)

@@ -94,6 +94,14 @@ with process_engine(processes=2) as engine:
     assert run.ended() == (0, f"{POINTS}\n", "")
 
 
+def test_scheduler_that_nobody_is_leaves_nothing_behind_its_one_line(start, written, tmp_path):
+    """A client that is given up before it found one says so half a minute later, with a traceback."""
+    pytest.importorskip("distributed")
+    run = start(*words_of(written(), tmp_path / "out", "--scheduler", "nonsense"))
+    code, _, complaint = run.ended()
+    assert (code, complaint.count("\n")) == (2, 1)
+
+
 def test_workers_that_never_come_back_are_refused():
     class Broken(Executor):
         def submit(self, *_):  # type: ignore[override]
