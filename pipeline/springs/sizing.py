@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from cad.design.parameters import Design
-from cad.quantity import validation_error
+from cad.quantity import InputError, validation_error
 from cad.theory.two_spring_law import (
     CURVE_STEPS,
     Springs,
@@ -118,8 +118,8 @@ def _springs(design: Design, K_m_max: float, ratio: float, stiffening: tuple[flo
     try:
         return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio, stiffening)
     except ValueError as refused:
-        bound = "more than the skin makes with rigid springs"
-        raise validation_error("targets.NL", targets.NL, "1", bound, f"{refused}") from refused
+        msg = f"targets.{refused}"
+        raise InputError(msg, field="targets.NL", value=targets.NL) from refused
 
 
 def _at_large_strain(
