@@ -147,6 +147,13 @@ def test_answer_has_targets_values_springs_and_where_files_are(capsys):
     assert "outputs/paper/report.html" in text
 
 
+@pytest.mark.parametrize(("value", "shown"), [(2.6e-16, "0"), (-2.6e-16, "0"), (2.6e-9, "2.6e-09"), (0.0, "0")])
+def test_round_off_is_shown_as_none(value, shown, capsys):
+    print_verdicts("", [dataclasses.replace(GOOD, name="P_displacement_independent", value=value)])
+    (row,) = (line for line in capsys.readouterr().out.splitlines() if " P_displacement_independent " in line)
+    assert row.split("│")[2].strip() == shown
+
+
 def test_everything_has_every_verdict(capsys):
     print_everything(RESULT)
     text = " ".join(capsys.readouterr().out.split())
