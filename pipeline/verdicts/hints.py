@@ -71,6 +71,8 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
         strain = spring.root_strain
         if spring.printable.name == verdict.name and strain is not None:
             bound = travel * spring.printable.strain_limit / (strain.value + strain.error)
+    if bound >= travel:  # what failed does not depend on the travel, as the length of a leaf
+        return None
     shorter = rounded(_WITHIN * bound, 0.0)
     return shorter if least_travel(design) <= shorter < travel else None
 

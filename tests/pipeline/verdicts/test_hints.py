@@ -84,6 +84,12 @@ def test_strain_by_finite_elements_asks_for_less_travel():
     assert 0.97 * 0.6 / 1.2 < shorter_travel(verdict, Design(), bent_springs) < 0.6 / 1.2
 
 
+def test_leaf_that_is_too_long_is_not_told_to_travel_less():
+    design = Design(print=Print(process="dmls-17-4ph", max_length_mm=35.0))
+    hints = {verdict.name: verdict.remedy for verdict in hinted(design, made=False)}
+    assert hints["printable.low"] == SEARCH
+
+
 @pytest.mark.parametrize(("clearance", "low", "high"), [(0.1, 0.38, 0.4), (-1.0, None, None), (0.4, None, None)])
 def test_frame_on_the_fruit_asks_for_as_much_less_travel_as_it_lacks(clearance, low, high):
     """0.2 mm short of its clearance of 0.3 mm at a travel of 0.6 mm: 0.4 mm at most; 1.3 mm short: no travel helps."""
