@@ -4,23 +4,15 @@ Nothing of a layered half-space is in them: the skin is elements of another modu
 edge of the contact; the tip is rigid and frictionless, the base held, lengths in mm, the modulus of the flesh 1.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse.linalg import splu
-from skfem import (
-    Basis,
-    BilinearForm,
-    ElementHex0,
-    ElementHex2,
-    ElementQuad0,
-    ElementQuad2,
-    ElementVector,
-    MeshHex,
-    MeshQuad,
-    asm,
-)
-from skfem.helpers import ddot, div, grad, sym_grad, trace
+from scipy.linalg import eigh
+from scipy.sparse import bmat, csr_matrix, kron
+from scipy.sparse.linalg import LinearOperator, cg, splu
+from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad2, ElementVector, MeshQuad, asm
+from skfem.helpers import ddot, grad, sym_grad, trace
 
 BEYOND = 1.4  # each step over the one before, away from the contact
 FAST = 1.8  # the same in three dimensions
@@ -58,32 +50,107 @@ def of_revolution(u, v, w):
     return 2.0 * np.pi * w.x[0] * w["modulus"] * (2.0 * mu * strain + lam * swelling)
 
 
-@BilinearForm
-def of_solid(u, v, w):
-    lam, mu = lame(w)
-    return w["modulus"] * (2.0 * mu * ddot(sym_grad(u), sym_grad(v)) + lam * div(u) * div(v))
+def of_line(lines, modulus=1.0):
+    """Return what elements of second order along a line have: masses, stiffness and slopes times values."""
+    step = np.diff(lines)
+    first = 2 * np.arange(len(step))
+    nodes = first[:, None] + np.arange(3)
+    rows = np.repeat(nodes, 3, axis=1).ravel()
+    columns = np.tile(nodes, (1, 3)).ravel()
+
+    def assembled(weight, element):
+        values = (modulus * weight)[:, None, None] * np.array(element)
+        return csr_matrix((values.ravel(), (rows, columns)))
+
+    masses = assembled(step / 30.0, [[4, 2, -1], [2, 16, 2], [-1, 2, 4]])
+    stiffness = assembled(1.0 / (3.0 * step), [[7, -8, 1], [-8, 16, -8], [1, -8, 7]])
+    slopes = assembled(np.full(len(step), 1.0 / 6.0), [[-3, -4, 1], [4, 0, -4], [-1, 4, 3]])
+    return masses, stiffness, slopes
+
+
+def of_box(x, y, z, poisson):
+    """Return the stiffness of bricks from what three lines have; its dofs are all along x, then y, then z.
+
+    Bricks of second order are products of lines, and so are all integrals over them: a modulus may change along z.
+    """
+    lam = poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+    mu = 0.5 / (1.0 + poisson)
+    parts = [x, y, z]
+    blocks = [[None] * 3 for _ in range(3)]
+    for i, j in itertools.product(range(3), range(3)):
+        if i == j:
+            terms = []
+            for k in range(3):
+                factor = lam + 2.0 * mu if k == i else mu
+                terms.append((factor, [parts[axis][1 if axis == k else 0] for axis in range(3)]))
+        else:
+            terms = [(lam, [parts[axis][0] for axis in range(3)]), (mu, [parts[axis][0] for axis in range(3)])]
+            terms[0][1][i], terms[0][1][j] = parts[i][2], parts[j][2].T
+            terms[1][1][i], terms[1][1][j] = parts[i][2].T, parts[j][2]
+        blocks[i][j] = sum(factor * kron(kron(a, b), c) for factor, (a, b, c) in terms)
+    return bmat(blocks, format="csc")
+
+
+class ByLines:
+    """The inverse of the stiffness of bricks without what couples the directions: exact in the modes of three lines."""
+
+    def __init__(self, x, y, z, poisson):
+        self.shape = tuple(line[0].shape[0] for line in (x, y, z))
+        stretched = 2.0 * (1.0 - poisson) / (1.0 - 2.0 * poisson)  # lam + 2 mu over mu
+        shear = 0.5 / (1.0 + poisson)
+        self.parts = []
+        for direction in range(3):
+            modes = []
+            stiffness = np.zeros((1, 1, 1))
+            for axis, (masses, rates, _) in enumerate((x, y, z)):
+                kept = slice(1 if axis == direction < 2 else 0, -1 if axis == 2 else None)  # symmetry, and the base
+                values, vectors = eigh(rates.toarray()[kept, kept], masses.toarray()[kept, kept])
+                modes.append((kept, vectors))
+                own = shear * (stretched if axis == direction else 1.0) * values
+                stiffness = stiffness + own.reshape([-1 if i == axis else 1 for i in range(3)])
+            self.parts.append((modes, stiffness))
+
+    def __call__(self, forces):
+        """Return displacements under forces, both of all dofs."""
+        moved = np.zeros((3, *self.shape))
+        for (modes, stiffness), force, of_one in zip(self.parts, forces.reshape(moved.shape), moved, strict=True):
+            (i, X), (j, Y), (k, Z) = modes
+            of_modes = np.einsum("xyz,xa,yb,zc->abc", force[i, j, k], X, Y, Z, optimize=True) / stiffness
+            of_one[i, j, k] = np.einsum("abc,xa,yb,zc->xyz", of_modes, X, Y, Z, optimize=True)
+        return moved.ravel()
 
 
 def cube_stiffness(cells, ratio, side, width, height, skin, poisson=0.3):
     """Return the stiffness of a block's middle under a cube, so many cells in half its side: a quarter of the block."""
     across = lines(0.5 * side, 0.5 * width, cells, 1.3, FAST)
-    mesh = MeshHex.init_tensor(across, across, depths(skin, height, max(2, cells // 2), FAST))
-    basis = Basis(mesh, ElementVector(ElementHex2()), intorder=4)
-    component = np.empty(basis.N, dtype=int)
-    dofs = basis.dofs
-    for of_kind in (dofs.nodal_dofs, dofs.edge_dofs, dofs.facet_dofs, dofs.interior_dofs):
-        component[of_kind] = np.arange(len(of_kind))[:, None] % 3
-    x, y, down = basis.doflocs
-    held = ((x < ON) & (component == 0)) | ((y < ON) & (component == 1)) | (down > height - ON)
-    under = (down < ON) & (x < 0.5 * side + ON) & (y < 0.5 * side + ON) & (component == 2)
-    in_skin = mesh.p[2][mesh.t].mean(axis=0) < skin
-    modulus = basis.with_element(ElementHex0()).interpolate(np.where(in_skin, ratio, 1.0))
-    K = asm(of_solid, basis, modulus=modulus, poisson=poisson).tocsc()
-    free = np.flatnonzero(~held & ~under)
-    u = under.astype(float)
-    factor = splu(K[free][:, free], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    u[free] = -factor.solve(K[free] @ u)
-    return 4.0 * float((K @ u)[under].sum())
+    down = depths(skin, height, max(2, cells // 2), FAST)
+    in_skin = 0.5 * (down[1:] + down[:-1]) < skin
+    nodes = [np.sort(np.concatenate([line, 0.5 * (line[1:] + line[:-1])])) for line in (across, across, down)]
+    x, y, z = (axis.ravel() for axis in np.meshgrid(*nodes, indexing="ij"))
+    base = z > height - ON
+    under = (z < ON) & (x < 0.5 * side + ON) & (y < 0.5 * side + ON)
+    free = np.flatnonzero(~np.concatenate([(x < ON) | base, (y < ON) | base, under | base]))
+    u = np.concatenate([np.zeros(2 * len(x)), under])
+
+    flat = of_line(across)
+    layered = of_line(down, np.where(in_skin, ratio, 1.0))
+    K = of_box(flat, flat, layered, poisson)
+    by_lines = ByLines(flat, flat, layered, poisson)
+
+    def near(forces):
+        whole = np.zeros(len(u))
+        whole[free] = forces
+        return by_lines(whole)[free]
+
+    u[free], failed = cg(
+        K[free][:, free],
+        -(K @ u)[free],
+        rtol=1e-7,
+        maxiter=2000,
+        M=LinearOperator((len(free), len(free)), near),
+    )
+    assert not failed
+    return 4.0 * float((K @ u)[2 * len(x) :][under].sum())
 
 
 @dataclass(frozen=True)

@@ -65,6 +65,16 @@ def test_round_tips_on_a_skin_are_as_stiff_as_solids(fruit, radius):
         assert force(entered) == pytest.approx(fine.dome(ratio, curvature, depth), rel=ALLOWED)
 
 
+@pytest.mark.parametrize(("radius", "others"), [(0.564, 1.290), (1.2, 2.876), (2.0, 5.090)])
+def test_flat_circle_without_a_skin_is_as_stiff_as_solids(radius, others):
+    """K_m over E [mm] of a cylinder of radius 14 and height 12 mm held at its base, and of a block of its area."""
+    coarse, fine = (RoundSolid(edge=radius, skin=0.3, cells=cells).flat(1.0) for cells in (16, 20))
+    cylinder = fine + (fine - coarse) * 16.0 / 4.0
+    S = footprint_compliance(BLOCK, [Footprint(0.0, 0.0, 2.0 * radius, circle_punch)], LEVELS[0]).S
+    assert cylinder == pytest.approx(others, rel=5e-4)
+    assert 1.0 / S[0, 0] == pytest.approx(cylinder, rel=1e-3)
+
+
 @pytest.mark.study
 def test_a_cube_on_a_skin_is_as_stiff_as_a_solid():
     """The solid gives skin over no skin; the edges of the cube cost it the first power of its cells."""
