@@ -265,7 +265,7 @@ def columns_of(source: str, header: Row, quantities: Mapping[str, Quantity]) -> 
         if quantity.flag_unit not in ("", unit):
             bound = f"in {quantity.flag_unit}, as a flag says"
             raise validation_error(place, written_unit, "", bound, "leave that flag out")
-        is_assumed = not written_unit and not quantity.flag_unit
+        is_assumed = unit != "1" and not written_unit and not quantity.flag_unit
         note = f"the unit of {label!r} is not given: {unit} is assumed" if is_assumed else ""
         factor = quantity.units[unit]
         columns.append(Column(index=index, label=label, name=name, factor=factor, most=quantity.most, note=note))

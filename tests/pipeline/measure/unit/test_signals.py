@@ -44,6 +44,7 @@ def test_four_tips_have_numbers():
 def test_unit_that_is_not_given_is_noted():
     assert len(signal_of("t,F_l,F_h_N\n0,1,2\n").notes) == 2
     assert signal_of(HEAD).notes == ()
+    assert signal_of("t_s,counts_l,counts_h\n0,81238,20138\n").notes == ()  # counts have none
 
 
 @pytest.mark.parametrize(
