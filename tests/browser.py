@@ -16,6 +16,7 @@ CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.whic
 SECONDS = 240  # until a page or a server is taken to hang
 GRAVE = {"serious", "critical"}
 NONE = "no Chromium: set CHROMIUM to its path"
+_STARTED = "() => document.querySelector('script[type=\"text/plain\"]') === null"  # scripts wait for the first paint
 _SLOW_WEBGL = ("GL Driver Message (OpenGL, Performance", "rAF timed out in updateSource")
 _QUIET = (
     "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic",
@@ -66,6 +67,7 @@ def open_page(opened_browser: Browser) -> Iterator[Callable[..., Page]]:
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
         page.set_default_timeout(1000 * SECONDS)  # software WebGL keeps a page busy
         page.goto(address)
+        page.wait_for_function(_STARTED)
         return page
 
     yield opened

@@ -6,8 +6,10 @@ from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
+from cad.design.reading import Reading
 from cad.fabrication.bill_words import EACH
 from cad.verdict import Verdict
+from pipeline.options import load_design, preset_names
 from pipeline.report.stored import StoredReport
 
 BILL = "bom.csv"
@@ -15,6 +17,12 @@ _MASS = f" g{EACH}"  # ends the size of a printed part in the bill
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 _SCENE_TABLES = ("fruit", "tips", "press", "reading")
+_TOLD = (
+    "fruit.shape", "fruit.length_mm", "fruit.width_mm", "fruit.E_MPa", "fruit.E_max_MPa",
+    "tips.layout", "tips.shape", "tips.side_mm", "tips.spacing_mm", "press.travel_mm",
+    "reading.tilt_deg", "reading.off_centre_mm", "reading.radius_spread",
+)  # fmt: skip
+"""Keys that the scene in words has, whatever their value."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,22 +53,39 @@ def answer_of(report: StoredReport) -> Answer:
 
 
 def scene_in_words(design: Design) -> str:
-    """Return what was asked for: tips, press and fruit, and the keys of the scene that are not the default."""
+    """Return what was asked for: tips, press, fruit and poses, and the other keys of the scene that were changed."""
     fruit = design.fruit
     tips = design.tips
-    default = design_as_mapping(Design())
-    keys = []
-    for table in _SCENE_TABLES:
-        for key, value in design_as_mapping(design).get(table, {}).items():
-            if value != default.get(table, {}).get(key):
-                keys.append(f"{table}.{key} = {value}")
-    more = f" Beyond the defaults: {', '.join(keys)}." if keys else ""
+    poses = ""
+    if design.reading is not None:
+        poses = (
+            f", at tilts up to {design.reading.tilt_deg:g} degrees, up to {design.reading.off_centre_mm:g} mm off the "
+            f"apex and on radii up to {100.0 * design.reading.radius_spread:g} % off"
+        )
     return (
         f"{len(tips.names)} tips ({tips.layout}, {tips.shape}, {tips.side_mm:g} mm, {tips.spacing_mm:g} mm apart), "
         f"pressed {design.press.travel_mm:g} mm into a {fruit.shape}, {fruit.length_mm:g} x {fruit.width_mm:g} x "
-        f"{fruit.depth_mm:g} mm, of {min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa; made by "
-        f"{design.print.process}.{more}"
+        f"{fruit.depth_mm:g} mm, of {min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa{poses}; made by "
+        f"{design.print.process}.{_changes_in_words(design)}"
     )
+
+
+def _changes_in_words(design: Design) -> str:
+    """Return the keys of the scene that differ from the preset of the design's name, else from the defaults."""
+    if design.name in preset_names():
+        base = load_design(design.name)
+        words = f"Other than in the preset {design.name}"
+    else:
+        base = Design(reading=design.reading and Reading())
+        words = "Beyond the defaults"
+    before = design_as_mapping(base)
+    changes = []
+    for table in _SCENE_TABLES:
+        for key, value in design_as_mapping(design).get(table, {}).items():
+            name = f"{table}.{key}"
+            if name not in _TOLD and value != before.get(table, {}).get(key):
+                changes.append(f"{name} = {value}")
+    return f" {words}: {', '.join(changes)}." if changes else ""
 
 
 def is_on_the_part(verdict: Verdict) -> bool:

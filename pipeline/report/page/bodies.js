@@ -1,19 +1,20 @@
 "use strict";
-/* Shows bodies as GLB in <model-viewer>: one at a time, turned by mouse, finger or arrow keys. */
+/* Shows bodies as GLB, one at a time: in <model-viewer>, turned by mouse, finger or arrow keys; without WebGL as a still. */
 async function showBodies(bodies, place) {
   if (bodies.length === 0) return;
-  if (document.createElement("canvas").getContext("webgl2") === null) {
-    place.append(made("p", { className: "caption", textContent: "This browser draws nothing in three dimensions (WebGL is off or missing). The files of the part open in any CAD program or slicer." }));
-    return;
-  }
-  /* The first body of each kind of an assembly, named on its top, and by how much the animation moves it. */
+  const canTurn = document.createElement("canvas").getContext("webgl2") !== null;
+  const help = canTurn ? "Drag or use the arrow keys to turn, wheel to zoom, two fingers or the right button to move."
+    : "From one side alone: WebGL is off or missing in this browser. The files of the part open in any CAD program or slicer.";
+  /* Of each kind of an assembly the body nearest to who looks, where it ends upwards or downwards, the last word of its
+     name, and by how much the animation moves it. */
   function partLabels(glb) {
-    const length = new DataView(glb).getUint32(12, true); // of the JSON, which begins at byte 20
-    const { meshes, accessors } = JSON.parse(new TextDecoder().decode(new Uint8Array(glb, 20, length)));
+    const { meshes, accessors } = treeOf(glb);
     const middle = ({ min, max }) => min.map((one, i) => 0.5 * (one + max[i]));
-    const labels = meshes.map(({ name, primitives: [part] }) => ({ text: name.replace(/[ \d]+$/, ""),
-      at: middle(accessors[part.attributes.POSITION]).with(1, accessors[part.attributes.POSITION].max[1]), by: middle(accessors[part.targets[0].POSITION]) }));
-    return [...d3.group(labels, (label) => label.text).values()].map(([first]) => first);
+    const boxes = meshes.map(({ primitives: [part] }) => accessors[part.attributes.POSITION]);
+    const waist = d3.mean(boxes, (box) => middle(box)[1]);
+    const labels = meshes.map(({ name, primitives: [part] }, i) => ({ text: name.replace(/[ \d]+$/, "").split(" ").at(-1),
+      at: middle(boxes[i]).with(1, (middle(boxes[i])[1] < waist ? boxes[i].min : boxes[i].max)[1]), by: middle(accessors[part.targets[0].POSITION]) }));
+    return [...d3.group(labels, (label) => label.text).values()].map((kind) => d3.greatest(kind, ({ at, by }) => at[0] + by[0] + 2 * (at[2] + by[2])));
   }
 
   const files = await Promise.all(bodies.map((body) => unpacked(body.glb, "model/gltf-binary")));
@@ -32,33 +33,54 @@ async function showBodies(bodies, place) {
     return bar;
   }
 
-  function show() {
-    const body = bodies[choice.value];
+  /* Both views return the element, and a function that moves bodies and labels by a part of their way. */
+  function turned(body, address, labels, alt) {
     const viewer = made("model-viewer");
-    const attributes = { src: addresses[choice.value], alt: `${body.name}. ${body.caption || ""}`, "camera-controls": "", "interaction-prompt": "none",
-      "shadow-intensity": "0.6", "environment-image": "neutral", "animation-name": "motion", "touch-action": "pan-y", exposure: "1.1", "camera-orbit": `25deg 65deg ${body.slider === "apart" ? "130%" : "105%"}` };
+    const attributes = { src: address, alt, loading: "eager", "camera-controls": "", "interaction-prompt": "none", "shadow-intensity": "0.6", "environment-image": "neutral",
+      "animation-name": "motion", "touch-action": "pan-y", exposure: "1.1", "camera-orbit": `25deg 65deg ${body.slider === "apart" ? "130%" : "105%"}` };
     for (const [name, value] of Object.entries(attributes)) viewer.setAttribute(name, value);
     const inMetres = (point) => point.map((entry) => `${entry}m`).join(" ");
-    const labels = (body.labels || partLabels(glbs[choice.value])).map(({ text: words, at, by }, i) => {
-      const label = made("span", { slot: `hotspot-${i}`, className: "label", textContent: words });
+    labels.forEach(({ label, at }, i) => {
+      label.slot = `hotspot-${i}`;
       label.dataset.position = inMetres(at);
       viewer.append(label);
-      return { label, at, by };
     });
+    function move(part) {
+      viewer.currentTime = 0.999 * part;
+      for (const { label, at, by } of labels.filter((one) => one.by)) viewer.updateHotspot({ name: label.slot, position: inMetres(along(at, by, part)) });
+    }
+    return { view: viewer, move };
+  }
+
+  function still(glb, labels, alt) {
+    const { canvas, draw, placeOf } = stillOf(glb, alt);
+    const view = made("div", { className: "still" }, canvas, ...labels.map(({ label }) => label));
+    function move(part) {
+      draw(part);
+      for (const { label, at, by } of labels) [label.style.left, label.style.top] = placeOf(by ? along(at, by, part) : at).map((place) => `${place}%`);
+    }
+    return { view, move };
+  }
+
+  const along = (at, by, part) => at.map((entry, i) => entry + part * by[i]);
+
+  function show() {
+    const body = bodies[choice.value];
+    const labels = (body.labels || partLabels(glbs[choice.value])).map(({ text: words, at, by }) => ({ label: made("span", { className: "label", textContent: words }), at, by }));
+    const alt = `${body.name}. ${body.caption || ""}`;
+    const { view, move } = canTurn ? turned(body, addresses[choice.value], labels, alt) : still(glbs[choice.value], labels, alt);
     const name = body.slider === "press" ? "Press" : "Apart";
     const slider = made("input", { type: "range", min: 0, max: 1, step: "any", value: body.slider === "press" ? 1 : 0, ariaLabel: name });
-    const move = () => {
-      viewer.currentTime = 0.999 * Number(slider.value);
-      for (const { label, at, by } of labels.filter((one) => one.by)) {
-        label.hidden = slider.value < 0.3; // together, they would hide each other
-        viewer.updateHotspot({ name: label.slot, position: inMetres(at.map((entry, i) => entry + slider.value * by[i])) });
-      }
+    const moved = () => {
+      for (const { label } of labels.filter(({ by }) => by)) label.hidden = slider.value < 0.3; // together, they would hide each other
+      move(Number(slider.value));
       slider.ariaValueText = `${Math.round(100 * slider.value)} %`;
     };
-    viewer.addEventListener("load", () => { viewer.play(); viewer.pause(); move(); });
-    slider.addEventListener("input", move);
-    shown.replaceChildren(viewer, made("label", { className: "motion" }, `${name} `, slider), ...(body.legend ? [colourBar(body.legend)] : []));
-    caption.replaceChildren(body.caption || "", made("span", { className: "help", textContent: " Drag or use the arrow keys to turn, wheel to zoom, two fingers or the right button to move." }));
+    slider.addEventListener("input", moved);
+    shown.replaceChildren(view, made("label", { className: "motion" }, `${name} `, slider), ...(body.legend ? [colourBar(body.legend)] : []));
+    caption.replaceChildren(body.caption || "", made("span", { className: "help", textContent: ` ${help}` }));
+    if (canTurn) view.addEventListener("load", () => { view.play(); view.pause(); moved(); });
+    else moved();
   }
 
   choice.addEventListener("change", show);

@@ -22,6 +22,8 @@ from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 ASSEMBLY = "assembly.glb"
 _SYMMETRY = "symmetry"
 _DRAWN_DEFLECTION = 0.08  # of the length of the part, at most
+_LABEL_ASIDE = 0.08  # of the length of the part, outwards: names of tips are wider than what is between them
+_LABEL_OUTWARDS = 1.4  # times the way of a tip from their middle: a name hides no dent
 _SKIN_CELLS = 48  # along each side
 _SKIN_REACH = 0.85  # of the spacing of the tips: how far around them the skin reaches
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
@@ -88,11 +90,16 @@ def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
         colour=np.concatenate([colours, colours]),
         moved=factor * np.concatenate([displacement, displacement * mirror]),
     )
+    facets = {name: mesh.facets[:, indices] for name, indices in mesh.boundaries.items()}
+    tips = {spring: _middle_of(mesh.p.T, facets[tip_face(spring)]) for spring in SPRINGS}
+    middle = np.mean(list(tips.values()), axis=0)
+    aside = _LABEL_ASIDE * float(np.ptp(at_rest[:, 0]))
     labels = []
-    for spring in SPRINGS:
-        for face, words in ((tip_face(spring), f"{spring} tip"), (leaf_faces(spring), f"{spring} spring")):
-            nodes = np.unique(mesh.facets[:, mesh.boundaries[face]])
-            labels.append({"text": words, "at": glb_position(mesh.p[:, nodes].mean(axis=1)).tolist()})
+    for spring, tip in tips.items():
+        beside_tip = tip + np.array([math.copysign(aside, tip[0] - middle[0]), 0.0, 0.0])
+        leaves = _middle_of(mesh.p.T, facets[leaf_faces(spring)])
+        labels.append({"text": f"{spring} tip", "at": glb_position(beside_tip).tolist()})
+        labels.append({"text": f"{spring} spring", "at": glb_position(leaves).tolist()})
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
     caption = (
         f"At full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises stress "
@@ -103,6 +110,11 @@ def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
     return shown(
         "Springs under load", glb_of([body]), slider="press", caption=caption, legend=colours_of, labels=labels
     )
+
+
+def _middle_of(points: Floats, facets: NDArray[np.int64]) -> Floats:
+    """Return the mean of points (n, 3) [mm] that facets name, shape (3,)."""
+    return np.asarray(points[np.unique(facets)].mean(axis=0))
 
 
 def round_below(value: float) -> float:
@@ -160,8 +172,9 @@ def skin_body(report: StoredReport, scene: Scene) -> Plain:
     )
     labels = []
     for tip, centre in zip(report.tips, centres, strict=True):
-        height = -float(scene.fruit_gap(np.array([centre[0]]), np.array([centre[1]]))[0])
-        labels.append({"text": tip.name, "at": glb_position(np.array([*centre, height])).tolist()})
+        beside_tip = middle + _LABEL_OUTWARDS * (centre - middle)
+        height = -float(scene.fruit_gap(beside_tip[:1], beside_tip[1:])[0])
+        labels.append({"text": tip.name, "at": glb_position(np.array([*beside_tip, height])).tolist()})
     colours = legend("pressed in by [mm]", 0.0, deepest)
     return shown("Skin under the tips", glb_of([body]), slider="press", caption=caption, legend=colours, labels=labels)
 

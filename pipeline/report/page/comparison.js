@@ -46,5 +46,5 @@
     ["Deviation of a reading", uncertainty],
     ["Bias of a reading", bias],
   ], element("plots"))();
-  window.addEventListener("load", () => requestIdleCallback(() => data.sides.forEach(({ bodies }, side) => showBodies(bodies, element(`bodies-${side}`)))));
+  setTimeout(() => data.sides.forEach(({ bodies }, side) => showBodies(bodies, element(`bodies-${side}`))));
 }());

@@ -372,6 +372,6 @@
   document.querySelectorAll("[data-verdict]").forEach(verdictScale);
   const drawAll = drawPlots(PLOTS, element("plots"));
   show();
-  window.addEventListener("load", () => requestIdleCallback(() => { showBodies(data.bodies, element("bodies")); showDrawings(); }));
+  setTimeout(() => { showBodies(data.bodies, element("bodies")); showDrawings(); });
   window.twintip = { law, setting, show };
 }());

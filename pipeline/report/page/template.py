@@ -8,7 +8,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 FIGURES = ("libraries/d3.min.js", "libraries/plot.min.js", "figures.js")
-BODIES = ("libraries/model-viewer.min.js", "bodies.js")
+BODIES = ("libraries/model-viewer.min.js", "still.js", "bodies.js")
 """D3 and Observable Plot draw plots, model-viewer shows bodies: NOTICE has versions, licences and digests."""
 
 _HERE = Path(__file__).parent

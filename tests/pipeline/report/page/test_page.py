@@ -21,7 +21,7 @@ from pipeline.storage.digests import file_digest
 
 MOST_BYTES = 2_500_000
 VOID = {"meta", "input", "br", "link", "img", "hr"}
-SCRIPT = re.compile(r"<script(?! type)>.*?</script>", re.DOTALL)  # libraries name places that they never ask for
+SCRIPT = re.compile(r'<script(?: type="text/plain")?>.*?</script>', re.DOTALL)  # libraries name places, ask none
 OUTSIDE = re.compile(
     r"""(?:src|href|action|data|poster)\s*=\s*["']?\s*(?:https?:)?//|url\(\s*["']?(?:https?:)?//|@import"""
 )
