@@ -12,6 +12,7 @@ _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem
 _OPTIONAL = ("mkl", "pypardiso")  # another direct solver where they are installed
 _OF_PAGES = (".js", ".css", ".html.j2", ".LICENSE")
 """Endings of files that only show numbers: whoever changes a plot need not solve again."""
+_ROOT = Path(__file__).parents[2]
 _NAME = re.compile(r"[A-Za-z0-9._-]+")
 
 
@@ -21,8 +22,13 @@ def code_digest() -> str:
     digest = hashlib.sha256()
     for name, number in computing_versions().items():
         digest.update(f"{name}=={number}\n".encode())
-    digest.update(sources_digest(Path(__file__).parents[2]).encode())
+    digest.update(sources_digest(_ROOT).encode())
     return digest.hexdigest()
+
+
+def pages_digest() -> str:
+    """Return the digest of every file that pages are made of, beside the code."""
+    return sources_digest(_ROOT, of_pages=True)
 
 
 def computing_versions() -> dict[str, str | None]:
@@ -33,12 +39,16 @@ def computing_versions() -> dict[str, str | None]:
     return found
 
 
-def sources_digest(root: Path) -> str:
-    """Return the digest of every file of the four packages below a folder, at any depth, that numbers may come from."""
+def sources_digest(root: Path, *, of_pages: bool = False) -> str:
+    """Return the digest of every file of the four packages below a folder, at any depth, that numbers may come from.
+
+    Or of every file `of_pages` alone, which only shows them.
+    """
     digest = hashlib.sha256()
     for package in _SOURCES:
         for path in sorted((root / package).rglob("*")):
-            if path.is_file() and "__pycache__" not in path.parts and not path.name.endswith(_OF_PAGES):
+            shows_numbers = path.name.endswith(_OF_PAGES)
+            if path.is_file() and "__pycache__" not in path.parts and shows_numbers == of_pages:
                 digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_size}\n".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -17,8 +17,9 @@ _MASS = f" g{EACH}"  # ends the size of a printed part in the bill
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 _SCENE_TABLES = ("fruit", "tips", "press", "reading")
-_TOLD = (
-    "fruit.shape", "fruit.length_mm", "fruit.width_mm", "fruit.E_MPa", "fruit.E_max_MPa",
+_TOLD: tuple[str, ...] = (
+    "fruit.shape", "fruit.radius_mm", "fruit.length_mm", "fruit.width_mm", "fruit.height_mm", "fruit.thickness_mm",
+    "fruit.E_MPa", "fruit.E_max_MPa",
     "tips.layout", "tips.shape", "tips.side_mm", "tips.spacing_mm", "press.travel_mm",
     "reading.tilt_deg", "reading.off_centre_mm", "reading.radius_spread",
 )  # fmt: skip
@@ -56,6 +57,7 @@ def scene_in_words(design: Design) -> str:
     """Return what was asked for: tips, press, fruit and poses, and the other keys of the scene that were changed."""
     fruit = design.fruit
     tips = design.tips
+    radius = "," if fruit.radius_mm is None else f" of radius {fruit.radius_mm:g} mm, a piece of"
     poses = ""
     if design.reading is not None:
         poses = (
@@ -64,17 +66,19 @@ def scene_in_words(design: Design) -> str:
         )
     return (
         f"{len(tips.names)} tips ({tips.layout}, {tips.shape}, {tips.side_mm:g} mm, {tips.spacing_mm:g} mm apart), "
-        f"pressed {design.press.travel_mm:g} mm into a {fruit.shape}, {fruit.length_mm:g} x {fruit.width_mm:g} x "
-        f"{fruit.depth_mm:g} mm, of {min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa{poses}; made by "
-        f"{design.print.process}.{_changes_in_words(design)}"
+        f"pressed {design.press.travel_mm:g} mm into a {fruit.shape}{radius} {fruit.length_mm:g} x "
+        f"{fruit.width_mm:g} x {fruit.depth_mm:g} mm, of {min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa{poses}; "
+        f"made by {design.print.process}.{_changes_in_words(design)}"
     )
 
 
 def _changes_in_words(design: Design) -> str:
     """Return the keys of the scene that differ from the preset of the design's name, else from the defaults."""
+    told = _TOLD
     if design.name in preset_names():
         base = load_design(design.name)
         words = f"Other than in the preset {design.name}"
+        told = ()
     else:
         base = Design(reading=design.reading and Reading())
         words = "Beyond the defaults"
@@ -83,7 +87,7 @@ def _changes_in_words(design: Design) -> str:
     for table in _SCENE_TABLES:
         for key, value in design_as_mapping(design).get(table, {}).items():
             name = f"{table}.{key}"
-            if name not in _TOLD and value != before.get(table, {}).get(key):
+            if name not in told and value != before.get(table, {}).get(key):
                 changes.append(f"{name} = {value}")
     return f" {words}: {', '.join(changes)}." if changes else ""
 

@@ -90,7 +90,7 @@ def test_only_another_design_or_option_runs_again(words, count, runs, capsys):
         assert json.loads(capsys.readouterr().out) == json.loads(Path("out/report.json").read_bytes())
 
 
-def test_another_command_program_date_or_a_changed_folder_runs_again(runs, monkeypatch):
+def test_another_command_program_page_date_or_a_changed_folder_runs_again(runs, monkeypatch):
     main(["run", "--out", "out"])
     Path("out").rename("moved")
     main(["run", "--out", "moved"])
@@ -103,9 +103,12 @@ def test_another_command_program_date_or_a_changed_folder_runs_again(runs, monke
     monkeypatch.setattr(run_key, "code_digest", lambda: "another program")
     main(["design", "--out", "moved"])
     assert len(runs) == 4
-    Path("moved/part.step").unlink()
+    monkeypatch.setattr(run_key, "pages_digest", lambda: "another plot")
     main(["design", "--out", "moved"])
     assert len(runs) == 5
+    Path("moved/part.step").unlink()
+    main(["design", "--out", "moved"])
+    assert len(runs) == 6
 
 
 def with_verdicts(result, *verdicts):

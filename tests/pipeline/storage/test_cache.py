@@ -159,7 +159,9 @@ def test_every_source_file_counts_in_sub_folders_too(plant):
     (root / "solve/deep/c.py").rename(root / "solve/deep/e.py")
     seen.add(sources_digest(root))
     assert len(seen) == len(files) + 3
+    pages = sources_digest(root, of_pages=True)
     (root / "pipeline/page.js").write_text("a plot", encoding="utf-8")  # shows numbers and makes none
+    assert sources_digest(root, of_pages=True) != pages
     (root / "cad/__pycache__").mkdir()
     (root / "cad/__pycache__/a.pyc").write_text("", encoding="utf-8")
     assert sources_digest(root) in seen

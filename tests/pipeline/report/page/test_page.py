@@ -11,6 +11,7 @@ import pytest
 from stand_ins import result_of
 
 from cad.verdict import Verdict
+from pipeline.options import load_design
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
 from pipeline.report.page.answer import answer_of, scene_in_words
 from pipeline.report.page.page import page_of
@@ -146,6 +147,17 @@ def test_scene_tells_keys_that_are_not_the_default(flat_page, table, key, value)
     words = f"{table}.{key} = {value}"
     assert words not in scene_in_words(design)
     assert words in scene_in_words(dataclasses.replace(design, **{table: changed}))
+
+
+def test_scene_of_a_preset_tells_only_what_was_changed():
+    preset = scene_in_words(load_design("mango"))
+    assert " = " not in preset
+    assert "at tilts up to 4 degrees" in preset
+    changed = scene_in_words(load_design("mango", {"press.travel_mm": 0.5, "reading.bias_limit": 0.1}))
+    assert changed.endswith("Other than in the preset mango: press.travel_mm = 0.5, reading.bias_limit = 0.1.")
+    own = dataclasses.replace(load_design("mango"), name="own")
+    assert "reading.stiffness_percent" not in scene_in_words(own)
+    assert "tips.dome_radius_mm = 10.0" in scene_in_words(own)
 
 
 def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
