@@ -1,7 +1,7 @@
 """The answer in words."""
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
@@ -17,6 +17,7 @@ _MASS = f" g{EACH}"  # ends the size of a printed part in the bill
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 _SCENE_TABLES = ("fruit", "tips", "press", "reading")
+_FRACTIONS = ("NL", "reading.bias", "reading.uncertainty")
 _TOLD: tuple[str, ...] = (
     "fruit.shape", "fruit.radius_mm", "fruit.length_mm", "fruit.width_mm", "fruit.height_mm", "fruit.thickness_mm",
     "fruit.E_MPa", "fruit.E_max_MPa",
@@ -90,6 +91,14 @@ def _changes_in_words(design: Design) -> str:
             if name not in told and value != before.get(table, {}).get(key):
                 changes.append(f"{name} = {value}")
     return f" {words}: {', '.join(changes)}." if changes else ""
+
+
+def in_percent(verdict: Verdict) -> Verdict:
+    """Return a verdict on a fraction in per cent, as one says it; any other as it is."""
+    if verdict.name not in _FRACTIONS or not isinstance(verdict.limit, int | float):
+        return verdict
+    value = None if verdict.value is None else 100.0 * verdict.value
+    return replace(verdict, value=value, limit=100.0 * verdict.limit, unit="%")
 
 
 def is_on_the_part(verdict: Verdict) -> bool:

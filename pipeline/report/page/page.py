@@ -57,6 +57,8 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         "as printed": alike_pairs([seen.printed for seen in mangoes]),
         "after calibrating the unit": alike_pairs([seen.calibrated for seen in mangoes]),
     }
+    told = answer.answer_of(report)
+    targets = [(i, one) for i, one in enumerate(report.verdicts) if not answer.is_on_the_part(one)]
     return rendered(
         "page.html.j2",
         (*FIGURES, *BODIES, "law.js", "page.js"),
@@ -64,9 +66,11 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         latest=result.options.look,
         report=report,
         command=result.options.command,
-        answer=answer.answer_of(report),
+        answer=told,
+        not_passed=[answer.in_percent(verdict) for verdict in told.not_passed],
+        numbers=[answer.in_percent(verdict) for _, verdict in targets if isinstance(verdict.value, int | float)][:3],
         scene=answer.scene_in_words(report.design),
-        targets=[(i, one) for i, one in enumerate(report.verdicts) if not answer.is_on_the_part(one)],
+        targets=targets,
         part=[(i, one) for i, one in enumerate(report.verdicts) if answer.is_on_the_part(one)],
         paper={} if report.paper is None else {verdict["name"]: verdict for verdict in report.paper["verdicts"]},
         missing=missing,
