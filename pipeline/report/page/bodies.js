@@ -1,5 +1,7 @@
 "use strict";
 /* Shows bodies as GLB, one at a time: in <model-viewer>, turned by mouse, finger or arrow keys; without WebGL as a still. */
+const APART = 0.3; // part of their way from which names of bodies do not hide each other
+
 async function showBodies(bodies, place) {
   if (bodies.length === 0) return;
   const canTurn = document.createElement("canvas").getContext("webgl2") !== null;
@@ -22,8 +24,9 @@ async function showBodies(bodies, place) {
   const addresses = files.map((file) => URL.createObjectURL(file));
   const choice = made("select", {}, ...bodies.map(({ name }, index) => made("option", { value: index, textContent: name })));
   const shown = made("div");
+  const printed = made("div", { className: "printed" });
   const caption = made("p", { className: "caption", ariaLive: "polite" });
-  place.append(made("label", { className: "choice" }, "Shown ", choice), shown, caption);
+  place.append(made("label", { className: "choice" }, "Shown ", choice), shown, printed, caption);
 
   function colourBar({ label, low, high, limit, palette }) {
     const domain = palette.map((_, i) => low + ((high - low) * i) / (palette.length - 1));
@@ -33,10 +36,15 @@ async function showBodies(bodies, place) {
     return bar;
   }
 
+  const along = (at, by, part) => at.map((entry, i) => entry + part * by[i]);
+  const labelsOf = () => (bodies[choice.value].labels || partLabels(glbs[choice.value]))
+    .map(({ text: words, at, by }) => ({ label: made("span", { className: "label", textContent: words }), at, by }));
+
   /* Both views return the element, and a function that moves bodies and labels by a part of their way. */
-  function turned(body, address, labels, alt) {
+  function turned(body, alt) {
+    const labels = labelsOf();
     const viewer = made("model-viewer");
-    const attributes = { src: address, alt, loading: "eager", "camera-controls": "", "interaction-prompt": "none", "shadow-intensity": "0.6", "environment-image": "neutral",
+    const attributes = { src: addresses[choice.value], alt, "camera-controls": "", "interaction-prompt": "none", "shadow-intensity": "0.6", "environment-image": "neutral",
       "animation-name": "motion", "touch-action": "pan-y", exposure: "1.1", "camera-orbit": `25deg 65deg ${body.slider === "apart" ? "130%" : "105%"}` };
     for (const [name, value] of Object.entries(attributes)) viewer.setAttribute(name, value);
     const inMetres = (point) => point.map((entry) => `${entry}m`).join(" ");
@@ -47,40 +55,54 @@ async function showBodies(bodies, place) {
     });
     function move(part) {
       viewer.currentTime = 0.999 * part;
-      for (const { label, at, by } of labels.filter((one) => one.by)) viewer.updateHotspot({ name: label.slot, position: inMetres(along(at, by, part)) });
+      for (const { label, at, by } of labels.filter((one) => one.by)) {
+        label.hidden = part < APART;
+        viewer.updateHotspot({ name: label.slot, position: inMetres(along(at, by, part)) });
+      }
     }
     return { view: viewer, move };
   }
 
-  function still(glb, labels, alt) {
-    const { canvas, draw, placeOf } = stillOf(glb, alt);
+  function still(alt) {
+    const labels = labelsOf();
+    const { canvas, draw, placeOf } = stillOf(glbs[choice.value], alt);
     const view = made("div", { className: "still" }, canvas, ...labels.map(({ label }) => label));
     function move(part) {
       draw(part);
-      for (const { label, at, by } of labels) [label.style.left, label.style.top] = placeOf(by ? along(at, by, part) : at).map((place) => `${place}%`);
+      for (const { label, at, by } of labels) {
+        label.hidden = by && part < APART;
+        [label.style.left, label.style.top] = placeOf(by ? along(at, by, part) : at).map((place) => `${place}%`);
+      }
     }
     return { view, move };
   }
 
-  const along = (at, by, part) => at.map((entry, i) => entry + part * by[i]);
+  let print = () => {};
+  window.addEventListener("beforeprint", () => print());
 
   function show() {
     const body = bodies[choice.value];
-    const labels = (body.labels || partLabels(glbs[choice.value])).map(({ text: words, at, by }) => ({ label: made("span", { className: "label", textContent: words }), at, by }));
     const alt = `${body.name}. ${body.caption || ""}`;
-    const { view, move } = canTurn ? turned(body, addresses[choice.value], labels, alt) : still(glbs[choice.value], labels, alt);
+    const { view, move } = canTurn ? turned(body, alt) : still(alt);
     const name = body.slider === "press" ? "Press" : "Apart";
     const slider = made("input", { type: "range", min: 0, max: 1, step: "any", value: body.slider === "press" ? 1 : 0, ariaLabel: name });
     const moved = () => {
-      for (const { label } of labels.filter(({ by }) => by)) label.hidden = slider.value < 0.3; // together, they would hide each other
       move(Number(slider.value));
       slider.ariaValueText = `${Math.round(100 * slider.value)} %`;
     };
     slider.addEventListener("input", moved);
     shown.replaceChildren(view, made("label", { className: "motion" }, `${name} `, slider), ...(body.legend ? [colourBar(body.legend)] : []));
     caption.replaceChildren(body.caption || "", made("span", { className: "help", textContent: ` ${help}` }));
-    if (canTurn) view.addEventListener("load", () => { view.play(); view.pause(); moved(); });
-    else moved();
+    if (!canTurn) {
+      moved();
+      return;
+    }
+    view.addEventListener("load", () => { view.play(); view.pause(); moved(); });
+    print = () => { // the viewer draws only what is in the window
+      const copy = still(alt);
+      copy.move(Number(slider.value));
+      printed.replaceChildren(copy.view);
+    };
   }
 
   choice.addEventListener("change", show);

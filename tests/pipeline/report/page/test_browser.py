@@ -44,6 +44,32 @@ def test_plots_and_bodies_are_drawn(address, open_page):
     page.wait_for_function("() => document.querySelector('model-viewer')?.loaded", timeout=1000 * SECONDS)
 
 
+NO_WEBGL = """
+const own = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...options) {
+  return kind.startsWith("webgl") ? null : own.call(this, kind, ...options);
+};
+"""
+FILLED = """(canvas) => {
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  return data.filter((value, i) => i % 4 === 3 && value > 0).length / (canvas.width * canvas.height);
+}"""
+
+
+def test_still_of_a_body_is_printed_and_shown_without_webgl(dome_page, open_page):
+    page = open_page(dome_page.address)
+    page.wait_for_selector("model-viewer")
+    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    printed = page.locator(".printed canvas").evaluate(FILLED)
+    page.add_init_script(NO_WEBGL)
+    page.reload()
+    shown = page.wait_for_selector("#bodies .still canvas").evaluate(FILLED)
+    assert 0.05 < shown == printed
+    assert page.locator("#bodies .still .label").count() == len(dome_page.report.tips)
+    assert page.locator("model-viewer").count() == 0
+    assert page.complaints == []
+
+
 @pytest.mark.parametrize("key", ["curve", "response", "contact", "errors"])
 def test_number_that_is_missing_is_said_by_its_plot(key, dome_page, open_page, tmp_path):
     """The data of the page with one key emptied: what needs it says so, all else is drawn."""
