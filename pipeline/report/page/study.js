@@ -62,7 +62,7 @@
         Plot.ruleY(axes, { stroke: "var(--line)" }),
         Plot.line(rows, { x: "x", y: "key", z: (row) => row.one.number, stroke: (row) => colour(row.one), strokeOpacity: (row) => (isHeld(row.one) ? 0.35 : 0.02) }),
         Plot.line(picked, { x: "x", y: "key", z: null, stroke: "var(--ink)", strokeWidth: 2.5 }),
-        Plot.text(axes, { x: 0, y: (key) => key, dy: -10, text: (key) => key, textAnchor: "start", fill: "var(--ink)", stroke: "var(--paper)", strokeWidth: 4 }),
+        Plot.text(axes, { x: 0, y: (key) => key, dy: -10, text: (key) => key, textAnchor: "start", fill: "var(--ink)", fontWeight: 600, stroke: "var(--paper)", strokeWidth: 4 }),
         Plot.text(axes, { x: 0, y: (key) => key, dy: 10, text: (key) => digits(ends.get(key)[0]), textAnchor: "start", stroke: "var(--paper)", fill: "var(--muted)" }),
         Plot.text(axes, { x: 1, y: (key) => key, dy: 10, text: (key) => digits(ends.get(key)[1]), textAnchor: "end", stroke: "var(--paper)", fill: "var(--muted)" }),
         Plot.tip(rows, Plot.pointer({ x: "x", y: "key", title: (row) => tell(row.one) })),
