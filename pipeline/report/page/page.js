@@ -95,7 +95,7 @@
   }
 
   /* Error of the modulus read [%] over one slider, at three moduli and at that of the slider. */
-  function errorOver(key, label, caption) {
+  function errorOver(key, label) {
     const slider = need(law.readable && law.sliders.find((one) => one.key === key), "the browser does not follow it for these tips");
     const places = d3.range(41).map((i) => slider.min + ((slider.max - slider.min) * i) / 40);
     const moduli = [...new Set([d3.min(law.data.E), d3.max(law.data.E), setting.E])];
@@ -116,7 +116,7 @@
         atSlider(setting[key], error(setting.E, setting[key]), "at the sliders"),
         Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `E ${text(one.E, "MPa")}, ${text(one.x)}\nerror ${text(one.y, "%")}` })),
       ]),
-      caption,
+      caption: `At the other sliders as they stand${limit === null ? "" : "; dashed: the limit of the design"}.`,
     };
   }
 
@@ -140,7 +140,7 @@
         atSlider(setting.E, own, `bias at the sliders ${text(own, "%")}`),
         Plot.tip(points, Plot.pointer({ x: "E", y: "y", title: (one) => `E ${text(one.E, "MPa")}\n${one.what} ${text(one.y, "%")}\n${one.worst}` })),
       ]),
-      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. The first tip lifts off at ${text(report.reading.lift_deg)} degrees. Black: bias at the sliders.`,
+      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. The first tip lifts off at ${text(report.reading.lift_deg)} degrees.${law.readable ? " Black: bias at the sliders." : ""}`,
     };
   }
 
@@ -224,8 +224,8 @@
     ["Force ratio over modulus", ratioOverModulus],
     ["Force ratio over travel", ratioOverTravel],
     ["Force of each tip", forcesOverTravel],
-    ["Error of the reading over the tilt", () => errorOver("tilt", "tilt along the tips [degrees]", "At the other sliders as they stand; dashed: the limit of the design.")],
-    ["Error of the reading off the apex", () => errorOver("place", "off the apex, along the tips [mm]", "At the other sliders as they stand; dashed: the limit of the design.")],
+    ["Error of the reading over the tilt", () => errorOver("tilt", "tilt along the tips [degrees]")],
+    ["Error of the reading off the apex", () => errorOver("place", "off the apex, along the tips [mm]")],
     ["Error over all poses", readingOverModulus],
     ["Pressure on the skin", pressureOverTravel],
     ["Pressure where the tips touch", pressureUnderTips],
