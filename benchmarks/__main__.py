@@ -10,6 +10,7 @@ from benchmarks import contact, flexure, unilateral
 from benchmarks.command import command_section
 from benchmarks.harness import ROOT, measurements_of, write_page
 from benchmarks.plot import error_over_cost
+from benchmarks.solvers import solver_section
 
 INTRODUCTION = """\
 This page is written by `make bench`, never typed. Each method solves the same task; the tables say how far its answer
@@ -29,7 +30,7 @@ def main() -> None:
     introduction = INTRODUCTION.format(cores=os.cpu_count(), load=os.getloadavg()[0], python=platform.python_version())
     measured = {module.BENCH: measurements_of(module.__name__) for module in (contact, unilateral, flexure)}
     sections = [bench.section(rows) for bench, rows in measured.items()]
-    sections.append(command_section())
+    sections += [solver_section(), command_section()]
     docs = ROOT / "docs"
     plot = error_over_cost({bench.name: rows for bench, rows in measured.items()})
     (docs / "benchmarks.svg").write_text(plot, encoding="utf-8")

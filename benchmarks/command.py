@@ -6,32 +6,38 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.harness import ROOT, section
+from benchmarks.harness import FAST, ROOT, section
 from benchmarks.usage import ONE_THREAD, ResourceUsage, resource_usage
 
 IMPORTS = [sys.executable, "-c", "import cadquery, gmsh, skfem"]
 PAPER = ["run", "--nl", "0.05"]
+LOOK = ["run", "--look", "--nl", "0.05"]
 COMMANDS = {
     "cold": PAPER,
     "unchanged": PAPER,
     "another --nl": ["run", "--nl", "0.06"],
+    "look, cold": LOOK,
+    "look, another --nl": ["run", "--look", "--nl", "0.06"],
     "design, cold": ["design", "--nl", "0.05"],
 }
-"""The ways to call the command: the first three follow each other in one folder with one cache, which start empty."""
+"""The ways to call the command; those of one kind follow each other in one folder with one cache, which start empty."""
+KINDS = {"look, cold": "look", "look, another --nl": "look", "design, cold": "design", "cold, FAST=1": "fast"}
 
 REPEATS = 3
 
 
 def command_section(repeats: int = REPEATS) -> str:
     """Return the table of what the imports and every way to call the command cost: medians of several repeats."""
-    usages: dict[str, list[ResourceUsage]] = {name: [] for name in ("bare imports", *COMMANDS)}
+    commands = COMMANDS | ({"cold, FAST=1": PAPER} if FAST else {})
+    usages: dict[str, list[ResourceUsage]] = {name: [] for name in ("bare imports", *commands)}
     resource_usage(IMPORTS)  # not counted: it fills the page cache
     for _ in range(repeats):
         usages["bare imports"].append(resource_usage(IMPORTS, environment=ONE_THREAD))
         with tempfile.TemporaryDirectory() as name:
-            for label, words in COMMANDS.items():
-                folder = Path(name) / words[0]
+            for label, words in commands.items():
+                folder = Path(name) / KINDS.get(label, "run")
                 environment = {**ONE_THREAD, "XDG_CACHE_HOME": str(folder / "cache")}
+                environment |= FAST if label.endswith("FAST=1") else {}
                 command = [sys.executable, "-m", "pipeline", *words, "--out", str(folder / "out")]
                 usages[label].append(resource_usage(command, ROOT, environment))
     rows = []

@@ -5,7 +5,7 @@ import json
 import math
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -16,6 +16,10 @@ from solve.linear import SolveError
 
 T = TypeVar("T")
 ROOT = Path(__file__).parents[1]
+OURS = "ours: "  # how the methods of the product begin
+# The environment in which the optional direct solver is found; empty where it is not installed.
+_FAST_PACKAGES = [str(path) for path in (ROOT / ".venv-peers" / "fast").glob("lib/python*/site-packages")]
+FAST = {"PYTHONPATH": _FAST_PACKAGES[0]} if _FAST_PACKAGES else {}
 LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # relative errors at which a winner is named
 
 
@@ -65,14 +69,13 @@ class Measurement:
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """One bench: what is computed, the names and unit of its values, their reference, the product's method."""
+    """One bench: what is computed, the names and unit of its values, their reference."""
 
     name: str
     scene: str
     values: tuple[str, ...]
     unit: str
     reference: Reference
-    ours: str
 
     def row(
         self, method: str, mesh: str, values: Iterable[float], cpu: float, dofs: int, error_bar: float | None = None
@@ -127,7 +130,7 @@ class Bench:
             return f"within {percent(level)}: nobody{formulas}"
         first = meshed[0]
         text = f"within {percent(level)} wins {first.cost}"
-        for name, methods in (("the product", self.ours), ("the cheapest peer", PEER_NAMES)):
+        for name, methods in (("the product", OURS), ("the cheapest peer", PEER_NAMES)):
             row = next((row for row in meshed if row.method.startswith(methods)), None)
             if row is None:
                 text += f"; {name} is not there"
@@ -142,7 +145,7 @@ class Bench:
         """
         bar = row.error_bar
         if bar is None:
-            bar = math.inf if row.method == self.ours else 0.0
+            bar = math.inf if row.method.startswith(OURS) else 0.0
         return max(row.worst, bar) <= level
 
     def _outside(self, rows: Sequence[Measurement]) -> Iterator[str]:
@@ -171,10 +174,10 @@ def print_measurements(rows: Iterable[Measurement]) -> None:
     print(json.dumps([dataclasses.asdict(row) for row in rows], allow_nan=False))
 
 
-def measurements_of(module: str) -> list[Measurement]:
+def measurements_of(module: str, environment: Mapping[str, str] | None = None) -> list[Measurement]:
     """Return what a module measures as a program of its own on one thread; raises RuntimeError when it fails."""
     print(f"{module} ...", file=sys.stderr, flush=True)
-    usage = resource_usage([sys.executable, "-m", module], ROOT, ONE_THREAD)
+    usage = resource_usage([sys.executable, "-m", module], ROOT, {**ONE_THREAD, **(environment or {})})
     if usage.exit_code:
         msg = f"{module} ended with exit code {usage.exit_code}: {usage.last_line}"
         raise RuntimeError(msg)

@@ -122,9 +122,9 @@ class _PardisoFactor:
     """A Cholesky factor of pypardiso, which keeps its memory until it is told to let go: 200 MB at 16k dofs."""
 
     def __init__(self, block: csc_matrix) -> None:
+        _name_library()  # before the import, which makes a solver
         import pypardiso
 
-        _name_library()
         self._solver = pypardiso.PyPardisoSolver(mtype=2)
         self._upper = csr_matrix(triu(block, format="csr"))
         try:

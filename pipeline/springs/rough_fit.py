@@ -20,7 +20,7 @@ from pipeline.springs.leaf_lengths import (
     with_length,
 )
 from pipeline.springs.mounts import coarse_half
-from solve.housing.stiffness import compliance_of, housing_stiffness, tip_stiffnesses
+from solve.housing.stiffness import HousingStiffness, compliance_of, housing_stiffness
 from solve.linear import SolveError
 
 # Stiffness there over that on the mesh to solve on, of 93 random designs 1.0035 to 1.0146, and a bar on what is left,
@@ -36,29 +36,29 @@ def fit_roughly(housing: Housing, targets: Sequence[float], E: float, poisson: f
 
     It has no gauges. Raises InputError when a target leaves no leaf, MeshError or SolveError.
     """
-    start = time.perf_counter()
     of_feet = np.array(targets_without_pins(housing, targets, E, poisson))
     models = {arm.name: SecantModel.of_beam(arm.flexure, E) for arm in housing.arms}
     for _ in range(MOST_SOLVES):
-        found = compliance_of(coarse_half(housing, E, poisson, rough=True))
-        C = LIFT * found.C
-        K = tip_stiffnesses(C)
-        if largest_miss(K, of_feet) <= ALLOWED_MISS:
-            break
+        found = rough_stiffness(housing, E, poisson)
+        if largest_miss(found.K, of_feet) <= ALLOWED_MISS:
+            return FittedHousing(housing=housing, stiffness=add_pin_compliance(found, housing, E, poisson))
         flexures = {}
-        for arm, stiffness, target in zip(housing.arms, K, of_feet.tolist(), strict=True):
+        for arm, stiffness, target in zip(housing.arms, found.K, of_feet.tolist(), strict=True):
             model = models[arm.name]
             model.learn(arm.flexure.length, stiffness)
             flexures[arm.name] = with_length(arm.name, arm.flexure, model.length_for(target), target)
         housing = housing.with_flexures(flexures)
-    else:
-        msg = f"flexures: no lengths meet the targets within {ALLOWED_MISS:g} on the rough mesh; ask for --tol 0.01"
-        raise SolveError(msg)
+    msg = f"flexures: no lengths meet the targets within {ALLOWED_MISS:g} on the rough mesh; ask for --tol 0.01"
+    raise SolveError(msg)
 
+
+def rough_stiffness(housing: Housing, E: float, poisson: float) -> HousingStiffness:
+    """Return the stiffness of the springs [mm, N, E in MPa] on the rough mesh; raises MeshError or SolveError."""
+    start = time.perf_counter()
+    found = compliance_of(coarse_half(housing, E, poisson, rough=True))
     errors = tuple(ERROR * odd_shape_factor(arm.flexure) for arm in housing.arms)
     bars = " and ".join(f"{100.0 * error:.2g}" for error in errors)
     status = f"20-node hexahedra, one rough mesh of {found.dofs} dofs: bars of {bars} % by random designs"
     one_mesh = housing_stiffness(found, found)  # the error of the strain needs no other mesh
     info = dataclasses.replace(one_mesh.info, seconds=time.perf_counter() - start, status=status)
-    rough = dataclasses.replace(one_mesh, C=C, error=errors, weight_sag_error=errors, info=info)
-    return FittedHousing(housing=housing, stiffness=add_pin_compliance(rough, housing, E, poisson))
+    return dataclasses.replace(one_mesh, C=LIFT * found.C, error=errors, weight_sag_error=errors, info=info)

@@ -48,8 +48,8 @@ def contact_scene():
     ("bench", "rows", "count"),
     [
         (contact.BENCH, contact.split_rows, 4),
-        (unilateral.BENCH, unilateral.product_rows, 1),
-        (flexure.BENCH, flexure.product_rows, 2),
+        (unilateral.BENCH, unilateral.product_rows, 2),
+        (flexure.BENCH, flexure.product_rows, 3),
     ],
 )
 def test_the_products_rows_are_inside_their_bars(bench, rows, count):

@@ -1,0 +1,178 @@
+"""How wall time, processor time and memory grow with the size of each kind of work.
+
+`python -m benchmarks.growth` writes docs/growth.md; with the name of a work and a size it does that one and prints it.
+"""
+
+import functools
+import json
+import math
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.harness import ROOT, section, write_page
+from benchmarks.usage import ONE_THREAD, resource_usage
+from pipeline import RunOptions, load_design
+from pipeline.response.contact import contact_compliance
+from pipeline.response.scene_press import pressed_at, scene_of
+from pipeline.springs.fitted_springs import fit_springs, ideal_springs
+from pipeline.springs.sizing import spring_sizing
+from pipeline.study import process_engine, read_study, run_study
+from pipeline.study.workers import Engine, cluster_engine
+from solve.contact.poses import Pose, pose_forces
+
+INTRODUCTION = """\
+This page is written by `python -m benchmarks.growth`, never typed. Each size is done once in a process of its own, one
+thread a worker, imports and a first small call not counted; memory is that of the largest process. The exponent is that
+of processor time between the two largest sizes, where fixed costs weigh least."""
+HEADS = ["work", "size", "wall s", "CPU s", "MiB", "exponent", "theory, at most"]
+SPRINGS = {"springs.K_l_N_per_m": 906, "springs.K_h_N_per_m": 20800}  # of the paper's sensor, about
+LAYOUTS: dict[int, dict[str, object]] = {
+    2: {},
+    3: {"tips.layout": "line", "tips.order": "LHL", "tips.spacing_mm": 6, **SPRINGS},
+    4: {"tips.layout": "square", **SPRINGS},
+}
+STUDY = """\
+base = "paper"
+samples = {samples}
+wanted = ["springs.K_l_N_per_m", "springs.K_h_N_per_m", "verdicts.P_max.value"]
+[vary]
+"targets.P_max" = {{ from = 3, to = 8 }}
+"fruit.E_max_MPa" = {{ from = 2, to = 6 }}
+"""
+
+
+def contact_of_tips(count: int) -> None:
+    """Solve the compliance of the fruit under a number of tips."""
+    design = load_design("paper", LAYOUTS[count])
+    contact_compliance(design.fruit, design.tips)
+
+
+def tilted_moduli(count: int) -> None:
+    """Press a tilted pair on fruits of a number of moduli, the compliance included."""
+    design = load_design("paper", {"press.tilt_deg": 1})
+    contact = contact_compliance(design.fruit, design.tips)
+    springs = ideal_springs(design, spring_sizing(design, contact, RunOptions()))
+    pressed_at(scene_of(design), contact, springs.C, np.linspace(0.5, 3.5, count), 12)
+
+
+def poses_of_domes(count: int) -> None:
+    """Press the domes of mango on fruits in a number of poses."""
+    design = load_design("mango")
+    contact = contact_compliance(design.fruit, design.tips)
+    springs = ideal_springs(design, spring_sizing(design, contact, RunOptions()))
+    pose_forces(scene_of(design), contact, springs.C, [Pose(E=E, travel=0.4) for E in np.linspace(0.5, 3.5, count)])
+
+
+def springs_to_digits(inverse: int) -> None:
+    """Fit the springs of the paper's sensor to a tolerance of one over `inverse`."""
+    design = load_design("paper")
+    contact = contact_compliance(design.fruit, design.tips)
+    options = RunOptions(tolerance=1.0 / inverse)
+    fit_springs(design, spring_sizing(design, contact, options), options)
+
+
+def contact_to_digits(inverse: int) -> None:
+    """Solve the fruit under the paper's pair to a tolerance of one over `inverse`."""
+    design = load_design("paper")
+    contact_compliance(design.fruit, design.tips, tolerance=1.0 / inverse)
+
+
+def study_points(count: int, engine: Callable[[], AbstractContextManager[Engine]]) -> None:
+    """Solve a study of a number of points that share their contact."""
+    with tempfile.TemporaryDirectory() as name:
+        file = Path(name) / "growth.toml"
+        file.write_text(STUDY.format(samples=count), encoding="utf-8")
+        with engine() as opened:
+            run_study(read_study(file), Path(name) / "out", opened)
+
+
+def study_on_cluster(count: int, workers: int) -> None:
+    """Solve such a study on a Dask cluster of this machine, whose start is counted."""
+    from distributed import LocalCluster
+
+    cluster = LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None)
+    with cluster:
+        study_points(count, functools.partial(cluster_engine, cluster.scheduler_address))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Growth:
+    """A kind of work over its size, and the largest exponent that theory allows its processor time."""
+
+    work: Callable[[int], None]
+    sizes: tuple[int, ...]
+    theory: float
+
+
+POINTS = (100, 1000, 10000)
+GROWTHS = {
+    # A dense compliance of n loads is n solves with one factor, and the factor does not grow.
+    "tips of a sensor": Growth(work=contact_of_tips, sizes=(2, 3, 4), theory=2.0),
+    "moduli, tilted pair": Growth(work=tilted_moduli, sizes=(2, 20, 200), theory=1.0),
+    "poses of domes": Growth(work=poses_of_domes, sizes=(1, 10, 100, 1000, 10000, 100000), theory=1.0),
+    # Bricks of a plate by nested dissection: n^1.5 to n^2 in two to three dimensions, errors fall with n^(4/3).
+    "1 / tolerance of springs": Growth(work=springs_to_digits, sizes=(50, 200, 1000, 10000), theory=1.0),
+    "1 / tolerance of contact": Growth(work=contact_to_digits, sizes=(50, 1000, 10000, 20000), theory=1.3),
+    **{
+        f"points of a study, processes: {count}": Growth(
+            work=functools.partial(study_points, engine=functools.partial(process_engine, count)),
+            sizes=POINTS,
+            theory=1.0,
+        )
+        for count in (1, 2)
+    },
+    **{
+        f"points of a study, Dask workers: {count}": Growth(
+            work=functools.partial(study_on_cluster, workers=count), sizes=POINTS, theory=1.0
+        )
+        for count in (1, 2, 4)
+    },
+}
+
+
+def print_cost(name: str, size: int) -> None:
+    """Do a work of one size and print its wall and CPU seconds [s] as JSON."""
+    growth = GROWTHS[name]
+    growth.work(growth.sizes[0])
+    start, cpu = time.perf_counter(), _cpu()
+    growth.work(size)
+    print(json.dumps({"wall": time.perf_counter() - start, "cpu": _cpu() - cpu}))
+
+
+def _cpu() -> float:
+    """Return the processor time of this process and of those that it has ended [s]."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(each.ru_utime + each.ru_stime for each in used)
+
+
+def rows() -> Iterator[list[str]]:
+    """Yield the row of each size of each work."""
+    for name, growth in GROWTHS.items():
+        before = math.nan
+        for place, size in enumerate(growth.sizes):
+            usage = resource_usage([sys.executable, "-m", "benchmarks.growth", name, str(size)], ROOT, ONE_THREAD)
+            if usage.exit_code:
+                msg = f"{name}, {size}: exit code {usage.exit_code}: {usage.last_line}"
+                raise RuntimeError(msg)
+            cost = json.loads(usage.out.splitlines()[-1])
+            ends = ["", ""]
+            if place == len(growth.sizes) - 1:
+                exponent = math.log(cost["cpu"] / before) / math.log(size / growth.sizes[place - 1])
+                ends = [f"{exponent:.2f}", f"{growth.theory:g}"]
+            before = cost["cpu"]
+            yield [name, str(size), f"{cost['wall']:.2g}", f"{cost['cpu']:.2g}", f"{usage.peak_MiB:.0f}", *ends]
+
+
+if __name__ == "__main__":
+    if sys.argv[1:]:
+        print_cost(sys.argv[1], int(sys.argv[2]))
+    else:
+        write_page(ROOT / "docs" / "growth.md", "Growth", INTRODUCTION, [section("Cost over size", HEADS, rows())])
