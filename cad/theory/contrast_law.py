@@ -8,17 +8,21 @@ mean of the high tips less that of the low ones, drop it out of what each tip do
 with C the springs' compliance, S the body's, and h the Hertz contact of a dome (0 for flat tips). What remains holds
 E alone: a cubic in E^(-1/3), whose largest root in E is the reading. How that moves with forces, springs and heights
 is -(dg / dF_i) / (dg / dE) and its like, with g(F, E) the contrast.
+
+The contrast is straight in F and F^(2/3): a press is read by their weighted means over its samples, as one sample is.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from cad.quantity import validation_error
 from cad.theory.bisection import last_holding
 
+Floats = NDArray[np.float64]
 Matrix = Sequence[Sequence[float]]
 Place = tuple[float, float]
 
@@ -66,16 +70,55 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
     return tuple(weights)
 
 
-def read_modulus(law: ContrastLaw, forces: Sequence[float]) -> float:
-    """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError."""
-    z = _smallest_root(*contrast_terms(law, forces))
+@dataclass(frozen=True)
+class PressMeans:
+    """Samples of a press as weighted means: of the forces [N] and of their powers of two thirds, one for each tip.
+
+    A sample weighs by the square of its whole force: the contrast moves about as far for a fraction of E as the tips
+    carry, and what is alike in all samples, a wrong height or zero, matters less the deeper they are. `weight` and
+    `squares` are the sums of the weights [N^2] and of their squares.
+    """
+
+    count: int = 0
+    weight: float = 0.0
+    squares: float = 0.0
+    forces: Floats = field(default_factory=lambda: np.zeros(1))
+    two_thirds: Floats = field(default_factory=lambda: np.zeros(1))
+
+    def with_sample(self, forces: Floats) -> "PressMeans":
+        """Return the means with one sample more: its forces [N], (tips,), each above 0."""
+        of_sample = float(forces.sum()) ** 2
+        weight = self.weight + of_sample
+        fraction = of_sample / weight
+        return PressMeans(
+            count=self.count + 1,
+            weight=weight,
+            squares=self.squares + of_sample**2,
+            forces=self.forces + fraction * (forces - self.forces),
+            two_thirds=self.two_thirds + fraction * (forces ** (2.0 / 3.0) - self.two_thirds),
+        )
+
+    @property
+    def alike(self) -> float:
+        """Return how many samples of one weight scatter as little as these [1]."""
+        return self.weight**2 / self.squares
+
+
+def read_modulus(law: ContrastLaw, forces: Sequence[float], two_thirds: ArrayLike | None = None) -> float:
+    """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError.
+
+    Of a press, `forces` and `two_thirds` are the means of its samples.
+    """
+    z = _smallest_root(*contrast_terms(law, forces, two_thirds))
     return 1.0 / (z * z * z)
 
 
-def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, float, float]:
+def contrast_terms(
+    law: ContrastLaw, forces: Sequence[float], two_thirds: ArrayLike | None = None
+) -> tuple[float, float, float]:
     """Return the terms of the contrast that go with E^0 [mm], E^(-2/3) and E^(-1); raises ReadingError.
 
-    Their sum over the powers of E is zero at the modulus of the fruit.
+    Their sum over the powers of E is zero at the modulus of the fruit. Forces are as in `read_modulus`.
     """
     if len(forces) != len(law.weights):
         msg = f"{len(forces)} forces: must be {len(law.weights)}, one for each tip; check the sensor's channels"
@@ -87,7 +130,7 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, fl
     weights = np.array(law.weights)
     F = np.array(forces)
     rigid = weights @ (np.array(law.C) @ F + law.gaps)
-    dome = law.hertz * weights @ F ** (2.0 / 3.0)
+    dome = law.hertz * weights @ (F ** (2.0 / 3.0) if two_thirds is None else two_thirds)
     body = weights @ (np.array(law.S) @ F)
     return float(rigid), float(dome), float(body)
 
@@ -111,9 +154,14 @@ def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], .
     return tuple(tuple(row) for row in rows.tolist())
 
 
-def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
-    """Return how the reading E [MPa] of forces [N], each above 0, moves with what it is read from."""
-    _, dome, body = contrast_terms(law, forces)
+def contrast_slopes(
+    law: ContrastLaw, forces: Sequence[float], E: float, two_thirds: ArrayLike | None = None
+) -> ReadingSlopes:
+    """Return how the reading E [MPa] of forces [N], each above 0, moves with what it is read from.
+
+    Of a press, `forces` and `two_thirds` as in `read_modulus`, those by force are for a force alike in all samples.
+    """
+    _, dome, body = contrast_terms(law, forces, two_thirds)
     softer = E ** (-2.0 / 3.0)
     falling = dome * softer / 1.5 + body / E  # -E dg/dE [mm]
     weights = np.array(law.weights)
@@ -121,7 +169,8 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
     F = np.array(forces)
     of_springs = weights @ C
     of_fruit = weights @ np.array(law.S) / E
-    of_domes = law.hertz * softer / 1.5 * weights * F ** (-1.0 / 3.0)
+    roots = F ** (-1.0 / 3.0) if two_thirds is None else np.divide(two_thirds, F)
+    of_domes = law.hertz * softer / 1.5 * weights * roots
     by_force = (of_springs + of_fruit + of_domes) / falling
     by_spring = -0.5 * (weights * (C @ F) + of_springs * F) / falling  # a coupled spring softens both ways
     by_height = -weights / falling

@@ -170,6 +170,8 @@ def _tell(reading: "FruitReading", *, indent: int | None, as_json: bool) -> None
     else:
         parts.append(f"E/(1 - nu^2) {reading.reduced:.4g} MPa")
         parts.append(f"E {reading.E:.4g} MPa +- {100.0 * reading.u:.2g} % (95 %)")
+    if reading.t is not None and reading.noise is not None:
+        parts.append(f"of it noise {100.0 * reading.noise:.2g} % over {reading.samples} samples")
     if reading.tilt is not None:
         towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
         parts.append(f"tilt {reading.tilt:.2g} deg{towards}")

@@ -37,6 +37,7 @@ def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Samples) -> Frui
     E = line.modulus
     u = _half_width(sensor, law, samples, E, line.error, others)
     reading = checked_reading(sensor, E, u, deepest, lead=line.lead)
+    reading = reading.of_samples(int(samples.counts.sum()), sensor.steepness(E) * line.error)
     try:
         by_ratio = law.ratio_modulus(deepest)
     except ReadingError:  # a tilt may leave the ratio no modulus

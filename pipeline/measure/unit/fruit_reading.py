@@ -9,14 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.quantity import COVERAGE, Estimate
-from cad.theory.contrast_law import (
-    ContrastLaw,
-    ReadingError,
-    contrast_slopes,
-    lowered_tips,
-    plane_through,
-    read_modulus,
-)
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.storage.plain import Plain
 
@@ -37,7 +29,8 @@ class FruitReading:
     None where the layout does not tell. `others` are moduli [MPa] by other read-outs of the same forces. `t` [s] is the
     time of the reading in a signal. `relaxation` [1] is the apparent modulus late in the hold over that at its start,
     None where the flesh is not said to relax. `firmness` is what another instrument shows of such fruit, half of its
-    band beside [N or MPa], where the unit has its scale.
+    band beside [N or MPa], where the unit has its scale. `samples` is how many of a press were weighed, `noise` [1] the
+    part of `u` that falls with their number, None where it is not told apart.
     """
 
     E: float | None = None
@@ -48,6 +41,8 @@ class FruitReading:
     flags: tuple[str, ...] = ()
     ripeness: str | None = None
     t: float | None = None
+    samples: int | None = None
+    noise: float | None = None
     others: dict[str, float] = field(default_factory=dict)
     relaxation: float | None = None
     firmness: Estimate | None = None
@@ -56,16 +51,34 @@ class FruitReading:
         """Return this reading with one flag more."""
         return replace(self, flags=(*self.flags, flag))
 
+    def of_samples(self, count: int, deviation: float) -> "FruitReading":
+        """Return this reading as one of so many samples, whose noise leaves it a standard deviation [1]."""
+        return replace(self, samples=count, noise=COVERAGE * deviation)
+
+    @property
+    def left(self) -> float | None:
+        """Return the part of the half width that no number of samples lowers [1], None where it is not told apart."""
+        if self.u is None or self.noise is None:
+            return None
+        return math.sqrt(max(self.u**2 - self.noise**2, 0.0))
+
 
 def reading_as_mapping(reading: FruitReading) -> Plain:
     """Return a reading as JSON data, keys with their unit."""
-    data: Plain = {} if reading.t is None else {"t_s": reading.t}
+    of_press: Plain = {}
+    if reading.t is not None:
+        of_press = {
+            "t_s": reading.t,
+            "samples": reading.samples,
+            "u_noise_percent": None if reading.noise is None else 100.0 * reading.noise,
+            "u_left_percent": None if reading.left is None else 100.0 * reading.left,
+        }
     firmness: Plain = {}
     if reading.firmness is not None:
         firmness[f"firmness_{reading.firmness.unit}"] = reading.firmness.value
         firmness["firmness_u_percent"] = COVERAGE * reading.firmness.percent
     return {
-        **data,
+        **of_press,
         "E_MPa": reading.E,
         "E_over_1_minus_nu2_MPa": reading.reduced,
         "u_percent": None if reading.u is None else 100.0 * reading.u,
@@ -173,29 +186,3 @@ class Sensitivity(NamedTuple):
     def by_noise(self, sensor: MeasuringUnit, forces: Floats) -> float:
         """Return the standard deviation of the modulus [1] by noise and drift of zero on forces [N]."""
         return float(np.linalg.norm(self.forces * sensor.force_errors / forces))
-
-
-def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats) -> FruitReading:
-    """Return what one reading of a line or a square tells: forces [N], one for each tip."""
-    flags = flags_of_forces(sensor, forces)
-    if flags:
-        return FruitReading(flags=flags)
-    contrast_forces = forces.tolist()
-    try:
-        read = read_modulus(law, contrast_forces)
-    except ReadingError:
-        return FruitReading(flags=("out_of_range",))
-    slopes = contrast_slopes(law, contrast_forces, read)
-    sensitivity = Sensitivity(np.array(slopes.springs), np.array(slopes.forces) * forces)
-    by_heights = np.multiply(slopes.heights, sensor.unit.height_error_mm)
-    deviations = [sensitivity.by_noise(sensor, forces), *sensitivity.by_unit(sensor), *by_heights]
-    E = sensor.corrected(read)
-    u = half_width(sensor, E, deviations)
-
-    positions = [(tip.x_mm, tip.y_mm) for tip in sensor.report.tips]
-    _, along, across = plane_through(positions, lowered_tips(law, contrast_forces, read))
-    # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
-    rolling = 1.0 + (sensor.design.tips.dome_radius_mm or 0.0) / sensor.design.fruit.radii_mm[0]
-    tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
-    direction = None if across is None else math.degrees(math.atan2(across, along))
-    return checked_reading(sensor, E, u, forces, tilt=tilt, direction=direction)

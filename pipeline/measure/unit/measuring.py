@@ -99,8 +99,13 @@ class MeasuringUnit:
     @property
     def force_errors(self) -> Floats:
         """Return what a force of each channel may be off by without a touch [N]: by noise and by drift of its zero."""
+        return np.hypot(self.noises, self.zero_drifts)
+
+    @property
+    def zero_drifts(self) -> Floats:
+        """Return how far the zero of each channel may have drifted since it was tared [N]: alike in all of a press."""
         signal = self.report.read_out.signal
-        return self.noises if signal is None else np.hypot(self.noises, signal.zero_drift_N)
+        return np.zeros(len(self.noises)) if signal is None else np.array(signal.zero_drift_N)
 
     @property
     def modulus_drift(self) -> float:

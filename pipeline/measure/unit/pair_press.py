@@ -136,6 +136,7 @@ def _line_reading(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> FruitRe
     E = sensor.corrected(line.modulus)
     u = half_width(sensor, E, [line.error, *_sensitivity(sensor, modulus).by_unit(sensor)])
     reading = checked_reading(sensor, E, u, deepest, lead=line.lead)
+    reading = reading.of_samples(sums.count, sensor.steepness(E) * line.error)
     try:
         by_ratio = sensor.ratio_modulus(deepest)
         noise = _ratio_sensitivity(sensor, deepest).by_noise(sensor, deepest)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from cad.quantity import validation_error
 from cad.theory.relaxation import Relaxation
-from pipeline.measure.unit.fruit_reading import FruitReading, contrast_reading
+from pipeline.measure.unit.contrast_press import ContrastPress, contrast_reading
+from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import PairPress, single_reading
 from pipeline.measure.unit.signals import Sample, Signal
@@ -43,13 +44,13 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
             press = press or _Press(sensor)
             press.add(sample, forces)
             if every_sample:
-                yield press.reading(sample)
+                yield press.so_far(sample)
         elif press is not None:
             if not every_sample:
-                yield press.reading(press.deepest)
+                yield press.reading()
             press = None
     if press is not None and not every_sample:
-        yield press.reading(press.deepest)
+        yield press.reading()
     if not pressed:
         yield FruitReading(flags=("lift_off",))
 
@@ -122,33 +123,41 @@ def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats,
 
 
 class _Press:
-    """One press as it goes on: the samples of a pair, or the deepest sample of another layout."""
+    """One press as it goes on."""
 
     def __init__(self, sensor: MeasuringUnit) -> None:
         self._sensor = sensor
         self._pair = PairPress(sensor)
+        self._contrast = None if sensor.law is None else ContrastPress(sensor, sensor.law)
         self._relaxing = None
         if sensor.design.fruit.relaxation is not None:
             from pipeline.measure.unit.timed_reading import RelaxingPress  # loads SciPy, which few readings need
 
             self._relaxing = RelaxingPress(sensor, Relaxation(sensor.design.fruit.relaxation))
         self._largest = 0.0
-        self.deepest = Sample(0, 0.0, None, ())
+        self._deepest = Sample(0, 0.0, None, ())
 
     def add(self, sample: Sample, forces: Floats) -> None:
-        if self._sensor.law is None:
+        if self._contrast is None:
             low, high = forces.tolist()
             self._pair.add(low, high, sample.x)
+        else:
+            self._contrast.add(forces)
         if self._relaxing is not None:
             self._relaxing.add(sample.t, forces)
         if forces.sum() > self._largest:  # above 0 from the first sample on
             self._largest = forces.sum()
-            self.deepest = sample
+            self._deepest = sample
 
-    def reading(self, sample: Sample) -> FruitReading:
-        """Return what a sample tells, for a pair the press up to now; of flesh that relaxes, the chosen moment."""
-        is_pair = self._sensor.law is None
+    def so_far(self, sample: Sample) -> FruitReading:
+        """Return what the last sample tells by itself, for a pair the press up to it."""
+        is_pair = self._contrast is None
         reading = self._pair.reading() if is_pair else reading_of(self._sensor, sample.forces)
+        return replace(reading, t=sample.t)
+
+    def reading(self) -> FruitReading:
+        """Return what the press tells; of flesh that relaxes, the chosen moment."""
+        reading = self._pair.reading() if self._contrast is None else self._contrast.reading()
         if self._relaxing is not None:
             reading = self._relaxing.reading(reading)
-        return replace(reading, t=sample.t)
+        return replace(reading, t=self._deepest.t)

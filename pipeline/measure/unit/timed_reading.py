@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from cad.theory.contrast_law import ContrastLaw
 from cad.theory.pair_line import PressSums
 from cad.theory.relaxation import Relaxation
-from pipeline.measure.unit.fruit_reading import FruitReading, checked_reading, contrast_reading
+from pipeline.measure.unit.contrast_press import contrast_reading
+from pipeline.measure.unit.fruit_reading import FruitReading, checked_reading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import Blocks
 from solve.contact.relaxing import Memory
@@ -83,6 +84,7 @@ class RelaxingPress:
             slope, lead = self._slope_and_lead()
             E = self._sensor.own_less_other / slope
             reading = checked_reading(self._sensor, E, press.u, self._found[at][0], lead=lead)
+            reading = replace(reading, samples=press.samples, noise=press.noise)
         else:
             forces, elastic = self._found[at]
             bent = np.array(law.C) @ (forces - elastic)  # springs are bent by the forces that there are

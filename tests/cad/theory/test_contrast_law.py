@@ -10,6 +10,7 @@ from scipy.optimize import root
 from cad.quantity import InputError
 from cad.theory.contrast_law import (
     ContrastLaw,
+    PressMeans,
     ReadingError,
     contrast_slopes,
     contrast_weights,
@@ -58,24 +59,45 @@ def test_flat_tips_are_read_exactly_in_any_pose(places, kinds):
         read += 1
 
 
+def domes(rng):
+    """Return the law of a square of domes on springs and a modulus."""
+    law, _, S, _ = law_of(rng, SQUARE, KINDS, hertz=hertz_factor(7.8, 0.3))
+    law = replace(law, S=(S - np.diag(np.diag(S))).tolist())
+    return law, 10.0 ** rng.uniform(-0.3, 0.55)
+
+
+def dome_forces(law, E, lowered):
+    """Return forces [N] of Hertz contact on springs, from a general solver of the equations of the tips; or None."""
+    compliance = np.array(law.C) + np.array(law.S) / E
+
+    def misfit(roots):
+        return compliance @ roots**3 + law.hertz * E ** (-2.0 / 3.0) * roots**2 + law.gaps - lowered
+
+    found = root(misfit, np.full(len(lowered), 0.8), tol=1e-13)
+    return found.x**3 if found.success and found.x.min() > 0.05 else None
+
+
 def test_domes_are_read_exactly_in_any_pose():
-    """Forces of Hertz contact on springs, from a general solver of the equations of the tips."""
     rng = np.random.default_rng(15)
     for _ in range(50):
-        h = hertz_factor(7.8, 0.3)
-        law, C, S, gaps = law_of(rng, SQUARE, KINDS, hertz=h)
-        S = S - np.diag(np.diag(S))
-        law = replace(law, S=S.tolist())
-        E, lowered = 10.0 ** rng.uniform(-0.3, 0.55), pose(rng, SQUARE)
+        law, E = domes(rng)
+        forces = dome_forces(law, E, pose(rng, SQUARE))
+        if forces is not None:
+            assert read_modulus(law, forces.tolist()) == pytest.approx(E, rel=1e-7)
 
-        def misfit(roots, E=E, C=C, S=S, lowered=lowered, gaps=gaps, h=h):
-            F = roots**3
-            return C @ F + h * E ** (-2.0 / 3.0) * roots**2 + S @ F / E + gaps - lowered
 
-        found = root(misfit, np.full(4, 0.8), tol=1e-13)
-        if not found.success or found.x.min() <= 0.05:
-            continue
-        assert read_modulus(law, (found.x**3).tolist()) == pytest.approx(E, rel=1e-7)
+def test_means_over_a_press_are_read_exactly_whatever_its_samples():
+    """Ten samples at depths and tilts at random: one modulus is in all of them."""
+    rng = np.random.default_rng(16)
+    for _ in range(10):
+        law, E = domes(rng)
+        means = PressMeans()
+        while means.count < 10:
+            forces = dome_forces(law, E, pose(rng, SQUARE))
+            if forces is not None:
+                means = means.with_sample(forces)
+        assert read_modulus(law, means.forces.tolist(), means.two_thirds) == pytest.approx(E, rel=1e-7)
+        assert 5.0 < means.alike < 10.0
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from measured_units import printed_by_header
 
+from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.fruit_reading import IN_FIRMWARE
 from pipeline.measure.unit.presses import reading_of
@@ -31,7 +32,7 @@ int main(void)
 """
 PRINT = 'printf("%.9g %.9g %u\\n", (double)found.E, (double)found.E_reduced, (unsigned)found.flags);'
 SQUARE = {"BEFORE": "", "EACH": f"const twintip_reading found = twintip_read(f);\n{PRINT}", "AFTER": ""}
-PAIR = {
+PRESS = {
     "BEFORE": "twintip_press press;\n twintip_begin(&press);",
     "EACH": 'printf("0 0 %u\\n", (unsigned)twintip_add(&press, f));',
     "AFTER": f"const twintip_reading found = twintip_end(&press);\n{PRINT}",
@@ -42,9 +43,9 @@ PAIR = {
 def in_c(tmp_path):
     """Return a function that compiles the firmware of a unit, runs it on rows of forces and returns what it prints."""
 
-    def run(sensor, rows):
+    def run(sensor, rows, reads=None):
         program = MAIN
-        for word, code in (SQUARE if sensor.law else PAIR).items():
+        for word, code in (reads or (SQUARE if sensor.law else PRESS)).items():
             program = program.replace(word, code)
         return printed_by_header(tmp_path, sensor, program, np.asarray(rows, dtype=np.float32))
 
@@ -89,6 +90,33 @@ def test_square_agrees_over_the_range_and_on_odd_forces(mango, rng, tmp_path, in
     module = module_of(tmp_path, sensor)
     interpreted = np.array([module["read"](row) for row in rows.tolist()], dtype=float)
     np.testing.assert_allclose(interpreted, np.column_stack([E, E * sensor.reduced(1.0), flags]), rtol=1e-12)
+
+
+@pytest.mark.parametrize("each", [1, 100])
+def test_press_of_a_square_agrees_sample_for_sample(each, mango, rng, tmp_path, in_c):
+    """There and back, with noise, and air before and after; single precision holds over a thousand samples."""
+    sensor = mango.measuring(FACTORS["mango"])
+    travels = np.concatenate([np.linspace(0.2, 0.48, 8), [0.4, 0.3]]).tolist()
+    for E in (0.6, 3.3):
+        forces = mango.forces([Pose(E=E, travel=x, tilt_deg=(1.0, 0.5)) for x in travels], FACTORS["mango"])
+        rows = np.repeat(forces, each, axis=0) * rng.normal(1.0, 1e-3, (10 * each, 4))
+        rows = np.concatenate([np.zeros((3, 4)), rows, np.zeros((3, 4))]).astype(np.float32)
+        press = ContrastPress(sensor, sensor.law)
+        module = module_of(tmp_path, sensor)["Press"]()
+        for row in rows.astype(float):
+            if (sensor.gained(row) > sensor.least_forces).all():
+                press.add(sensor.gained(row))
+            module.add(row.tolist())
+        expected = press.reading()
+        assert pytest.approx(E, rel=0.03) == expected.E
+        assert in_c(sensor, rows, PRESS)[-1].tolist() == [
+            pytest.approx(expected.E, rel=AGREES),
+            pytest.approx(expected.reduced, rel=AGREES),
+            0.0,
+        ]
+        assert module.read() == (pytest.approx(expected.E, rel=1e-12), pytest.approx(expected.reduced, rel=1e-12), 0)
+    assert in_c(sensor, rows[:3], PRESS)[-1, 2] == 2.0
+    assert module_of(tmp_path, sensor)["Press"]().read() == (None, None, 2)
 
 
 def test_flags_of_a_pair_agree_on_odd_forces(paper, rng, tmp_path, in_c):
