@@ -65,19 +65,21 @@ def test_noise_falls_as_the_root_of_the_samples_and_is_stated(noisy, going_in, r
 
 
 def test_gains_springs_and_heights_do_not_fall_with_the_samples(noisy, going_in):
-    """A gain that is 2 % off is off by as much in ten samples as in a thousand, and is in what is left."""
+    """A gain that is 2 % off is off by as much in eight samples as in eight hundred, and is in what is left."""
     sensor = noisy.measuring(percent=1.0, gain_percent=2.0)
     wrong = np.array([1.0, 1.02, 1.0, 1.0])
-    plain = read(sensor, going_in)
+    readings = []
     for each in (1, 100):
         forces = np.repeat(going_in, each, axis=0)
-        off = read(sensor, wrong * forces)
-        assert pytest.approx(read(sensor, wrong * going_in).E / plain.E, rel=1e-6) == off.E / plain.E
-        assert abs(off.E / plain.E - 1.0) < off.left
-        assert off.left == pytest.approx(plain.left, rel=0.05)
-        assert off.noise == pytest.approx(plain.noise / np.sqrt(each), rel=0.05)
-    assert off.u == pytest.approx(np.hypot(off.noise, off.left))
-    assert abs(off.E / plain.E - 1.0) > 5.0 * off.noise
+        rising = 1.0 + 1e-9 * np.arange(len(forces))  # so that the last sample is the deepest
+        readings.append(read(sensor, wrong * forces * rising[:, None]))
+    few, many = readings
+    assert pytest.approx(few.E, rel=1e-6) == many.E
+    assert many.left == pytest.approx(few.left, rel=1e-4)
+    assert many.noise == pytest.approx(0.1 * few.noise, rel=1e-4)
+    assert many.u == pytest.approx(np.hypot(many.noise, many.left))
+    off = abs(many.E / read(sensor, going_in).E - 1.0)
+    assert 3.0 * many.noise < off < many.left
 
 
 def test_gains_springs_and_heights_move_a_press_as_is_said(noisy, going_in):
@@ -113,7 +115,7 @@ def test_a_hold_is_not_read_by_its_noisiest_sample(noisy, going_in, rng):
         deepest.append(contrast_reading(sensor, sensor.law, forces[forces.sum(axis=1).argmax()]).E / true.E - 1.0)
     of_one = 0.5 * true.noise
     assert np.mean(deepest) > of_one
-    assert abs(np.mean(whole)) < 0.1 * of_one
+    assert abs(np.mean(whole)) < 0.15 * of_one
 
 
 def test_way_out_of_the_fruit_does_not_count(noisy, going_in):
