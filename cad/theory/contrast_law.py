@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from cad.quantity import validation_error
 from cad.theory.bisection import last_holding
@@ -74,26 +74,30 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
 class PressMeans:
     """Samples of a press as weighted means: of the forces [N] and of their powers of two thirds, one for each tip.
 
-    A sample weighs by the square of its whole force: the contrast moves about as far for a fraction of E as the tips
-    carry, and what is alike in all samples, a wrong height or zero, matters less the deeper they are. `weight` and
-    `squares` are the sums of the weights [N^2] and of their squares.
+    A sample weighs by the square of a whole force: the contrast moves about as far for a fraction of E as the tips
+    carry, and what is alike in all samples, a wrong height or zero, matters less the deeper they are. The force is that
+    of the sample before, of the first one its own: by its own, a sample would count the more the higher its noise is.
+    `weight` and `squares` are the sums of the weights [N^2] and of their squares, `last` the last whole force [N].
     """
 
     count: int = 0
     weight: float = 0.0
     squares: float = 0.0
+    last: float = 0.0
     forces: Floats = field(default_factory=lambda: np.zeros(1))
     two_thirds: Floats = field(default_factory=lambda: np.zeros(1))
 
     def with_sample(self, forces: Floats) -> "PressMeans":
         """Return the means with one sample more: its forces [N], (tips,), each above 0."""
-        of_sample = float(forces.sum()) ** 2
+        whole = float(forces.sum())
+        of_sample = (self.last if self.count else whole) ** 2
         weight = self.weight + of_sample
         fraction = of_sample / weight
         return PressMeans(
             count=self.count + 1,
             weight=weight,
             squares=self.squares + of_sample**2,
+            last=whole,
             forces=self.forces + fraction * (forces - self.forces),
             two_thirds=self.two_thirds + fraction * (forces ** (2.0 / 3.0) - self.two_thirds),
         )
@@ -104,7 +108,7 @@ class PressMeans:
         return self.weight**2 / self.squares
 
 
-def read_modulus(law: ContrastLaw, forces: Sequence[float], two_thirds: ArrayLike | None = None) -> float:
+def read_modulus(law: ContrastLaw, forces: Sequence[float], two_thirds: Floats | None = None) -> float:
     """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError.
 
     Of a press, `forces` and `two_thirds` are the means of its samples.
@@ -114,7 +118,7 @@ def read_modulus(law: ContrastLaw, forces: Sequence[float], two_thirds: ArrayLik
 
 
 def contrast_terms(
-    law: ContrastLaw, forces: Sequence[float], two_thirds: ArrayLike | None = None
+    law: ContrastLaw, forces: Sequence[float], two_thirds: Floats | None = None
 ) -> tuple[float, float, float]:
     """Return the terms of the contrast that go with E^0 [mm], E^(-2/3) and E^(-1); raises ReadingError.
 
@@ -155,7 +159,7 @@ def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], .
 
 
 def contrast_slopes(
-    law: ContrastLaw, forces: Sequence[float], E: float, two_thirds: ArrayLike | None = None
+    law: ContrastLaw, forces: Sequence[float], E: float, two_thirds: Floats | None = None
 ) -> ReadingSlopes:
     """Return how the reading E [MPa] of forces [N], each above 0, moves with what it is read from.
 
@@ -169,7 +173,7 @@ def contrast_slopes(
     F = np.array(forces)
     of_springs = weights @ C
     of_fruit = weights @ np.array(law.S) / E
-    roots = F ** (-1.0 / 3.0) if two_thirds is None else np.divide(two_thirds, F)
+    roots = F ** (-1.0 / 3.0) if two_thirds is None else two_thirds / F
     of_domes = law.hertz * softer / 1.5 * weights * roots
     by_force = (of_springs + of_fruit + of_domes) / falling
     by_spring = -0.5 * (weights * (C @ F) + of_springs * F) / falling  # a coupled spring softens both ways

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cad.theory.contrast_law import read_modulus
 from pipeline.measure.unit.contrast_press import ContrastPress, contrast_reading
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.signals import Signal
@@ -65,12 +66,15 @@ def test_noise_falls_as_the_root_of_the_samples_and_is_stated(noisy, going_in, r
 
 
 def test_gains_springs_and_heights_do_not_fall_with_the_samples(noisy, going_in):
-    """A gain that is 2 % off is off by as much in eight samples as in eight hundred, and is in what is left."""
+    """A gain that is 2 % off is off by as much in eight samples as in eight hundred, and is in what is left.
+
+    At one depth: in presses that go in, more samples at each depth also shift what each depth weighs.
+    """
     sensor = noisy.measuring(percent=1.0, gain_percent=2.0)
     wrong = np.array([1.0, 1.02, 1.0, 1.0])
     readings = []
-    for each in (1, 100):
-        forces = np.repeat(going_in, each, axis=0)
+    for count in (8, 800):
+        forces = np.repeat(going_in[-1:], count, axis=0)
         rising = 1.0 + 1e-9 * np.arange(len(forces))  # so that the last sample is the deepest
         readings.append(read(sensor, wrong * forces * rising[:, None]))
     few, many = readings
@@ -80,6 +84,19 @@ def test_gains_springs_and_heights_do_not_fall_with_the_samples(noisy, going_in)
     assert many.u == pytest.approx(np.hypot(many.noise, many.left))
     off = abs(many.E / read(sensor, going_in).E - 1.0)
     assert 3.0 * many.noise < off < many.left
+
+
+def test_a_sample_weighs_by_the_force_of_the_one_before(noisy, going_in):
+    """The means by NumPy's average, the first sample by its own force."""
+    sensor = noisy.measuring(gain_percent=2.0)
+    forces = going_in * np.array([1.0, 1.02, 1.0, 1.0])
+    wholes = forces.sum(axis=1)
+    weights = np.concatenate([wholes[:1], wholes[:-1]]) ** 2
+    means = np.average(forces, axis=0, weights=weights)
+    two_thirds = np.average(np.cbrt(forces) ** 2, axis=0, weights=weights)
+    plain = read(sensor, forces)
+    expected = sensor.corrected(read_modulus(sensor.law, means.tolist(), two_thirds))
+    assert pytest.approx(expected, rel=1e-12) == plain.E
 
 
 def test_gains_springs_and_heights_move_a_press_as_is_said(noisy, going_in):
