@@ -74,10 +74,12 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
 class PressMeans:
     """Samples of a press as weighted means: of the forces [N] and of their powers of two thirds, one for each tip.
 
-    A sample weighs by the square of a whole force: the contrast moves about as far for a fraction of E as the tips
-    carry, and what is alike in all samples, a wrong height or zero, matters less the deeper they are. The force is that
-    of the sample before, of the first one its own: by its own, a sample would count the more the higher its noise is.
-    `weight` and `squares` are the sums of the weights [N^2] and of their squares, `last` the last whole force [N].
+    A sample's weight is the square of a sum of forces over all tips, so deep samples count more. There the contrast
+    moves more when E changes by a per cent, and a wrong height of a tip or a drift of its zero, the same in every
+    sample, matters less. The sum is that of the sample before; the first sample takes its own. With its own sum, a
+    sample whose noise is upwards would count more than one whose noise is downwards. `weight` [N^2] is the sum of the
+    weights, `squares` [N^4] the sum of the squares of the weights, from which `alike` follows, and `last` [N] the sum
+    of forces of the last sample.
     """
 
     count: int = 0
