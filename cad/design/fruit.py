@@ -182,7 +182,7 @@ class Fruit:
             return
         most = self.depth_mm / 3.0
         if self.skin_mm > most:
-            bound = f"at most a third of {self.depth_key} = {most:g} mm"
+            bound = f"at most {most:g} mm, a third of {self.depth_key}"
             raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "call the fruit flesh of that modulus")
         stiffest = max(self.E_max_MPa, *self.E_MPa)
         if self.skin_E_MPa < stiffest:

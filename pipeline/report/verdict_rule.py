@@ -37,7 +37,7 @@ def number_text(value: float | str | None, unit: str = "", digits: int = 5) -> s
     if not isinstance(value, str) and abs(value) < ROUND_OFF:
         value = 0.0
     text = value if isinstance(value, str) else f"{value:.{digits}g}"
-    return text if unit in ("", "1") else f"{text} {unit}"
+    return text if unit in ("", "1") or isinstance(value, str) else f"{text} {unit}"
 
 
 def limit_text(verdict: Verdict, unit: str = "") -> str:
@@ -49,7 +49,7 @@ def tolerance_text(verdict: Verdict) -> str:
     """Return the tolerance of a verdict, in per cent where it is relative; nothing where it has none."""
     if verdict.relative and isinstance(verdict.tolerance, int | float):
         return f"{100.0 * verdict.tolerance:.5g} %"
-    return "" if verdict.tolerance == 0.0 else number_text(verdict.tolerance)
+    return "" if verdict.tolerance == 0.0 else number_text(verdict.tolerance, verdict.unit)
 
 
 def fails_unread(verdict: Verdict) -> bool:

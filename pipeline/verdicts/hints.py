@@ -14,8 +14,8 @@ from pipeline.verdicts.rules import tolerance_remedy
 Hint = Callable[[Verdict, Design, FittedSprings], str | None]
 
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
-CONTACT_SIZES = "--fruit-stiffness contact sizes the springs for the true contact"
-OTHER_LAYOUT = "take a layout that has a housing: --set tips.layout=pair"
+CONTACT_SIZES = "`--fruit-stiffness contact` sizes the springs for the true contact"
+OTHER_LAYOUT = "take a layout that has a housing: `--set tips.layout=pair`"
 LEAST_OVER_HEIGHT_ERROR = 5.0  # travel over how far apart tips of a printed part may stand: less reads the print
 _WITHIN = 0.98  # of a bound, so that rounding and error bars keep it
 _DIGITS = 3
@@ -73,22 +73,21 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
             bound = travel * spring.printable.strain_limit / (strain.value + strain.error)
     if bound >= travel:  # what failed does not depend on the travel, as the length of a leaf
         return None
-    shorter = rounded(_WITHIN * bound, 0.0)
+    shorter = rounded_down(_WITHIN * bound)
     return shorter if least_travel(design) <= shorter < travel else None
 
 
-def rounded(value: float, towards: float) -> float:
-    """Return a number of three digits beside a value, on the side of another one [its unit]."""
+def rounded_down(value: float) -> float:
+    """Return the largest number of three digits that is no more than a value [its unit]."""
     if value == 0.0:
         return value
     step = 10.0 ** (math.floor(math.log10(abs(value))) - _DIGITS + 1)
-    toward = math.ceil if towards > value else math.floor
-    return float(f"{toward(round(value / step, 6)) * step:.{_DIGITS}g}")
+    return float(f"{math.floor(round(value / step, 6)) * step:.{_DIGITS}g}")
 
 
 def _travel(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
     travel = shorter_travel(verdict, design, springs)
-    return None if travel is None else f"would pass with less travel: --set press.travel_mm={travel:g}"
+    return None if travel is None else f"would pass with less travel: `--set press.travel_mm={travel:g}`"
 
 
 def _ratio(_verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
@@ -96,7 +95,7 @@ def _ratio(_verdict: Verdict, design: Design, springs: FittedSprings) -> str | N
     if springs.housing is None:
         return "the springs were not made: see printable.low and printable.high"
     if design.springs.given:
-        return "leave the springs to the targets: --set springs.K_l_N_per_m= --set springs.K_h_N_per_m="
+        return "leave the springs to the targets: `--set springs.K_l_N_per_m= --set springs.K_h_N_per_m=`"
     return _straight(_verdict, design, springs)
 
 
@@ -104,15 +103,15 @@ def _straight(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str
     press = design.press
     tips = design.tips
     if press.tilt_deg != 0.0 or press.roll_deg != 0.0:
-        return "press level: --set press.tilt_deg=0 --set press.roll_deg=0"
+        return "press level: `--set press.tilt_deg=0 --set press.roll_deg=0`"
     if tips.fillet_mm != 0.0:
-        return "take sharp edges: --set tips.fillet_mm=0"
+        return "take sharp edges: `--set tips.fillet_mm=0`"
     if not tips.tip_shape.has_flat_face:
         keys = [key for key in OPTIONAL_KEYS if getattr(tips, key) is not None]
         unset = "".join(f" --set tips.{key}=" for key in keys)
-        return f"take flat tips: --set tips.shape=cube{unset}"
+        return f"take flat tips: `--set tips.shape=cube{unset}`"
     if design.fruit.shape != "block":
-        return "take smaller tips, under which the fruit is flatter: --set tips.side_mm"
+        return "take smaller tips, under which the fruit is flatter: `tips.side_mm`"
     return None
 
 
@@ -124,24 +123,17 @@ def _not_made(verdict: Verdict, design: Design, _springs: FittedSprings) -> str 
     return "make both springs printable first: see printable.low and printable.high"
 
 
-def _wider_limit(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
-    if verdict.value is None:
-        return None
-    limit = rounded((verdict.value + (verdict.error or 0.0)) / _WITHIN, math.inf)
-    return f"would pass with --set {verdict.name}_limit={limit:g}; {SEARCH}"
-
-
 def _less_tilt(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
     tilt = 0.0 if verdict.value is None else _WITHIN * (verdict.value - (verdict.error or 0.0))
-    return f"would pass with --set reading.tilt_deg={rounded(tilt, 0.0):g}" if tilt > 0.0 else None
+    return f"would pass with `--set reading.tilt_deg={rounded_down(tilt):g}`" if tilt > 0.0 else None
 
 
 def _steadier(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str:
     if design.reading is None:
-        return "press with less speed or hold for less time: --set press.speed_mm_per_s, --set press.hold_s"
+        return "press with less speed or hold for less time: `press.speed_mm_per_s`, `press.hold_s`"
     return (
-        "read at the moment that moves least, press with less speed or hold for less time: --set reading.at_s, "
-        "--set press.speed_mm_per_s, --set press.hold_s"
+        "read at the moment that moves least, press with less speed or hold for less time: `reading.at_s`, "
+        "`press.speed_mm_per_s`, `press.hold_s`"
     )
 
 
@@ -164,9 +156,7 @@ HINTS: Mapping[str, Hint | str] = {
     "bruise": _travel,
     **dict.fromkeys(CLEARANCES, _travel),
     "geometry.layout": OTHER_LAYOUT,
-    "geometry.tip_shape": "glue in ground pins of that shape: --set tips.socket=pin",
-    "reading.bias": _wider_limit,
-    "reading.uncertainty": _wider_limit,
+    "geometry.tip_shape": "glue in ground pins of that shape: `--set tips.socket=pin`",
     "reading.lift": _less_tilt,
     "reading.relaxation": _steadier,
 }

@@ -96,7 +96,8 @@ def write_comparison(folders: tuple[Path, Path], path: Path, *, force: bool = Fa
     rows = {}
     for verdict in (verdict for report in reports for verdict in report.verdicts):
         rows[verdict.name] = [
-            next((one for one in report.verdicts if one.name == verdict.name), None) for report in reports
+            next((answer.in_percent(one) for one in report.verdicts if one.name == verdict.name), None)
+            for report in reports
         ]
     page = rendered(
         "comparison.html.j2",

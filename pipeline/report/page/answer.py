@@ -11,13 +11,14 @@ from cad.fabrication.bill_words import EACH
 from cad.verdict import Verdict
 from pipeline.options import load_design, preset_names
 from pipeline.report.stored import StoredReport
+from pipeline.storage.plain import Plain
 
 BILL = "bom.csv"
 _MASS = f" g{EACH}"  # ends the size of a printed part in the bill
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 _SCENE_TABLES = ("fruit", "tips", "press", "reading")
-_FRACTIONS = ("NL", "reading.bias", "reading.uncertainty")
+_FRACTIONS = ("NL", "P_displacement_independent", "reading.bias", "reading.uncertainty", "reading.relaxation")
 _TOLD: tuple[str, ...] = (
     "fruit.shape", "fruit.radius_mm", "fruit.length_mm", "fruit.width_mm", "fruit.height_mm", "fruit.thickness_mm",
     "fruit.E_MPa", "fruit.E_max_MPa",
@@ -95,10 +96,14 @@ def _changes_in_words(design: Design) -> str:
 
 def in_percent(verdict: Verdict) -> Verdict:
     """Return a verdict on a fraction in per cent, as one says it; any other as it is."""
-    if verdict.name not in _FRACTIONS or not isinstance(verdict.limit, int | float):
+    if verdict.name not in _FRACTIONS:
         return verdict
-    value = None if verdict.value is None else 100.0 * verdict.value
-    return replace(verdict, value=value, limit=100.0 * verdict.limit, unit="%")
+    numbers: Plain = {"unit": "%"}
+    for key in ("value", "error", "limit", "tolerance"):
+        number = getattr(verdict, key)
+        if isinstance(number, int | float):
+            numbers[key] = 100.0 * number
+    return replace(verdict, **numbers)
 
 
 def is_on_the_part(verdict: Verdict) -> bool:

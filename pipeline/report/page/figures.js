@@ -67,9 +67,16 @@ function drawPlots(plots, place) {
   return () => figures.forEach(draw);
 }
 
+function copyButton(words) {
+  const button = made("button", { type: "button", textContent: "Copy" });
+  button.dataset.copy = words;
+  return button;
+}
+
 document.addEventListener("click", async ({ target }) => {
   if (!target.matches("button[data-copy]")) return;
   await navigator.clipboard.writeText(target.dataset.copy);
+  target.textContent = "Copied";
   element("copied").textContent = `Copied: ${target.dataset.copy}`;
 });
 window.addEventListener("beforeprint", () => {

@@ -10,6 +10,8 @@
   const travel = report.design.press.travel_mm;
   const tipNames = report.tips.map((tip) => tip.name);
   const tipForces = (row) => row.F_N || [row.F_l_N, row.F_h_N];
+  const moduli = { domain: rows.map((row) => row.E_MPa), range: rows.map((_, i) => colours[i % colours.length]) };
+  const colourOf = (E) => moduli.range[moduli.domain.indexOf(E)] || "var(--ink)";
 
   /* Plots: each returns the options of Plot.plot and a caption. */
   const atSlider = (x, y, title) => (Number.isFinite(y) ? Plot.dot([{ x, y }], { x: "x", y: "y", r: 5, fill: "var(--ink)", title: () => title }) : null);
@@ -50,11 +52,11 @@
   function overTravel(points, label, marks, caption) {
     return {
       x: { label: "travel x [mm]", domain: [0, travel] }, y: { label, zero: true }, marginRight: 62,
-      color: { domain: rows.map((row) => row.E_MPa), range: rows.map((_, i) => colours[i % colours.length]) },
+      color: moduli,
       marks: [
         ...here(marks),
         Plot.line(points, { x: "x", y: "y", stroke: "E" }), Plot.dot(points, { x: "x", y: "y", fill: "E", r: 1.6 }),
-        Plot.text(points, Plot.selectLast({ x: "x", y: "y", z: "E", text: (one) => `${one.E} MPa`, fill: "E", textAnchor: "start", dx: 6 })),
+        Plot.text(points, Plot.selectLast({ x: "x", y: "y", z: "E", text: (one) => `${one.E} MPa`, fill: "E", textAnchor: "start", dx: 9 })),
         Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `E ${one.E} MPa, travel ${text(one.x, "mm")}\n${text(one.y)}${one.error ? ` ± ${digits(one.error, 2)} %` : ""}` })),
       ],
       caption,
@@ -98,17 +100,17 @@
   function errorOver(key, label) {
     const slider = need(law.readable && law.sliders.find((one) => one.key === key), "the browser does not follow it for these tips");
     const places = d3.range(41).map((i) => slider.min + ((slider.max - slider.min) * i) / 40);
-    const moduli = [...new Set([d3.min(law.data.E), d3.max(law.data.E), setting.E])];
+    const shown = [...new Set([d3.min(law.data.E), d3.max(law.data.E), setting.E])];
     const error = (E, x) => {
       const found = law.evaluate(settings({ E, [key]: x }));
       return found.E_read === null ? NaN : 100 * (found.E_read / E - 1);
     };
-    const points = moduli.flatMap((E) => places.map((x) => ({ E, x, y: error(E, x) }))).filter((one) => Math.abs(one.y) <= 100);
+    const points = shown.flatMap((E) => places.map((x) => ({ E, x, y: error(E, x) }))).filter((one) => Math.abs(one.y) <= 100);
     need(points.length, "no setting has a reading within 100 %");
     const limit = law.data.reading ? 100 * law.data.reading.bias_limit : null;
     return {
       x: { label }, y: { label: "error of the modulus read [%]" },
-      color: { domain: moduli, range: [colours[0], colours[1], "var(--ink)"], legend: true, tickFormat: (E) => `${digits(E, 3)} MPa` },
+      color: { domain: shown, range: shown.map(colourOf), legend: true, tickFormat: (E) => `${digits(E, 3)} MPa` },
       marks: here([
         Plot.ruleY([0], { stroke: "var(--muted)" }),
         limit === null ? null : Plot.ruleY([-limit, limit], { stroke: "var(--bad)", strokeDasharray: "5 3" }),
@@ -121,9 +123,9 @@
   }
 
   function readingOverModulus() {
-    const moduli = need(report.reading && report.reading.moduli.length && report.reading.moduli, "the design asks for no [reading], or no modulus is read");
+    const read = need(report.reading && report.reading.moduli.length && report.reading.moduli, "the design asks for no [reading], or no modulus is read");
     const asked = report.design.reading;
-    const points = moduli.flatMap((row) => [
+    const points = read.flatMap((row) => [
       { E: row.E_MPa, y: Math.abs(row.E_bias_percent), what: "bias, worst pose", worst: row.worst },
       { E: row.E_MPa, y: row.uncertainty_percent, what: "deviation, level", worst: "all sources together" },
     ]).filter((one) => Number.isFinite(one.y));
@@ -261,13 +263,13 @@
   /* The table under the sliders. */
   const judged = (passes, words) => ({ outcome: passes ? "passed" : "failed", words });
 
-  function byVerdict(name, value) {
+  function byVerdict(name, value, words = digits) {
     const rule = law.data.judged[name];
     if (!rule) return null;
     if (!Number.isFinite(value)) return judged(false, "a tip is off the fruit");
     const allowed = rule.relative ? rule.tolerance * rule.limit : rule.tolerance;
-    const within = rule.relative ? percent(rule.tolerance) : digits(rule.tolerance);
-    return judged(Math.abs(value - rule.limit) <= allowed, `target ${digits(rule.limit)} within ${within}`);
+    const within = rule.relative ? percent(rule.tolerance) : words(rule.tolerance);
+    return judged(Math.abs(value - rule.limit) <= allowed, `target ${words(rule.limit)} within ${within}`);
   }
 
   function numbersOf(found) {
@@ -285,8 +287,8 @@
     }
     if ("P_max" in found) {
       numbers.push(["P at the largest modulus, P_max", text(found.P_max), byVerdict("P_max", found.P_max)]);
-      numbers.push(["nonlinearity NL", text(found.NL), byVerdict("NL", found.NL)]);
-      numbers.push(["spread of P over the travel", text(found.spread), byVerdict("P_displacement_independent", found.spread)]);
+      numbers.push(["nonlinearity NL", percent(found.NL), byVerdict("NL", found.NL, percent)]);
+      numbers.push(["spread of P over the travel", percent(found.spread), byVerdict("P_displacement_independent", found.spread, percent)]);
     }
     if (found.reach !== null) {
       const half = law.data.dome.half_face;
@@ -342,12 +344,8 @@
     for (const { input } of inputs) input.value = input.defaultValue;
     show();
   });
-  for (const hint of document.querySelectorAll(".hint")) {
-    for (const [flag] of new Set(hint.textContent.matchAll(/--set [\w.]+=\S*[\w\]"]/g))) {
-      const button = made("button", { type: "button", textContent: `Copy ${flag}` });
-      button.dataset.copy = flag;
-      hint.append(" ", button);
-    }
+  for (const flags of document.querySelectorAll(".hint code")) {
+    if (flags.textContent.startsWith("--")) flags.after(" ", copyButton(flags.textContent));
   }
   /* Time and price of a print, of its volume and mass and of what the reader types. */
   const cost = element("print-cost");

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from cad.design.tips import Tips
+from cad.verdict import Verdict
 from pipeline.report.explain.entries import entries
 from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, flexure_body, skin_body
@@ -32,7 +33,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
     What cannot be drawn is left out, and the page says why.
     """
     mangoes = seen_mangoes(report)
-    verdicts = [as_data(verdict) | {"sense": bound_sense(verdict)} for verdict in report.verdicts]
+    verdicts = [answer.in_percent(verdict) for verdict in report.verdicts]
     scene = scene_of(report.design, result.press.height_offsets)
     own = {file.path for file in report.files}.difference(report.stale)  # not those of a design before this one
     bodies, missing = _drawn(
@@ -45,7 +46,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
     drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
     page_data = {
         "report": data,
-        "verdicts": verdicts,
+        "verdicts": [as_data(verdict) | {"sense": bound_sense(verdict)} for verdict in verdicts],
         "law": law_data(report, result),
         "profile": _pressure_profile(report, result),
         "mangoes": [seen.mango._asdict() | {"P": seen.P} for seen in mangoes],
@@ -58,7 +59,9 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         "after calibrating the unit": alike_pairs([seen.calibrated for seen in mangoes]),
     }
     told = answer.answer_of(report)
-    targets = [(i, one) for i, one in enumerate(report.verdicts) if not answer.is_on_the_part(one)]
+    not_passed = [answer.in_percent(verdict) for verdict in told.not_passed]
+    targets = [(i, one) for i, one in enumerate(verdicts) if not answer.is_on_the_part(one)]
+    paper = [] if report.paper is None else [answer.in_percent(Verdict(**one)) for one in report.paper["verdicts"]]
     return rendered(
         "page.html.j2",
         (*FIGURES, *BODIES, "law.js", "page.js"),
@@ -67,12 +70,12 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         report=report,
         command=result.options.command,
         answer=told,
-        not_passed=[answer.in_percent(verdict) for verdict in told.not_passed],
-        numbers=[answer.in_percent(verdict) for _, verdict in targets if isinstance(verdict.value, int | float)][:3],
+        not_passed=not_passed,
+        numbers=[*not_passed, *(one for _, one in targets if one.passed)][:3],
         scene=answer.scene_in_words(report.design),
         targets=targets,
-        part=[(i, one) for i, one in enumerate(report.verdicts) if answer.is_on_the_part(one)],
-        paper={} if report.paper is None else {verdict["name"]: verdict for verdict in report.paper["verdicts"]},
+        part=[(i, one) for i, one in enumerate(verdicts) if answer.is_on_the_part(one)],
+        paper={verdict.name: verdict for verdict in paper},
         missing=missing,
         mangoes=mangoes,
         resolved=resolved,

@@ -57,14 +57,14 @@
       .filter((row) => Number.isFinite(row.x));
     const picked = rows.filter((row) => row.one.number === setting.picked);
     return {
-      x: { axis: null, domain: [-0.02, 1.02] }, y: { domain: axes, label: null, axis: null }, grid: false, height: 74 + 60 * axes.length, marginTop: 10, marginBottom: 10,
+      x: { axis: null }, y: { domain: axes, label: null, axis: null }, grid: false, height: 74 + 60 * axes.length, marginTop: 10, marginBottom: 10, marginLeft: 60, marginRight: 60,
       marks: [
         Plot.ruleY(axes, { stroke: "var(--line)" }),
         Plot.line(rows, { x: "x", y: "key", z: (row) => row.one.number, stroke: (row) => colour(row.one), strokeOpacity: (row) => (isHeld(row.one) ? 0.35 : 0.02) }),
         Plot.line(picked, { x: "x", y: "key", z: null, stroke: "var(--ink)", strokeWidth: 2.5 }),
-        Plot.text(axes, { x: 0, y: (key) => key, dy: -10, text: (key) => key, textAnchor: "start", fill: "var(--ink)", fontWeight: 600, stroke: "var(--paper)", strokeWidth: 4 }),
-        Plot.text(axes, { x: 0, y: (key) => key, dy: 10, text: (key) => digits(ends.get(key)[0]), textAnchor: "start", stroke: "var(--paper)", fill: "var(--muted)" }),
-        Plot.text(axes, { x: 1, y: (key) => key, dy: 10, text: (key) => digits(ends.get(key)[1]), textAnchor: "end", stroke: "var(--paper)", fill: "var(--muted)" }),
+        Plot.text(axes, { frameAnchor: "left", y: (key) => key, dx: -60, dy: -12, text: (key) => key, textAnchor: "start", fill: "var(--ink)", fontWeight: 600, stroke: "var(--paper)", strokeWidth: 8 }),
+        Plot.text(axes, { x: 0, y: (key) => key, dx: -8, text: (key) => digits(ends.get(key)[0]), textAnchor: "end", fill: "var(--muted)" }),
+        Plot.text(axes, { x: 1, y: (key) => key, dx: 8, text: (key) => digits(ends.get(key)[1]), textAnchor: "start", fill: "var(--muted)" }),
         Plot.tip(rows, Plot.pointer({ x: "x", y: "key", title: (row) => tell(row.one) })),
       ],
       ready: (drawn, svg) => svg.addEventListener("click", () => svg.value && pick(svg.value.one.number)),
@@ -100,13 +100,11 @@
     element("picked").value = setting.picked;
     element("point-number").textContent = setting.picked;
     element("point").replaceChildren(...[...data.vary, ...data.wanted].map((key) => made("tr", {},
-      made("th", { scope: "row", textContent: key }), made("td", { className: "number", textContent: typeof point[key] === "number" ? digits(point[key], 6) : point[key] ?? "none" }))));
+      made("th", { scope: "row" }, ...key.split(/(?<=[._])/).flatMap((part) => [part, made("wbr")])), made("td", { className: "number", textContent: typeof point[key] === "number" ? digits(point[key], 6) : point[key] ?? "none" }))));
     if (!data.links.base) return;
     const command = ["pipeline run --design", data.links.base, ...data.vary.map((key) => `--set ${key}=${point[key]}`)].join(" ");
-    const copy = made("button", { type: "button", textContent: "Copy" });
-    copy.dataset.copy = command;
     const file = data.links[setting.picked];
-    element("design").replaceChildren(...(file ? [made("a", { href: file, textContent: file }), ", the same as "] : []), made("code", { textContent: command }), " ", copy);
+    element("design").replaceChildren(...(file ? [made("a", { href: file, textContent: file }), ", the same as "] : []), made("code", { textContent: command }), " ", copyButton(command));
   }
 
   function pick(number) {

@@ -114,7 +114,10 @@ MOUNTED = {
 GAUGED = {
     "none": (("run again with --set print.gauges=foil",), ("## Strain gauges",)),
     "foil": (
-        ("8 foil gauges, grid 3 x 3 mm, gauge factor 2.1", "0.5 mm from wall or shuttle", "| red | E+ |", "HX711"), (),
+        (
+            "8 foil gauges, grid 3 x 3 mm, gauge factor 2.1", "0.5 mm from wall or shuttle", "| red | E+ |",
+            "5 V at pin VCC of the HX711",
+        ), (),
     ),
 }  # fmt: skip
 SQUARE = (
@@ -189,9 +192,19 @@ def test_magnets_of_a_hall_sensor_lie_in_the_flesh_of_their_shuttles(is_square, 
         middle = cq.Vector(x, -0.5 * housing.depth, housing.top_level - depth)
         disc = cq.Solid.makeCylinder(1.0, 1.0, middle, cq.Vector(0.0, 1.0, 0.0))
         assert drilled.part.shape.intersect(disc).Volume() == pytest.approx(math.pi, rel=1e-6)
-    found = re.search(r"its middle ([\d.]+) mm below the upper edge of the cover", text)
+    found = re.search(r"its middle ([\d.]+) mm below the upper edge of the frame", text)
     assert found is not None
     assert 0.5 * sum(below) - float(found[1]) == pytest.approx(0.5 * drilled.press.travel_mm, abs=0.011)
+
+
+def test_hall_sensors_of_a_frame_without_covers_stand_on_arms(sensor):
+    signal = signal_path(Readout(transducer="displacement"), springs_of(sensor), TITLE.process, sensor.tips.springs)
+    sections = {}
+    for mount in ("covers", "washers"):
+        _, _, text = sheet_of(variant(sensor, mount=mount), signal=signal).partition("## Hall sensors")
+        sections[mount] = text.partition("## ")[0]
+    assert ("cover" in sections["covers"], "arm" in sections["covers"]) == (True, False)
+    assert ("cover" in sections["washers"], "arm" in sections["washers"]) == (False, True)
 
 
 def test_sheet_of_a_part_has_its_numbers(sensor):

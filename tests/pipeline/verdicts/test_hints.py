@@ -61,7 +61,7 @@ def test_given_springs_that_miss_P_max_are_left_to_the_targets():
 )
 def test_ratio_that_drifts_asks_for_a_level_press_and_flat_tips(changes, flag):
     drifting = dataclasses.replace(GOOD, name="P_displacement_independent", passed=False)
-    assert f"--set {flag}" in hint(drifting, Design(**changes), springs_of(Design()), ROUGH)
+    assert flag in hint(drifting, Design(**changes), springs_of(Design()), ROUGH)
 
 
 def test_travel_under_a_bruise_limit_is_that_of_its_pressure():
@@ -107,12 +107,9 @@ def test_error_bar_asks_for_a_tolerance_where_the_springs_are_of_one_piece():
     assert hint(wide, Design(), dataclasses.replace(springs, fitted=fitted), ROUGH) == SEARCH
 
 
-def test_reading_asks_for_the_limit_that_it_keeps():
-    bias = dataclasses.replace(GOOD, name="reading.bias", value=0.1, error=0.01, limit=0.05, passed=False)
-    limit = float(hint(bias, Design(), springs_of(Design()), ROUGH).partition("_limit=")[2].partition(";")[0])
-    assert 0.11 < limit < 0.115
+def test_tip_that_lifts_off_asks_for_the_tilt_that_it_stands():
     lift = dataclasses.replace(GOOD, name="reading.lift", value=2.0, error=0.1, limit=3.0, passed=False)
-    tilt = float(hint(lift, Design(), springs_of(Design()), ROUGH).partition("tilt_deg=")[2])
+    tilt = float(hint(lift, Design(), springs_of(Design()), ROUGH).partition("tilt_deg=")[2].rstrip("`"))
     assert 1.85 < tilt < 1.9
 
 

@@ -21,7 +21,8 @@ from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest
 
 MOST_BYTES = 2_500_000
-VOID = {"meta", "input", "br", "link", "img", "hr"}
+IN_PERCENT = ("NL", "P_displacement_independent", "reading.bias", "reading.uncertainty", "reading.relaxation")
+VOID = {"meta", "input", "br", "wbr", "link", "img", "hr"}
 SCRIPT = re.compile(r'<script(?: type="text/plain")?>.*?</script>', re.DOTALL)  # libraries name places, ask none
 OUTSIDE = re.compile(
     r"""(?:src|href|action|data|poster)\s*=\s*["']?\s*(?:https?:)?//|url\(\s*["']?(?:https?:)?//|@import"""
@@ -87,8 +88,10 @@ def test_numbers_of_the_page_are_those_of_the_report(page):
     data = json.loads((page.folder / "report.json").read_text(encoding="utf-8"))
     text = Outline(page.text).text
     for verdict in data["verdicts"]:
-        for number in (verdict["value"], verdict["error"]):
-            assert number is None or abs(number) < 1e-12 or f"{number:.5g}" in text  # round-off is 0
+        scale = 100.0 if verdict["name"] in IN_PERCENT else 1.0
+        for key, digits in (("value", 5), ("error", 2)):
+            number = verdict[key]
+            assert number is None or abs(number) < 1e-12 or f"{scale * number:.{digits}g}" in text  # round-off is 0
     for note in data["notes"]:
         assert " ".join(note.split()) in text
     assert all(f"{name} {version}" in text for name, version in data["versions"].items())
@@ -124,13 +127,21 @@ def test_answer_names_what_failed_first(outcomes, outcome, names, flat_page):
     assert [verdict.name for verdict in answer.not_passed] == names
 
 
+def test_first_tile_is_that_of_a_verdict_that_failed(flat_page):
+    passed = tuple(planted(name, passed=True) for name in ("P_max", "K_l", "K_h"))
+    report = dataclasses.replace(flat_page.report, verdicts=(*passed, planted("bruise")))
+    page = page_of(report, read_data(flat_page.folder), flat_page.result, flat_page.folder)
+    tiles = re.findall(r"<dt>(.*?)</dt>", page)
+    assert [tile.replace("<wbr>", "") for tile in tiles] == ["bruise", "P_max", "K_l"]
+
+
 def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat_page):
     unread = planted("reading.bias", value=0.02, limit=0.05, unit="1")
     wrong = planted("bruise", remedy="travel at most 0.05 mm", reference="<script>alert(1)</script>")
     report = dataclasses.replace(flat_page.report, verdicts=(unread, wrong))
     page = page_of(report, read_data(flat_page.folder), flat_page.result, flat_page.folder)
     text = Outline(page).text
-    assert "≤ 0.05" in text
+    assert "≤ 5 %" in text
     assert "travel at most 0.05 mm" in text
     assert "<script>alert" not in page
     lift = planted("reading.lift", value=3.0, limit=4.0, unit="deg")
