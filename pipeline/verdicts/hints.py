@@ -73,16 +73,17 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
             bound = travel * spring.printable.strain_limit / (strain.value + strain.error)
     if bound >= travel:  # what failed does not depend on the travel, as the length of a leaf
         return None
-    shorter = rounded_down(_WITHIN * bound)
+    shorter = rounded(_WITHIN * bound, 0.0)
     return shorter if least_travel(design) <= shorter < travel else None
 
 
-def rounded_down(value: float) -> float:
-    """Return the largest number of three digits that is no more than a value [its unit]."""
+def rounded(value: float, towards: float) -> float:
+    """Return a number of three digits beside a value, on the side of another one [its unit]."""
     if value == 0.0:
         return value
     step = 10.0 ** (math.floor(math.log10(abs(value))) - _DIGITS + 1)
-    return float(f"{math.floor(round(value / step, 6)) * step:.{_DIGITS}g}")
+    toward = math.ceil if towards > value else math.floor
+    return float(f"{toward(round(value / step, 6)) * step:.{_DIGITS}g}")
 
 
 def _travel(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
@@ -125,7 +126,7 @@ def _not_made(verdict: Verdict, design: Design, _springs: FittedSprings) -> str 
 
 def _less_tilt(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
     tilt = 0.0 if verdict.value is None else _WITHIN * (verdict.value - (verdict.error or 0.0))
-    return f"would pass with `--set reading.tilt_deg={rounded_down(tilt):g}`" if tilt > 0.0 else None
+    return f"would pass with `--set reading.tilt_deg={rounded(tilt, 0.0):g}`" if tilt > 0.0 else None
 
 
 def _steadier(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str:

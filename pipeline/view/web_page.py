@@ -94,7 +94,8 @@ def write_comparison(folders: tuple[Path, Path], path: Path, *, force: bool = Fa
             title = f"{title} ({folder.name})"
         sides.append({"title": title, "report": data, "bodies": assembly_bodies(folder)})
     rows = {}
-    for verdict in (verdict for report in reports for verdict in report.verdicts):
+    verdicts = [verdict for report in reports for verdict in report.verdicts]
+    for verdict in sorted(verdicts, key=answer.is_on_the_part):
         rows[verdict.name] = [
             next((answer.in_percent(one) for one in report.verdicts if one.name == verdict.name), None)
             for report in reports

@@ -62,7 +62,7 @@
         Plot.ruleY(axes, { stroke: "var(--line)" }),
         Plot.line(rows, { x: "x", y: "key", z: (row) => row.one.number, stroke: (row) => colour(row.one), strokeOpacity: (row) => (isHeld(row.one) ? 0.35 : 0.02) }),
         Plot.line(picked, { x: "x", y: "key", z: null, stroke: "var(--ink)", strokeWidth: 2.5 }),
-        Plot.text(axes, { frameAnchor: "left", y: (key) => key, dx: -60, dy: -12, text: (key) => key, textAnchor: "start", fill: "var(--ink)", fontWeight: 600, stroke: "var(--paper)", strokeWidth: 8 }),
+        Plot.text(axes, { frameAnchor: "left", y: (key) => key, dx: -60, dy: -16, text: (key) => key, textAnchor: "start", fill: "var(--ink)", fontWeight: 600, stroke: "var(--paper)", strokeWidth: 8 }),
         Plot.text(axes, { x: 0, y: (key) => key, dx: -8, text: (key) => digits(ends.get(key)[0]), textAnchor: "end", fill: "var(--muted)" }),
         Plot.text(axes, { x: 1, y: (key) => key, dx: 8, text: (key) => digits(ends.get(key)[1]), textAnchor: "start", fill: "var(--muted)" }),
         Plot.tip(rows, Plot.pointer({ x: "x", y: "key", title: (row) => tell(row.one) })),
