@@ -57,6 +57,8 @@ DESIGN_TAIL = """\
 - The printed tips are sharp squares, or domes on squares. Another shape or a fillet needs `tips.socket = "pin"`;
   without it the verdict `geometry.tip_shape` fails.
 - Half the face of a dome holds the contact, or the verdict `geometry.tip_face` fails.
+- `tips.seat_radius_mm` and `low_outward_mm` are for printed domes of a square or a line on a block or a sphere. The
+  lowest point of each dome stays on its face.
 - A square is printed as two equal plates back to back: `tips.spacing_mm` holds a plate as deep as a tip is wide, and
   the pads between the plates, 0.4 or 0.5 mm. A line of three is not drawn: `geometry.layout` fails.
 

@@ -190,6 +190,7 @@ def parsed_setting(text: str) -> object:
 
 _TIPS_FIRST = (
     *("layout", "order", "outer_mm", "shape", "dome_radius_mm", "side_mm", "fillet_mm"),
+    *("seat_radius_mm", "low_outward_mm"),
     *("spacing_mm", "offset_mm", "gap_mm", "socket"),
 )
 

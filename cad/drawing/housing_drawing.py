@@ -207,8 +207,9 @@ def _draw_from_the_left(canvas: Canvas, housing: Housing, view: View, start: flo
         lengths.append(Length("left", (plate.left, plate.bottom), (start, foot)))
     draw_lengths(canvas, lengths, Box(start, 0.0, plate.right, top))
     if housing.dome_radius:
-        centre = (middle, housing.dome_radius)
-        angle = 270.0 + math.degrees(0.5 * tip / housing.dome_radius)  # at its edge
+        _, outward = housing.dome_beside(housing.arms[0])
+        centre = (middle - outward, housing.dome_radius)  # +y is to the left there
+        angle = 270.0 + math.degrees(0.5 * (tip + outward) / housing.dome_radius)  # at its edge
         beside = (middle + tip, -1.2 * canvas.text_height)
         canvas.callout("radius", centre, housing.dome_radius, beside, "right", f"2x {MEASURED}", angle=angle)
 
@@ -254,6 +255,15 @@ def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: floa
     canvas.words(f"{arm.name.upper()} UPPER LEAF", (0.5 * (left + right), leaf.top + height), 0.7 * height)
 
 
+def centres_of_domes(housing: Housing) -> str:
+    """Return where the spheres of domes stand beside their tips [mm], in words; x and y are those of the plate."""
+    places = []
+    for arm in housing.arms:
+        along, across = housing.dome_beside(arm)
+        places.append(f"{arm.name} x {along:+.3f}, y {across:+.3f}")
+    return "; ".join(places)
+
+
 def _notes(housing: Housing, process: Process) -> list[str]:
     """Return the notes of the sheet, from above."""
     layer = f", layer {process.layer_mm:g} mm" if process.layer_mm else ""
@@ -268,6 +278,8 @@ def _notes(housing: Housing, process: Process) -> list[str]:
     if housing.dowels:
         notes.append("Plate of a square: MAKE TWO, one turned half round the press axis, pads on pads.")
         notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6 in holes reamed H7.")
+    if housing.domes_beside:
+        notes.append(f"Centres of domes from the middle of their tips: {centres_of_domes(housing)}.")
     if housing.pin_side:
         size = f"{housing.pocket_side:g} wide, {housing.pocket_depth:g} deep"
         notes.append(f"Pockets {size} for pins, see their drawing; these stand out {housing.pin_out:g}.")

@@ -99,7 +99,7 @@ def measurement_model(
     tips = design.tips
     if tips.tip_layout.is_pair:
         return LineModel(C=rows_of(C), own_less_other=1.0 / contact.K_m_over_E())
-    weights = contrast_weights(tips.places_mm, tips.springs)
+    weights = contrast_weights(tips.axes_mm, tips.springs)
     if tips.dome_radius_mm is None:
         fall = [design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
         gaps = tuple(np.subtract(fall, tips.height_offset_mm).tolist())
@@ -116,7 +116,7 @@ def _dome_law(scene: Scene, contact: FruitCompliance, C: Floats, weights: tuple[
     middle = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
     contrast = dome_contrast(scene, contact, C, middle)
     reach = (tips.dome_radius_mm or 0.0) + np.array(scene.fruit.radii_mm)
-    fall = 0.5 * (np.square(tips.places_mm) / reach).sum(axis=1)
+    fall = 0.5 * (np.square(tips.axes_mm) / reach).sum(axis=1)
     return ContrastLaw(
         weights=weights,
         gaps=tuple((fall - tips.height_offset_mm).tolist()),

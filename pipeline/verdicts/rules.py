@@ -10,6 +10,7 @@ from cad.design.parameters import Design, Targets
 from cad.design.reading import Reading
 from cad.quantity import Estimate
 from cad.theory.hertz import contact_reach, relative_radius
+from cad.tips.layouts import Position
 from cad.verdict import Verdict, failed
 from pipeline.options import TOLERANCES
 from pipeline.reading.analysis import Readings, SkinPressure
@@ -227,13 +228,15 @@ def tip_shape_verdicts(design: Design, press: ScenePress) -> tuple[Verdict, ...]
 
 
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
-    """Return how far from the axis of its dome a tip is touched at most [mm], which half its face must hold.
+    """Return how far from the middle of its face a tip is touched at most [mm], which half its face must hold.
 
     A printed dome ends in a square, whose sides the contact must keep; that of a pin in a circle.
     """
     tips = design.tips
     radius = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
-    slopes = [_slope_under(design, x, y) for x, y in tips.places_mm]
+    slopes = []
+    for axis, beside in zip(tips.axes_mm, tips.beside_mm, strict=True):
+        slopes.append(_slope_under(design, axis, Position(beside.x / radius, beside.y / radius)))
     farthest = 0.0
     forces_at_full_travel = press.table.F[:, -1]
     for E, forces in zip(press.table.E, forces_at_full_travel, strict=True):
@@ -245,20 +248,21 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     towards = "across the sides of" if tips.socket == "none" else "under"
     half_face = 0.5 * tips.side_mm
     words = (
-        f"farthest contact from the axis of a dome, Hertz, at full travel and every E; the fruit is up to "
+        f"farthest contact from the middle of a face, Hertz, at full travel and every E; the fruit is up to "
         f"{steepest:.2g} deg steep {towards} a tip; must be at most half of tips.side_mm"
     )
     return margin_verdict("geometry.tip_face", Estimate(farthest, 0.0, "mm"), half_face, words, at_most=True)
 
 
-def _slope_under(design: Design, x: float, y: float) -> float:
-    """Return the slope [1] of the fruit against the face of a tip at x, y [mm], tilt and roll of the press added.
+def _slope_under(design: Design, axis: Position, face: Position) -> float:
+    """Return the slope [1] of the fruit against a tip whose axis is at x, y [mm], tilt and roll of the press added.
 
-    It is the steepest one, or for a printed tip that towards a side of its square.
+    `face` is the slope along and across that its dome has in the middle of its face, 0 unless it is seated. It is the
+    steepest slope, or for a printed tip that towards a side of its square.
     """
     radius, radius_across = design.fruit.radii_mm
-    along = abs(x) / radius + abs(math.tan(math.radians(design.press.tilt_deg)))
-    across = abs(y) / radius_across + abs(math.tan(math.radians(design.press.roll_deg)))
+    along = abs(axis.x / radius - face.x) + abs(math.tan(math.radians(design.press.tilt_deg)))
+    across = abs(axis.y / radius_across - face.y) + abs(math.tan(math.radians(design.press.roll_deg)))
     return max(along, across) if design.tips.socket == "none" else math.hypot(along, across)
 
 

@@ -4,6 +4,7 @@ Travel x counts from the first touch of a level sensor.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,8 +27,9 @@ STEEPEST_DEG = 20.0
 class SidewaysGive:
     """How far forces that lean move tips on their springs, beside what moves along the press.
 
-    `compliance` (tips, tips, 3, 3) [mm/N] is along the tips, across and up the sensor, 0 from up to up: of flat faces,
-    or of the centres of the spheres of domes; `error` [1] is its relative error.
+    `compliance` (tips, tips, 3, 3) [mm/N] is along the tips, across and up the sensor: of flat faces, or of the centres
+    of the spheres of domes. From up to up it is what the turning of a tip adds to its spring, 0 unless a sphere stands
+    beside its tip; `error` [1] is its relative error.
     """
 
     compliance: Floats
@@ -64,9 +66,17 @@ class Scene:
 
     @property
     def centres(self) -> tuple[Point, ...]:
-        """Return x and y of the tips from the apex [mm]."""
+        """Return x and y of the axes of the tips' shapes from the apex [mm]."""
+        return self._off_centre(self.tips.axes_mm)
+
+    @property
+    def face_centres(self) -> tuple[Point, ...]:
+        """Return x and y of the middles of the tips' faces from the apex [mm]."""
+        return self._off_centre(self.tips.places_mm)
+
+    def _off_centre(self, positions: Sequence[Point]) -> tuple[Point, ...]:
         along, across = self.off_centre_mm
-        return tuple((x + along, y + across) for x, y in self.tips.places_mm)
+        return tuple((x + along, y + across) for x, y in positions)
 
     @property
     def height_offsets_mm(self) -> tuple[float, ...]:
@@ -77,12 +87,12 @@ class Scene:
     @property
     def slopes_deg(self) -> tuple[float, ...]:
         """Return the slope of the fruit along the tips under each of them [deg]; it falls where positive."""
-        return tuple(float(np.degrees(np.arctan(self._fruit_slope(centre)[0]))) for centre in self.centres)
+        return tuple(float(np.degrees(np.arctan(self._fruit_slope(centre)[0]))) for centre in self.face_centres)
 
     @property
     def steepest_deg(self) -> float:
         """Return the largest angle between a tip's face and the fruit's top under its centre [deg]."""
-        slopes = np.array([self._fruit_slope(centre) for centre in self.centres]) - self.turn
+        slopes = np.array([self._fruit_slope(centre) for centre in self.face_centres]) - self.turn
         return float(np.degrees(np.arctan(np.hypot(*slopes.T))).max())
 
     @property
@@ -120,7 +130,8 @@ class Scene:
         dome = self.tips.dome_radius_mm
         radius, across = self.fruit.radii_mm
         farthest = max(math.hypot(*point) for point in self.centres)
-        if dome is not None and radius == across and dome * farthest < 0.5 * side * (radius + dome):
+        is_seated = self.centres != self.face_centres  # it then touches near the middle of its face
+        if dome is not None and radius == across and (is_seated or dome * farthest < 0.5 * side * (radius + dome)):
             # The contact of a level dome on a sphere or a plane lies on its cap: two spheres touch.
             both = dome + radius
             return 0.0 if math.isinf(both) else both - math.sqrt(both**2 - math.hypot(*centre) ** 2)

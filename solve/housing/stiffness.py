@@ -232,28 +232,33 @@ def sideways_stiffness(mesh: Mesh, E: float, poisson: float, attached: Sequence[
     return tip_stiffnesses(mean.T @ u)
 
 
-def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
+def lever_compliance(half: ClampedHalf, lever: float, beside: Sequence[tuple[float, float]] = ()) -> Floats:
     """Return the compliance [mm/N] of points above the middles of the tips' faces, (tips, tips, 3, 3).
 
     They move with the faces, a lever [mm] up the press: entry (i, j, a, b) is how far point i moves along axis a for
-    1 N along b at point j. The half is one of a load along the press. Raises SolveError as `tip_compliance` does.
+    1 N along b at point j. Points that are not above the middles are `beside` them, along and across [mm], where a face
+    that slopes lifts them; that it turns about the press is left out. The half is one of a load along the press. Raises
+    SolveError as `tip_compliance` does.
     """
     compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
-    for part, axes in ((half, (LENGTHWISE, PRESS)), (with_symmetry(half, ACROSS), (ACROSS,))):
-        points = []
-        for axis in axes:
-            means = tip_means(part.basis, axis)
-            if axis != PRESS:  # a face that slopes turns, and the point swings by its lever
-                slopes = [face_mean(part.basis, tip_face(spring), PRESS, slope=axis) for spring in SPRINGS]
-                means = means - lever * np.column_stack(slopes)
-            points.append(means)
-        point = np.column_stack(points)
+    for part, level in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
+        slopes = [face_mean(part.basis, tip_face(spring), PRESS, slope=level) for spring in SPRINGS]
+        tilts = np.column_stack(slopes)
+        # A face that slopes turns: a point swings by its lever, and rises by how far it stands beside the middle.
+        swing = tip_means(part.basis, level) - lever * tilts
+        risen = tilts * [point[level] for point in beside] if beside else None
+        if level == LENGTHWISE:
+            rise = tip_means(part.basis, PRESS)
+            moves = {level: swing, PRESS: rise if risen is None else rise + risen}
+        else:
+            moves = {level: swing} if risen is None else {level: swing, PRESS: risen}
+        axes = tuple(moves)
+        point = np.column_stack(list(moves.values()))
         u = part.factor.solve(0.5 * point)
         check_tips(0.5 * point.T @ u, None)
         shape = (len(axes), len(SPRINGS))
-        compliance[np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)] = (
-            (point.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)
-        )
+        entries = np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)
+        compliance[entries] += (point.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)
     return compliance
 
 

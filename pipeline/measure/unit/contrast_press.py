@@ -62,8 +62,8 @@ class ContrastPress:
         E = sensor.corrected(read)
         u = half_width(sensor, E, [by_noise, by_drift, *by_unit, *by_heights])
 
-        positions = [(tip.x_mm, tip.y_mm) for tip in sensor.report.tips]
-        _, along, across = plane_through(positions, lowered_tips(self._law, self._deepest.tolist(), read))
+        lowered = lowered_tips(self._law, self._deepest.tolist(), read)
+        _, along, across = plane_through(sensor.design.tips.axes_mm, lowered)
         # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
         rolling = 1.0 + (sensor.design.tips.dome_radius_mm or 0.0) / sensor.design.fruit.radii_mm[0]
         tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))

@@ -107,7 +107,7 @@ function sensorLaw(data) {
     const E = setting.E;
     const along_press = springs(setting.K);
     const C = along_press.map((row, i) => row.map((entry, j) => [0, 1, 2].map((a) => [0, 1, 2].map((b) => (
-      a === 2 && b === 2 ? entry : sideways ? sideways[i][j][a][b] : 0)))));
+      (a === 2 && b === 2 ? entry : 0) + (sideways ? sideways[i][j][a][b] : 0))))));
     const other = own === null ? 0 : own / pose.R - 1;
     const body = remainder.map((row, i) => row.map((entry, j) => entry + other * change[i][j]));
     const relative = 1 / (1 / radius + 1 / pose.R);
@@ -297,14 +297,16 @@ function sensorLaw(data) {
     return radius;
   }
 
-  /* How far from the axis of a dome a tip is touched at most [mm], as the verdict geometry.tip_face counts it. */
+  /* How far from the middle of its face a tip is touched at most [mm], as the verdict geometry.tip_face counts it. */
   function farthestContact(F, setting) {
-    const { radius, printed } = data.dome;
+    const { radius, printed, beside } = data.dome;
     const R = data.dome.fruit_radius === null ? Infinity : setting.radius;
     const relative = 1 / (1 / radius + 1 / R);
     const slope = (angle) => Math.abs(Math.tan((angle * Math.PI) / 180));
     return Math.max(...tips.map((i) => {
-      const across = [Math.abs(data.x[i] + setting.place) / R + slope(setting.tilt), Math.abs(data.y[i]) / R + slope(data.roll)];
+      const at = [data.x[i] + setting.place, data.y[i]];
+      const [x, y] = at.map((place, k) => Math.abs(place / R - beside[i][k] / relative));
+      const across = [x + slope(setting.tilt), y + slope(data.roll)];
       const steepest = printed ? Math.max(...across) : Math.hypot(...across);
       return steepest * relative + Math.cbrt((0.75 * (1 - data.poisson ** 2) * relative * Math.max(F[i] || 0, 0)) / setting.E);
     }));

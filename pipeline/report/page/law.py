@@ -31,7 +31,7 @@ def law_data(report: StoredReport, result: SensorResult) -> Plain:
     fruit = design.fruit
     scene = scene_of(design, result.press.height_offsets, result.springs.sideways)
     pair = contact.per_spring(*tips.spring_groups)
-    x, y = np.array(tips.places_mm).T
+    x, y = np.array(tips.axes_mm).T
     contrast = report.read_out.contrast
     return {
         "kind": "table" if contact.skin is not None else _kind_of(scene),
@@ -105,6 +105,7 @@ def _dome(scene: Scene, contact: FruitCompliance) -> Plain | None:
         "shape_change": contact.shape_change.tolist(),
         "sideways": None if scene.sideways is None else scene.sideways.compliance.tolist(),
         "built": list(scene.tips.height_offset_mm),
+        "beside": [list(point) for point in scene.tips.beside_mm],
         "half_face": 0.5 * scene.tips.side_mm,
         "printed": scene.tips.socket == "none",
     }

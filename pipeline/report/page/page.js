@@ -292,7 +292,7 @@
     }
     if (found.reach !== null) {
       const half = law.data.dome.half_face;
-      numbers.push(["farthest contact from the axis of a dome", text(found.reach, "mm"), judged(found.reach <= half, `limit ${text(half, "mm")}, half its face`)]);
+      numbers.push(["farthest contact from the middle of a face", text(found.reach, "mm"), judged(found.reach <= half, `limit ${text(half, "mm")}, half its face`)]);
     }
     numbers.push(["mean pressure under the worst tip", text(found.pressure, "MPa"), found.bruise === null ? null
       : judged(found.pressure <= found.bruise, `limit ${text(found.bruise, "MPa")}`)]);

@@ -6,7 +6,7 @@ would enter it; its springs let it move in the frame of the sensor: along the ti
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -40,11 +40,6 @@ class DomeApproach:
         """Return the cosine of the angle between normal and axis [1], (poses, tips)."""
         return self.direction[..., 2]
 
-    @property
-    def sine(self) -> Floats:
-        """Return the sine of the angle between normal and axis [1], (poses, tips)."""
-        return np.sqrt(np.maximum(1.0 - self.cosine**2, 0.0))
-
 
 @dataclass(frozen=True, eq=False)
 class DomePoses:
@@ -52,7 +47,7 @@ class DomePoses:
 
     `centres` (poses, tips, 3) [mm] are those of the domes' spheres, `frame` (poses, 3, 3) [1] has in its rows how the
     sensor stands: along the tips, across, and up its axis; `semi_axes` (poses, 3) [mm] are those of the fruit, infinite
-    for a flat one.
+    for a flat one. `face_middles` (tips, 2) [mm] are those of the faces from the axes of the spheres, along and across.
     """
 
     dome_radius: float
@@ -60,6 +55,7 @@ class DomePoses:
     frame: Floats
     semi_axes: Floats
     sideways: SidewaysGive | None = None
+    face_middles: Floats = field(default_factory=lambda: np.zeros(2))
 
     def approach(self, moved: Floats) -> DomeApproach:
         """Return how domes stand that springs let move in the frame of the sensor, `moved` (poses, tips, 3) [mm]."""
@@ -77,6 +73,11 @@ class DomePoses:
             radius=1.0 / np.sqrt(least * most),
             eased=1.0 - np.log(most / least) ** 2 / 72.0,
         )
+
+    def from_face_middle(self, approach: DomeApproach) -> Floats:
+        """Return how far across the axis of a dome it touches from the middle of its face [mm], (poses, tips)."""
+        touching = -self.dome_radius * approach.direction[..., :2]  # from the axis of the sphere
+        return np.asarray(np.linalg.norm(touching - self.face_middles, axis=-1))
 
     def _feet(self, centres: Floats) -> tuple[Floats, Floats]:
         """Return the nearest points of the fruit and its normals there, both (poses, tips, 3)."""
@@ -143,4 +144,5 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
         frame=np.concatenate([level, axis[:, None]], axis=1),
         semi_axes=np.array(semi_axes),
         sideways=scenes[0].sideways,
+        face_middles=-np.array(scenes[0].tips.beside_mm),
     )

@@ -120,7 +120,7 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
         contact_radius=contact_radius,
         mean_pressure=state.N / np.where(touching, np.pi * contact_radius**2, 1.0),
         pressure_error=np.where(touching, 2.0 * state.strain.edge_error, 0.0),
-        face=np.where(touching, 2.0 * (poses.dome_radius * state.approach.sine + law.rim(state)), 0.0),
+        face=np.where(touching, 2.0 * (poses.from_face_middle(state.approach) + law.rim(state)), 0.0),
     )
 
 
@@ -164,7 +164,7 @@ class _Law:
         self._poses = poses
         sideways = poses.sideways or SidewaysGive(np.zeros((*C.shape, 3, 3)), 0.0)
         self._C = sideways.compliance.copy()
-        self._C[..., 2, 2] = C
+        self._C[..., 2, 2] += C
         self._sideways_error = sideways.error
         self._body = body
         self._E = E[:, None]

@@ -13,6 +13,13 @@ def mango():
 
 
 @pytest.fixture(scope="session")
+def seated():
+    """Return a square whose domes touch in the middle of their faces, its readings assessed."""
+    settings = {"tips.seat_radius_mm": 50.0, "tips.low_outward_mm": 0.05, "tips.dome_radius_mm": 12.0}
+    return MeasuredDesign("mango", **settings)
+
+
+@pytest.fixture(scope="session")
 def paper():
     """Return the pair on its flat block."""
     return MeasuredDesign("paper")

@@ -58,9 +58,14 @@ def module_of(folder, sensor):
     return runpy.run_path(str(path))
 
 
-def over_the_range(mango, rng):
+@pytest.fixture(params=["mango", "seated"])
+def square(request):
+    return request.getfixturevalue(request.param)
+
+
+def over_the_range(measured, rng):
     poses = [Pose(E=E, travel=0.5, tilt_deg=tuple(rng.uniform(-2, 2, 2))) for E in np.geomspace(0.5, 3.5, 100).tolist()]
-    return mango.forces(poses, FACTORS["mango"]).astype(np.float32)
+    return measured.forces(poses, FACTORS["mango"]).astype(np.float32)
 
 
 def at_random(rng, tips):
@@ -76,9 +81,9 @@ def bits(flags):
     return sum(1 << IN_FIRMWARE.index(flag) for flag in flags if flag in IN_FIRMWARE)
 
 
-def test_square_agrees_over_the_range_and_on_odd_forces(mango, rng, tmp_path, in_c):
-    sensor = mango.measuring(FACTORS["mango"])
-    rows = np.concatenate([over_the_range(mango, rng), at_random(rng, 4)])
+def test_square_agrees_over_the_range_and_on_odd_forces(square, rng, tmp_path, in_c):
+    sensor = square.measuring(FACTORS["mango"])
+    rows = np.concatenate([over_the_range(square, rng), at_random(rng, 4)])
     expected = [reading_of(sensor, row) for row in rows.tolist()]
     E = np.array([math.nan if reading.E is None else reading.E for reading in expected])
     flags = [bits(reading.flags) for reading in expected]
