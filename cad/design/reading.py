@@ -25,7 +25,8 @@ class Reading:
     `tilt_deg` is the largest tilt, in any direction; `off_centre_mm` how far the sensor stands from the apex at most;
     `radius_spread` by how much of it the fruit's radius may differ. `noise_percent` is a share of the largest force of
     each tip. `stiffness_percent` and `gain_percent` are what calibration leaves of each spring and each channel.
-    `bias_limit` bounds the largest |E read / E - 1| without noise, `uncertainty_limit` its standard deviation.
+    `tip_place_mm` is how far making leaves each tip of a square or line beside its place, which a flat plate does not
+    show. `bias_limit` bounds the largest |E read / E - 1| without noise, `uncertainty_limit` its standard deviation.
     """
 
     tilt_deg: float = quantity(
@@ -72,6 +73,13 @@ class Reading:
         default=0.5,
         hint="an amplifier has 0.5",
         meaning="how far calibration leaves each channel unknown, one sigma",
+    )
+    tip_place_mm: float = quantity(
+        "mm",
+        _PLACE,
+        default=0.0,
+        hint="a printer keeps within some 0.05",
+        meaning="how far each tip of a square or line may be beside its place along either axis, one sigma",
     )
     bias_limit: float = quantity(
         "1",

@@ -150,7 +150,9 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     try:
         for i, E in enumerate(presses.moduli):
             worst = _largest_bias(biases[i].tolist())
-            sources = uncertainty_sources(model, reading, level[i], presses.full_scale, poses[i], sensor.signal)
+            sources = uncertainty_sources(
+                model, reading, level[i], presses.full_scale, poses[i], sensor.signal, slopes_under(sensor.design)
+            )
             placement = presses.placements[worst]
             rows.append(ModulusReading(E=E, bias=float(biases[i, worst]), worst=placement, sources=sources))
     except ReadingError as error:  # tips or springs that the fruit hardly moves
@@ -175,6 +177,12 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
         flesh=flesh,
         face_mm=face_mm,
     )
+
+
+def slopes_under(design: Design) -> Floats:
+    """Return by how much the gap of each tip grows per length that it stands farther out [1], (tips,)."""
+    reach = np.add(design.fruit.radii_mm, design.tips.dome_radius_mm or 0.0)
+    return np.asarray(np.linalg.norm(np.array(design.tips.places_mm) / reach, axis=1))
 
 
 def _biases(model: MeasurementModel, presses: Presses, least: Floats, side_mm: float) -> tuple[Floats, str | None]:

@@ -61,12 +61,14 @@ def uncertainty_sources(
     full_scale: Floats,
     poses: Mapping[str, float],
     signal: SignalPath | None = None,
+    skin_slopes: Floats | None = None,
 ) -> UncertaintySources:
     """Return the sources at one modulus of a level sensor in the middle of its fruit.
 
     `press` (samples, tips) [N] are its forces; `poses` are the contributions of tilt, position and radius [1].
     `full_scale` (tips,) [N] is the largest force of each channel. The heights of the tips are those that the mean of a
-    hundred readings on a flat hard plate gives: its noise is what is left. Raises ReadingError.
+    hundred readings on a flat hard plate gives: its noise is what is left. A tip beside its place is right there, not
+    on a fruit that falls away under it by `skin_slopes` (tips,) [1]. Raises ReadingError.
     """
     E = model.modulus(press)
     tips = press.shape[1]
@@ -107,6 +109,8 @@ def uncertainty_sources(
         "gain": 0.01 * reading.gain_percent * _norm(gains),
         "tip_height": math.hypot(_norm(zeroed * by_percent), _norm(zeroed * by_force)),
     }
+    if reading.tip_place_mm and skin_slopes is not None:
+        contributions["tip_place"] = reading.tip_place_mm * _norm(heights * skin_slopes)
     return UncertaintySources(
         contributions={**contributions, **poses},
         stiffness_slope=_norm(springs),

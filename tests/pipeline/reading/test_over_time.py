@@ -78,7 +78,7 @@ def test_flesh_that_relaxes_much_in_the_hold_fails_and_has_a_hint(arms, hold, pa
     assert (verdict.name, verdict.limit, verdict.passed) == ("reading.relaxation", 0.05, passed)
     (hinted,) = with_hints([verdict], design, springs_of(design), RunOptions())
     assert (hinted.remedy is None) is passed
-    assert passed or "--set reading.at_s" in hinted.remedy
+    assert passed or "reading.at_s" in hinted.remedy
 
 
 def test_forces_that_tell_no_modulus_in_the_hold_fail_and_are_null_in_the_report():
