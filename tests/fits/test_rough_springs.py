@@ -1,21 +1,28 @@
 """LIFT and ERROR of `pipeline/springs/rough_fit.py`: the rough mesh against the mesh to solve on, on random designs."""
 
+from collections.abc import Iterator
 from itertools import islice
 
 import numpy as np
 import pytest
 from random_designs import ROUGH, random_designs
 
-from cad.design.parameters import Design
 from pipeline.response.contact import fruit_compliance
-from pipeline.springs.fitted_springs import fit_springs
+from pipeline.springs.fitted_springs import FittedSprings, fit_springs
 from pipeline.springs.leaf_lengths import DEFAULT, add_pin_compliance, solve_on
 from pipeline.springs.sizing import spring_sizing
 
 
-def compared(design: Design) -> tuple[np.ndarray, np.ndarray]:
+def rough_springs(seed: int) -> Iterator[FittedSprings]:
+    """Yield the rough springs of random designs; those whose leaves the solve does not let print are left out."""
+    for design in random_designs(seed):
+        springs = fit_springs(design, spring_sizing(design, fruit_compliance(design, ROUGH), ROUGH), ROUGH)
+        if springs.fitted is not None:
+            yield springs
+
+
+def compared(springs: FittedSprings) -> tuple[np.ndarray, np.ndarray]:
     """Return error over bar of the stiffnesses and of the root strains of a rough fit [1], each of shape (2,)."""
-    springs = fit_springs(design, spring_sizing(design, fruit_compliance(design, ROUGH), ROUGH), ROUGH)
     housing = springs.fitted.housing
     rough = springs.fitted.stiffness
     E, poisson = springs.process.E_MPa, springs.process.poisson
@@ -27,13 +34,13 @@ def compared(design: Design) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.slow
 def test_rough_springs_lie_within_their_bars():
-    of_K, of_strain = compared(next(random_designs(11)))
+    of_K, of_strain = compared(next(rough_springs(11)))
     assert max(of_K.max(), of_strain.max()) < 1.0
 
 
 @pytest.mark.study
 def test_bars_of_rough_springs_cover_random_designs_and_are_not_far_too_wide():
-    found = [compared(design) for design in islice(random_designs(12), 300)]
+    found = [compared(springs) for springs in islice(rough_springs(12), 300)]
     of_K = np.array([of_K for of_K, _ in found])
     assert 1.0 / 3.0 < of_K.max() < 1.0
     assert max(of_strain.max() for _, of_strain in found) < 1.0
