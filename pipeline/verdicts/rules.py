@@ -102,8 +102,8 @@ def tolerance_remedy(verdict: Verdict, asked: float) -> str | None:
         digit = 10.0 ** math.floor(math.log10(wanted))
         tighter = round(math.floor(wanted / digit * (1.0 + 1e-9)) * digit, 12)
         if tighter < asked and TOLERANCES.hold(tighter):
-            return f"{UNDECIDED}, --tol {tighter:g} would decide"
-    return f"{UNDECIDED}, no --tol would decide"
+            return f"{UNDECIDED}, `--tol {tighter:g}` would decide"
+    return f"{UNDECIDED}, no `--tol` would decide"
 
 
 # Force ratio

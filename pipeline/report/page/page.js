@@ -235,17 +235,18 @@
     ["Speed against error", speedAgainstError],
   ];
 
-  /* Where a verdict lies: three tolerances to each side of its target, or up to one and a half limits. */
+  /* Where a verdict lies: three tolerances to each side of its target, or up to one and a half limits of one side. */
   function verdictScale(place) {
     const { value, limit, error, tolerance, relative, passed, sense } = data.verdicts[Number(place.dataset.verdict)];
     if (![value, limit, tolerance].every(Number.isFinite)) return;
     const width = relative ? tolerance * Math.abs(limit) : tolerance;
-    if (!(width > 0 || limit > 0)) return;
-    const domain = width > 0 ? [limit - 3 * width, limit + 3 * width] : [0, 1.5 * limit];
+    const isTarget = width > 0 && !sense;
+    if (!(isTarget || limit > 0)) return;
+    const domain = isTarget ? [limit - 3 * width, limit + 3 * width] : [0, 1.5 * limit];
     const below = sense ? sense === "at most" : (value <= limit) === (passed !== false);
-    const passing = width > 0 ? [limit - width, limit + width] : below ? [0, limit] : [limit, domain[1]];
+    const passing = isTarget ? [limit - width, limit + width] : below ? [0, limit + width] : [limit - width, domain[1]];
     const ends = [value - (error || 0), value + (error || 0)];
-    const words = width > 0 ? `${digits((value - limit) / width, 2)} of the tolerance from the target` : `${digits(value / limit, 2)} of the limit`;
+    const words = isTarget ? `${digits((value - limit) / width, 2)} of the tolerance from the target` : `${digits(value / limit, 2)} of the limit`;
     const svg = Plot.plot({
       width: 150, height: 22, margin: 3, x: { domain, clamp: true, axis: null }, y: { axis: null }, style: { background: "none" },
       marks: [
@@ -345,7 +346,7 @@
     show();
   });
   for (const flags of document.querySelectorAll(".hint code")) {
-    if (flags.textContent.startsWith("--")) flags.after(" ", copyButton(flags.textContent));
+    if (/^--.*[ =]/.test(flags.textContent)) flags.after(" ", copyButton(flags.textContent));
   }
   /* Time and price of a print, of its volume and mass and of what the reader types. */
   const cost = element("print-cost");

@@ -81,10 +81,10 @@ def test_margin_is_undecided_where_its_error_bar_reaches_across(value, error, pa
 @pytest.mark.parametrize(
     ("error", "asked", "words"),
     [
-        (0.1, 0.02, "undecided by its error bar, --tol 0.005 would decide"),
-        (0.07, 0.02, "undecided by its error bar, --tol 0.005 would decide"),
-        (0.5, 0.02, "undecided by its error bar, no --tol would decide"),
-        (1000.0, 0.001, "undecided by its error bar, no --tol would decide"),
+        (0.1, 0.02, "undecided by its error bar, `--tol 0.005` would decide"),
+        (0.07, 0.02, "undecided by its error bar, `--tol 0.005` would decide"),
+        (0.5, 0.02, "undecided by its error bar, no `--tol` would decide"),
+        (1000.0, 0.001, "undecided by its error bar, no `--tol` would decide"),
     ],
 )
 def test_an_undecided_verdict_says_which_tolerance_would_decide(error, asked, words):
