@@ -142,7 +142,7 @@
         atSlider(setting.E, own, `bias at the sliders ${text(own, "%")}`),
         Plot.tip(points, Plot.pointer({ x: "E", y: "y", title: (one) => `E ${text(one.E, "MPa")}\n${one.what} ${text(one.y, "%")}\n${one.worst}` })),
       ]),
-      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. The first tip lifts off at ${text(report.reading.lift_deg)} degrees.${law.readable ? " Black: bias at the sliders." : ""}`,
+      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. The first tip lifts off at ${text(report.reading.lift_deg)} degrees.${law.readable ? " Large dot: bias at the sliders." : ""}`,
     };
   }
 
@@ -211,11 +211,11 @@
     need(solves.length, "nothing was solved");
     const asked = 100 * report.accuracy.tolerance;
     return {
-      x: { label: "wall time of the solve [s]", type: "log", nice: true, tickFormat: (value) => digits(value) }, y: { label: "error bar [%]", type: "log", nice: true, tickFormat: (value) => digits(value) }, marginRight: 80,
+      x: { label: "wall time of the solve [s]", type: "log", nice: true, tickFormat: (value) => digits(value) }, y: { label: "error bar [%]", type: "log", nice: true, tickFormat: (value) => digits(value) },
+      color: { domain: solves.map(([name]) => name), range: colours, legend: true },
       marks: [
         Plot.ruleY([asked], { stroke: "var(--bad)", strokeDasharray: "5 3" }),
-        Plot.dot(solves, { x: "1", y: "2", fill: (one) => colours[solves.indexOf(one)], r: 5 }),
-        Plot.text(solves, { x: "1", y: "2", text: "0", textAnchor: "start", dx: 9, stroke: "var(--paper)", fill: "var(--ink)", strokeWidth: 4 }),
+        Plot.dot(solves, { x: "1", y: "2", fill: "0", r: 5 }),
         Plot.tip(solves, Plot.pointer({ x: "1", y: "2", title: ([name, seconds, error]) => `${name}: ${text(error, "%")} in ${text(seconds, "s")}` })),
       ],
       caption: `What each solve of this run took for its error; ${report.contact.method} for the contact. Dashed: asked for (--tol).`,
