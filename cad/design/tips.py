@@ -160,14 +160,14 @@ class Tips(ShapeKeys):
             for i, spring in enumerate(springs)
         )
 
-    @property
+    @cached_property
     def places_mm(self) -> tuple[Position, ...]:
         """Return the position of each tip from the apex of the fruit [mm]; a square is gone round from (-x, -y)."""
         return tuple(
             Position(self.offset_mm + self.spacing_mm * x, self.spacing_mm * y) for x, y in self.tip_layout.positions
         )
 
-    @property
+    @cached_property
     def axes_mm(self) -> tuple[Position, ...]:
         """Return where the axis of each tip's shape stands from the apex [mm]: beside its place for seated domes."""
         shape = self.tip_shape

@@ -30,7 +30,7 @@ from pipeline.study.variation import Span
 from pipeline.study.workers import Engine, ProgressReport, completed
 
 MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves each number by less
-MOST_RUNS = 5
+MOST_RUNS = 20
 DESIGN = "design.toml"
 RUN = "best"
 _INFEASIBLE = 2.0  # above the costs of designs that pass, which lie from -1 to 1
@@ -180,7 +180,7 @@ def refuse_occupied(folder: Path, *, force: bool = False) -> None:
 
 
 def prove(study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False) -> Proof | None:
-    """Return the first of the best five candidates whose run passes all verdicts, else the last that was run.
+    """Return the first of the best twenty candidates whose run passes all verdicts, else the last that was run.
 
     The outputs of its run are in `best`, and where it passes, its design file is `design.toml` in the folder. None
     where no candidate passes the verdicts of the search. Raises as a run, and InputError as `write_files`.
