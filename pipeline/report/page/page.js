@@ -346,7 +346,7 @@
     show();
   });
   for (const flags of document.querySelectorAll(".hint code")) {
-    if (/^--.*[ =]/.test(flags.textContent)) flags.after(" ", copyButton(flags.textContent));
+    if (/^--.*[ =]/.test(flags.textContent)) flags.parentElement.append(" ", copyButton(flags.textContent));
   }
   /* Time and price of a print, of its volume and mass and of what the reader types. */
   const cost = element("print-cost");
