@@ -180,7 +180,7 @@ def compliance_of(half: ClampedHalf, foils: Sequence[BondedFoil] = (), start: fl
     solution = half.factor.solve(np.column_stack(loads))
     u = solution[:, : len(SPRINGS)]
     sag, lengthwise_sag = solution[:, len(SPRINGS) :].T @ mean
-    check_tips(0.5 * mean.T @ u, half.support(u))
+    check_tips(0.5 * mean.T @ u, half.support(u), half.round_off(u))
 
     tilt = []
     strain = []
@@ -266,7 +266,7 @@ def displacements(half: ClampedHalf) -> Floats:
     """Return the displacements [mm] for 1 N along the press on each tip, shape (dofs, tips); raises SolveError."""
     mean = tip_means(half.basis, PRESS)
     u = half.factor.solve(0.5 * mean)
-    check_tips(0.5 * mean.T @ u, half.support(u))
+    check_tips(0.5 * mean.T @ u, half.support(u), half.round_off(u))
     return u
 
 
