@@ -74,13 +74,6 @@ class Reading:
         hint="an amplifier has 0.5",
         meaning="how far calibration leaves each channel unknown, one sigma",
     )
-    tip_place_mm: float = quantity(
-        "mm",
-        _PLACE,
-        default=0.0,
-        hint="a printer keeps within some 0.05",
-        meaning="how far each tip of a square or line may be beside its place along either axis, one sigma",
-    )
     bias_limit: float = quantity(
         "1",
         _LIMIT,
@@ -94,6 +87,13 @@ class Reading:
         default=0.1,
         hint="give a fraction, for 10 % write 0.1",
         meaning="largest standard deviation of the modulus, all causes together",
+    )
+    tip_place_mm: float | None = quantity(
+        "mm",
+        _PLACE,
+        default=None,
+        hint="a printer keeps within some 0.05",
+        meaning="how far a tip of a square or line may be beside its place, along each axis, one sigma",
     )
     at_s: float | None = quantity(
         "s",

@@ -45,7 +45,7 @@
         Plot.tip(points, Plot.pointerX({ x: "0", y: "1", title: (one) => `E ${text(one[0], "MPa")}\nP ${text(one[1])}\ncalibrated ${text(one[4])} to ${text(one[5], "MPa")}` })),
         Plot.tip(data.mangoes, Plot.pointer({ x: "E_MPa", y: "P", title: (one) => `mango ${one.number}, ${one.variety}\nE ${text(one.E_MPa, "MPa")} ± ${text(one.scatter_MPa)}\nP ${text(one.P)}` })),
       ]),
-      caption: `At full travel; bands: moduli that may show P, as printed (light) and after calibrating (dark). Orange: mangoes of the paper's Table I. Dashed: straight line; dotted: at the sliders.${NL && Number.isFinite(NL.value) ? ` NL ${percent(NL.value)}.` : ""}`,
+      caption: `At full travel; bands: moduli that may show P, as printed (light) and after calibrating (dark). Ochre: mangoes of the paper's Table I. Dashed: straight line; dotted: at the sliders.${NL && Number.isFinite(NL.value) ? ` NL ${percent(NL.value)}.` : ""}`,
     };
   }
 
