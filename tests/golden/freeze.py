@@ -26,6 +26,7 @@ NUMBERS = HERE / "numbers"
 RUNS: dict[str, list[str]] = {
     "paper": ["--nl", "0.05"],
     "mango": ["--design", "mango"],
+    "mango-sharp": ["--design", "mango-sharp"],
     "compact": ["--design", "compact"],
     "fouly": ["--design", "docs/examples/fouly.toml"],
     "paper-on-mango": ["--design", "paper-on-mango"],

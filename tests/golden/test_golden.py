@@ -1,4 +1,4 @@
-"""Thirteen scenes answer what they answered before: a number that moves is a fault, or a correction with its reason."""
+"""Fourteen scenes answer what they answered before: a number that moves is a fault, or a correction with its reason."""
 
 import json
 import math

@@ -14,9 +14,8 @@ def mango():
 
 @pytest.fixture(scope="session")
 def seated():
-    """Return a square whose domes touch in the middle of their faces, its readings assessed."""
-    settings = {"tips.seat_radius_mm": 50.0, "tips.low_outward_mm": 0.05, "tips.dome_radius_mm": 12.0}
-    return MeasuredDesign("mango", **settings)
+    """Return the square whose domes stand outward of their tips, its readings assessed."""
+    return MeasuredDesign("mango-sharp")
 
 
 @pytest.fixture(scope="session")

@@ -43,14 +43,10 @@ def test_planted_wrong_law_is_found(flat_page, open_page, rng):
 
 @pytest.mark.study
 @pytest.mark.parametrize(
-    ("name", "settings"),
-    [
-        *((name, {}) for name in ("paper", "mango", "compact", "docs/examples/fouly.toml", "paper-on-mango")),
-        ("mango", {"tips.seat_radius_mm": "45.0", "tips.low_outward_mm": "0.05"}),
-    ],
+    "name", ["paper", "mango", "mango-sharp", "compact", "docs/examples/fouly.toml", "paper-on-mango"]
 )
-def test_law_of_every_preset_is_that_of_python(name, settings, preset_page, open_page, rng):
-    written = preset_page(load_design(name, settings))
+def test_law_of_every_preset_is_that_of_python(name, preset_page, open_page, rng):
+    written = preset_page(load_design(name, {}))
     page = open_page(written.address)
     kind = page.evaluate("() => window.twintip.law.data.kind")
     errors = modulus_errors(page, written.result, random_settings(page, rng, SETTINGS))

@@ -2,14 +2,22 @@
 
 import numpy as np
 import pytest
+from reference import pressed_domes
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
+from pipeline.options import RunOptions, load_design
+from pipeline.reading.analysis import analyse_readings
+from pipeline.reading.measurement import pressed_sensor
+from pipeline.response.contact import fruit_compliance
+from pipeline.springs.fitted_springs import ideal_springs
+from pipeline.springs.sizing import spring_sizing
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.scene import Scene
 
 RADIUS = 35.0
 DOME = 14.0
+SIZES = (0.9, 0.6)  # under contacts that are half as wide again as those of mango
 
 
 def square(**keys):
@@ -61,3 +69,41 @@ def test_low_domes_that_stand_farther_out_fall_behind_on_a_rounder_fruit():
         cosine = np.sqrt(1.0 - np.square(scene.tips.axes_mm[0]).sum() / both**2)
         np.testing.assert_allclose(interference[::2], -behind[radius] * cosine, rtol=5e-3)
     assert behind[28.0] > behind[RADIUS] > 0.0
+
+
+@pytest.fixture(scope="module")
+def sharp():
+    """Return the preset, its measurement model on springs just as stiff as given, and the bias that it states [1]."""
+    design = load_design("mango-sharp")
+    contact = fruit_compliance(design, RunOptions())
+    springs = ideal_springs(design, spring_sizing(design, contact, RunOptions()))
+    bias = analyse_readings(design, contact, springs).bias
+    return design, pressed_sensor(design, contact, springs.C).model, bias.value + bias.error
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("E", [0.5, 1.0, 3.5])
+@pytest.mark.parametrize("radius", [28.0, 35.0, 42.0])
+@pytest.mark.parametrize(("tilt", "off_centre"), [(0.0, 0.0), (4.0, -1.0), (4.0, 1.0)])
+def test_forces_of_solids_in_nine_poses_are_read_within_the_stated_bias(sharp, E, radius, tilt, off_centre):
+    """By a program of its own, flesh at finite strain; low tip 1 is lowered, tips 2 and 4 are alike by symmetry."""
+    design, model, bias = sharp
+    tips = design.tips
+    low, high = (float(np.hypot(*beside)) for beside in tips.beside_mm[:2])
+    press = pressed_domes.Press(
+        E=E,
+        K=(1e-3 * design.springs.K_l_N_per_m, 1e-3 * design.springs.K_h_N_per_m),
+        travel=design.press.travel_mm,
+        tilt_deg=tilt,
+        off_centre=off_centre,
+        radius=radius,
+        ball=tips.dome_radius_mm,
+        side=tips.spacing_mm,
+        outward=(low, high),
+        plan=design.fruit.length_mm,
+    )
+    forces = pressed_domes.extrapolated_forces(press, sizes=SIZES)
+    lowered, beside = forces[:2]
+    lifted = forces[-1] if len(forces) > 2 else lowered
+    read = model.modulus(np.array([[lowered, beside, lifted, beside]]))
+    assert read == pytest.approx(E, rel=bias)
