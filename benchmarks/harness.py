@@ -63,8 +63,9 @@ class Measurement:
 
     @property
     def cost(self) -> str:
-        """Return method, worst error and CPU seconds in words."""
-        return f"{self.method} at {percent(self.worst)} in {self.cpu:.2g} CPU s"
+        """Return method, worst error, whether it states no bar, and CPU seconds in words."""
+        bar = ", no error bar," if self.error_bar is None else ""
+        return f"{self.method} at {percent(self.worst)}{bar} in {self.cpu:.2g} CPU s"
 
 
 @dataclass(frozen=True, kw_only=True)
