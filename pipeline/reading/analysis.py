@@ -146,12 +146,13 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     level = presses.F[:, 0]
     errors = _modulus_errors(sensor, presses.moduli, level, presses.error[:, 0])
     poses = _pose_contributions(biases, presses.placements)
+    skin_slopes = slopes_under(sensor.design)
     rows = []
     try:
         for i, E in enumerate(presses.moduli):
             worst = _largest_bias(biases[i].tolist())
             sources = uncertainty_sources(
-                model, reading, level[i], presses.full_scale, poses[i], sensor.signal, slopes_under(sensor.design)
+                model, reading, level[i], presses.full_scale, poses[i], sensor.signal, skin_slopes
             )
             placement = presses.placements[worst]
             rows.append(ModulusReading(E=E, bias=float(biases[i, worst]), worst=placement, sources=sources))

@@ -95,10 +95,11 @@ def test_noise_for_an_uncertainty_gives_it(model):
     assert noise_to_reach(1e-6, found) is None
 
 
-def test_domes_beside_their_places_move_the_reading_as_two_spheres_do():
+@pytest.mark.parametrize("name", ["mango", "mango-sharp"])
+def test_domes_beside_their_places_move_the_reading_as_two_spheres_do(name):
     """Each dome moved by itself along each axis, its gap that between two spheres, the forces those of a press."""
     beside = 0.02
-    design = load_design("mango", {"reading.tip_place_mm": beside})
+    design = load_design(name, {"reading.tip_place_mm": beside})
     contact = contact_compliance(design.fruit, design.tips)
     C = np.diag([1.0 / 0.15, 1.0 / 1.4] * 2)
     at_place = pressed_sensor(design, contact, C)
@@ -110,7 +111,7 @@ def test_domes_beside_their_places_move_the_reading_as_two_spheres_do():
         return reach - np.sqrt(reach**2 - np.square(places).sum(axis=1))
 
     changes = []
-    places = np.array(design.tips.places_mm)
+    places = np.array(design.tips.axes_mm)
     for move in beside * np.eye(places.size):
         farther = fall(places + move.reshape(places.shape)) - fall(places)
         moved = pressed_sensor(design, contact, C, tuple(-farther)).in_poses([pose]).F
