@@ -115,8 +115,11 @@ class Tips(ShapeKeys):
                 raise validation_error(name, value, "mm", bound, "drop it: a pin has its dome on its axis")
             beside = [abs(length) for point in self.beside_mm for length in point]
             if max(beside) >= 0.5 * self.side_mm:
-                bound = f"such that each dome has its lowest point on its face, here {max(beside):.3g} mm beside it"
-                hint = "a flat plate would zero the edges of the tips: take a larger seat or a smaller dome"
+                farthest = 0.5 * self.side_mm
+                bound = (
+                    f"such that each dome is lowest within {farthest:.3g} mm of its tip's middle, not {max(beside):.3g}"
+                )
+                hint = "a flat plate would touch the edges of the tips: take a larger seat or a smaller dome radius"
                 raise validation_error(name, value, "mm", bound, hint)
 
     @property
@@ -169,7 +172,10 @@ class Tips(ShapeKeys):
 
     @cached_property
     def axes_mm(self) -> tuple[Position, ...]:
-        """Return where the axis of each tip's shape stands from the apex [mm]: beside its place for seated domes."""
+        """Return x and y of the middle of each tip's shape, of a dome's sphere, from the apex of the fruit [mm].
+
+        Domes that stand outward of their tips have it beside `places_mm`.
+        """
         shape = self.tip_shape
         axes = []
         for position, spring in zip(self.tip_layout.positions, self.springs, strict=True):

@@ -181,7 +181,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
 
 
 def slopes_under(design: Design) -> Floats:
-    """Return by how much the gap of each tip grows per length that it stands farther out [1], (tips,)."""
+    """Return how much the gap of each tip to the fruit grows per length away from the apex [1], (tips,)."""
     reach = np.add(design.fruit.radii_mm, design.tips.dome_radius_mm or 0.0)
     return np.asarray(np.linalg.norm(np.array(design.tips.axes_mm) / reach, axis=1))
 

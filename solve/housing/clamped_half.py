@@ -54,7 +54,7 @@ class ClampedHalf:
         return np.asarray((self.matrix @ u)[held].sum(axis=0))
 
     def round_off(self, u: Floats) -> float:
-        """Return what round-off leaves unknown of the support [N]: long leaves carry little by large forces inside."""
+        """Return the numerical error of `support` [N] for u (dofs, loads) [mm]: it is a small sum of large forces."""
         inside = (abs(self.matrix) @ np.abs(u))[self._vertical].sum(axis=0)
         return float(np.finfo(np.float64).eps * inside.max())
 
