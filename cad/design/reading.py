@@ -6,7 +6,7 @@ A design that has this table is judged by the modulus that it reads, not by its 
 import math
 from dataclasses import dataclass
 
-from cad.quantity import DURATION, Bounds, check_fields, quantity
+from cad.quantity import DURATION, Bounds, check_fields, choice, quantity
 
 _TILT = Bounds(at_least=0.0, at_most=15.0)
 _PLACE = Bounds(at_least=0.0, at_most=10.0)
@@ -24,7 +24,8 @@ class Reading:
 
     `tilt_deg` is the largest tilt, in any direction; `off_centre_mm` how far the sensor stands from the apex at most;
     `radius_spread` by how much of it the fruit's radius may differ. `noise_percent` is a share of the largest force of
-    each tip. `stiffness_percent` and `gain_percent` are what calibration leaves of each spring and each channel.
+    each tip. `stiffness_percent` and `gain_percent` are what calibration leaves of each spring and each channel: of its
+    force, or where a hard plate is pressed too, which moves all tips alike, of its deflection.
     `tip_place_mm` is how far making leaves each tip of a square or line beside its place, which a flat plate does not
     show. `bias_limit` bounds the largest |E read / E - 1| without noise, `uncertainty_limit` its standard deviation.
     """
@@ -73,6 +74,11 @@ class Reading:
         default=0.5,
         hint="an amplifier has 0.5",
         meaning="how far calibration leaves each channel unknown, one sigma",
+    )
+    calibrated_by: str | None = choice(
+        ("weights", "plate"),
+        default=None,
+        meaning="weights: each channel tells a force; plate: a press on a hard plate too, each tells a deflection",
     )
     bias_limit: float = quantity(
         "1",

@@ -90,6 +90,8 @@ def uncertainty_sources(
     noise = np.linalg.norm(np.array(of_samples), axis=0)
     springs = slopes(lambda step: model.with_springs(1.0 + step).modulus(press))
     gains = slopes(lambda step: model.modulus(press * (1.0 + step)))
+    # Where a channel tells a deflection, the force of a spring that is stiffer than known is larger too.
+    calibrated = springs + gains if reading.calibrated_by == "plate" else springs
     heights = np.abs(slopes(lambda step: model.with_heights(step).modulus(press)))
     # A hard plate gives heights by the deflection of each spring under its force.
     zeroed = heights * np.diag(model.C) / math.sqrt(_PLATE_READINGS)  # per noise in forces [1/N]
@@ -107,7 +109,7 @@ def uncertainty_sources(
         by_noise = math.hypot(_norm(noise * by_percent), _norm(zeroed * by_percent))
     contributions = {
         **by_signal,
-        "stiffness": 0.01 * reading.stiffness_percent * _norm(springs),
+        "stiffness": 0.01 * reading.stiffness_percent * _norm(calibrated),
         "gain": 0.01 * reading.gain_percent * _norm(gains),
         "tip_height": math.hypot(_norm(zeroed * by_percent), _norm(zeroed * by_force)),
     }

@@ -14,6 +14,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "read-a-fruit.md").read_text(encodi
 COMMANDS = {
     "pipeline calibrate outputs/paper weights.csv --out unit.toml --classes ripe:0.8,turning:1.6,unripe": 1,
     "pipeline calibrate outputs/paper counts.csv": 1,
+    "pipeline calibrate outputs/paper counts.csv --plate plate.csv": 1,
     "pipeline calibrate outputs/paper weights.csv --fruit fruit.csv --out scaled.toml": 1,
     "pipeline read outputs/paper press.csv --unit scaled.toml": 0,
     "pipeline calibrate outputs/paper coupon.csv": 0,
@@ -49,7 +50,7 @@ def printed(tmp_path_factory):
 def test_page_shows_what_is_run():
     shown = re.findall(r"^    (pipeline .+)$", PAGE, flags=re.MULTILINE)
     assert set(shown) == {*COMMANDS, SOLVED_ELSEWHERE}
-    assert set(tables()) == {"weights.csv", "counts.csv", "fruit.csv", "coupon.csv", "press.csv"}
+    assert set(tables()) == {"weights.csv", "counts.csv", "plate.csv", "fruit.csv", "coupon.csv", "press.csv"}
 
 
 def test_commands_end_as_they_should(printed, monkeypatch, capsys):
@@ -58,8 +59,8 @@ def test_commands_end_as_they_should(printed, monkeypatch, capsys):
     for command, code in COMMANDS.items():
         assert main(command.split()[1:]) == code, command
         answers[command] = capsys.readouterr().out
-    weights, counts, fruit, firmness, coupon, *_ = answers.values()
-    for answer in (weights, counts):
+    weights, counts, plate, fruit, firmness, coupon, *_ = answers.values()
+    for answer in (weights, counts, plate):
         low, high = re.findall(r"([-+][\d.]+) % against the design's", answer)
         assert float(low) == pytest.approx(19.0, abs=1.0)
         assert float(high) == pytest.approx(11.0, abs=1.0)

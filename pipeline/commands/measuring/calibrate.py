@@ -17,13 +17,15 @@ EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add OUT, MEASURED.csv, --fruit and --out."""
+    """Add OUT, MEASURED.csv, --fruit, --plate and --out."""
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="the output folder of the unit's design")
     columns = "tip,weight_g,deflection_mm, with counts of each channel; or coupon,..."
     add("measured", metavar="MEASURED.csv", type=Path, help=f"a table with the columns {columns}")
     firm = "fruit,firmness_N (or E_MPa) and a force for each tip: fruit that another instrument measured"
     add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
+    pressed = "travel_mm and the counts of each channel: a press on a hard flat plate, all tips on it"
+    add("--plate", metavar="PLATE.csv", type=Path, help=f"tell the channels' deflections, of the columns {pressed}")
     add("--out", metavar="unit.toml", type=Path, help="write the unit there, for pipeline read --unit")
     add("--classes", metavar="NAMES", default="", help="ripeness classes of its readings, as in ripe:0.8,unripe")
     add_force_flag(parser)
@@ -37,6 +39,7 @@ def execute(arguments: Namespace) -> int:
     from cad.theory.contrast_law import ReadingError
     from pipeline.measure.calibrating.calibration import calibrated, measured_print, modulus_of_coupon
     from pipeline.measure.calibrating.fruit_presses import measured_fruit
+    from pipeline.measure.calibrating.plate import measured_plate
     from pipeline.measure.template import print_answer
     from pipeline.measure.unit.printed_unit import unit_as_toml
     from pipeline.measure.unit.ripeness import ripeness_classes
@@ -49,7 +52,7 @@ def execute(arguments: Namespace) -> int:
     report = read_report(arguments.folder)
     table = measured_print(arguments.measured, report)
     if "coupon" in table.texts:
-        for flag, path in (("--out", arguments.out), ("--fruit", arguments.fruit)):
+        for flag, path in (("--out", arguments.out), ("--fruit", arguments.fruit), ("--plate", arguments.plate)):
             if path is not None:
                 bound = "left out for a coupon, which tells a modulus and no unit"
                 raise validation_error(flag, str(path), "", bound, "leave it out")
@@ -57,8 +60,9 @@ def execute(arguments: Namespace) -> int:
         _print_modulus(modulus, report.design.process.E_MPa, as_json=arguments.json)
         return PASSED
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips))
+    plate = None if arguments.plate is None else measured_plate(arguments.plate, len(report.tips))
     try:
-        calibration = calibrated(report, table, fruit)
+        calibration = calibrated(report, table, fruit, plate)
     except ReadingError as error:
         msg = f"{arguments.measured}: {error}"
         raise InputError(msg) from error

@@ -11,6 +11,7 @@ from cad.quantity import Estimate, validation_error
 from cad.verdict import Verdict
 from pipeline.measure.calibrating.channels import ChannelCalibration, weighed_channels
 from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
+from pipeline.measure.calibrating.plate import pressed_springs
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import weighed_springs
@@ -79,14 +80,23 @@ def measured_print(source: Path | str, report: StoredReport) -> MeasuredTable:
     return numbers_of(form, rows, {measured: Quantity(units={}), **columns}, needed, example)
 
 
-def calibrated(report: StoredReport, table: MeasuredTable, fruit: MeasuredTable | None = None) -> Calibration:
+def calibrated(
+    report: StoredReport, table: MeasuredTable, fruit: MeasuredTable | None = None, plate: MeasuredTable | None = None
+) -> Calibration:
     """Return the calibration of a unit, with the scale of `fruit` that was pressed with it, as `measured_fruit` has it.
 
-    Raises InputError, and ReadingError for springs that read nothing.
+    `plate` is a press on a hard plate, as `measured_plate` has it. Raises InputError, and ReadingError for springs that
+    read nothing.
     """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     springs = weighed_springs(table, "tip", [tip.name for tip in report.tips])
     channels = weighed_channels(table, report)
+    if plate is not None:
+        if channels is None:
+            bound = "a table with the counts of each channel beside --plate"
+            raise validation_error(table.source, None, "", bound, "note the counts beside each weight")
+        springs, deflection_percent = pressed_springs(plate, channels, springs, report)
+        channels = replace(channels, gain_percent=tuple(deflection_percent))
     unit = unit_of(
         report,
         stiffnesses=[spring.value for spring in springs],
@@ -95,6 +105,8 @@ def calibrated(report: StoredReport, table: MeasuredTable, fruit: MeasuredTable 
     )
     if channels is not None:
         unit = _with_channels(unit, channels, report)
+    if plate is not None:
+        unit = replace(unit, method=f"{unit.method}, and a hard plate", calibrated_by="plate")
     sensor = MeasuringUnit(report=report, unit=unit)
     scale = None if fruit is None else scale_of_presses(fruit, sensor)
     nominal = as_designed.unit.stiffnesses

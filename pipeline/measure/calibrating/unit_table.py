@@ -94,20 +94,28 @@ def _read_level(sensor: MeasuringUnit, forces: Floats) -> float:
     return sensor.corrected(read)
 
 
-def _spring_slopes(sensor: MeasuringUnit, forces: Floats, E: float) -> Sequence[float]:
-    """Return the relative change of E for a relative change of each spring [1]."""
+def _spring_slopes(sensor: MeasuringUnit, forces: Floats, E: float) -> Floats:
+    """Return the relative change of E for a relative change of each spring [1].
+
+    Of a unit whose channels tell deflections, the force of a stiffer spring is larger too.
+    """
+    by_deflection = sensor.unit.calibrated_by == "plate"
     if sensor.law is not None:
-        of_read = contrast_slopes(sensor.law, forces.tolist(), sensor.read_as(E)).springs
-        return [sensor.steepness(E) * slope for slope in of_read]
-    slopes = []
+        slopes = contrast_slopes(sensor.law, forces.tolist(), sensor.read_as(E))
+        of_read = np.array(slopes.springs)
+        if by_deflection:
+            of_read += forces * slopes.forces
+        return np.asarray(sensor.steepness(E) * of_read)
+    of_springs = []
     read = _read_level(sensor, forces)  # not quite E: between the rows of a table of readings
-    for tip in range(len(forces)):
+    for tip, only in enumerate(np.eye(len(forces))):
         stiffer = sensor.with_stiffness(tip, 1.0 + STEP)
-        slopes.append((_read_level(stiffer, forces) / read - 1.0) / STEP)
-    return slopes
+        shown = forces * (1.0 + STEP * only) if by_deflection else forces
+        of_springs.append((_read_level(stiffer, shown) / read - 1.0) / STEP)
+    return np.array(of_springs)
 
 
-def error_by_springs(sensor: MeasuringUnit, slopes: Sequence[float]) -> float:
+def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
     """Return the half width that holds 95 % of a value [its unit] by its springs, of its slopes over their logs."""
     return COVERAGE * float(np.linalg.norm(np.multiply(slopes, sensor.unit.K_percent))) * 0.01
 

@@ -179,7 +179,9 @@ class Sensitivity(NamedTuple):
 
     def by_unit(self, sensor: MeasuringUnit) -> list[float]:
         """Return what springs and gains leave open of the modulus [1], each one standard deviation."""
-        springs = 0.01 * self.springs * sensor.unit.K_percent
+        # Where a channel tells a deflection, the force of a spring that is stiffer than known is larger too.
+        slopes = self.springs + self.forces if sensor.unit.calibrated_by == "plate" else self.springs
+        springs = 0.01 * slopes * sensor.unit.K_percent
         gains = 0.01 * self.forces * sensor.unit.gain_percent
         return [*springs, *gains]
 

@@ -12,7 +12,7 @@ from cad.design.design_file import design_as_toml
 from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.input_file import read_toml
-from cad.quantity import Bounds, InputError, check_fields, quantity, validation_error
+from cad.quantity import Bounds, InputError, check_fields, choice, quantity, validation_error
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.report.stored import StoredReport
 from pipeline.storage.plain import from_plain, to_plain
@@ -32,9 +32,10 @@ class PrintedUnit:
     """The springs, tips and channels of one unit, in the order of its tips, each with its standard deviation.
 
     `design_sha256` is the digest of the design that it is a print of. Each reading of a channel [N] times its gain is
-    the force. `height_mm` is how far a tip stands out more than designed, after zeroing. `classes` are ripeness classes
-    as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found. Where counts were calibrated, the
-    forces of all tips [N] are `newtons_per_count` (tips, channels) times the counts of all channels less their tare;
+    the force; `gain_percent` is of that, or of the deflection where the unit is `calibrated_by` a hard plate.
+    `height_mm` is how far a tip stands out more than designed, after zeroing. `classes` are ripeness classes as in
+    `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found. Where counts were calibrated, forces
+    of all tips [N] are `newtons_per_count` (tips, channels) times the counts of all channels less their tare;
     `zero_counts` are those of the calibration, and counts of `saturation_counts` or more are none. `scale` is
     what another instrument shows of fruit that it reads.
     """
@@ -52,6 +53,7 @@ class PrintedUnit:
     newtons_per_count: tuple[tuple[float, ...], ...] = ()
     zero_counts: tuple[float, ...] = ()
     saturation_counts: int = 0
+    calibrated_by: str = choice(("weights", "plate"), default="weights", hint=_HINT)
     classes: str = ""
     scale: FruitScale | None = None
 

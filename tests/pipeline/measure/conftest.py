@@ -4,6 +4,7 @@ import pytest
 from measured_units import MeasuredDesign
 
 from pipeline.measure.calibrating.calibration import calibrated, measured_print
+from pipeline.measure.calibrating.plate import measured_plate
 
 
 @pytest.fixture(scope="session")
@@ -28,9 +29,13 @@ def paper():
 def calibrate(tmp_path):
     """Return a function that writes a table and calibrates a unit of a report by it."""
 
-    def calibration(report, text):
+    def calibration(report, text, plate=None):
         path = tmp_path / "measured.csv"
         path.write_text(text, encoding="utf-8")
-        return calibrated(report, measured_print(path, report))
+        table = measured_print(path, report)
+        if plate is None:
+            return calibrated(report, table)
+        path.write_text(plate, encoding="utf-8")
+        return calibrated(report, table, plate=measured_plate(path, len(report.tips)))
 
     return calibration

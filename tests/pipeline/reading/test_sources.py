@@ -56,6 +56,23 @@ def test_unknown_springs_and_gains_scatter_readings_as_told(model):
     assert found.contributions["gain"] == pytest.approx(gains, rel=STATISTICAL)
 
 
+def test_a_unit_whose_channels_tell_deflections_scatters_as_told():
+    """Units with springs unlike the one that the read-out knows press the fruit; each channel shows its deflection."""
+    design = square_design(stiffness_percent=0.5, gain_percent=0.2, calibrated_by="plate")
+    known = square_springs()
+    model = measurement_model(design, square_contact(), known)
+    rng = np.random.default_rng(11)
+    reads = []
+    for _ in range(COUNT):
+        C = known / (1.0 + 0.005 * rng.standard_normal(4))
+        forces = np.linalg.solve(C + square_contact().S / E, np.full(4, 0.6))
+        shown = np.diag(C) * forces * (1.0 + 0.002 * rng.standard_normal(4))
+        reads.append(model.modulus((shown / np.diag(known))[None]))
+    press = level_press()
+    found = uncertainty_sources(model, design.reading, press, press.max(axis=0), NO_POSES).contributions
+    assert np.std(reads) / E == pytest.approx(np.hypot(found["stiffness"], found["gain"]), rel=STATISTICAL)
+
+
 def test_noise_of_every_sample_of_a_line_counts():
     C, own = [[1.0, 0.0], [0.0, 0.05]], 0.76
     line = LineModel(C=tuple(map(tuple, C)), own_less_other=own)

@@ -84,8 +84,12 @@ class Electronics:
         return np.rint(clean + self.noise * self.rng.normal(size=clean.shape)).astype(np.int64)
 
 
-def weights(measured, factors, electronics, hysteresis=0.0):
-    """Return the table of weights on each tip, up and down, with a dial of a micrometre and the counts beside."""
+def weights(measured, factors, electronics, hysteresis=0.0, dial=1.0):
+    """Return the table of weights on each tip, up and down, with a dial of a micrometre and the counts beside.
+
+    `dial` is what it shows of a deflection, for each tip.
+    """
+    shown = np.broadcast_to(dial, measured.K.shape)
     names = [tip.name for tip in measured.report.tips]
     lines = [",".join(["tip,weight_g,deflection_mm", *count_keys(len(names))])]
     stiffnesses = measured.K * factors
@@ -97,9 +101,19 @@ def weights(measured, factors, electronics, hysteresis=0.0):
             if 4 < step < 8:
                 force[tip] += hysteresis * full * GRAM
             counts = electronics.counts(force[None])[0]
-            lines.append(
-                ",".join(map(str, [name, part * full, round(part * full * GRAM / stiffnesses[tip], 3), *counts]))
-            )
+            deflection = round(shown[tip] * part * full * GRAM / stiffnesses[tip], 3)
+            lines.append(",".join(map(str, [name, part * full, deflection, *counts])))
+    return "\n".join(lines) + "\n"
+
+
+def plate_press(measured, factors, electronics):
+    """Return the table of a press on a hard plate, in steps of a dial that is rounded to a micrometre."""
+    share = 1.0 / np.sqrt(np.broadcast_to(factors, measured.K.shape))
+    forces = np.linalg.solve(share[:, None] * measured.C * share, np.ones(len(share)))
+    lines = [",".join(["travel_mm", *count_keys(len(share))])]
+    for travel in np.linspace(0.1, 0.9, 9) * measured.design.press.travel_mm:
+        counts = electronics.counts(travel * forces[None])[0]
+        lines.append(",".join(map(str, [round(travel, 3), *counts])))
     return "\n".join(lines) + "\n"
 
 
@@ -118,7 +132,7 @@ def free(electronics, zero=0.0):
     return electronics.counts(np.zeros((TARE_SAMPLES, len(electronics.zero))), zero=zero)
 
 
-def covered(measured, rng, calibrate):
+def covered(measured, rng, calibrate, on_plate=False):
     """Return the share of fruit whose modulus lies in the bar of its reading, each pressed by a unit of its own."""
     inside = []
     per_K = measured.design.process.E_per_K
@@ -126,7 +140,8 @@ def covered(measured, rng, calibrate):
     for _ in range(UNITS):
         factors = rng.normal(1.0, 0.12, len(measured.K)).clip(0.7, 1.3)
         electronics = Electronics(measured, rng)
-        unit = calibrate(measured.report, weights(measured, factors, electronics)).unit
+        plate = plate_press(measured, factors, electronics) if on_plate else None
+        unit = calibrate(measured.report, weights(measured, factors, electronics), plate).unit
         sensor = MeasuringUnit(report=measured.report, unit=unit)
         E = float(np.exp(rng.uniform(softest, firmest)))
         pose = random_pose(measured.design, rng, E, measured.design.press.travel_mm)
@@ -147,9 +162,54 @@ def covered(measured, rng, calibrate):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["mango", "seated"])
-def test_a_thousand_units_and_fruit_are_read_inside_their_bar(name, request, rng, calibrate):
-    assert covered(request.getfixturevalue(name), rng, calibrate) >= COVERED
+@pytest.mark.parametrize(("name", "on_plate"), [("mango", False), ("seated", False), ("seated", True)])
+def test_a_thousand_units_and_fruit_are_read_inside_their_bar(name, on_plate, request, rng, calibrate):
+    assert covered(request.getfixturevalue(name), rng, calibrate, on_plate) >= COVERED
+
+
+def test_a_plate_takes_off_what_a_dial_is_wrong_by(seated, rng, calibrate):
+    """A dial that shows 2 % too much at low tips and too little at high ones, on a unit whose springs are 10 % off."""
+    factors = np.array(seated.design.tips.each(1.1, 0.9))
+    electronics = Electronics(seated, rng)
+    table = weights(seated, factors, electronics, dial=seated.design.tips.each(1.02, 0.98))
+    plate = plate_press(seated, factors, electronics)
+    E = seated.design.largest_E_MPa
+    forces = seated.forces([Pose(E=E, travel=seated.design.press.travel_mm)], factors)
+    rows = np.concatenate([free(electronics), electronics.counts(forces)])
+    readings = []
+    for calibration in (calibrate(seated.report, table), calibrate(seated.report, table, plate)):
+        readings += read(MeasuringUnit(report=seated.report, unit=calibration.unit), rows)
+    by_weights, by_plate = readings
+    assert abs(by_weights.E / E - 1.0) > 0.1
+    assert by_weights.u < abs(by_weights.E / E - 1.0)  # what a dial hides is in no bar
+    assert abs(by_plate.E / E - 1.0) < min(0.02, by_plate.u)
+    assert calibration.unit.stiffnesses == pytest.approx((seated.K * factors).tolist(), rel=2e-3)
+
+
+def of_two_travels(text):
+    return "\n".join(text.splitlines()[:3])
+
+
+def one_travel_less(text):
+    """Return a table with a travel ten times too short, as of a wrong unit."""
+    head, *rows = text.splitlines()
+    return "\n".join([head, *(f"{0.1 * float(row.partition(',')[0])},{row.partition(',')[2]}" for row in rows)])
+
+
+@pytest.mark.parametrize("spoilt", [of_two_travels, one_travel_less])
+def test_a_press_that_is_none_on_a_plate_is_refused(spoilt, mango, rng, calibrate):
+    electronics = Electronics(mango, rng)
+    plate = plate_press(mango, 1.0, electronics)
+    with pytest.raises(InputError):
+        calibrate(mango.report, weights(mango, 1.0, electronics), spoilt(plate))
+
+
+def test_a_plate_without_counts_of_weights_is_refused(mango, rng, calibrate):
+    electronics = Electronics(mango, rng)
+    table = weights(mango, 1.0, electronics).splitlines()
+    without = "\n".join(",".join(line.split(",")[:3]) for line in table)
+    with pytest.raises(InputError):
+        calibrate(mango.report, without, plate_press(mango, 1.0, electronics))
 
 
 def test_weights_tell_gain_crosstalk_hysteresis_and_zero(mango, rng, calibrate):
