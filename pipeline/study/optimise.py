@@ -3,36 +3,41 @@
 R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:1008202821328, as SciPy has it.
 """
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import count
 from pathlib import Path
-from typing import TypeGuard
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from cad.design.design_file import design_as_toml
 from cad.quantity import validation_error
+from cad.verdict import Verdict
 from pipeline import run
 from pipeline.options import RunOptions
+from pipeline.report.verdict_rule import bound_sense
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
 from pipeline.study.columns import Floats
 from pipeline.study.page import refuse_page
-from pipeline.study.points import design_of, point_at
+from pipeline.study.points import Point, design_of, point_at
+from pipeline.study.report_keys import VERDICT_FIELDS
 from pipeline.study.store import StudyStore, study_store
-from pipeline.study.study_file import Study
+from pipeline.study.study_file import Study, front_number
 from pipeline.study.tasks import PointResult, lost_points, solve_points
-from pipeline.study.variation import Span
+from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.workers import Engine, ProgressReport, completed
 
 MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves each number by less
 MOST_RUNS = 20
 DESIGN = "design.toml"
 RUN = "best"
+FRONT = "front"
 _INFEASIBLE = 2.0  # above the costs of designs that pass, which lie from -1 to 1
 _REFUSED = 4.0
 _MEMBERS = 8  # of a generation, for each key that varies
@@ -60,6 +65,26 @@ class Candidate:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Place:
+    """Where the best design of a search goes, and the outputs of its run; `value` is that of a front, else None."""
+
+    value: Setting | None
+    design: Path
+    run: Path
+
+
+def places(study: Study, folder: Path) -> tuple[Place, ...]:
+    """Return the place of each value of a front in the folder of a study, the only one where there is no front."""
+    if not study.front:
+        return (Place(value=None, design=folder / DESIGN, run=folder / RUN),)
+    found = []
+    for value in study.front:
+        name = f"{study.goal.front.rpartition('.')[2]}-{front_number(value)}"
+        found.append(Place(value=value, design=folder / FRONT / f"{name}.toml", run=folder / FRONT / name))
+    return tuple(found)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Proof:
     """A candidate that was run, whether all verdicts passed, None where one is undecided, and its file if they did."""
 
@@ -73,11 +98,14 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
 
     A search that was ended goes on: it asks for the same candidates again, and those that are stored are not solved.
     With more `evaluations` it asks for the same ones and then for more: no step of the method looks at how many are to
-    come. Raises InputError where not all keys vary over spans.
+    come. Raises InputError where a key has a distribution, or the base is no design with a value of the front.
     """
     for key, varied in study.vary.items():
-        if not isinstance(varied, Span):
-            raise validation_error(key, type(varied).__name__, "", "a span, from and to", "an optimum lies in a span")
+        if isinstance(varied, Normal):
+            bound = "a span, from and to, or a list"
+            raise validation_error(key, "Normal", "", bound, "a distribution has no ends to search between")
+    for value in study.front:
+        design_of(study, {study.goal.front: value})
     with study_store(folder, study) as store:
         _evolve(study, store, engine, progress)
         candidates = [candidate_of(study, result) for result in store.rows()]
@@ -85,58 +113,75 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
 
 
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:
-    """Solve generations of candidates until the points that the study allows are spent; all go into its store."""
-    results = {result.number: result for result in store.rows()}
-    solve = partial(solve_points, study, None)
-    asked = 0
+    """Solve generations of candidates until the points that the study allows are spent; all go into its store.
 
-    def costs(fractions: Floats) -> list[float]:
+    A front is searched value by value, each after the first from the best candidate of the one before.
+    """
+    results = {_told(result): result for result in store.rows()}
+    taken = {result.number for result in results.values()}
+    numbers = (number for number in count() if number not in taken)
+    solve = partial(solve_points, study, None)
+    values = len(study.front)
+    most = study.goal.evaluations * max(1, values)
+
+    def costs(fractions: Floats, fixed: Sequence[float]) -> list[float]:
         """Return the cost of each member of a generation, shape (keys, members); those that are stored are not solved.
 
-        Each is known by its number, as the same study asks for the same members in the same order.
+        `fixed` are the fractions of the key that the front sets.
         """
-        nonlocal asked
-        points = [point_at(study, number, member) for number, member in enumerate(fractions.T.tolist(), asked)]
-        asked += len(points)
-        missing = [[point] for point in points if point.number not in results]
-        with closing(completed(engine, solve, missing, lost_points)) as ended:
+        asked = {}
+        points = [point_at(study, -1, [*member, *fixed]) for member in fractions.T.tolist()]
+        for point in points:
+            if _told(point) not in results and _told(point) not in asked:  # members of lists alone are often the same
+                asked[_told(point)] = replace(point, number=next(numbers))
+        with closing(completed(engine, solve, [[point] for point in asked.values()], lost_points)) as ended:
             for _, solved in ended:
                 store.put(solved)
-                results.update({result.number: result for result in solved})
+                results.update({_told(result): result for result in solved})
                 if progress is not None:
-                    progress(len(results), max(study.goal.evaluations, len(results)))
-        return [candidate_of(study, results[point.number]).cost for point in points]
+                    progress(len(results), max(most, len(results)))
+        return [candidate_of(study, results[_told(point)]).cost for point in points]
 
-    keys = len(study.vary)
-    differential_evolution(
-        costs,  # type: ignore[arg-type]  # a whole generation at a time, for which there are no stubs
-        Bounds(np.zeros(keys), np.ones(keys)),
-        maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
-        popsize=_MEMBERS,
-        tol=0.0,
-        rng=np.random.default_rng(study.seed),
-        polish=False,
-        x0=_base_fractions(study),
-        updating="deferred",
-        vectorized=True,
-    )
+    keys = len(study.vary) - bool(values)
+    start = _base_fractions(study)
+    for fixed in [[(i + 0.5) / values] for i in range(values)] or [[]]:
+        start = differential_evolution(
+            costs,  # type: ignore[arg-type]  # a whole generation at a time, for which there are no stubs
+            Bounds(np.zeros(keys), np.ones(keys)),
+            args=(fixed,),
+            maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
+            popsize=_MEMBERS,
+            tol=0.0,
+            rng=np.random.default_rng(study.seed),
+            polish=False,
+            x0=start,
+            updating="deferred",
+            vectorized=True,
+        ).x
 
 
-def _base_fractions(study: Study) -> list[float] | None:
-    """Return the base design as fractions of the spans [1], where the search begins; None where it lies outside."""
+def _told(point: Point) -> str:
+    """Return the settings of a point as its store tells them, which says whether two points are the same."""
+    return json.dumps(point.settings)
+
+
+def _base_fractions(study: Study) -> Floats | None:
+    """Return the base design as fractions [1] of what varies, where the search begins; None where it lies outside."""
     fractions = []
-    for key, span in study.vary.items():
+    for key, varied in study.vary.items():
         table, _, name = key.partition(".")
-        value = study.base.get(table, {}).get(name)
-        if not isinstance(span, Span) or not _is_number(value) or not span.low <= value <= span.high:
+        if key == study.goal.front or isinstance(varied, Normal):
+            continue
+        fraction = varied.fraction_of(getattr(study.base_tables.get(table), name, None))
+        if fraction is None:
             return None
-        fractions.append(span.fraction_of(value))
-    return fractions
+        fractions.append(fraction)
+    return np.array(fractions)
 
 
 def is_base(study: Study, candidate: Candidate) -> bool:
-    """Say whether a candidate is the base design itself, where the search began."""
-    return candidate.result.number == 0 and _base_fractions(study) is not None
+    """Say whether a candidate is the base design itself, where a search without a front began."""
+    return candidate.result.number == 0 and not study.front and _base_fractions(study) is not None
 
 
 def candidate_of(study: Study, result: PointResult) -> Candidate:
@@ -146,55 +191,61 @@ def candidate_of(study: Study, result: PointResult) -> Candidate:
     value = result.values[study.goal.minimise]
     return Candidate(
         result=result,
-        value=value if _is_number(value) else math.nan,
+        value=value if is_number(value) else math.nan,
         violation=sum(_violation(name, result.values) for name in study.goal.under),
     )
 
 
 def _violation(name: str, values: Mapping[str, object]) -> float:
     """Return by how much a verdict fails, or comes too near to its limit [1]; 0 where it passes."""
-    value, limit, tolerance, passed = (
-        values[f"verdicts.{name}.{field}"] for field in ("value", "limit", "tolerance", "passed")
-    )
+    value, error, limit, tolerance, passed = (values[f"verdicts.{name}.{field}"] for field in VERDICT_FIELDS)
     if passed is None and name.startswith("printable."):
         return 0.0  # whether a process can make a spring is left to the run to decide
-    if not _is_number(value) or not _is_number(limit):
+    if not is_number(value) or not is_number(limit):
         return 0.0 if passed else 1.0
-    width = abs(tolerance) if _is_number(tolerance) else 0.0
+    width = abs(tolerance) if is_number(tolerance) else 0.0
     scale = abs(limit) or width or 1.0  # a limit of 0 is no measure of a distance, and without a tolerance the unit is
     distance = abs(value - limit) / scale
     if not passed:
+        verdict = Verdict(name=name, value=value, unit="", limit=limit, tolerance=0.0, passed=False, reference="")
+        bar = error / scale if is_number(error) else 0.0
+        match bound_sense(verdict):  # a value that keeps such a limit by more than its bar fails for unread poses
+            case "at most":
+                distance = max(0.0, (value - limit) / scale + bar)
+            case "at least":
+                distance = max(0.0, (limit - value) / scale + bar)
         return MARGIN + distance
     return 0.0 if width else max(0.0, MARGIN - distance)  # a target is met on either side, a limit kept by a margin
 
 
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def refuse_occupied(folder: Path, *, force: bool = False) -> None:
+def refuse_occupied(study: Study, folder: Path, *, force: bool = False) -> None:
     """Raise InputError where a search could not write its results into its folder, before anything is solved."""
-    refuse_unusable(folder / RUN, force=force)
-    refuse_taken([folder / DESIGN], "--out", force=force, renew=True)
+    for place in places(study, folder):
+        refuse_unusable(place.run, force=force)
+        refuse_taken([place.design], "--out", force=force, renew=True)
     refuse_page(folder, force=force)
 
 
-def prove(study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False) -> Proof | None:
+def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force: bool = False) -> Proof | None:
     """Return the first of the best twenty candidates whose run passes all verdicts, else the last that was run.
 
-    The outputs of its run are in `best`, and where it passes, its design file is `design.toml` in the folder. None
-    where no candidate passes the verdicts of the search. Raises as a run, and InputError as `write_files`.
+    Of a front they are those with the value of the place. It holds the outputs of the run and, where that passes, the
+    design file. None where no candidate passes the verdicts of the search. Raises as a run, and InputError as
+    `write_files`.
     """
     proof = None
     passing = [candidate for candidate in candidates if candidate.violation == 0.0]
+    if study.front:
+        number = front_number(place.value)
+        passing = [one for one in passing if front_number(one.result.settings[study.goal.front]) == number]
     for candidate in passing[:MOST_RUNS]:
         design = replace(design_of(study, candidate.result.settings), name=study.name)
-        passed = run(design, RunOptions(out=folder / RUN, tolerance=study.tol, force=force)).passed
+        passed = run(design, RunOptions(out=place.run, tolerance=study.tol, force=force)).passed
         proof = Proof(candidate=candidate, design=None, passed=passed)
         if passed:
             text = design_as_toml(design)
-            write_files({folder / DESIGN: text.encode()}, "--out", force=force, renew=True)
-            return replace(proof, design=folder / DESIGN)
-    if is_ours(folder / DESIGN):  # that of a shorter search, and `best` no longer holds its run
-        (folder / DESIGN).unlink()
+            write_files({place.design: text.encode()}, "--out", force=force, renew=True)
+            return replace(proof, design=place.design)
+    if is_ours(place.design):  # that of a shorter search, and the place no longer holds its run
+        place.design.unlink()
     return proof

@@ -1,6 +1,6 @@
 """The page of a study, one file that needs no network: what the points trade off, and the best ten."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -28,25 +28,37 @@ def refuse_page(folder: Path, *, force: bool = False) -> None:
     refuse_taken(paths, "--out", force=force, renew=True)
 
 
-def write_page(store: StudyStore, study: Study, best: Sequence[int] | None = None, *, force: bool = False) -> Path:
-    """Write the page of a study beside its store, with the base design and those of its best ten points; return it.
+def write_page(
+    store: StudyStore,
+    study: Study,
+    best: Sequence[int] | None = None,
+    proved: Mapping[int, Path] | None = None,
+    *,
+    force: bool = False,
+) -> Path:
+    """Write the page of a study beside its store, with the base design and those of its best points; return it.
 
-    `best` are the numbers of the best points, the best first; by default those with the least of the first wanted key.
-    Of many points some, drawn at random, are shown beside them. Raises InputError as `write_files`.
+    `best` are the numbers of the best points, the best first; by default the ten with the least of the first wanted
+    key. `proved` are those whose runs passed, with their design files. Of many points some, drawn at random, are shown
+    beside them. Raises InputError as `write_files`.
     """
     columns = point_columns(store, study.keys)
-    best = list(best if best is not None else columns.best(study.wanted[0], BEST))[:BEST]
+    proved = proved or {}
+    if best is None:
+        best = columns.best(study.wanted[0], BEST)
     at_random = np.random.default_rng(_SEED).permutation(columns.points)[:MOST_DOTS].tolist()
     points = []
-    for point in store.rows(sorted({*best, *at_random})):
+    for point in store.rows(sorted({*best, *proved, *at_random})):
         points.append({**point.settings, **point.values, "number": point.number})
     designs = {_BASE: design_as_toml(design_from_mapping(study.base))}
     links = {"base": f"{_DESIGNS}/{_BASE}"}
-    for point in store.rows(best):
+    folder = store.path.parent
+    for number, path in proved.items():
+        links[str(number)] = path.relative_to(folder).as_posix()
+    for point in store.rows([number for number in best if number not in proved]):
         name = f"point-{point.number}.toml"
         designs[name] = design_as_toml(design_of(study, point.settings))
         links[str(point.number)] = f"{_DESIGNS}/{name}"
-    folder = store.path.parent
     files = {folder / _DESIGNS / name: text.encode() for name, text in designs.items()}
     data = {
         "vary": list(study.vary),
@@ -54,7 +66,8 @@ def write_page(store: StudyStore, study: Study, best: Sequence[int] | None = Non
         "axes": [key for key in study.keys if columns.differs(key)],
         "minimise": study.goal.minimise if study.how == "search" else study.wanted[0],
         "points": points,
-        "best": best,
+        "best": list(best),
+        "front": {"key": study.goal.front, "values": study.front, "proved": list(proved)} if study.front else None,
         "links": links,
     }
     text = rendered(

@@ -14,7 +14,7 @@ from pipeline.measure.measured_table import read_csv, refuse_other_length
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, load_design
 from pipeline.storage.plain import Plain
 from pipeline.study.report_keys import LEVELS, VERDICT_FIELDS, Level, level_of
-from pipeline.study.variation import Choices, Setting, Variation, setting_of_cell, variation
+from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation
 
 Row = tuple[Setting, ...]
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]
@@ -28,7 +28,10 @@ _FILE_KEYS = ("base", "samples", "seed", "wanted", "vary", "set", "how", "points
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """What `pipeline optimise` makes least, in how many points, and the names of the verdicts that must pass."""
+    """What `pipeline optimise` makes least, in how many points, and the names of the verdicts that must pass.
+
+    `front` is the key for each of whose values that is done anew, or empty.
+    """
 
     minimise: str = text_field(default="verdicts.reading.uncertainty.value", hint="name a key of report.json")
     under: tuple[str, ...] = (
@@ -40,6 +43,7 @@ class Goal:
         "printable.high",
     )
     evaluations: int = quantity("", Bounds(at_least=1), default=600, hint="600 is the default")
+    front: str = ""
 
     def __post_init__(self) -> None:
         """Refuse a goal that is no number of a report, and too few points to search with."""
@@ -82,7 +86,7 @@ class Study:
             bound = "a list of keys of report.json"
             raise validation_error("wanted", "[]", "", bound, "for instance springs.K_l_N_per_m")
         level_of("wanted", self.wanted)
-        if not self.vary:
+        if not set(self.vary) - {self.goal.front}:
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
         _refuse_unknown("vary ", self.vary, every_key())
@@ -92,6 +96,11 @@ class Study:
         """Return the tables of the base design as records: a point checks again only those that its settings change."""
         design = design_from_mapping(self.base)
         return {key: getattr(design, key) if key in TABLE_TYPES else value for key, value in self.base.items()}
+
+    @property
+    def front(self) -> tuple[Setting, ...]:
+        """Return the values that the key of a front has, one search after the other; none without a front."""
+        return self.vary[self.goal.front].grid() if self.goal.front else ()
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -104,13 +113,18 @@ def verdict_keys(goal: Goal) -> tuple[str, ...]:
     return tuple(f"verdicts.{name}.{field_name}" for name in goal.under for field_name in VERDICT_FIELDS)
 
 
+def front_number(value: object) -> object:
+    """Return what a value of a front is drawn and named by: of a list the first number."""
+    return value[0] if isinstance(value, list | tuple) else value
+
+
 def read_study(path: Path) -> Study:
     """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one."""
     data = read_toml(path, "FILE.toml")
     folder = path.parent  # of the files that it names
     _refuse_unknown("", data, _FILE_KEYS)
     how = data.get("how", _default_how(data))
-    goal = _goal(data.get("optimise", {}))
+    goal, front = _goal(data.get("optimise", {}))
     wanted = _texts("wanted", data.get("wanted", []))
     if how == "search":
         wanted = tuple(dict.fromkeys((*wanted, goal.minimise, *verdict_keys(goal))))
@@ -122,6 +136,11 @@ def read_study(path: Path) -> Study:
         vary, rows = _points_file(folder / _text("points", data.get("points", "")))
     else:
         vary = {key: variation(key, varied) for key, varied in _flat("vary", data).items()}
+    if how == "search":
+        for key in front.keys() & vary.keys():
+            hint = "leave it out under [vary], or name another key in the front"
+            raise validation_error("optimise.front", key, "", "a key that does not vary", hint)
+        vary |= front
     plain = {key: data[key] for key in ("samples", "seed", "tol") if key in data}
     base = _base(data, folder)
     return Study(
@@ -136,14 +155,32 @@ def _default_how(data: Mapping[str, Any]) -> str:
     return "search" if "optimise" in data and "samples" not in data else "sobol"
 
 
-def _goal(table: object) -> Goal:
+def _goal(table: object) -> tuple[Goal, dict[str, Variation]]:
+    """Return the goal of a table and the key of its front with the values, none where there is no front."""
     if not isinstance(table, Mapping):
         raise validation_error("optimise", str(table), "", "a table", "write [optimise] and its keys below it")
     _refuse_unknown("optimise.", table, [item.name for item in fields(Goal)])
     values = dict(table)
     if "under" in table:
         values["under"] = _texts("optimise.under", table["under"])
-    return Goal(**values)
+    front = _front(table) if "front" in table else {}
+    values["front"] = "".join(front)
+    return Goal(**values), front
+
+
+def _front(table: Mapping[str, Any]) -> dict[str, Variation]:
+    """Return the one key of a front with its values; raises InputError for others than numbers that differ."""
+    name = "optimise.front"
+    front = {key: variation(key, values) for key, values in _flat(name, {name: table["front"]}).items()}
+    if len(front) != 1:
+        bound = "one key of the design file with a list of values"
+        raise validation_error(name, ", ".join(front), "", bound, "make a study file for each front")
+    for key, varied in front.items():
+        numbers = list(map(front_number, varied.grid())) if isinstance(varied, Choices) else []
+        if not all(map(is_number, numbers)) or not 1 < len(numbers) == len(set(numbers)):
+            bound = "a list of at least two numbers that differ, or of lists whose first numbers do"
+            raise validation_error(name, f"{key} {numbers}", "", bound, "a front is drawn over them")
+    return front
 
 
 def _base(data: Mapping[str, Any], folder: Path) -> Plain:

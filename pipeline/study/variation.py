@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeGuard
 
 from scipy.special import ndtri
 
@@ -49,8 +49,10 @@ class Span:
             return self.low * math.pow(self.high / self.low, fraction)
         return self.low + (self.high - self.low) * fraction
 
-    def fraction_of(self, value: float) -> float:
-        """Return the fraction [1] of the span that lies below a number [unit of the key]."""
+    def fraction_of(self, value: object) -> float | None:
+        """Return the fraction [1] of the span that lies below a number [unit of the key]; None for any other value."""
+        if not is_number(value) or not self.low <= value <= self.high:
+            return None
         if self.log:
             return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
@@ -77,6 +79,12 @@ class Choices:
     def at(self, fraction: float) -> Setting:
         """Return the value that a fraction [1] from 0 to 1 falls on [unit of the key]."""
         return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
+
+    def fraction_of(self, value: object) -> float | None:
+        """Return the middle of the fractions [1] that fall on a value; None for one that is not in the list."""
+        if value not in self.values:
+            return None
+        return (self.values.index(value) + 0.5) / len(self.values)
 
     def grid(self) -> tuple[Setting, ...]:
         """Return all values."""
@@ -118,8 +126,13 @@ def setting_of(value: object) -> Setting:
     raise validation_error("value", str(value), "", bound, "mend that value")
 
 
+def is_number(value: object) -> TypeGuard[float]:
+    """Say whether a value is a number: a truth value, which is an int to Python, is none."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 def _is_finite(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(as_float(value))
+    return is_number(value) and math.isfinite(as_float(value))
 
 
 def setting_of_cell(key: str, cell: str) -> Setting:

@@ -9,7 +9,8 @@ from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_f
 from pipeline.commands.studying.study import add_engine_flags
 
 if TYPE_CHECKING:
-    from pipeline.study.optimise import Proof
+    from pipeline.study.optimise import Place, Proof
+    from pipeline.study.study_file import Study
 
 PURPOSE = "find the design that makes a number least while verdicts pass"
 EXAMPLE = "pipeline optimise sharper.toml"
@@ -26,9 +27,12 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def execute(arguments: Namespace) -> int:
-    """Search, prove the best candidate by a run, print it; return 0 when all verdicts of the run pass, else 1."""
-    from pipeline.study.optimise import is_base, prove, refuse_occupied, search
-    from pipeline.study.page import write_page
+    """Search, prove the best candidate by a run, print it; return 0 when all verdicts of the run pass, else 1.
+
+    Of a front that is done for each value, and 0 is returned where all of them have a design.
+    """
+    from pipeline.study.optimise import is_base, places, prove, refuse_occupied, search
+    from pipeline.study.page import BEST, write_page
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
     from pipeline.study.workers import chosen_engine, shown_progress
@@ -38,33 +42,34 @@ def execute(arguments: Namespace) -> int:
         hint = "leave samples and points out"
         raise validation_error("how", study.how, "", "search, with [optimise] in the file", hint)
     folder = arguments.out or Path("outputs") / study.name
-    refuse_occupied(folder, force=arguments.force)
+    refuse_occupied(study, folder, force=arguments.force)
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         candidates = search(study, folder, engine, progress)
     possible = sum(candidate.violation == 0.0 for candidate in candidates)
     done = [candidate.result.number for candidate in candidates if candidate.result.status == "done"]
+    proofs = {place: prove(study, candidates, place, force=arguments.force) for place in places(study, folder)}
+    proved = {proof.candidate.result.number: proof.design for proof in proofs.values() if proof and proof.design}
+    best = list(proved) if study.front and proved else done[:BEST]
     with stored_study(folder) as store:
-        page = write_page(store, study, done, force=arguments.force)
+        page = write_page(store, study, best, proved, force=arguments.force)
         messages = store.messages()
-    proof = prove(study, candidates, folder, force=arguments.force)
     with answering():
         if arguments.json:
             counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
-            print_json({**counts, **_as_mapping(proof)})
+            answers = [{"at": place.value, **_as_mapping(proof)} for place, proof in proofs.items()]
+            print_json({**counts, **({"front": answers} if study.front else _as_mapping(*proofs.values()))})
         else:
             print(f"{len(candidates)} candidates, {possible} of them pass the verdicts that the file names")
             for message, count in messages.items():
                 print(f"  {count} x {message}")
-            if proof is not None:
-                _print_proof(proof, folder)
-            elif done:
-                print("no candidate passes: widen the spans under [vary], or name fewer verdicts")
-            else:
+            if not done:
                 print("no candidate has results: change what the messages name, under [vary], [set] or in the base")
+            for place, proof in proofs.items() if done else ():
+                _print_proof(study, place, proof)
             print(page)
-            if proof is not None and is_base(study, proof.candidate):
+            if any(proof and is_base(study, proof.candidate) for proof in proofs.values()):
                 print("nothing better than the base was found: it is the base itself")
-    return PASSED if proof is not None and proof.passed else FAILED
+    return PASSED if len(proved) == len(proofs) else FAILED
 
 
 def _as_mapping(proof: "Proof | None") -> dict[str, object]:
@@ -78,12 +83,16 @@ def _as_mapping(proof: "Proof | None") -> dict[str, object]:
     }
 
 
-def _print_proof(proof: "Proof", folder: Path) -> None:
-    """Print the best candidate and how its run ended."""
+def _print_proof(study: "Study", place: "Place", proof: "Proof | None") -> None:
+    """Print the best candidate, of a front that at the value of the place, and how its run ended."""
+    at = f" at {study.goal.front} = {place.value}" if study.front else ""
+    if proof is None:
+        print(f"no candidate passes{at}: widen the spans under [vary], or name fewer verdicts")
+        return
     best = proof.candidate
     title = "best" if proof.passed else "the last that was run, as none passes in full"
-    print(f"{title}: {best.value:.4g} at point {best.result.number}")
+    print(f"{title}{at}: {best.value:.4g} at point {best.result.number}")
     for key, value in best.result.settings.items():
-        print(f"  {key} = {value:.6g}")
+        print(f"  {key} = {value if isinstance(value, str | list) else f'{value:.6g}'}")
     print(f"its run {'passes' if proof.passed else 'does not pass'} all verdicts")
-    print(proof.design or folder / "best")
+    print(proof.design or place.run)

@@ -4,13 +4,14 @@
   const { points, best } = data;
   const passing = (point) => data.wanted.every((key) => !key.endsWith(".passed") || point[key] !== false);
   /* A number that has a limit beside it is also told as its part of the limit. */
-  const parts = data.wanted.filter((key) => key.endsWith(".limit") && data.axes.includes(key.replace(/limit$/, "value")));
+  const parts = data.wanted.filter((key) => key.endsWith(".limit") && data.axes.includes(key.replace(/limit$/, "value")) && points.some((point) => Number.isFinite(point[key])));
   for (const key of parts) for (const point of points) point[`${key.replace(/\.limit$/, "")} / limit`] = point[key.replace(/limit$/, "value")] / point[key];
   const axes = [...data.axes, ...parts.map((key) => `${key.replace(/\.limit$/, "")} / limit`)];
   const setting = { picked: best[0], held: null };
   const isHeld = (point) => setting.held === null || setting.held.has(point.number);
   const found = () => points.find((point) => point.number === setting.picked);
   const colour = (point) => (passing(point) ? colours[0] : "var(--muted)");
+  const isWord = (key) => points.length > 0 && typeof points[0][key] === "string";
   const tell = (point) => [`point ${point.number}`, ...[...data.vary, ...axes].slice(0, 12).map((key) => `${key} ${typeof point[key] === "number" ? digits(point[key]) : point[key]}`)].join("\n");
 
   /* Points that no other one beats in both numbers, both the less the better. */
@@ -32,6 +33,29 @@
       ]),
       ready: (drawn, svg) => holdByDragging(drawn, svg, x, y),
       caption: "Grey: a verdict fails. Line: points that no passing one beats in both numbers, the less the better.",
+    };
+  }
+
+  /* The design of each value of a front; of a value that is a list its first number stands for it. */
+  function overFront() {
+    const first = (value) => (Array.isArray(value) ? value[0] : value);
+    const { key, values, proved } = data.front;
+    const x = (one) => first(one[key]);
+    const y = data.minimise;
+    const rows = d3.sort(points.filter((one) => proved.includes(one.number)), x);
+    need(rows.length > 0, "no value has a design whose run passes");
+    const missing = values.map(first).filter((value) => !rows.some((one) => x(one) === value));
+    return {
+      x: { label: key, domain: d3.extent(values, first) }, y: { label: y }, marginLeft: 60, inset: 12,
+      marks: [
+        Plot.line(rows, { x, y, stroke: colours[0] }),
+        Plot.dot(rows, { x, y, r: 4, fill: colours[0] }),
+        Plot.text(missing, { x: (value) => value, frameAnchor: "bottom", text: () => "none", fill: "var(--muted)" }),
+        Plot.dot(rows.filter((one) => one.number === setting.picked), { x, y, r: 7, stroke: "var(--ink)", strokeWidth: 2 }),
+        Plot.tip(rows, Plot.pointer({ x, y, title: tell })),
+      ],
+      ready: (drawn, svg) => svg.addEventListener("click", () => svg.value && pick(svg.value.number)),
+      caption: `Each dot is the best design at its ${key}${Array.isArray(values[0]) ? ", drawn at the first number of the list" : ""}, proved by a run; none: no run passed.`,
     };
   }
 
@@ -75,23 +99,27 @@
   function overKey(key) {
     const y = element("up").value;
     need(key !== y, "it is the number that is drawn up");
+    const held = points.filter(isHeld);
     return {
       x: { label: key }, y: { label: y }, marginLeft: 60, height: 260,
       marks: [
         Plot.dot(points, { x: key, y, r: points.length < 100 ? 3 : 1.6, fill: colour, fillOpacity: (one) => (isHeld(one) ? 0.6 : 0.05) }),
-        Plot.line(points.filter(isHeld), Plot.binX({ y: "mean", x: (bin) => d3.mean(bin) }, { x: key, y, thresholds: 12, stroke: colours[1], strokeWidth: 2 })),
+        isWord(key)
+          ? Plot.tickY(held, Plot.groupX({ y: "mean" }, { x: key, y, stroke: colours[1], strokeWidth: 2 }))
+          : Plot.line(held, Plot.binX({ y: "mean", x: (bin) => d3.mean(bin) }, { x: key, y, thresholds: 12, stroke: colours[1], strokeWidth: 2 })),
         Plot.dot([found()], { x: key, y, r: 5, stroke: "var(--ink)", strokeWidth: 2 }),
         Plot.tip(points, Plot.pointer({ x: key, y, title: tell })),
       ],
       ready: (drawn, svg) => svg.addEventListener("click", () => svg.value && pick(svg.value.number)),
-      caption: "Line: means over twelve parts of the span.",
+      caption: isWord(key) ? "Line: the mean of each." : "Line: means over twelve parts of the span.",
     };
   }
 
   const PLOTS = [
+    ...(data.front ? [["The front", overFront]] : []),
     ["Trade-off", tradeOff],
     ["Every key beside the others", everyKey],
-    ...data.vary.filter((key) => data.axes.includes(key)).map((key) => [`Over ${key}`, () => overKey(key)]),
+    ...data.vary.filter((key) => data.axes.includes(key) || isWord(key)).map((key) => [`Over ${key}`, () => overKey(key)]),
   ];
 
   /* The design of the point picked: its file where it has one, else the command that makes it of the base. */
@@ -102,7 +130,8 @@
     element("point").replaceChildren(...[...data.vary, ...data.wanted].map((key) => made("tr", {},
       made("th", { scope: "row" }, ...key.split(/(?<=[._])/).flatMap((part) => [part, made("wbr")])), made("td", { className: "number", textContent: typeof point[key] === "number" ? digits(point[key], 6) : point[key] ?? "none" }))));
     if (!data.links.base) return;
-    const command = ["pipeline run --design", data.links.base, ...data.vary.map((key) => `--set ${key}=${point[key]}`)].join(" ");
+    const setTo = (key) => (Array.isArray(point[key]) ? `--set '${key}=${JSON.stringify(point[key])}'` : `--set ${key}=${point[key]}`);
+    const command = ["pipeline run --design", data.links.base, ...data.vary.map(setTo)].join(" ");
     const file = data.links[setting.picked];
     element("design").replaceChildren(...(file ? [made("a", { href: file, textContent: file }), ", the same as "] : []), made("code", { textContent: command }), " ", copyButton(command));
   }

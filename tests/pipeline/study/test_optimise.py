@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -15,9 +16,11 @@ from pipeline.response.contact import fruit_compliance
 from pipeline.study import optimise, read_study
 from pipeline.study.optimise import (
     MARGIN,
+    MOST_RUNS,
     Candidate,
     candidate_of,
     is_base,
+    places,
     prove,
     search,
 )
@@ -53,6 +56,19 @@ evaluations = 32
 """
 
 
+LISTS = SOFTEST.replace("{ from = 3, to = 8 }", '[5, 8, 3]\n"print.process" = ["sla-resin", "fdm-petg"]')
+"""The same corner in a list, beside words that move nothing; the base is in both lists."""
+
+FRONT = SOFTEST.replace('"targets.P_max" = { from = 3, to = 8 }\n', "").replace("400", "64")
+FRONT += '[optimise.front]\n"targets.P_max" = [8, 3, 5]\n'
+
+
+def softest(P_max):
+    """Return the low stiffness that the law names for a P_max and the largest NL of these files [N/m]."""
+    K_m_max = 3.5 * fruit_compliance(load_design("paper"), RunOptions()).K_m_over_E()
+    return 1e3 * size_springs(P_max, 0.1, K_m_max).K_l
+
+
 @pytest.fixture
 def runs(monkeypatch):
     """Put verdicts in the place of runs; return P_max of the designs that were run."""
@@ -70,16 +86,96 @@ def runs(monkeypatch):
     return stand_in
 
 
-def test_search_ends_at_the_corner_that_the_law_names(written, engine, tmp_path):
-    study = read_study(written(SOFTEST))
+@pytest.mark.parametrize(("text", "words"), [(SOFTEST, {}), (LISTS, {"print.process": "fdm-petg"})])
+def test_search_ends_at_the_corner_that_the_law_names(written, engine, tmp_path, text, words):
+    study = read_study(written(text))
     best, *others = search(study, tmp_path / "out", engine)
-    K_m_max = 3.5 * fruit_compliance(load_design("paper"), RunOptions()).K_m_over_E()
-    assert best.value == pytest.approx(1e3 * size_springs(8.0, 0.1, K_m_max).K_l, rel=0.02)
+    assert best.value == pytest.approx(softest(8.0), rel=0.02)
     assert all(best.cost <= other.cost for other in others)
     assert len(others) < 400
     (base,) = (other for other in others if is_base(study, other))
     targets = load_design("paper").nominal_targets
-    assert base.result.settings == pytest.approx({"targets.P_max": targets.P_max, "targets.NL": targets.NL})
+    told = {"targets.P_max": targets.P_max, "targets.NL": targets.NL}
+    numbers = {key: value for key, value in base.result.settings.items() if key not in words}
+    assert numbers == pytest.approx(told)
+    assert {key: base.result.settings[key] for key in words} == words
+
+
+def test_lists_alone_are_searched_and_each_combination_is_solved_once(written, engine, tmp_path):
+    text = LISTS.replace('"targets.NL" = { from = 0.02, to = 0.1 }', "")
+    best, *others = search(read_study(written(text)), tmp_path / "out", engine)
+    assert best.result.settings["targets.P_max"] == 8
+    assert len(others) == 5
+
+
+@pytest.mark.usefixtures("in_process")
+def test_front_has_a_design_for_each_value_and_says_where_there_is_none(written, tmp_path, runs, capsys):
+    """With P_max set the softest low spring is that of the largest NL, by the law; the last value's runs all fail."""
+    out = tmp_path / "out"
+    ratios = runs((True, True, *[False] * MOST_RUNS))
+    assert main(["optimise", str(written(FRONT)), "--out", str(out), "--json"]) == 1
+    *proved, missing = json.loads(capsys.readouterr().out)["front"]
+    assert ratios == [8.0, 3.0, *[5.0] * MOST_RUNS]
+    assert [one["at"] for one in proved] == [8, 3]
+    for one in proved:
+        assert one["value"] == pytest.approx(softest(one["at"]), rel=0.02)
+        assert one["design"] == str(out / "front" / f"P_max-{one['at']}.toml")
+        assert load_design(Path(one["design"])).nominal_targets.P_max == one["at"]
+    assert (missing["at"], missing["design"], missing["passed"]) == (5, None, False)
+    assert not (out / "front" / "P_max-5.toml").exists()
+    runs((True, True, True))
+    assert main(["optimise", str(written(FRONT)), "--out", str(out)]) == 0
+    assert "at targets.P_max = 5" in capsys.readouterr().out
+    runs((False,) * 3 * MOST_RUNS)
+    assert main(["optimise", str(written(FRONT)), "--out", str(out)]) == 1
+    assert list((out / "front").glob("*.toml")) == []
+
+
+def test_front_that_was_ended_goes_on_to_the_same_candidates(written, engine, tmp_path):
+    study = read_study(written(FRONT))
+    whole = search(study, tmp_path / "whole", engine)
+
+    class EndedError(RuntimeError):
+        pass
+
+    def end(solved, _count):
+        if solved == 100:  # in the second of three values
+            raise EndedError
+
+    with pytest.raises(EndedError):
+        search(study, tmp_path / "ended", engine, end)
+    again = search(study, tmp_path / "ended", engine)
+    assert [(one.result.number, one.result.settings) for one in again] == [
+        (one.result.number, one.result.settings) for one in whole
+    ]
+    numbers = [one.result.number for one in whole if one.result.settings["targets.P_max"] == 3]
+    assert min(numbers) < 100 < max(numbers)
+
+
+def test_each_value_of_a_front_begins_at_the_best_of_the_one_before(written, engine, tmp_path):
+    candidates = search(read_study(written(FRONT)), tmp_path / "out", engine)
+    best = next(one for one in candidates if one.result.settings["targets.P_max"] == 8)
+    of_next = [one.result for one in candidates if one.result.settings["targets.P_max"] == 3]
+    first = min(of_next, key=lambda result: result.number)
+    assert first.settings["targets.NL"] == best.result.settings["targets.NL"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "start"),
+    [
+        ("[8, 3, 5]", "[8, 101]", "targets.P_max = 101"),
+        ("[8, 3, 5]", "[8]", "optimise.front = "),
+        ('"targets.NL" = {', '"targets.P_max" = {', "optimise.front = "),
+        ("[8, 3, 5]", '[8, 3]\n"press.travel_mm" = [0.5, 0.6]', "optimise.front = "),
+        ('"targets.P_max"', '"targets.P_mx"', "vary targets.P_mx: unknown key"),
+    ],
+)
+def test_front_that_cannot_be_is_one_line_before_anything_is_written(written, tmp_path, capsys, old, new, start):
+    text = FRONT.replace(old, new)
+    assert main(["optimise", str(written(text)), "--out", str(tmp_path / "out")]) == 2
+    (error,) = capsys.readouterr().err.splitlines()
+    assert error.startswith(f"pipeline: {start}")
+    assert not (tmp_path / "out").exists()
 
 
 def test_ended_search_goes_on_to_the_same_candidates_and_a_longer_one_begins_with_them(written, engine, tmp_path):
@@ -145,18 +241,40 @@ def test_costs_are_in_the_order_of_the_designs():
     ],
 )
 def test_violation_is_the_distance_from_the_limit(written, value, limit, tolerance, passed, violation):
-    words = {"value": value, "limit": limit, "tolerance": tolerance, "passed": passed}
+    words = {"value": value, "error": 0.1, "limit": limit, "tolerance": tolerance, "passed": passed}
     values = {"springs.K_l_N_per_m": 1.0, **{f"verdicts.P_max.{word}": one for word, one in words.items()}}
     result = PointResult(number=0, settings={}, status="done", values=values, error=None, seconds=0.0)
     assert candidate_of(read_study(written(SOFTEST)), result).violation == pytest.approx(violation)
 
 
-def test_key_that_does_not_vary_over_a_span_is_refused_before_anything_is_written(written, engine, tmp_path):
-    study = read_study(written(SOFTEST.replace("{ from = 3, to = 8 }", "[3, 8]")))
+def test_distribution_is_refused_before_anything_is_written(written, engine, tmp_path):
+    normal = "{ mean = 5, sd = 0.1, source = 'x' }"
+    study = read_study(written(SOFTEST.replace("{ from = 3, to = 8 }", normal)))
     with pytest.raises(InputError) as refused:
         search(study, tmp_path / "out", engine)
     assert refused.value.field == "targets.P_max"
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "error", "passed", "violation"),
+    [
+        ("reading.bias", 3.0, 0.2, False, MARGIN + 0.6),
+        ("reading.bias", 1.9, 0.2, None, MARGIN + 0.05),
+        ("reading.bias", 1.0, 0.2, False, MARGIN),  # of other poses than those without a reading
+        ("reading.lift", 1.0, 0.2, False, MARGIN + 0.6),
+        ("reading.lift", 2.1, 0.2, None, MARGIN + 0.05),
+        ("reading.lift", 3.0, 0.2, True, 0.0),
+    ],
+)
+def test_violation_of_a_limit_on_one_side_is_how_far_the_bar_reaches_beyond_it(
+    written, name, value, error, passed, violation
+):
+    study = read_study(written(SOFTEST.replace('"P_max"]', f'"{name}"]')))
+    words = {"value": value, "error": error, "limit": 2.0, "tolerance": 0.0, "passed": passed}
+    values = {"springs.K_l_N_per_m": 1.0, **{f"verdicts.{name}.{word}": one for word, one in words.items()}}
+    result = PointResult(number=0, settings={}, status="done", values=values, error=None, seconds=0.0)
+    assert candidate_of(study, result).violation == pytest.approx(violation)
 
 
 @pytest.mark.usefixtures("in_process")
@@ -194,16 +312,17 @@ CANDIDATES = [planted(P_max, number=i, targets__P_max=P_max) for i, P_max in enu
 
 def test_design_of_the_first_run_that_passes_is_written_and_gone_where_no_run_passes(written, tmp_path, runs):
     study = read_study(written(SOFTEST))
+    (place,) = places(study, tmp_path / "out")
     with study_store(tmp_path / "out", study):
         ratios = runs((False, True))
-        proof = prove(study, CANDIDATES, tmp_path / "out")
+        proof = prove(study, CANDIDATES, place)
         assert (ratios, proof.candidate, proof.passed) == ([4.0, 5.0], CANDIDATES[1], True)
         assert load_design(proof.design).nominal_targets.P_max == 5.0
         ratios = runs((False, False, False))
-        proof = prove(study, CANDIDATES, tmp_path / "out")
+        proof = prove(study, CANDIDATES, place)
         assert (ratios, proof.passed, proof.design) == ([4.0, 5.0, 6.0], False, None)
         assert not (tmp_path / "out" / "design.toml").exists()
-        assert prove(study, [planted(1.0, 0.5)], tmp_path / "out") is None
+        assert prove(study, [planted(1.0, 0.5)], place) is None
 
 
 def test_design_of_a_person_is_refused_before_anything_is_solved(written, tmp_path):

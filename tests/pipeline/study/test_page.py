@@ -13,7 +13,7 @@ from pipeline.options import load_design
 from pipeline.study import read_study
 from pipeline.study.columns import point_columns
 from pipeline.study.page import MOST_DOTS, write_page
-from pipeline.study.points import points_between
+from pipeline.study.points import point_at, points_between
 from pipeline.study.store import study_store
 from pipeline.study.tasks import PointResult
 
@@ -111,6 +111,44 @@ def test_browser_shows_the_design_of_a_point(written, open_page, tmp_path):
     page.mouse.move(300, 400)
     page.mouse.up()
     page.wait_for_function("() => window.twintip.setting.held !== null")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.complaints == []
+    assert grave_findings(page) == []
+    assert validator_findings(address) == ""
+
+
+FRONT = """
+base = "mango"
+[vary]
+"press.travel_mm" = { from = 0.3, to = 0.5 }
+"print.process" = ["fdm-petg", "sla-resin"]
+[optimise]
+[optimise.front]
+"fruit.bruise_limit_MPa" = [[0.05, 0.1, 0.2, 0.3], [0.06, 0.1, 0.2, 0.3], [0.04, 0.1, 0.2, 0.3]]
+"""
+
+
+@pytest.mark.slow
+def test_browser_draws_a_front_at_the_first_numbers_of_its_lists(written, open_page, tmp_path):
+    study = read_study(written(FRONT))
+    out = tmp_path / "out"
+    minimised = study.goal.minimise
+    with study_store(out, study) as store:
+        for number in range(30):
+            point = point_at(study, number, [number / 30, number % 2, (number % 3 + 0.5) / 3])
+            values = {**dict.fromkeys(study.wanted, True), minimised: 0.1 + number / 1e3}
+            store.put([PointResult(**vars(point), status="done", values=values)])
+        address = write_page(store, study, [6, 7], {number: out / "front" / f"{number}.toml" for number in (6, 7)})
+    page = open_page(address.as_uri(), 390)
+    front = page.locator("#plots figure:first-of-type")
+    assert front.locator("circle").count() == 3  # two designs, and a ring round the one that is picked
+    assert front.get_by_text("none", exact=True).count() == 1  # at 0.04
+    x, y = (float(front.locator("circle").nth(1).get_attribute(f"c{axis}")) for axis in "xy")
+    front.locator("svg").first.click(position={"x": x, "y": y})
+    page.wait_for_function("() => window.twintip.setting.picked === 7")
+    assert page.get_attribute("#design a", "href") == "front/7.toml"
+    assert "'fruit.bruise_limit_MPa=[0.06,0.1,0.2,0.3]'" in page.inner_text("#design code")
+    assert page.locator("#plots h3").all_inner_texts()[-2:] == ["Over press.travel_mm", "Over print.process"]
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     assert page.complaints == []
     assert grave_findings(page) == []

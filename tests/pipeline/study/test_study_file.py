@@ -11,7 +11,8 @@ from pipeline.study.points import design_of, point_count, points_between
 from pipeline.study.report_keys import level_of, parts_of, value_at_key
 from pipeline.study.variation import Choices, Normal, Span, setting_of_cell
 
-PROCESS_FILE = Path(__file__).parents[3] / "cad" / "design" / "processes.toml"
+ROOT = Path(__file__).parents[3]
+PROCESS_FILE = ROOT / "cad" / "design" / "processes.toml"
 
 
 def test_study_file_is_read(written):
@@ -68,6 +69,26 @@ def test_study_file_is_read(written):
         ("seed = 7", "optimise = { minimise = 'passed' }", "optimise.minimise", "passed"),
         ("seed = 7", "optimise = { under = ['x'] }", "optimise.under", "verdicts.x.value"),
         ("seed = 7", "optimise = { under = 'x' }", "optimise.under", "x"),
+        ("seed = 7", "optimise = { front = 3 }", "optimise.front", "3"),
+        ("seed = 7", "optimise = { front = {} }", "optimise.front", ""),
+        (
+            "seed = 7",
+            "optimise = { front = { 'press.travel_mm' = ['a', 'b'] } }",
+            "optimise.front",
+            "press.travel_mm ['a', 'b']",
+        ),
+        (
+            "seed = 7",
+            "optimise = { front = { 'press.travel_mm' = [[1, 2], [1, 3]] } }",
+            "optimise.front",
+            "press.travel_mm [1, 1]",
+        ),
+        (
+            "seed = 7",
+            "optimise = { front = { 'press.travel_mm' = { from = 1, to = 2 } } }",
+            "optimise.front",
+            "press.travel_mm []",
+        ),
     ],
 )
 def test_wrong_study_file_is_refused_in_one_line(written, old, new, field, value):
@@ -206,3 +227,15 @@ def test_value_is_found_by_its_path():
         with pytest.raises(InputError) as absent:
             value_at_key(report, key)
         assert absent.value.value == key
+
+
+@pytest.mark.parametrize("name", ["front-tilt", "front-radius", "front-bruise"])
+def test_fronts_of_the_documents_are_studies_whose_spans_hold_their_base(name):
+    study = read_study(ROOT / "docs" / "examples" / f"{name}.toml")
+    assert len(study.front) >= 4
+    for value in study.front:
+        design_of(study, {study.goal.front: value})
+    base = load_design("mango-sharp")
+    for key, span in study.vary.items():
+        table, _, field = key.partition(".")
+        assert key == study.goal.front or 0.0 < span.fraction_of(getattr(getattr(base, table), field)) < 1.0
