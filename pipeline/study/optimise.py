@@ -5,12 +5,14 @@ R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:10082028
 
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
@@ -28,7 +30,7 @@ from pipeline.study.page import refuse_page
 from pipeline.study.points import Point, design_of, point_at
 from pipeline.study.report_keys import VERDICT_FIELDS
 from pipeline.study.store import StudyStore, study_store
-from pipeline.study.study_file import Study, front_number
+from pipeline.study.study_file import REFUSED, Study, front_number
 from pipeline.study.tasks import PointResult, lost_points, solve_points
 from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.workers import Engine, ProgressReport, completed
@@ -115,7 +117,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:
     """Solve generations of candidates until the points that the study allows are spent; all go into its store.
 
-    A front is searched value by value, each after the first from the best candidate of the one before.
+    A front is searched value by value, each after the first from the last generation of the one before.
     """
     results = {_told(result): result for result in store.rows()}
     taken = {result.number for result in results.values()}
@@ -144,8 +146,9 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
 
     keys = len(study.vary) - bool(values)
     start = _base_fractions(study)
+    members: Literal["latinhypercube"] | Floats = "latinhypercube"
     for fixed in [[(i + 0.5) / values] for i in range(values)] or [[]]:
-        start = differential_evolution(
+        ended = differential_evolution(
             costs,  # type: ignore[arg-type]  # a whole generation at a time, for which there are no stubs
             Bounds(np.zeros(keys), np.ones(keys)),
             args=(fixed,),
@@ -154,10 +157,13 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
             tol=0.0,
             rng=np.random.default_rng(study.seed),
             polish=False,
+            init=members,
             x0=start,
             updating="deferred",
             vectorized=True,
-        ).x
+        )
+        start = ended.x
+        members = ended.population
 
 
 def _told(point: Point) -> str:
@@ -209,13 +215,19 @@ def _violation(name: str, values: Mapping[str, object]) -> float:
     if not passed:
         verdict = Verdict(name=name, value=value, unit="", limit=limit, tolerance=0.0, passed=False, reference="")
         bar = error / scale if is_number(error) else 0.0
-        match bound_sense(verdict):  # a value that keeps such a limit by more than its bar fails for unread poses
+        match bound_sense(verdict):
             case "at most":
                 distance = max(0.0, (value - limit) / scale + bar)
             case "at least":
                 distance = max(0.0, (limit - value) / scale + bar)
-        return MARGIN + distance
+        return MARGIN + distance + _unread(name, values)
     return 0.0 if width else max(0.0, MARGIN - distance)  # a target is met on either side, a limit kept by a margin
+
+
+def _unread(name: str, values: Mapping[str, object]) -> float:
+    """Return in which fraction of the poses [1] there is no reading, for which a verdict on readings fails."""
+    poses = re.match(r"(\d+) of (\d+) poses", str(values.get(REFUSED))) if name.startswith("reading.") else None
+    return int(poses[1]) / int(poses[2]) if poses else 0.0
 
 
 def refuse_occupied(study: Study, folder: Path, *, force: bool = False) -> None:

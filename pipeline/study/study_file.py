@@ -21,6 +21,7 @@ How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 
 HOW = ("sobol", "grid", "points", "search", "sensitivity")
 MOST_POINTS = 10_000_000
+REFUSED = "reading.refused"
 _PROCESS_FILE = "print.process_file"
 _NO_NUMBERS = ("passed", "fruit_stiffness", "method", "status", "refused")
 _FILE_KEYS = ("base", "samples", "seed", "wanted", "vary", "set", "how", "points", "tol", "level", "optimise")
@@ -127,7 +128,8 @@ def read_study(path: Path) -> Study:
     goal, front = _goal(data.get("optimise", {}))
     wanted = _texts("wanted", data.get("wanted", []))
     if how == "search":
-        wanted = tuple(dict.fromkeys((*wanted, goal.minimise, *verdict_keys(goal))))
+        why = [REFUSED] if any(name.startswith("reading.") for name in goal.under) else []
+        wanted = tuple(dict.fromkeys((*wanted, goal.minimise, *verdict_keys(goal), *why)))
     level = data.get("level", "contact")
     if level in LEVELS:
         level = max(level, level_of("wanted", wanted), key=LEVELS.index)

@@ -152,12 +152,16 @@ def test_front_that_was_ended_goes_on_to_the_same_candidates(written, engine, tm
     assert min(numbers) < 100 < max(numbers)
 
 
-def test_each_value_of_a_front_begins_at_the_best_of_the_one_before(written, engine, tmp_path):
+def test_each_value_of_a_front_begins_at_the_last_generation_of_the_one_before(written, engine, tmp_path):
+    """One key that varies has generations of eight; some members are the same."""
     candidates = search(read_study(written(FRONT)), tmp_path / "out", engine)
-    best = next(one for one in candidates if one.result.settings["targets.P_max"] == 8)
-    of_next = [one.result for one in candidates if one.result.settings["targets.P_max"] == 3]
-    first = min(of_next, key=lambda result: result.number)
-    assert first.settings["targets.NL"] == best.result.settings["targets.NL"]
+    before = [one.result.settings["targets.NL"] for one in candidates if one.result.settings["targets.P_max"] == 8]
+    after = [one.result for one in candidates if one.result.settings["targets.P_max"] == 3]
+    first = sorted(after, key=lambda result: result.number)[:4]
+    assert first[0].settings["targets.NL"] == before[0]
+    for result in first:
+        NL = result.settings["targets.NL"]
+        assert min(abs(NL / other - 1.0) for other in before) < 1e-12  # SciPy scales what it is given
 
 
 @pytest.mark.parametrize(
@@ -261,7 +265,7 @@ def test_distribution_is_refused_before_anything_is_written(written, engine, tmp
     [
         ("reading.bias", 3.0, 0.2, False, MARGIN + 0.6),
         ("reading.bias", 1.9, 0.2, None, MARGIN + 0.05),
-        ("reading.bias", 1.0, 0.2, False, MARGIN),  # of other poses than those without a reading
+        ("reading.bias", 1.0, 0.2, False, MARGIN + 0.05),  # that of the poses with a reading
         ("reading.lift", 1.0, 0.2, False, MARGIN + 0.6),
         ("reading.lift", 2.1, 0.2, None, MARGIN + 0.05),
         ("reading.lift", 3.0, 0.2, True, 0.0),
@@ -272,7 +276,9 @@ def test_violation_of_a_limit_on_one_side_is_how_far_the_bar_reaches_beyond_it(
 ):
     study = read_study(written(SOFTEST.replace('"P_max"]', f'"{name}"]')))
     words = {"value": value, "error": error, "limit": 2.0, "tolerance": 0.0, "passed": passed}
-    values = {"springs.K_l_N_per_m": 1.0, **{f"verdicts.{name}.{word}": one for word, one in words.items()}}
+    unread = "3 of 60 poses have no reading" if value == 1.0 and name == "reading.bias" else None
+    values = {"springs.K_l_N_per_m": 1.0, "reading.refused": unread}
+    values |= {f"verdicts.{name}.{word}": one for word, one in words.items()}
     result = PointResult(number=0, settings={}, status="done", values=values, error=None, seconds=0.0)
     assert candidate_of(study, result).violation == pytest.approx(violation)
 
