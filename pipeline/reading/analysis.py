@@ -1,5 +1,7 @@
 """The error analysis of readings over the poses that occur: bias, uncertainty, lift, and the pressure on the skin."""
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -20,7 +22,7 @@ from pipeline.reading.measurement import (
     pressed_sensor,
     rows_of,
 )
-from pipeline.reading.poses import Placement, directed, occurring, read_moduli
+from pipeline.reading.poses import Placement, Vector, directed, occurring, read_moduli
 from pipeline.reading.read_out import DepthFactor, ReadOut
 from pipeline.reading.uncertainty import UncertaintySources, force_errors, noise_to_reach, uncertainty_sources
 from pipeline.response.scene_press import ScenePress, scene_of, tip_curve
@@ -38,6 +40,8 @@ DEPTHS_BETWEEN = 4  # rows of the curve at large strain to each step of its solv
 _STEP = 1e-3  # of the modulus, by which forces are moved to weigh their errors
 _WITHIN_DEG = 0.1  # of the steepest scene that contact is solved for
 _RESOLVED_DEG = 0.05
+Stand = tuple[float, Vector]
+"""A modulus [MPa] and the direction of a tilt [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -243,27 +247,36 @@ def lift_tilt(sensor: PressedSensor, reading: Reading) -> Estimate:
     design = sensor.design
     steepest = min(LARGEST_TILT_DEG, STEEPEST_DEG - scene_of(design).steepest_deg - _WITHIN_DEG)
 
-    def all_touch(tilt: float) -> bool:
+    def lifting(tilts: Sequence[float], stands: Sequence[Stand]) -> list[list[Stand]]:
+        """Return for each tilt [deg] in which stands a tip is off."""
         poses = []
-        for E in read_moduli(design.fruit):
-            for direction in directed(tilt):
-                poses.append(Placement(tilt_deg=direction).pressed(E, design.press.travel_mm))
-        return bool(sensor.in_poses(poses).touching.all())
+        for tilt in tilts:
+            for E, (x, y) in stands:
+                poses.append(Placement(tilt_deg=(tilt * x, tilt * y)).pressed(E, design.press.travel_mm))
+        off = ~sensor.in_poses(poses).touching.all(axis=1).reshape(len(tilts), -1)
+        return [list(itertools.compress(stands, row)) for row in off]
 
+    stands = list(itertools.product(read_moduli(design.fruit), directed(1.0)))
+    is_alone = design.tips.tip_shape.obeys_hertz  # no pose of domes feels the others; those of cells share a grid
+    at_once = 2 if is_alone else 1
     # The tilt that the design allows for is tried itself, so that a lift beyond it is never found below.
     touching = 0.0
     lifted = steepest
     for tilt in (min(reading.tilt_deg, steepest), steepest):
-        if not all_touch(tilt):
+        if lifting([tilt], stands)[0]:
             lifted = tilt
             break
         touching = tilt
     while lifted - touching > _RESOLVED_DEG:
-        middle = 0.5 * (touching + lifted)
-        if all_touch(middle):
-            touching = middle
-        else:
-            lifted = middle
+        halvings = min(at_once, math.ceil(math.log2((lifted - touching) / _RESOLVED_DEG)))
+        tilts = np.linspace(touching, lifted, 2**halvings + 1)[1:-1].tolist()
+        for tilt, off in zip(tilts, lifting(tilts, stands), strict=True):
+            if off:
+                lifted = tilt
+                if is_alone:
+                    stands = off  # what touches at this tilt does so at a smaller one
+                break
+            touching = tilt
     return Estimate(touching, lifted - touching, "deg")
 
 

@@ -176,7 +176,8 @@ def test_level_press_without_a_reading_is_left_out_of_the_level_readings(monkeyp
     assert 1 <= len(rows) < len(moduli)
 
 
-def test_lift_is_where_the_force_of_the_first_tip_ends():
+@pytest.mark.parametrize("shape", [{}, {"shape": "dome", "dome_radius_mm": 10.0}], ids=["flat", "dome"])
+def test_lift_is_where_the_force_of_the_first_tip_ends(shape):
     """The softest spring lifts first, on the softest fruit, towards the corner: by the linear law, on a fine grid."""
     design = square_design()
     S, C = square_contact().S, square_springs()
@@ -189,7 +190,9 @@ def test_lift_is_where_the_force_of_the_first_tip_ends():
 
     tilts = np.linspace(1.0, 15.0, 5601)
     expected = min(next(tilt for tilt in tilts if least(tilt, E) <= 0.0) for E in read_moduli(design.fruit))
-    found = lift_tilt(sensor_of(design), design.reading)
+    tips = dataclasses.replace(design.tips, **shape)  # domes are pressed at many tilts at once
+    sensor = dataclasses.replace(sensor_of(design), design=dataclasses.replace(design, tips=tips))
+    found = lift_tilt(sensor, design.reading)
     assert found.value <= expected * (1.0 + 2e-3)
     assert found.value + found.error >= expected * (1.0 - 2e-3)
 
