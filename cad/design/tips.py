@@ -138,7 +138,7 @@ class Tips(ShapeKeys):
         """Return the shape of each tip."""
         return tip_shape(self.shape, self.side_mm, self)
 
-    @property
+    @cached_property
     def springs(self) -> tuple[Spring, ...]:
         """Return the kind of spring behind each tip, in the order of `places_mm`."""
         return tuple(SPRINGS[letter] for letter in self.order or self.tip_layout.orders[0])
@@ -184,7 +184,7 @@ class Tips(ShapeKeys):
             axes.append(Position(self.offset_mm + along, across))
         return tuple(axes)
 
-    @property
+    @cached_property
     def beside_mm(self) -> tuple[Position, ...]:
         """Return where the axis of each tip's shape stands from the middle of its face [mm]."""
         both = zip(self.axes_mm, self.places_mm, strict=True)
@@ -195,7 +195,7 @@ class Tips(ShapeKeys):
         """Return x of each tip from the apex of the fruit [mm]."""
         return tuple(position.x for position in self.places_mm)
 
-    @property
+    @cached_property
     def height_offset_mm(self) -> tuple[float, ...]:
         """Return how far each tip stands before the foremost ones by design [mm], at most 0."""
         outer = self.outer_mm or 0.0

@@ -5,12 +5,14 @@ it is on the fruit, and the poses that were pressed hardest or tilted most on a 
 """
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from cad.design.fruit import Fruit
 from solve.arrays import Flags, Floats
 from solve.contact.domes.law import domes_on
 from solve.contact.scene import Point, Scene, check_scene
@@ -87,16 +89,22 @@ def posed_scene(scene: Scene, pose: Pose) -> Scene:
     """Return the scene in a pose: its press turned, the sensor moved, the fruit of another radius."""
     tilt, roll = pose.tilt_deg
     press = dataclasses.replace(scene.press, tilt_deg=tilt, roll_deg=roll)
-    fruit = scene.fruit
-    if pose.radius_mm is not None and fruit.radius_mm is not None:
-        changes: dict[str, Any] = {"radius_mm": pose.radius_mm}
-        if fruit.radius_across_mm is not None:
-            changes["radius_across_mm"] = fruit.radius_across_mm * pose.radius_mm / fruit.radius_mm
-        if fruit.whole:  # its plan follows from its radii
-            changes |= {"length_mm": None, "width_mm": None}
-        fruit = dataclasses.replace(fruit, **changes)
+    fruit = _of_radius(scene.fruit, pose.radius_mm)
     off_centre = (scene.off_centre_mm[0] + pose.off_centre_mm[0], scene.off_centre_mm[1] + pose.off_centre_mm[1])
     return dataclasses.replace(scene, fruit=fruit, press=press, off_centre_mm=off_centre)
+
+
+@functools.lru_cache(maxsize=8)
+def _of_radius(fruit: Fruit, radius_mm: float | None) -> Fruit:
+    """Return a fruit of another radius along the tips [mm], made once for the many poses on it."""
+    if radius_mm is None or fruit.radius_mm is None:
+        return fruit
+    changes: dict[str, Any] = {"radius_mm": radius_mm}
+    if fruit.radius_across_mm is not None:
+        changes["radius_across_mm"] = fruit.radius_across_mm * radius_mm / fruit.radius_mm
+    if fruit.whole:  # its plan follows from its radii
+        changes |= {"length_mm": None, "width_mm": None}
+    return dataclasses.replace(fruit, **changes)
 
 
 def _dome_forces(

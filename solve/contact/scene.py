@@ -6,6 +6,7 @@ Travel x counts from the first touch of a level sensor.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import minimize
@@ -64,12 +65,12 @@ class Scene:
         """Say whether the contact is alike on both sides of the plane y = 0 through all tips."""
         return self.press.roll_deg == 0.0 and all(y == 0.0 for _, y in self.centres)
 
-    @property
+    @cached_property
     def centres(self) -> tuple[Point, ...]:
         """Return x and y of the axes of the tips' shapes from the apex [mm]."""
         return self._off_centre(self.tips.axes_mm)
 
-    @property
+    @cached_property
     def face_centres(self) -> tuple[Point, ...]:
         """Return x and y of the middles of the tips' faces from the apex [mm]."""
         return self._off_centre(self.tips.places_mm)
@@ -95,7 +96,7 @@ class Scene:
         slopes = np.array([self._fruit_slope(centre) for centre in self.face_centres]) - self.turn
         return float(np.degrees(np.arctan(np.hypot(*slopes.T))).max())
 
-    @property
+    @cached_property
     def turn(self) -> Floats:
         """Return the tangents of tilt and roll [1], shape (2,)."""
         return np.tan(np.radians([self.press.tilt_deg, self.press.roll_deg]))
@@ -116,7 +117,7 @@ class Scene:
         """Return the gap [mm] between the plane at the apex and fruit plus tip, at points from a tip's centre [mm]."""
         return self.fruit_gap(centre[0] + x, centre[1] + y) + tip_gap(self.tips.tip_shape, x, y)
 
-    @property
+    @cached_property
     def first_touch_mm(self) -> float:
         """Return the gap at which a level sensor first touches, from the plane at the apex [mm]."""
         gaps = []

@@ -38,8 +38,9 @@ def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[
     """Return how fast [1] such a fruit falls along x and along y; infinite from its rim on."""
     rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
     if not rest > 0.0:
-        return float(np.inf), float(np.inf)
-    return float(x / radius / np.sqrt(rest)), float(y / radius_across / np.sqrt(rest))
+        return math.inf, math.inf
+    fall = math.sqrt(rest)
+    return x / radius / fall, y / radius_across / fall
 
 
 def ellipsoid_curvatures(semi_axes: Floats, from_centre: Floats) -> tuple[Floats, Floats]:

@@ -6,6 +6,7 @@ there: U = d - G F, with G the half-space between different tips plus the remain
 (I + Y G) F = Y d holds the forces of all tips at once, however close they are.
 """
 
+import functools
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -137,6 +138,14 @@ def node_remainder(
     interpolations = [each.punch(within).interpolate(each.punch(between).nodes) for each in footprints]
     to_all = block_diag(*interpolations)
     return to_all @ compliance @ to_all.T, dofs
+
+
+@functools.lru_cache(maxsize=2)
+def half_space_compliance(footprints: tuple[Footprint, ...], poisson: float) -> Floats:
+    """Return the compliance of level footprints on a half-space, times E [1/mm], read-only; raises as below."""
+    S = level_compliance(footprints, poisson, np.zeros(()), nodes_between(footprints))
+    S.flags.writeable = False
+    return S
 
 
 def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder: Floats, per_side: int) -> Floats:

@@ -24,6 +24,7 @@ from solve.fruit.compliance import FruitCompliance, MeshCompliance
 from solve.fruit.footprints import (
     Footprint,
     closest_spacing,
+    half_space_compliance,
     level_compliance,
     level_parities,
     mirror_images,
@@ -202,7 +203,7 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
     """Return the relative errors [1] of `fine`, the compliance [1/mm] on the mesh of a grading, from a coarser mesh."""
     between = nodes_between(footprints)
     of_nodes = max(footprint.punch(between).error for footprint in footprints) + NODE_ERROR
-    half_space = level_compliance(footprints, fruit.poisson, np.zeros(()), between)
+    half_space = half_space_compliance(tuple(footprints), fruit.poisson)
     remainder = relative_changes(fine - half_space, fine)
     if grading == ROUGH:
         error = ROUGH_ERROR * float(remainder.max()) + of_nodes

@@ -1,13 +1,13 @@
 """The fruit under domes: what it adds to the half-space, from its compliance under small flat circles."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solve.arrays import Floats
+from solve.arrays import Floats, Ints
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.footprints import level_compliance, nodes_between
+from solve.fruit.footprints import half_space_compliance
 from solve.fruit.skin import layer_on
 from solve.fruit.split import contact_footprints
 from solve.halfspace.layered import RoundContact, round_contact
@@ -34,6 +34,10 @@ class Body:
     feet: Floats
     skinned: RoundContact | None = None
 
+    def some(self, poses: Ints) -> "Body":
+        """Return the body in some of the poses, by their indices."""
+        return replace(self, remainder=self.remainder[poses], bound=self.bound[poses])
+
 
 def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
     """Return the body of the scene's fruit in poses on fruits of `radii` (poses,) [mm] along the tips.
@@ -43,11 +47,12 @@ def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
     """
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)
-    half_space = level_compliance(footprints, block.poisson, np.zeros(()), nodes_between(footprints))
+    half_space = half_space_compliance(footprints, block.poisson)
     curvature_ratio = scene.fruit.radii_mm[0] / radii if scene.curved else np.ones(len(radii))
     change = np.multiply.outer(curvature_ratio - 1.0, compliance.shape_change)
     skinned = None
     if compliance.flesh_E is not None:
+        half_space = half_space.copy()
         skinned = round_contact(layer_on(block, compliance.flesh_E), scene.tips.side_mm)
         for tip, footprint in enumerate(footprints):
             # the bare half-space under a flat circle gives (1 - nu^2) / side

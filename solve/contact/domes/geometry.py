@@ -6,11 +6,11 @@ would enter it; its springs let it move in the frame of the sensor: along the ti
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from solve.arrays import Floats
+from solve.arrays import Floats, Ints
 from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.curved_shape import ellipsoid_curvatures
 
@@ -35,6 +35,10 @@ class DomeApproach:
     radius: Floats
     eased: Floats
 
+    def some(self, poses: Ints) -> "DomeApproach":
+        """Return how domes stand in some of the poses, by their indices."""
+        return DomeApproach(**{name: values[poses] for name, values in vars(self).items()})
+
     @property
     def cosine(self) -> Floats:
         """Return the cosine of the angle between normal and axis [1], (poses, tips)."""
@@ -57,11 +61,16 @@ class DomePoses:
     sideways: SidewaysGive | None = None
     face_middles: Floats = field(default_factory=lambda: np.zeros(2))
 
+    def some(self, poses: Ints) -> "DomePoses":
+        """Return the domes in some of the poses, by their indices."""
+        centres = self.centres[poses]
+        return replace(self, centres=centres, frame=self.frame[poses], semi_axes=self.semi_axes[poses])
+
     def approach(self, moved: Floats) -> DomeApproach:
         """Return how domes stand that springs let move in the frame of the sensor, `moved` (poses, tips, 3) [mm]."""
         centres = self.centres + moved @ self.frame
         foot, normal = self._feet(centres)
-        distance = ((centres - foot) * normal).sum(axis=-1)
+        distance = _dot(centres - foot, normal)
         least, most = self._curvatures(foot)
         least = 1.0 / self.dome_radius + least
         most = 1.0 / self.dome_radius + most
@@ -88,7 +97,7 @@ class DomePoses:
         middle[..., 2] = -self.semi_axes[:, None, 2]
         foot = _nearest(centres - middle, squares)
         normal = foot / squares
-        return middle + foot, normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+        return middle + foot, normal / np.sqrt(_dot(normal, normal))[..., None]
 
     def _curvatures(self, foot: Floats) -> tuple[Floats, Floats]:
         """Return the least and the largest principal curvature of the fruit [1/mm], both (poses, tips)."""
@@ -109,24 +118,28 @@ def _nearest(point: Floats, squares: Floats) -> Floats:
     a_k^2 s_k / (t + a_k^2); the inverse root of the sum is near to linear in t.
     """
     stretch = np.zeros(point.shape[:-1])
-    for _ in range(FOOT_STEPS):
+    for _ in range(FOOT_STEPS if np.ptp(squares, axis=-1).any() else 1):
         along = stretch[..., None] + squares
         q = np.sqrt(squares) * point / along
-        size = np.linalg.norm(q, axis=-1)
-        slope = (q**2 / along).sum(axis=-1) / size**3
+        size = np.sqrt(_dot(q, q))
+        slope = _dot(q, q / along) / size**3
         stretch = stretch - (1.0 / size - 1.0) / slope
     return squares * point / (stretch[..., None] + squares)
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    """Return the scalar products of vectors (..., 3), in a fourth of the time of a sum over so short an axis."""
+    return np.asarray(np.einsum("...k,...k->...", a, b))
 
 
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     """Return the domes of scenes of one sensor, each at its own travel [mm] of the mean of its centres, (poses,)."""
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
-    first_touch = {scene: scene.first_touch_mm for scene in scenes}
     centres = np.array([scene.centres for scene in scenes])
     axis = np.array([[*scene.turn, 1.0] for scene in scenes])
     axis = axis / np.linalg.norm(axis, axis=1, keepdims=True)
     middle = centres.mean(axis=1)
-    lowered = travel + np.array([first_touch[scene] for scene in scenes])
+    lowered = travel + np.array([scene.first_touch_mm for scene in scenes])
     origin = np.column_stack([middle, -lowered])
     stand = radius - np.array([scene.height_offsets_mm for scene in scenes])
 

@@ -9,6 +9,7 @@ finite strain. Strain goes with a over a radius: the first two terms are of seco
 profile against a paraboloid's is in the others.
 """
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,9 +91,10 @@ def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float
     )
 
 
-def coefficients(table: tuple[tuple[float, ...], ...], poisson: float) -> list[float]:
+@functools.cache
+def coefficients(table: tuple[tuple[float, ...], ...], poisson: float) -> tuple[float, ...]:
     """Return c1 to c4 [1] of a table at a Poisson's ratio, by straight lines between its rows."""
-    return [float(np.interp(poisson, POISSONS, column)) for column in zip(*table, strict=True)]
+    return tuple(float(np.interp(poisson, POISSONS, column)) for column in zip(*table, strict=True))
 
 
 def _terms(table: tuple[tuple[float, ...], ...], poisson: float, s: Floats, t: Floats) -> tuple[Floats, Floats]:

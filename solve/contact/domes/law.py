@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solve.arrays import Floats
+from solve.arrays import Floats, Ints
 from solve.contact.domes.body import Body, dome_body
 from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
 from solve.contact.domes.large_strain import LargeStrain, large_strain
@@ -163,6 +163,7 @@ class _Law:
     def __init__(self, poses: DomePoses, E: Floats, C: Floats, body: Body) -> None:
         self._poses = poses
         sideways = poses.sideways or SidewaysGive(np.zeros((*C.shape, 3, 3)), 0.0)
+        self._springs = C
         self._C = sideways.compliance.copy()
         self._C[..., 2, 2] += C
         self._sideways_error = sideways.error
@@ -181,28 +182,34 @@ class _Law:
             worst = np.maximum(np.abs(state.residual).max(axis=1), allowed)
             step = np.linalg.solve(self.jacobian(state), state.residual[..., None])[..., 0]
             trial = self.state(state.q + step, state.approach)
-            for _ in range(HALVINGS):  # in poses where the residual would grow
-                grown = np.abs(trial.residual).max(axis=1) > worst
-                if not grown.any():
-                    break
-                step[grown] *= 0.5
-                trial = self.state(state.q + step, state.approach)
-            state = trial
+            grown = np.flatnonzero(np.abs(trial.residual).max(axis=1) > worst)
+            state = self._halved(state, np.asarray(step), grown, worst) if grown.size else trial
         residual = np.abs(state.residual).max()
         hint = "press less deep, or take stiffer springs"
         msg = f"domes: residual {residual:.1e} mm must be at most {allowed:.0e} mm; {hint}"
         raise SolveError(msg)
 
+    def _halved(self, state: _State, step: Floats, grown: Ints, worst: Floats) -> _State:
+        """Return the state after steps (poses, tips) [mm], those of `grown` poses halved until none exceeds `worst`."""
+        for _ in range(HALVINGS):
+            step[grown] *= 0.5
+            few = _Law(self._poses.some(grown), self._E[grown, 0], self._springs, self._body.some(grown))
+            trial = few.state(state.q[grown] + step[grown], state.approach.some(grown))
+            grown = grown[np.abs(trial.residual).max(axis=1) > worst[grown]]
+            if not grown.size:
+                break
+        return self.state(state.q + step, state.approach)
+
     def state(self, q: Floats, before: DomeApproach) -> _State:
         """Return the domes at trial depths q (poses, tips) [mm], whose forces lean as they stood `before`."""
         N = self._hertz(q, before)[0]
-        moved = np.einsum("ijab,pjb->pia", self._C, N[..., None] * before.direction)
+        moved = np.tensordot(N[..., None] * before.direction, self._C, axes=((1, 2), (1, 3)))
         approach = self._poses.approach(moved)
         N, stiffness, radius, strain = self._hertz(q, approach)
 
         # The slope that the others make under a dome moves its contact by its radius times that slope.
         between, distance = _between(approach.foot)
-        slope = self._normal * np.einsum("pij,pijk,pj->pik", distance**-3, between, N) / self._E[..., None]
+        slope = self._normal * np.einsum("pij,pijk->pik", N[:, None] / distance**3, between) / self._E[..., None]
         shift = approach.radius[..., None] * slope
         _, distance = _between(approach.foot + shift)
         action = self._normal / distance * (1.0 + _moments(radius, FELT, ACTING) / distance**2)  # k_ij
@@ -215,7 +222,7 @@ class _Law:
     def springs(self, approach: DomeApproach) -> Floats:
         """Return how far domes yield along their normals for normal forces [mm/N], (poses, tips, tips)."""
         along = approach.direction
-        return np.asarray(np.einsum("pia,ijab,pjb->pij", along, self._C, along, optimize=True))
+        return np.asarray(np.einsum("pia,ijab,pjb->pij", along, self._C, along))
 
     def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats, LargeStrain]:
         """Return the normal forces [N], their slopes over the depth [N/mm], contact radii [mm], and large strain."""
@@ -290,7 +297,7 @@ class _Law:
 def _between(feet: Floats) -> tuple[Floats, Floats]:
     """Return the vectors from contact j to contact i [mm] and their lengths, infinite from one to itself."""
     between = feet[:, :, None] - feet[:, None]
-    distance = np.linalg.norm(between, axis=-1)
+    distance = np.sqrt(np.einsum("pijk,pijk->pij", between, between))
     return between, distance + np.where(np.eye(distance.shape[1]) > 0.0, np.inf, 0.0)
 
 

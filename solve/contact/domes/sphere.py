@@ -26,7 +26,10 @@ def sphere_contact_radius(depth: Floats, sphere: float, curvature: Floats) -> Fl
     for _ in range(STEPS):
         slope = x + _artanh_less(x) + x / (1.0 - x**2) + 2.0 * x * beside
         above = x * (x + _artanh_less(x)) + x**2 * beside - sunk
-        x = x - np.divide(above, slope, out=np.zeros_like(x), where=x > 0.0)
+        nearer = x - np.divide(above, slope, out=np.zeros_like(x), where=x > 0.0)
+        if (nearer == x).all():
+            break
+        x = nearer
     return sphere * x
 
 

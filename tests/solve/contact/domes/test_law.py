@@ -12,9 +12,9 @@ from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
 from solve.contact.domes.body import Body, dome_body
-from solve.contact.domes.geometry import DomePoses
+from solve.contact.domes.geometry import DomePoses, dome_poses
 from solve.contact.domes.large_strain import large_strain
-from solve.contact.domes.law import dome_contrast, dome_forces, domes_on
+from solve.contact.domes.law import _Law, dome_contrast, dome_forces, domes_on
 from solve.contact.scene import Scene, SidewaysGive
 from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact
@@ -221,6 +221,23 @@ MANGO = dataclasses.replace(BLUNT, radius_mm=35.0, length_mm=30.0, width_mm=30.0
 def level_domes(sideways=None):
     tips = dataclasses.replace(GENTLE, dome_radius_mm=10.0)
     return dataclasses.replace(scene(fruit=MANGO, tips=tips, travel=0.4), sideways=sideways)
+
+
+def test_some_poses_are_left_by_a_step_as_among_all():
+    give = np.zeros((4, 4, 3, 3))
+    give[range(4), range(4)] = 0.5 * np.eye(3)
+    level = level_domes(SidewaysGive(give, 0.0))
+    scenes = [dataclasses.replace(level, press=dataclasses.replace(level.press, tilt_deg=tilt)) for tilt in range(6)]
+    poses = dome_poses(scenes, np.linspace(0.2, 0.4, 6))
+    body = dome_body(level, compliance(level.fruit, level.tips), np.linspace(30.0, 40.0, 6))
+    moduli = np.linspace(0.5, 3.5, 6)
+    before = poses.approach(np.zeros(poses.centres.shape))
+    q = 0.5 * before.interference
+    some = np.array([4, 1])
+    expected = _Law(poses, moduli, SPRINGS, body).state(q, before)
+    found = _Law(poses.some(some), moduli[some], SPRINGS, body.some(some)).state(q[some], before.some(some))
+    np.testing.assert_allclose(found.residual, expected.residual[some], atol=1e-13)
+    np.testing.assert_allclose(found.N, expected.N[some], rtol=1e-13)
 
 
 def contrast_of(level):
