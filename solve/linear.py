@@ -74,8 +74,12 @@ def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
     """
     check_cost(matrix.shape[0])
     fixed = np.unique(fixed)
-    free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)[::-1]  # fills 5 % less than rising
-    block = csc_matrix(matrix[free][:, free])
+    free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)
+    part = csc_matrix(matrix[:, free][free])
+    # Falling dofs fill 5 % less than rising ones; the arrays turned end to end stay sorted.
+    turned = (part.data[::-1].copy(), len(free) - 1 - part.indices[::-1], part.nnz - part.indptr[::-1])
+    block = csc_matrix(turned, shape=part.shape)
+    free = free[::-1]
     if not len(free):
         return Factor(matrix, block, free, fixed, np.copy)
     back_substitute: Callable[[Floats], Floats]

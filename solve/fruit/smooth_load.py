@@ -15,7 +15,7 @@ WIDEST = 3.0  # deviation over the least one
 IN_ROOM = 3.2  # least distance to a side face [deviations]
 IN_SPACING = 3.0  # least spacing [deviations]
 FEWEST_NODES = 3
-GAUSS_POINTS = 24  # in a step
+GAUSS_POINTS, GAUSS_WEIGHTS = legendre.leggauss(24)  # in a step
 
 
 @dataclass(frozen=True)
@@ -55,13 +55,12 @@ def line_forces(line: Floats, centre: float, deviation: float, sign: int) -> tup
     nodes[::2] = line
     nodes[1::2] = 0.5 * (line[1:] + line[:-1])
 
-    points, weights = legendre.leggauss(GAUSS_POINTS)
-    t = 0.5 * (points + 1.0)  # on (0, 1)
+    t = 0.5 * (GAUSS_POINTS + 1.0)  # on (0, 1)
     steps = np.diff(line)[:, None]
     s = line[:-1, None] + steps * t
     density = _normal(s - centre, deviation) + sign * _normal(s + centre, deviation)
     shapes = np.stack([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)])
-    local = (0.5 * steps * weights * density) @ shapes.T
+    local = (0.5 * steps * GAUSS_WEIGHTS * density) @ shapes.T
     forces = np.zeros(len(nodes))
     for node in range(3):
         forces[node : node + 2 * len(steps) : 2] += local[:, node]
