@@ -36,10 +36,10 @@ known one. A key carries its unit; one without is a plain number.
 
 Use it with `pipeline run --design mine.toml`. One key can also be set on the command line, on top of the file:
 `pipeline run --set fruit.height_mm=20`. The presets `paper`, `paper-on-mango`, `mango`,
-`mango-sharp` and `compact` are the files in [designs](../designs), each number with its source; `--design mango` uses
-one, and [presets](presets.md) says which to take. Every output folder holds a `design.toml` that repeats its run. Three
-tips in a line are solved, and no housing is drawn for them: [fouly.toml](examples/fouly.toml) reads well and fails
-`geometry.layout`.
+`mango-sharp`, `compact` and `compact-sharp` are the files in [designs](../designs), each number with its source;
+`--design mango` uses one, and [presets](presets.md) says which to take. Every output folder holds a `design.toml`
+that repeats its run. Three tips in a line are solved, and no housing is drawn for them:
+[fouly.toml](examples/fouly.toml) reads well and fails `geometry.layout`.
 
 `name` is text of 1 to 64 letters, digits, `-` or `_`; it names the output folder and is engraved in the part. A file
 without a name is named after the file.

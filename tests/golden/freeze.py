@@ -28,6 +28,7 @@ RUNS: dict[str, list[str]] = {
     "mango": ["--design", "mango"],
     "mango-sharp": ["--design", "mango-sharp"],
     "compact": ["--design", "compact"],
+    "compact-sharp": ["--design", "compact-sharp"],
     "fouly": ["--design", "docs/examples/fouly.toml"],
     "paper-on-mango": ["--design", "paper-on-mango"],
     "pla": ["--process", "fdm-pla"],

@@ -118,6 +118,8 @@ def _numbers(design: Design, failed: set[str], *, on_cells: bool) -> list[Sweep]
         found += _scaled(design, "reading.tilt_deg", SMALLER[:7])
         for name in failed & {"reading.bias", "reading.uncertainty"}:
             found += _scaled(design, f"{name}_limit", LARGER[:5])
+    if "reading.uncertainty" in failed:
+        found.append([{"reading.calibrated_by": "plate"}])
     if on_cells and "P_displacement_independent" in failed:
         side = design.tips.side_mm
         sides = [side * factor for factor in _COARSELY_SMALLER]

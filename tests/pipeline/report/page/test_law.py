@@ -43,7 +43,7 @@ def test_planted_wrong_law_is_found(flat_page, open_page, rng):
 
 @pytest.mark.study
 @pytest.mark.parametrize(
-    "name", ["paper", "mango", "mango-sharp", "compact", "docs/examples/fouly.toml", "paper-on-mango"]
+    "name", ["paper", "mango", "mango-sharp", "compact", "compact-sharp", "docs/examples/fouly.toml", "paper-on-mango"]
 )
 def test_law_of_every_preset_is_that_of_python(name, preset_page, open_page, rng):
     written = preset_page(load_design(name, {}))
