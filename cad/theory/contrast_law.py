@@ -15,6 +15,7 @@ The contrast is straight in F and F^(2/3): a press is read by their weighted mea
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +55,11 @@ class ContrastLaw:
         if shapes != ((count,), (count, count), (count, count)):
             msg = f"contrast law of {count} tips: tables of {shapes}; must have a row and a column for each tip"
             raise ValueError(msg)
+
+    @cached_property
+    def arrays(self) -> tuple[Floats, Floats, Floats]:
+        """Return weights, C and S, made once for the many readings of one sensor."""
+        return np.array(self.weights), np.array(self.C), np.array(self.S)
 
 
 def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tuple[float, ...]:
@@ -133,11 +139,11 @@ def contrast_terms(
         if not 0.0 < force < math.inf:
             msg = f"force of tip {tip} = {force:g} N: must be above 0; the tip is off the fruit, press more level"
             raise ReadingError(msg)
-    weights = np.array(law.weights)
+    weights, C, S = law.arrays
     F = np.array(forces)
-    rigid = weights @ (np.array(law.C) @ F + law.gaps)
+    rigid = weights @ (C @ F + law.gaps)
     dome = law.hertz * weights @ (F ** (2.0 / 3.0) if two_thirds is None else two_thirds)
-    body = weights @ (np.array(law.S) @ F)
+    body = weights @ (S @ F)
     return float(rigid), float(dome), float(body)
 
 
@@ -211,16 +217,12 @@ def _smallest_root(rigid: float, dome: float, body: float) -> float:
 
     The cubic is level at 0 and runs one way up to its next level point: the root lies before it, or is not there.
     """
-
-    def contrast(z: float) -> float:
-        return rigid + z * z * (dome + body * z)
-
     turn = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
     end = turn if turn > 0.0 else _beyond_root(rigid, dome, body)
-    if not rigid * contrast(end) < 0.0:
+    if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
         msg = "the forces belong to no modulus: must be those of this sensor, pressed on a fruit; calibrate it anew"
         raise ReadingError(msg)
-    return last_holding(lambda z: rigid * contrast(z) > 0.0, 0.0, end)
+    return last_holding(lambda z: rigid * (rigid + z * z * (dome + body * z)) > 0.0, 0.0, end)
 
 
 def _beyond_root(rigid: float, dome: float, body: float) -> float:

@@ -222,7 +222,9 @@ class _Law:
     def springs(self, approach: DomeApproach) -> Floats:
         """Return how far domes yield along their normals for normal forces [mm/N], (poses, tips, tips)."""
         along = approach.direction
-        return np.asarray(np.einsum("pia,ijab,pjb->pij", along, self._C, along))
+        of_each = self._C.transpose(0, 2, 1, 3).reshape(len(self._C), 3, -1)  # one product of matrices for each dome
+        moved = (along.swapaxes(0, 1) @ of_each).reshape(len(self._C), len(along), -1, 3)
+        return np.asarray(np.einsum("ipjb,pjb->pij", moved, along))
 
     def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats, LargeStrain]:
         """Return the normal forces [N], their slopes over the depth [N/mm], contact radii [mm], and large strain."""
