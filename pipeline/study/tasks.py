@@ -9,7 +9,7 @@ from typing import Literal
 
 from cad.design.parameters import Design
 from cad.quantity import InputError
-from pipeline.evaluate import check_targets
+from pipeline.evaluate import check_targets, refuse_unsolvable
 from pipeline.options import RunOptions
 from pipeline.report.mapping import (
     contact_keys,
@@ -96,10 +96,12 @@ def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object
 
 def _sized_report(study: Study, design: Design) -> Plain:
     """Return the part of report.json that follows from contact and springs as they were sized."""
+    parts = parts_of(study.wanted, reads=design.reading is not None, linear=scene_of(design).linear)
+    if parts:
+        refuse_unsolvable(design)  # before the contact is solved for nothing
     contact = scene_compliance(unit_scene(design), study.tol)
     sizing = spring_sizing(design, contact, RunOptions())
     springs = ideal_springs(design, sizing)
-    parts = parts_of(study.wanted, reads=design.reading is not None, linear=scene_of(design).linear)
     return evaluation_mapping(check_targets(design, contact=contact, sizing=sizing, springs=springs, parts=parts))
 
 
