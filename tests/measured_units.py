@@ -110,13 +110,14 @@ def stated_and_moved(sensor, forces, read, field, tip):
     """Return what one per cent of a spring or a gain adds to the uncertainty of a reading, and how far it moves E.
 
     `read` takes a unit and forces; the second is twice what a spring or a gain that is off by a thousandth does, times
-    ten.
+    ten. Channels that were calibrated on a plate show forces by the spring.
     """
     factors = np.ones(len(sensor.report.tips))
     factors[tip] = 1.001
     plain = read(sensor, forces)
     is_spring = field == "K_percent"
-    off = read(sensor.with_stiffness(tip, 1.001), forces) if is_spring else read(sensor, forces * factors)
+    shown = forces if is_spring and sensor.unit.calibrated_by == "weights" else forces * factors
+    off = read(sensor.with_stiffness(tip, 1.001) if is_spring else sensor, shown)
     percent = np.full(len(factors), EXACT)
     percent[tip] = 1.0
     unit = replace(sensor.unit, **{field: tuple(percent.tolist())})

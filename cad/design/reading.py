@@ -24,8 +24,8 @@ class Reading:
 
     `tilt_deg` is the largest tilt, in any direction; `off_centre_mm` how far the sensor stands from the apex at most;
     `radius_spread` by how much of it the fruit's radius may differ. `noise_percent` is a share of the largest force of
-    each tip. `stiffness_percent` and `gain_percent` are what calibration leaves of each spring and each channel: of its
-    force, or where a hard plate is pressed too, which moves all tips alike, of its deflection.
+    each tip. `stiffness_percent` and `gain_percent` are what calibration leaves: by weights of each spring and of each
+    force; by a hard plate too, which moves all tips alike, of each force at a known deflection and of each deflection.
     `tip_place_mm` is how far making leaves each tip of a square or line beside its place, which a flat plate does not
     show. `bias_limit` bounds the largest |E read / E - 1| without noise, `uncertainty_limit` its standard deviation.
     """

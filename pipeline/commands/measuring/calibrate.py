@@ -25,7 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     firm = "fruit,firmness_N (or E_MPa) and a force for each tip: fruit that another instrument measured"
     add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
     pressed = "travel_mm and the counts of each channel: a press on a hard flat plate, all tips on it"
-    add("--plate", metavar="PLATE.csv", type=Path, help=f"tell the channels' deflections, of the columns {pressed}")
+    add("--plate", metavar="PLATE.csv", type=Path, help=f"calibrate deflections, of the columns {pressed}")
     add("--out", metavar="unit.toml", type=Path, help="write the unit there, for pipeline read --unit")
     add("--classes", metavar="NAMES", default="", help="ripeness classes of its readings, as in ripe:0.8,unripe")
     add_force_flag(parser)

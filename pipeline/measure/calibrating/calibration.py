@@ -1,6 +1,7 @@
 """From what was measured of a print to its unit: springs by weights, or its modulus."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from cad.quantity import Estimate, validation_error
 from cad.verdict import Verdict
 from pipeline.measure.calibrating.channels import ChannelCalibration, weighed_channels
 from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
-from pipeline.measure.calibrating.plate import pressed_springs
+from pipeline.measure.calibrating.plate import flattening, pressed_springs
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import weighed_springs
@@ -33,6 +34,7 @@ _WEIGHED = {
     "force": Quantity(units=FORCE, most=1e3, words=("weight",)),
     "deflection": Quantity(units=LENGTH, most=100.0),
 }
+WITHOUT_PLATE = "the design counts on a press on a hard plate: give --plate, or firm flesh is told as weights leave it"
 _EXAMPLES = {what: f"{what},weight_g,deflection_mm" for what in ("tip", "coupon")}
 
 
@@ -89,14 +91,10 @@ def calibrated(
     read nothing.
     """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
-    springs = weighed_springs(table, "tip", [tip.name for tip in report.tips])
+    of_springs = table.numbers["deflection"] - flattening(report, table.numbers["force"])
+    weighed = replace(table, numbers={**table.numbers, "deflection": of_springs})
+    springs = weighed_springs(weighed, "tip", [tip.name for tip in report.tips])
     channels = weighed_channels(table, report)
-    if plate is not None:
-        if channels is None:
-            bound = "a table with the counts of each channel beside --plate"
-            raise validation_error(table.source, None, "", bound, "note the counts beside each weight")
-        springs, deflection_percent = pressed_springs(plate, channels, springs, report)
-        channels = replace(channels, gain_percent=tuple(deflection_percent))
     unit = unit_of(
         report,
         stiffnesses=[spring.value for spring in springs],
@@ -105,8 +103,12 @@ def calibrated(
     )
     if channels is not None:
         unit = _with_channels(unit, channels, report)
+    assumed = [] if as_designed.deep is None else [LAW_OF_FLESH]
+    reading = report.design.reading
     if plate is not None:
-        unit = replace(unit, method=f"{unit.method}, and a hard plate", calibrated_by="plate")
+        unit = _on_plate(unit, plate, table, channels, springs, report)
+    elif reading is not None and reading.calibrated_by == "plate":
+        assumed.append(WITHOUT_PLATE)
     sensor = MeasuringUnit(report=report, unit=unit)
     scale = None if fruit is None else scale_of_presses(fruit, sensor)
     nominal = as_designed.unit.stiffnesses
@@ -117,7 +119,7 @@ def calibrated(
         table=shown,
         verdicts=unit_verdicts(sensor, shown),
         trims=trims(sensor, nominal),
-        assumed=[] if as_designed.deep is None else [LAW_OF_FLESH],
+        assumed=assumed,
         error_by=error_sources(sensor),
         scale=scale,
         channels=channels,
@@ -126,19 +128,45 @@ def calibrated(
 
 def _with_channels(unit: PrintedUnit, channels: ChannelCalibration, report: StoredReport) -> PrintedUnit:
     """Return a unit with the channels that weights told: what they leave of the gains, and what drifts beside it."""
-    signal = report.read_out.signal
-    drifts = [0.0] * len(unit.tips) if signal is None else signal.gain_drift_percent
-    gain_percent = []
-    for left, drift in zip(channels.gain_percent, drifts, strict=True):
-        gain_percent.append(math.hypot(left, drift / math.sqrt(3.0)))
     return replace(
         unit,
         method=f"{unit.method}, counts of the same weights",
         newtons_per_count=channels.newtons_per_count,
         zero_counts=tuple(channels.zero_counts.tolist()),
         saturation_counts=channels.saturation,
-        gain_percent=tuple(gain_percent),
+        gain_percent=_drifted(channels.gain_percent, report),
     )
+
+
+def _on_plate(
+    unit: PrintedUnit,
+    plate: MeasuredTable,
+    table: MeasuredTable,
+    channels: ChannelCalibration | None,
+    weighed: Sequence[Estimate],
+    report: StoredReport,
+) -> PrintedUnit:
+    """Return a unit whose channels tell deflections, by a press on a plate; raises InputError as `pressed_springs`."""
+    if channels is None:
+        columns = ", ".join(count_keys(len(unit.tips)))
+        bound = "with the counts of each channel where --plate is given"
+        raise validation_error(table.source, "weights alone", "", bound, f"add the columns {columns}")
+    springs, left_percent = pressed_springs(plate, channels, weighed, report)
+    return replace(
+        unit,
+        method="counts of weights, and a hard plate",
+        calibrated_by="plate",
+        K_N_per_m=tuple(1e3 * spring.value for spring in springs),
+        K_percent=tuple(spring.percent for spring in springs),
+        gain_percent=_drifted(left_percent, report),
+    )
+
+
+def _drifted(percent: Sequence[float], report: StoredReport) -> tuple[float, ...]:
+    """Return what is left of each channel [%] with the drift of its gain, which lies anywhere within its bound."""
+    signal = report.read_out.signal
+    drifts = [0.0] * len(percent) if signal is None else signal.gain_drift_percent
+    return tuple(math.hypot(left, drift / math.sqrt(3.0)) for left, drift in zip(percent, drifts, strict=True))
 
 
 def modulus_of_coupon(table: MeasuredTable, report: StoredReport) -> Estimate:

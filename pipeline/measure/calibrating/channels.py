@@ -1,5 +1,6 @@
 """Channels from weights: the counts of every channel while one tip after the other is loaded; gains and crosstalk."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,15 +53,9 @@ def weighed_channels(table: MeasuredTable, report: StoredReport) -> ChannelCalib
     keys = count_keys(len(names))
     if keys[0] not in table.numbers:
         return None
-    counts = np.column_stack([table.numbers[key] for key in keys])
     signal = report.read_out.signal
     saturation = USUAL_SATURATION if signal is None else signal.saturation_counts
-    largest = np.abs(counts).max(axis=1)
-    if largest.max() >= saturation:
-        place = place_of(table.source, table.lines[int(largest.argmax())])
-        bound = f"within +-{saturation}, the range of the converter"
-        raise validation_error(place, float(largest.max()), "counts", bound, "take a smaller weight")
-
+    counts = counts_of(table, keys, saturation)
     forces = table.numbers["force"]
     tips = np.array(table.texts["tip"])
     slopes = np.empty((len(names), len(names)))
@@ -101,3 +96,14 @@ def weighed_channels(table: MeasuredTable, report: StoredReport) -> ChannelCalib
         hysteresis_percent=tuple(hysteresis),
         drift_percent=tuple(drift),
     )
+
+
+def counts_of(table: MeasuredTable, keys: Sequence[str], saturation: int) -> Floats:
+    """Return the counts of all channels, (rows, channels); raises InputError at the end of the converter's range."""
+    counts = np.column_stack([table.numbers[key] for key in keys])
+    largest = np.abs(counts).max(axis=1)
+    if largest.max() >= saturation:
+        place = place_of(table.source, table.lines[int(largest.argmax())])
+        bound = f"within +-{saturation}, the range of the converter"
+        raise validation_error(place, float(largest.max()), "counts", bound, "take a smaller load")
+    return counts

@@ -1,8 +1,8 @@
 """Springs from a press on a hard flat plate, which lowers all tips alike: what each channel shows of a deflection.
 
-A modulus follows from small differences of deflections. A channel that weights told is off by what they leave of its
-force, and its deflection by what a dial leaves of the spring beside; on a plate all channels see one deflection, but
-for what each dome is flattened, as Hertz has it.
+A modulus follows from small differences of deflections. Weights calibrate forces; a deflection that follows from a
+force, as F / K, has the error of the dial too that told K. On a plate all tips move by one travel, but for what glass
+flattens of each dome, as Hertz has it.
 """
 
 from collections.abc import Sequence
@@ -10,13 +10,11 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from cad.quantity import Estimate, validation_error
-from cad.theory.contrast_law import stiffened
 from cad.theory.hertz import force_factor
-from pipeline.measure.calibrating.channels import ChannelCalibration
-from pipeline.measure.calibrating.weighing import FEWEST, line_through
+from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of
+from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_through
 from pipeline.measure.measured_table import LENGTH, MeasuredTable, Quantity, numbers_of, read_csv
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.stored import StoredReport
@@ -24,7 +22,9 @@ from pipeline.report.stored import StoredReport
 Floats = NDArray[np.float64]
 
 _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
-_UNLIKE = 0.1  # of a stiffness: a dial or a balance is less wrong, a unit or a tip beside the plate is more
+_UNLIKE = 0.1  # of all stiffnesses: a dial or a balance is less wrong, a unit is more
+_APART = 0.03  # of one against the others: a dial is less wrong, a tip that touches late or another channel is more
+_STEEPEST = 1.5  # E goes at most with this power of all deflections: Hertz
 
 
 def measured_plate(source: Path | str, tips: int) -> MeasuredTable:
@@ -41,47 +41,59 @@ def pressed_springs(
     """Return each spring [N/mm] by its force over its deflection on a plate, and what is left of the deflection [%].
 
     All tips stand on the plate, of glass, in every row. `weighed` are the springs by weights and dial [N/mm], with half
-    of what holds 95 % beside, as those returned have. Raises InputError for fewer than three travels, and for a spring
-    that cannot be the one that weights told.
+    of what holds 95 % beside, as those returned have. Raises InputError for fewer than three travels, for saturated
+    counts, and for a spring that cannot be the one that weights told.
     """
     travel = table.numbers["travel"]
     travels = len(set(travel.tolist()))
     if travels < FEWEST:
         raise validation_error(table.source, travels, "travels", f"at least {FEWEST}", "press in five equal steps")
     keys = count_keys(len(weighed))
-    counts = np.column_stack([table.numbers[key] for key in keys]) - channels.zero_counts
-    to_force = np.array(channels.newtons_per_count)
-    slopes = []
+    counts = counts_of(table, keys, channels.saturation) - channels.zero_counts
+    forces = counts @ np.array(channels.newtons_per_count).T
+    flattened = np.column_stack([flattening(report, force) for force in forces.T])
+    deflections = travel[:, None] - flattened
+
+    # A travel that is read wrong is so for all tips: what all channels show alike beside their lines is its error.
+    lines = [np.polyfit(deflection, force, 1) for deflection, force in zip(deflections.T, forces.T, strict=True)]
+    stiffnesses = np.array([line[0] for line in lines])
+    _refuse_unlike(table, stiffnesses, weighed, report)
+    shown = (forces - [line[1] for line in lines]) / stiffnesses
+    read_wrong = (shown - deflections).mean(axis=1)
+    of_travel = line_through(f"{table.source}: travel", travel, travel + read_wrong, table.last_digits["travel"], "1")
+
+    springs = []
     left_percent = []
     for tip, key in enumerate(keys):
-        force = counts @ to_force[tip]
-        flattened = flattening(report, force)
-        last_digit = np.abs(to_force[tip, tip]) * table.last_digits[key]
-        field = f"{table.source}: force of {report.tips[tip].name} over its deflection"
-        slope = line_through(field, travel - flattened, force, last_digit, "N/mm")
-        slopes.append(slope.value)
+        last_digit = channels.newtons_per_count[tip][tip] / stiffnesses[tip] * table.last_digits[key]
+        field = f"{table.source}: deflection of {report.tips[tip].name}"
+        line = line_through(field, travel + read_wrong, shown[:, tip] + flattened[:, tip], np.abs(last_digit), "1")
         # The modulus of a print scatters, and the flattening goes with its power of two thirds.
-        by_modulus = 2.0 / 3.0 * report.design.process.E_scatter * float(np.ptp(flattened) / np.ptp(travel))
-        left_percent.append(float(np.hypot(slope.percent, 100.0 * by_modulus)))
-    nominal: Floats = np.array(report.read_out.springs_mm_per_N)
-
-    def beside_plate(stiffnesses: Floats) -> Floats:
-        """Return how much farther than the plate each tip is lowered, of its travel [1]."""
-        factors = stiffnesses * np.diag(nominal)
-        return np.asarray(stiffened(nominal.tolist(), factors.tolist()) @ np.array(slopes) - 1.0)
-
-    found = root(beside_plate, [spring.value for spring in weighed])
-    springs = []
-    names = [tip.name for tip in report.tips]
-    rows = zip(names, found.x.tolist(), left_percent, channels.gain_percent, weighed, strict=True)
-    for name, K, of_deflection, of_force, by_weights in rows:
-        if not (found.success and abs(K / by_weights.value - 1.0) < _UNLIKE):
-            field = f"{table.source}: K of {name}"
-            bound = f"within {100.0 * _UNLIKE:g} % of that by weights, {by_weights.value:.4g}"
-            hint = "check travel and unit, and that all tips stand on the plate in every row"
-            raise validation_error(field, K, "N/mm", bound, hint)
-        springs.append(Estimate(K, 0.01 * K * float(np.hypot(of_force, of_deflection)), "N/mm"))
+        by_modulus = 2.0 / 3.0 * report.design.process.E_scatter * float(np.ptp(flattened[:, tip]) / np.ptp(travel))
+        left_percent.append(100.0 * max(float(np.hypot(line.error, by_modulus)), LEAST_ERROR))
+        # Springs count as off apart, by the root of their squares; the travel moves all of them.
+        by_travel = _STEEPEST * np.sqrt(len(keys)) * of_travel.error
+        error = float(np.linalg.norm([0.01 * channels.gain_percent[tip], 0.01 * left_percent[tip], by_travel]))
+        springs.append(Estimate(float(stiffnesses[tip]), float(stiffnesses[tip]) * error, "N/mm"))
     return springs, left_percent
+
+
+def _refuse_unlike(
+    table: MeasuredTable, stiffnesses: Floats, weighed: Sequence[Estimate], report: StoredReport
+) -> None:
+    """Raise InputError where springs on a plate [N/mm] are not those that weights told, all of them or one."""
+    ratios = stiffnesses / [spring.value for spring in weighed]
+    mean = float(ratios.mean())
+    hint = "check travel and unit, the order of the channels, and that all tips stand on the plate in every row"
+    if not abs(mean - 1.0) < _UNLIKE:
+        field = f"{table.source}: K over that by weights, mean of all tips"
+        raise validation_error(field, float(f"{mean:.4g}"), "", f"1 within {_UNLIKE:g}", hint)
+    for tip, ratio, spring in zip(report.tips, ratios.tolist(), weighed, strict=True):
+        allowed = _APART + 2.0 * spring.relative
+        if not abs(ratio / mean - 1.0) < allowed:
+            field = f"{table.source}: K over that by weights, {tip.name}"
+            bound = f"that of all tips, {mean:.4g}, within {allowed:.2g} of it"
+            raise validation_error(field, float(f"{ratio:.4g}"), "", bound, hint)
 
 
 def flattening(report: StoredReport, forces: Floats) -> Floats:

@@ -13,7 +13,9 @@ from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_slopes, 
 from cad.theory.leaf_spring import pair_length
 from pipeline.measure.unit.deep_pair import one_sample
 from pipeline.measure.unit.deep_reading import curve_contribution
+from pipeline.measure.unit.fruit_reading import Sensitivity
 from pipeline.measure.unit.measuring import MeasuringUnit
+from pipeline.measure.unit.pair_press import ratio_sensitivity
 from solve.contact.relaxing import elastic_forces
 from solve.linear import SolveError
 
@@ -40,8 +42,11 @@ class UnitRow:
 
 
 def error_sources(sensor: MeasuringUnit) -> str:
-    """Return what the error of a calibrated unit counts: its springs, and at large strain the curve of a tip."""
-    return "by the springs alone" if sensor.deep is None else "by springs and curve of a tip"
+    """Return what the error of a calibrated unit counts: its springs, on a plate its channels, the curve of a tip."""
+    channels = " and deflections" if sensor.unit.calibrated_by == "plate" else ""
+    if sensor.deep is None:
+        return f"by the springs{channels}" if channels else "by the springs alone"
+    return f"by springs{channels} and curve of a tip"
 
 
 def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
@@ -57,7 +62,7 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
         with_design = None
         with suppress(ReadingError):
             with_design = _read_level(nominal, forces) / E - 1.0
-        u = math.hypot(error_by_springs(sensor, _spring_slopes(sensor, forces, E)), by_curve)
+        u = math.hypot(COVERAGE * math.hypot(*_by_unit(sensor, forces, E)), by_curve)
         rows.append(UnitRow(E=E, forces=tuple(forces.tolist()), P=high / low, u=u, with_design=with_design))
     return tuple(rows)
 
@@ -94,25 +99,16 @@ def _read_level(sensor: MeasuringUnit, forces: Floats) -> float:
     return sensor.corrected(read)
 
 
-def _spring_slopes(sensor: MeasuringUnit, forces: Floats, E: float) -> Floats:
-    """Return the relative change of E for a relative change of each spring [1].
-
-    Of a unit whose channels tell deflections, the force of a stiffer spring is larger too.
-    """
-    by_deflection = sensor.unit.calibrated_by == "plate"
-    if sensor.law is not None:
+def _by_unit(sensor: MeasuringUnit, forces: Floats, E: float) -> list[float]:
+    """Return what springs leave open of E, on a plate channels too [1], each one standard deviation."""
+    if sensor.law is None:
+        sensitivity = ratio_sensitivity(sensor, forces)
+    else:
         slopes = contrast_slopes(sensor.law, forces.tolist(), sensor.read_as(E))
-        of_read = np.array(slopes.springs)
-        if by_deflection:
-            of_read += forces * slopes.forces
-        return np.asarray(sensor.steepness(E) * of_read)
-    of_springs = []
-    read = _read_level(sensor, forces)  # not quite E: between the rows of a table of readings
-    for tip, only in enumerate(np.eye(len(forces))):
-        stiffer = sensor.with_stiffness(tip, 1.0 + STEP)
-        shown = forces * (1.0 + STEP * only) if by_deflection else forces
-        of_springs.append((_read_level(stiffer, shown) / read - 1.0) / STEP)
-    return np.array(of_springs)
+        sensitivity = Sensitivity(np.array(slopes.springs), forces * slopes.forces)
+    on_plate = sensor.unit.calibrated_by == "plate"
+    deviations = sensitivity.by_unit(sensor) if on_plate else sensitivity.by_springs(sensor)
+    return [sensor.steepness(E) * deviation for deviation in deviations]
 
 
 def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:

@@ -12,7 +12,8 @@ from pipeline.measure.measured_table import MeasuredTable, place_of
 FEWEST = 3
 # Student's t that holds 95 %, by degrees of freedom from 1; beyond them 2.
 _STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13)
-_LEAST_ERROR = 1e-4  # of a stiffness: no dial and no weight is better
+LEAST_ERROR = 1e-4
+"""Of a stiffness: no dial and no weight is better."""
 _LEAST_COMPLIANCE = 1e-6  # [mm/N] of a spring: below, nothing moved
 _ROUNDED = 12.0**-0.5  # standard deviation of a rounded number, of its last digit (JCGM 100:2008, F.2.2.1)
 
@@ -52,7 +53,7 @@ def _weighed_spring(
     if compliance.error > compliance.value:
         bound = f"known to 200 %, not +- {2.0 * compliance.error:.2g} mm/N"
         raise validation_error(field, compliance.value, "mm/N", bound, "weigh again")
-    relative = max(compliance.error / compliance.value, _LEAST_ERROR)
+    relative = max(compliance.error / compliance.value, LEAST_ERROR)
     return Estimate(1.0 / compliance.value, relative / compliance.value, "N/mm")
 
 

@@ -107,7 +107,7 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
     yielded = float(np.subtract(sensor.C[0], sensor.C[1]) @ forces)  # farther by the low spring than by the high one
-    sensitivity = _ratio_sensitivity(sensor, forces)
+    sensitivity = ratio_sensitivity(sensor, forces)
     deviations = [sensitivity.by_noise(sensor, forces), sensor.ratio_tilt_deviation(yielded)]
     u = half_width(sensor, E, [*deviations, *sensitivity.by_unit(sensor)])
     return checked_reading(sensor, E, u, forces)
@@ -139,7 +139,7 @@ def _line_reading(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> FruitRe
     reading = reading.of_samples(sums.count, sensor.steepness(E) * line.error)
     try:
         by_ratio = sensor.ratio_modulus(deepest)
-        noise = _ratio_sensitivity(sensor, deepest).by_noise(sensor, deepest)
+        noise = ratio_sensitivity(sensor, deepest).by_noise(sensor, deepest)
     except ReadingError:
         return reading.flagged("read_outs_disagree")
     reading = replace(reading, others={"force_ratio": sensor.corrected(by_ratio)})
@@ -181,7 +181,7 @@ def _seated(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> PressSums:
     return sums
 
 
-def _ratio_sensitivity(sensor: MeasuringUnit, forces: Floats) -> Sensitivity:
+def ratio_sensitivity(sensor: MeasuringUnit, forces: Floats) -> Sensitivity:
     """Return the sensitivity of the modulus that the force ratio of forces [N] tells; raises ReadingError."""
 
     def modulus(unit: MeasuringUnit, low_gain: float, high_gain: float) -> float:

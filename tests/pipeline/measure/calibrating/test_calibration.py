@@ -39,6 +39,17 @@ def test_table_of_a_unit_is_that_of_its_springs(name, request):
     assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.01)
 
 
+def test_table_of_a_unit_on_a_plate_counts_its_channels(mango):
+    """Springs exact, each channel 1 % off: the error is that of reading forces of which one is 1 % larger."""
+    sensor = mango.measuring(gain_percent=1.0)
+    sensor = replace(sensor, unit=replace(sensor.unit, calibrated_by="plate"))
+    row = unit_table(sensor, mango.measuring())[0]
+    forces = np.array(row.forces)
+    plain = reading_of(sensor, forces).E
+    moved = [10.0 * (reading_of(sensor, forces * (1.0 + 1e-3 * one)).E / plain - 1.0) for one in np.eye(4)]
+    assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.01)
+
+
 def test_springs_that_read_nothing_of_a_unit_leave_its_table_open(paper):
     """The design's low spring is taken for stiffer than its high one: the forces belong to no modulus of it."""
     sensor = paper.measuring()

@@ -85,6 +85,19 @@ class Electronics:
         return np.rint(clean + self.noise * self.rng.normal(size=clean.shape)).astype(np.int64)
 
 
+def flattened(measured, forces, modulus=1.0):
+    """Return what forces [N] flatten of domes on glass [mm], F = 4/3 E* sqrt(r) d^(3/2).
+
+    The print has a modulus that is a share of its process's.
+    """
+    radius = measured.design.tips.dome_radius_mm
+    if radius is None:
+        return 0.0 * forces
+    process = measured.design.process
+    reduced = 1.0 / ((1.0 - process.poisson**2) / (modulus * process.E_MPa) + (1.0 - 0.2**2) / 70e3)
+    return (0.75 * forces / reduced / np.sqrt(radius)) ** (2.0 / 3.0)
+
+
 def weights(measured, factors, electronics, hysteresis=0.0, dial=1.0):
     """Return the table of weights on each tip, up and down, with a dial of a micrometre and the counts beside.
 
@@ -102,28 +115,28 @@ def weights(measured, factors, electronics, hysteresis=0.0, dial=1.0):
             if 4 < step < 8:
                 force[tip] += hysteresis * full * GRAM
             counts = electronics.counts(force[None])[0]
-            deflection = round(shown[tip] * part * full * GRAM / stiffnesses[tip], 3)
+            weight = part * full * GRAM
+            deflection = round(shown[tip] * (weight / stiffnesses[tip] + flattened(measured, weight)), 3)
             lines.append(",".join(map(str, [name, part * full, deflection, *counts])))
     return "\n".join(lines) + "\n"
 
 
-def plate_press(measured, factors, electronics, modulus=1.0):
-    """Return the table of a press on a plate of glass, in steps of a dial that is rounded to a micrometre.
+def plate_press(measured, factors, electronics, modulus=1.0, digits=3, late=0.0):
+    """Return the table of a press on a plate of glass, in steps of a dial that is rounded to digits of a millimetre.
 
-    Springs, and domes of a print whose modulus is a share of its process's, in series: F = 4/3 E* sqrt(r) d^(3/2).
+    Springs and domes in series, of a print whose modulus is a share of its process's; the first tip is `late` [mm].
     """
     share = 1.0 / np.sqrt(np.broadcast_to(factors, measured.K.shape))
     C = share[:, None] * measured.C * share
-    process = measured.design.process
-    reduced = 1.0 / ((1.0 - process.poisson**2) / (modulus * process.E_MPa) + (1.0 - 0.2**2) / 70e3)
-    flatter = (0.75 / reduced / np.sqrt(measured.design.tips.dome_radius_mm)) ** (2.0 / 3.0)
     lines = [",".join(["travel_mm", *count_keys(len(share))])]
     for travel in np.linspace(0.1, 0.9, 9) * measured.design.press.travel_mm:
-        forces = np.linalg.solve(C, np.full(len(share), travel))
+        lowered = np.full(len(share), travel)
+        lowered[0] = max(travel - late, 0.0)
+        forces = np.linalg.solve(C, lowered)
         for _ in range(50):
-            forces = np.linalg.solve(C, travel - flatter * forces ** (2.0 / 3.0))
+            forces = np.linalg.solve(C, lowered - flattened(measured, forces, modulus))
         counts = electronics.counts(forces[None])[0]
-        lines.append(",".join(map(str, [round(travel, 3), *counts])))
+        lines.append(",".join(map(str, [round(travel, digits), *counts])))
     return "\n".join(lines) + "\n"
 
 
@@ -210,22 +223,62 @@ def test_what_a_plate_flattens_of_domes_is_taken_off(seated, rng, calibrate, mon
     assert ratio[1] < 1.0 - 3.0 * rounding
 
 
+def test_a_travel_that_is_rounded_is_so_for_all_tips(seated, rng, calibrate):
+    """A dial of 0.01 mm: E is off by at most 1.5 of what a slope by it is, and the bar hardly grows."""
+    electronics = Electronics(seated, rng)
+    E = seated.design.largest_E_MPa
+    rows = np.concatenate(
+        [free(electronics), electronics.counts(seated.forces([Pose(E=E, travel=seated.design.press.travel_mm)]))]
+    )
+    readings = []
+    for digits in (3, 2):
+        plate = plate_press(seated, 1.0, electronics, digits=digits)
+        unit = calibrate(seated.report, weights(seated, 1.0, electronics), plate).unit
+        readings += read(MeasuringUnit(report=seated.report, unit=unit), rows)
+    fine, coarse = readings
+    travels = np.linspace(0.1, 0.9, 9) * seated.design.press.travel_mm
+    rounding = 0.01 / np.sqrt(12.0) / np.linalg.norm(travels - travels.mean())
+    assert abs(coarse.E / fine.E - 1.0) < 3.0 * 1.5 * rounding
+    assert fine.u < coarse.u < fine.u + 2.0 * 2.0 * 3.0 * 1.5 * rounding
+
+
 def of_two_travels(text):
-    return "\n".join(text.splitlines()[:3])
+    head, first, second, *_ = text.splitlines()
+    return "\n".join([head, first, second, second])
 
 
 def one_travel_less(text):
-    """Return a table with a travel ten times too short, as of a wrong unit."""
+    """Return a table with a travel that is too short by 15 %, as of a wrong unit or a stand that gives."""
     head, *rows = text.splitlines()
-    return "\n".join([head, *(f"{0.1 * float(row.partition(',')[0])},{row.partition(',')[2]}" for row in rows)])
+    return "\n".join([head, *(f"{0.85 * float(row.partition(',')[0])},{row.partition(',')[2]}" for row in rows)])
 
 
-@pytest.mark.parametrize("spoilt", [of_two_travels, one_travel_less])
+def saturated_on_plate(text):
+    *rows, last = text.splitlines()
+    return "\n".join([*rows, f"{last.rpartition(',')[0]},8388607"])
+
+
+def swapped(text):
+    """Return a table whose first two low channels are named one as the other."""
+    return text.replace("counts_1,counts_2,counts_3", "counts_3,counts_2,counts_1")
+
+
+@pytest.mark.parametrize("spoilt", [of_two_travels, one_travel_less, saturated_on_plate, swapped])
 def test_a_press_that_is_none_on_a_plate_is_refused(spoilt, mango, rng, calibrate):
+    factors = np.array([1.2, 1.0, 0.8, 1.0])  # gains differ by half at most
     electronics = Electronics(mango, rng)
-    plate = plate_press(mango, 1.0, electronics)
+    table = weights(mango, factors, electronics)
+    plate = plate_press(mango, factors, electronics)
+    calibrate(mango.report, table, plate)
     with pytest.raises(InputError):
-        calibrate(mango.report, weights(mango, 1.0, electronics), spoilt(plate))
+        calibrate(mango.report, table, spoilt(plate))
+
+
+def test_a_tip_that_touches_late_is_refused(mango, rng, calibrate):
+    electronics = Electronics(mango, rng)
+    late = plate_press(mango, 1.0, electronics, late=0.1)
+    with pytest.raises(InputError):
+        calibrate(mango.report, weights(mango, 1.0, electronics), late)
 
 
 def test_a_plate_without_counts_of_weights_is_refused(mango, rng, calibrate):

@@ -77,9 +77,12 @@ def test_bruise_is_told_at_the_pressure_of_the_pressed_contact(off, bruises, man
     assert bruised.bruises(domes.F[0], 0.8) is bruises
 
 
+@pytest.mark.parametrize("calibrated_by", ["weights", "plate"])
 @pytest.mark.parametrize("field", ["K_percent", "gain_percent"])
-def test_springs_and_gains_widen_the_uncertainty_by_what_they_move(field, mango):
-    stated, moved = stated_and_moved(mango.measuring(), np.array(pressed(mango, 1.0)), reading_of, field, 1)
+def test_springs_and_gains_widen_the_uncertainty_by_what_they_move(field, calibrated_by, mango):
+    sensor = mango.measuring()
+    sensor = replace(sensor, unit=replace(sensor.unit, calibrated_by=calibrated_by))
+    stated, moved = stated_and_moved(sensor, np.array(pressed(mango, 1.0)), reading_of, field, 1)
     assert stated == pytest.approx(moved, rel=0.02)
 
 
