@@ -1,5 +1,6 @@
 """Forces over travel and modulus for any scene: the linear law where it is exact, that of domes, or contact cells."""
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -110,7 +111,8 @@ def _dome_response(
     domes = domes_on(scene, compliance, C, [scene] * len(E), E, travel)
     widest = float(domes.face.max(initial=0.0))
     if widest > scene.tips.side_mm:
-        bound = f"at least {widest:.3g} mm, or the contact runs off the face of a dome"
+        enough = math.ceil(100.0 * widest) / 100.0
+        bound = f"at least {enough:g} mm, or the contact runs off the face of a dome"
         hint = "widen the face, or press more level or less deep"
         raise validation_error("tips.side_mm", scene.tips.side_mm, "mm", bound, hint)
     status = (

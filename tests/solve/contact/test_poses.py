@@ -71,6 +71,8 @@ def test_pose_off_the_face_of_a_dome_has_no_number_and_names_the_width():
     with pytest.raises(InputError) as refused:
         alone(LEVEL, narrow)
     assert refused.value.field == "tips.side_mm"
+    enough = float(refused.value.bound.split()[2])
+    assert np.isfinite(alone(LEVEL, dataclasses.replace(GENTLE, side_mm=enough)).F).all()
 
 
 def test_line_of_flat_tips_in_many_poses_is_pressed_as_alone():
