@@ -18,13 +18,14 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from cad.design.design_file import design_as_toml
-from cad.quantity import validation_error
+from cad.quantity import InputError, validation_error
 from cad.verdict import Verdict
+from mesh.session import MeshError
 from pipeline import run
 from pipeline.options import RunOptions
 from pipeline.report.verdict_rule import bound_sense
 from pipeline.storage.files import is_ours, refuse_taken, write_files
-from pipeline.storage.folder import refuse_unusable
+from pipeline.storage.folder import OutputError, refuse_unusable
 from pipeline.study.columns import Floats
 from pipeline.study.page import refuse_page
 from pipeline.study.points import Point, design_of, point_at
@@ -34,6 +35,7 @@ from pipeline.study.study_file import REFUSED, Study, front_number
 from pipeline.study.tasks import PointResult, lost_points, solve_points
 from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.workers import Engine, ProgressReport, completed
+from solve.linear import SolveError
 
 MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves each number by less
 MOST_RUNS = 20
@@ -242,8 +244,8 @@ def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force:
     """Return the first of the best twenty candidates whose run passes all verdicts, else the last that was run.
 
     Of a front they are those with the value of the place. It holds the outputs of the run and, where that passes, the
-    design file. None where no candidate passes the verdicts of the search. Raises as a run, and InputError as
-    `write_files`.
+    design file. A candidate that a run refuses or cannot solve fails. None where no candidate passes the verdicts of
+    the search. Raises InputError as `write_files`, and OutputError for a folder that cannot be used.
     """
     proof = None
     passing = [candidate for candidate in candidates if candidate.violation == 0.0]
@@ -252,7 +254,12 @@ def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force:
         passing = [one for one in passing if front_number(one.result.settings[study.goal.front]) == number]
     for candidate in passing[:MOST_RUNS]:
         design = replace(design_of(study, candidate.result.settings), name=study.name)
-        passed = run(design, RunOptions(out=place.run, tolerance=study.tol, force=force)).passed
+        try:
+            passed = run(design, RunOptions(out=place.run, tolerance=study.tol, force=force)).passed
+        except OutputError:
+            raise
+        except (InputError, MeshError, SolveError):
+            passed = False  # as of softer flesh, whose contact runs off a face that held those of the readings
         proof = Proof(candidate=candidate, design=None, passed=passed)
         if passed:
             text = design_as_toml(design)

@@ -10,9 +10,11 @@ import pytest
 
 from cad.quantity import InputError
 from cad.theory.two_spring_law import size_springs
+from mesh.session import MeshError
 from pipeline.cli import main
 from pipeline.options import RunOptions, load_design
 from pipeline.response.contact import fruit_compliance
+from pipeline.storage.folder import OutputError
 from pipeline.study import optimise, read_study
 from pipeline.study.optimise import (
     MARGIN,
@@ -26,6 +28,7 @@ from pipeline.study.optimise import (
 )
 from pipeline.study.store import study_store
 from pipeline.study.tasks import PointResult
+from solve.linear import SolveError
 
 SOFTEST = """
 base = "paper"
@@ -78,7 +81,10 @@ def runs(monkeypatch):
 
         def run(design, _options):
             ratios.append(design.nominal_targets.P_max)
-            return SimpleNamespace(passed=passed[len(ratios) - 1])
+            outcome = passed[len(ratios) - 1]
+            if isinstance(outcome, Exception):
+                raise outcome
+            return SimpleNamespace(passed=outcome)
 
         monkeypatch.setattr(optimise, "run", run)
         return ratios
@@ -320,9 +326,13 @@ def test_design_of_the_first_run_that_passes_is_written_and_gone_where_no_run_pa
     study = read_study(written(SOFTEST))
     (place,) = places(study, tmp_path / "out")
     with study_store(tmp_path / "out", study):
-        ratios = runs((False, True))
-        proof = prove(study, CANDIDATES, place)
-        assert (ratios, proof.candidate, proof.passed) == ([4.0, 5.0], CANDIDATES[1], True)
+        for failed in (False, InputError("face"), MeshError("housing", "flat", "none"), SolveError("residual")):
+            ratios = runs((failed, True))
+            proof = prove(study, CANDIDATES, place)
+            assert (ratios, proof.candidate, proof.passed) == ([4.0, 5.0], CANDIDATES[1], True)
+        runs((OutputError("full"),))
+        with pytest.raises(OutputError):
+            prove(study, CANDIDATES, place)
         assert load_design(proof.design).nominal_targets.P_max == 5.0
         ratios = runs((False, False, False))
         proof = prove(study, CANDIDATES, place)
