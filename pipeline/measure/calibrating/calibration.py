@@ -12,7 +12,7 @@ from cad.quantity import Estimate, validation_error
 from cad.verdict import Verdict
 from pipeline.measure.calibrating.channels import ChannelCalibration, weighed_channels
 from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
-from pipeline.measure.calibrating.plate import flattening, pressed_springs
+from pipeline.measure.calibrating.plate import pressed_springs
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import weighed_springs
@@ -91,9 +91,7 @@ def calibrated(
     read nothing.
     """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
-    of_springs = table.numbers["deflection"] - flattening(report, table.numbers["force"])
-    weighed = replace(table, numbers={**table.numbers, "deflection": of_springs})
-    springs = weighed_springs(weighed, "tip", [tip.name for tip in report.tips])
+    springs = weighed_springs(table, "tip", [tip.name for tip in report.tips])
     channels = weighed_channels(table, report)
     unit = unit_of(
         report,

@@ -115,8 +115,7 @@ def weights(measured, factors, electronics, hysteresis=0.0, dial=1.0):
             if 4 < step < 8:
                 force[tip] += hysteresis * full * GRAM
             counts = electronics.counts(force[None])[0]
-            weight = part * full * GRAM
-            deflection = round(shown[tip] * (weight / stiffnesses[tip] + flattened(measured, weight)), 3)
+            deflection = round(shown[tip] * part * full * GRAM / stiffnesses[tip], 3)
             lines.append(",".join(map(str, [name, part * full, deflection, *counts])))
     return "\n".join(lines) + "\n"
 
