@@ -15,6 +15,7 @@ _PERCENT = Bounds(at_least=0.0, at_most=50.0)
 _FORCE = Bounds(at_least=0.0, at_most=10.0)
 _LIMIT = Bounds(at_least=1e-3, at_most=1.0)
 
+CALIBRATED_BY = ("weights", "plate")
 LEAST_OVER_NOISE = 4.0  # standard deviations: a tip with less force on it counts as off the fruit
 
 
@@ -76,9 +77,9 @@ class Reading:
         meaning="how far calibration leaves each channel unknown, one sigma",
     )
     calibrated_by: str | None = choice(
-        ("weights", "plate"),
+        CALIBRATED_BY,
         default=None,
-        meaning="weights: each channel tells a force; plate: a press on a hard plate too, each tells a deflection",
+        meaning="weights: they calibrate the force of each channel; plate: a press on a hard plate its deflection too",
     )
     bias_limit: float = quantity(
         "1",

@@ -217,12 +217,16 @@ def _smallest_root(rigid: float, dome: float, body: float) -> float:
 
     The cubic is level at 0 and runs one way up to its next level point: the root lies before it, or is not there.
     """
+
+    def contrast(z: float) -> float:
+        return rigid + z * z * (dome + body * z)
+
     turn = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
     end = turn if turn > 0.0 else _beyond_root(rigid, dome, body)
-    if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
+    if not rigid * contrast(end) < 0.0:
         msg = "the forces belong to no modulus: must be those of this sensor, pressed on a fruit; calibrate it anew"
         raise ReadingError(msg)
-    return last_holding(lambda z: rigid * (rigid + z * z * (dome + body * z)) > 0.0, 0.0, end)
+    return last_holding(lambda z: rigid * contrast(z) > 0.0, 0.0, end)
 
 
 def _beyond_root(rigid: float, dome: float, body: float) -> float:

@@ -18,11 +18,14 @@ _SENSES = (
 )  # fmt: skip
 
 
+def sense_of(name: str) -> str | None:
+    """Return "at most" or "at least" for the name of a verdict whose limit bounds its value on one side."""
+    return next((sense for pattern, sense in _SENSES if fnmatchcase(name, pattern)), None)
+
+
 def bound_sense(verdict: Verdict) -> str | None:
     """Return "at most" or "at least" for a verdict whose limit is a number that bounds its value on one side."""
-    if not isinstance(verdict.limit, int | float):
-        return None
-    return next((sense for pattern, sense in _SENSES if fnmatchcase(verdict.name, pattern)), None)
+    return sense_of(verdict.name) if isinstance(verdict.limit, int | float) else None
 
 
 def bound_sign(verdict: Verdict) -> str:

@@ -19,11 +19,10 @@ from scipy.optimize import Bounds, differential_evolution
 
 from cad.design.design_file import design_as_toml
 from cad.quantity import InputError, validation_error
-from cad.verdict import Verdict
 from mesh.session import MeshError
 from pipeline import run
 from pipeline.options import RunOptions
-from pipeline.report.verdict_rule import bound_sense
+from pipeline.report.verdict_rule import sense_of
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import OutputError, refuse_unusable
 from pipeline.study.columns import Floats
@@ -215,9 +214,8 @@ def _violation(name: str, values: Mapping[str, object]) -> float:
     scale = abs(limit) or width or 1.0  # a limit of 0 is no measure of a distance, and without a tolerance the unit is
     distance = abs(value - limit) / scale
     if not passed:
-        verdict = Verdict(name=name, value=value, unit="", limit=limit, tolerance=0.0, passed=False, reference="")
         bar = error / scale if is_number(error) else 0.0
-        match bound_sense(verdict):
+        match sense_of(name):
             case "at most":
                 distance = max(0.0, (value - limit) / scale + bar)
             case "at least":

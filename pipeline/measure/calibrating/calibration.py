@@ -34,7 +34,7 @@ _WEIGHED = {
     "force": Quantity(units=FORCE, most=1e3, words=("weight",)),
     "deflection": Quantity(units=LENGTH, most=100.0),
 }
-WITHOUT_PLATE = "the design counts on a press on a hard plate: give --plate, or firm flesh is told as weights leave it"
+WITHOUT_PLATE = "the design expects a press on a hard plate: without --plate firm flesh is read with a larger error"
 _EXAMPLES = {what: f"{what},weight_g,deflection_mm" for what in ("tip", "coupon")}
 
 

@@ -38,11 +38,12 @@ def measured_plate(source: Path | str, tips: int) -> MeasuredTable:
 def pressed_springs(
     table: MeasuredTable, channels: ChannelCalibration, weighed: Sequence[Estimate], report: StoredReport
 ) -> tuple[list[Estimate], list[float]]:
-    """Return each spring [N/mm] by its force over its deflection on a plate, and what is left of the deflection [%].
+    """Return the stiffness of each spring [N/mm], its force over its deflection on a plate of glass.
 
-    All tips stand on the plate, of glass, in every row. `weighed` are the springs by weights and dial [N/mm], with half
-    of what holds 95 % beside, as those returned have. Raises InputError for fewer than three travels, for saturated
-    counts, and for a spring that cannot be the one that weights told.
+    Beside them is the standard deviation of each channel's deflection [%]. All tips stand on the plate in every row.
+    `weighed` are the stiffnesses from weights and dial [N/mm]; the error of each is its standard deviation, as that of
+    those returned. Raises InputError for fewer than three different travels, for saturated counts, and for stiffnesses
+    that are not those from weights.
     """
     travel = table.numbers["travel"]
     travels = len(set(travel.tolist()))
@@ -81,18 +82,18 @@ def pressed_springs(
 def _refuse_unlike(
     table: MeasuredTable, stiffnesses: Floats, weighed: Sequence[Estimate], report: StoredReport
 ) -> None:
-    """Raise InputError where springs on a plate [N/mm] are not those that weights told, all of them or one."""
+    """Raise InputError where stiffnesses on a plate [N/mm] are not those from weights, all of them or one."""
     ratios = stiffnesses / [spring.value for spring in weighed]
     mean = float(ratios.mean())
-    hint = "check travel and unit, the order of the channels, and that all tips stand on the plate in every row"
+    hint = "check travel_mm and its unit, the order of the columns, and that all tips stand on the plate in every row"
     if not abs(mean - 1.0) < _UNLIKE:
-        field = f"{table.source}: K over that by weights, mean of all tips"
+        field = f"{table.source}: stiffness over that from weights, mean of all tips"
         raise validation_error(field, float(f"{mean:.4g}"), "", f"1 within {_UNLIKE:g}", hint)
     for tip, ratio, spring in zip(report.tips, ratios.tolist(), weighed, strict=True):
         allowed = _APART + 2.0 * spring.relative
         if not abs(ratio / mean - 1.0) < allowed:
-            field = f"{table.source}: K over that by weights, {tip.name}"
-            bound = f"that of all tips, {mean:.4g}, within {allowed:.2g} of it"
+            field = f"{table.source}: stiffness over that from weights, {tip.name}"
+            bound = f"within {allowed:.2g} of the mean of all tips, {mean:.4g}"
             raise validation_error(field, float(f"{ratio:.4g}"), "", bound, hint)
 
 

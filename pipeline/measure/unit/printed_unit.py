@@ -10,7 +10,7 @@ from pathlib import Path
 
 from cad.design.design_file import design_as_toml
 from cad.design.parameters import Design
-from cad.design.reading import Reading
+from cad.design.reading import CALIBRATED_BY, Reading
 from cad.input_file import read_toml
 from cad.quantity import Bounds, InputError, check_fields, choice, quantity, validation_error
 from pipeline.measure.unit.fruit_scale import FruitScale
@@ -53,7 +53,7 @@ class PrintedUnit:
     newtons_per_count: tuple[tuple[float, ...], ...] = ()
     zero_counts: tuple[float, ...] = ()
     saturation_counts: int = 0
-    calibrated_by: str = choice(("weights", "plate"), default="weights", hint=_HINT)
+    calibrated_by: str = choice(CALIBRATED_BY, default="weights", hint=_HINT)
     classes: str = ""
     scale: FruitScale | None = None
 

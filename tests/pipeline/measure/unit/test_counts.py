@@ -4,6 +4,7 @@ The amplifier has gains 20 % off, crosstalk, an offset, noise, whole counts of 2
 of plastic change with the temperature. Weights on each tip tell the unit what it then reads by.
 """
 
+import copy
 import json
 import runpy
 import subprocess
@@ -18,6 +19,7 @@ from measured_units import MeasuredDesign, printed_by_header, random_pose
 from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.measure.calibrating import plate as room
+from pipeline.measure.calibrating.calibration import WITHOUT_PLATE
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, reading_of, readings_of
@@ -220,6 +222,29 @@ def test_what_a_plate_flattens_of_domes_is_taken_off(seated, rng, calibrate, mon
     monkeypatch.setattr(room, "flattening", lambda _report, forces: np.zeros(len(forces)))
     ratio = np.array(calibrate(seated.report, *tables).unit.stiffnesses) / seated.K
     assert ratio[1] < 1.0 - 3.0 * rounding
+
+
+def test_what_is_left_of_a_deflection_is_what_a_print_s_modulus_leaves_of_the_flattening(seated, rng, calibrate):
+    """Noise, rounding and drift aside: d ~ E^(-2/3), so that a scatter of E moves what is taken off by 2/3 of it."""
+    plain = copy.copy(seated)
+    plain.report = replace(seated.report, read_out=replace(seated.report.read_out, signal=None))
+    electronics = Electronics(plain, rng)
+    electronics.noise = 0.0
+    plate = plate_press(plain, 1.0, electronics, digits=9)
+    left = calibrate(plain.report, weights(plain, 1.0, electronics), plate).unit.gain_percent
+    travel = plain.design.press.travel_mm
+    share = (flattened(plain, 0.9 * travel * plain.K) - flattened(plain, 0.1 * travel * plain.K)) / (0.8 * travel)
+    expected = 100.0 * 2.0 / 3.0 * plain.design.process.E_scatter * share
+    assert left[1::2] == pytest.approx(expected[1::2].tolist(), rel=0.02)
+    assert left[::2] == pytest.approx([0.01, 0.01])  # no dial is better
+
+
+def test_a_unit_without_the_plate_of_its_design_is_told_so(seated, mango, rng, calibrate):
+    electronics = Electronics(seated, rng)
+    table = weights(seated, 1.0, electronics)
+    assert calibrate(seated.report, table).assumed == [WITHOUT_PLATE]
+    assert calibrate(seated.report, table, plate_press(seated, 1.0, electronics)).assumed == []
+    assert calibrate(mango.report, weights(mango, 1.0, Electronics(mango, rng))).assumed == []
 
 
 def test_a_travel_that_is_rounded_is_so_for_all_tips(seated, rng, calibrate):
