@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field
 from typing import Any, ClassVar, Self
 
+STANDARD_GRAVITY = 9.80665  # [m/s^2], ISO 80000-3
 _LONGEST_VALUE = 500  # letters of a value in a message: a path is shorter
 
 

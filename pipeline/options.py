@@ -1,18 +1,21 @@
 """What a run is asked for: a design from a preset or a file with settings on top, and the options beside it."""
 
+import hashlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from cad.design.design_file import design_from_mapping, overridden, parsed_setting, with_process_file
+from cad.design.design_file import design_as_mapping, design_from_mapping, overridden, parsed_setting, with_process_file
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
+from cad.files.file_date import NAME as FILE_DATE
 from cad.input_file import read_toml
 from cad.quantity import Bounds, nearest, validation_error
+from pipeline.storage.versions import code_digest, declared_packages, installed_version, pages_digest
 
 DEFAULT_DESIGN = "paper"
 FRUIT_STIFFNESSES = ("contact", "hayes")
@@ -145,3 +148,16 @@ def _as_text(key: str, value: object) -> str:
         raise validation_error(
             key, str(value), "", "a finite number, a list of them or text", "give it as in a design file"
         ) from error
+
+
+def run_key(design: Design, options: RunOptions) -> str:
+    """Return the digest of all that the files of a run follow from: a folder with the same key is not made again."""
+    inputs = {
+        "design": design_as_mapping(design),
+        "options": asdict(replace(options, out=None, force=False)),
+        "date": os.environ.get(FILE_DATE),
+        "packages": {name: installed_version(name) for name in ("twintip", *declared_packages())},
+        "code": code_digest(),
+        "pages": pages_digest(),
+    }
+    return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()

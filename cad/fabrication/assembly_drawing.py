@@ -9,8 +9,8 @@ from cad.drawing.canvas import Canvas, Point
 from cad.drawing.sheet import Sheet, Title, on_sheet
 from cad.drawing.view import View, draw_view, views_of
 from cad.fabrication.bill import Row
-from cad.fabrication.bill_words import EACH
 from cad.fabrication.mount import PLATE_MM, back_of, mounted_grip
+from cad.fabrication.templates import EACH
 from cad.parts.assembly import APART, assembly_bodies, grip, outwards
 from cad.parts.pin import STEEL_G_PER_CM3
 from cad.parts.sensor import STEEL_COLOUR, Body, Sensor

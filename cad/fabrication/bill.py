@@ -6,10 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
 from cad.design.processes import Process
-from cad.fabrication.bill_words import EACH
 from cad.fabrication.bridges import HX711, RESISTANCE_OHM, SignalPath, Spring, series_resistor
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
-from cad.fabrication.templates import rendered
+from cad.fabrication.templates import EACH, rendered
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import Sensor

@@ -24,11 +24,10 @@ from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import DOWEL_MM, Housing, mounting_error
 from cad.parts.sensor import Sensor
-from cad.quantity import COVERAGE
+from cad.quantity import COVERAGE, STANDARD_GRAVITY
 from cad.theory.strain_gauge import GAUGES
 
 _COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupon may use
-_GRAVITY = 9.80665  # m/s^2, ISO 80000-3
 _TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears
 _K_ERROR = 0.01  # of a stiffness (95 %), what rounded readings of a calibration may make of it
 _JIG_FRACTION = 0.9  # of the largest deflection that a calibration presses
@@ -77,11 +76,11 @@ def fabrication_sheet(
         factor = modulus_factor(arm.flexure)
         force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
         leaf = {"name": arm.name[0].upper(), "thickness": arm.flexure.thickness, "factor": factor}
-        coupon_leaves.append({**leaf, "grams": 1e3 * force / _GRAVITY, "sag": factor * force / process.E_MPa})
+        coupon_leaves.append({**leaf, "grams": 1e3 * force / STANDARD_GRAVITY, "sag": factor * force / process.E_MPa})
 
     jig_presses = []
     for spring in springs:
-        grams = 1e3 * _JIG_FRACTION * spring.force / _GRAVITY
+        grams = 1e3 * _JIG_FRACTION * spring.force / STANDARD_GRAVITY
         jig_presses.append({"name": spring.name, "deflection": _JIG_FRACTION * spring.deflection, "grams": grams})
 
     return rendered(

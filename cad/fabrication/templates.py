@@ -4,7 +4,9 @@ import math
 import re
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from cad.templates import template_environment
+
+EACH = " each"  # after the mass of a printed part in the bill of materials
 
 
 def rendered(template: str, **values: object) -> str:
@@ -21,11 +23,5 @@ def _plain(text: str) -> str:
     return re.sub(r"([\\`*_\[\]<>|&~])", r"\\\1", text)
 
 
-_ENVIRONMENT = Environment(
-    loader=FileSystemLoader(Path(__file__).parent),
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-    keep_trailing_newline=True,
-)
+_ENVIRONMENT = template_environment(Path(__file__).parent)
 _ENVIRONMENT.filters |= {"g": _digits, "plain": _plain, "degrees": math.degrees}

@@ -201,6 +201,13 @@ class PartSize:
     areas: Mapping[str, float]
 
 
+def solid_size(housing: Housing) -> PartSize:
+    """Return volume, surface and areas of named faces of the solid of a housing [mm]; starts the CAD kernel."""
+    from cad.parts.housing_solid import housing_part
+
+    return housing_part(housing).size
+
+
 @dataclass(frozen=True, kw_only=True)
 class MountingError:
     """How far one plate of a square may be off against the other by the places of its holes for dowels.

@@ -29,6 +29,7 @@ from pipeline.options import (
     TOLERANCES,
     RunOptions,
     load_design,
+    run_key,
 )
 from pipeline.storage.digests import REPORT, Json
 from pipeline.storage.folder import refuse_unusable, whole_report
@@ -161,8 +162,6 @@ def _kept_report(design: Design, options: RunOptions, folder: Path) -> Json | No
 
     Raises OutputError where the folder cannot be used.
     """
-    from pipeline.report.run_key import run_key
-
     content = whole_report(folder)
     if content is None:
         refuse_unusable(folder, force=options.force)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.input_file import read_bytes
-from cad.quantity import nearest, validation_error, written_number
+from cad.quantity import STANDARD_GRAVITY, nearest, validation_error, written_number
 
 Floats = NDArray[np.float64]
 
@@ -29,8 +29,6 @@ _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(,[0-9]{3})+")
 _IN_BRACKETS = re.compile(r"(.*?)\s*[(\[]\s*([^)\]]*)\s*[)\]]")
 _UNIT_BEHIND = re.compile(r"(.*?)[\s_/,:-]+([^\s_/,:-]+)")
 
-STANDARD_GRAVITY = 9.80665
-"""[m/s^2], ISO 80000-3."""
 FORCE = {
     "N": 1.0,
     "kN": 1e3,

@@ -3,10 +3,10 @@
 import itertools
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from rich.markup import escape
 from rich.table import Table
 
+from cad.templates import template_environment
 from pipeline.report.verdict_table import print_parts
 
 _ROOM = Path(__file__).parent
@@ -15,11 +15,9 @@ _BAR = " | "
 
 def rendered(template: str, number: object = repr, **values: object) -> str:
     """Return a template with values in it; `number` says how its filter of that name writes one."""
-    environment = Environment(
-        loader=FileSystemLoader(_ROOM), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = template_environment(_ROOM)
     environment.filters["number"] = number
-    return environment.get_template(template).render(values) + "\n"
+    return environment.get_template(template).render(values)
 
 
 def print_answer(template: str, **values: object) -> None:

@@ -10,10 +10,10 @@ import numpy as np
 
 from cad.design.tips import Tips
 from cad.theory.two_spring_law import PAPER_SPRINGS
+from pipeline.options import run_key
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
 from pipeline.report.notes import notes
-from pipeline.report.run_key import run_key
 from pipeline.report.stored import SCHEMA, StoredFile, as_data
 from pipeline.response.scene_press import spring_shares
 from pipeline.result import SensorResult

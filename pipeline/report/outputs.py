@@ -5,10 +5,10 @@ import shutil
 from pathlib import Path
 
 from cad.design.design_file import design_as_mapping, design_as_toml
+from pipeline.options import run_key
 from pipeline.report.mapping import report_mapping
 from pipeline.report.page.page import page_of
 from pipeline.report.response_csv import response_csv
-from pipeline.report.run_key import run_key
 from pipeline.report.stored import StoredFile, read_data, report_of
 from pipeline.result import SensorResult
 from pipeline.storage.digests import REPORT, content_digest, file_digest

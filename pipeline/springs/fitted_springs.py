@@ -16,7 +16,7 @@ from cad.fabrication.bridges import Spring
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.parts.pin import pin_mass
-from cad.quantity import Estimate, InputError
+from cad.quantity import STANDARD_GRAVITY, Estimate, InputError
 from cad.theory.leaf_spring import Flexure
 from cad.theory.strain_gauge import FOIL
 from cad.theory.two_spring_law import Springs
@@ -35,7 +35,7 @@ from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
 
 GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
-GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3
+GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -148,7 +148,9 @@ def test_refusal_imports_nothing_heavy(flags):
 def test_sensor_that_cannot_be_bolted_or_read_is_refused_before_anything_is_solved(
     design, settings, start, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(importlib.import_module("pipeline.run"), "fruit_compliance", lambda *_: pytest.fail("solved"))
+    monkeypatch.setattr(
+        importlib.import_module("pipeline.main_job"), "fruit_compliance", lambda *_: pytest.fail("solved")
+    )
     flags = [word for setting in settings for word in ("--set", setting)]
     assert main(["run", "--design", design, *flags, "--out", str(tmp_path / "out")]) == 2
     (error,) = capsys.readouterr().err.splitlines()

@@ -6,7 +6,6 @@ import subprocess
 import sys
 from inspect import isfunction
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -71,19 +70,16 @@ def test_run_without_a_folder_leaves_no_trace(cache, default_run, tmp_path):
 @pytest.mark.parametrize(
     "lines",
     [
-        "import pipeline.run",
-        "from pipeline.run import run as direct",
-        "from pipeline import run\nimport pipeline.run",
-        "import pipeline.cli\nimport pipeline.run\nfrom pipeline.commands import run",
+        "import pipeline.main_job",
+        "from pipeline import run",
+        "import pipeline.cli\nfrom pipeline.commands import run as command",
     ],
 )
-def test_run_is_the_function_whatever_was_imported_before(lines, monkeypatch):
-    """As in a fresh process: the module is imported anew, which binds its name in the package."""
-    monkeypatch.delitem(sys.modules, "pipeline.run")
-    monkeypatch.delitem(vars(pipeline), "run", raising=False)
+def test_run_is_the_function(lines):
+    """A command has the name `run` too; the package's is the function of the main job."""
     names: dict[str, object] = {}
     exec(lines, names)
     exec("from pipeline import run", names)
     assert isfunction(names["run"])
-    assert isfunction(pipeline.run)
-    assert isinstance(sys.modules["pipeline.run"], ModuleType)
+    assert names["run"] is sys.modules["pipeline.main_job"].run
+    assert pipeline.run is names["run"]

@@ -7,7 +7,7 @@ from pathlib import Path
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
 from cad.design.reading import Reading
-from cad.fabrication.bill_words import EACH
+from cad.fabrication.templates import EACH
 from cad.verdict import Verdict
 from pipeline.options import load_design, preset_names
 from pipeline.report.stored import StoredReport

@@ -5,18 +5,14 @@ import math
 import zlib
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from cad.templates import template_environment
 
 FIGURES = ("libraries/d3.min.js", "libraries/plot.min.js", "figures.js")
 BODIES = ("libraries/model-viewer.min.js", "still.js", "bodies.js")
 """D3 and Observable Plot draw plots, model-viewer shows bodies: NOTICE has versions, licences and digests."""
 
 _HERE = Path(__file__).parent
-
-
-_ENVIRONMENT = Environment(
-    loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-)
+_ENVIRONMENT = template_environment(_HERE, autoescape=True)
 
 
 def rendered(template: str, scripts: tuple[str, ...], data: object, *, latest: bool = False, **values: object) -> str:

@@ -13,9 +13,9 @@ from stand_ins import GOOD, print_everything, print_summary, result_of
 import pipeline
 from cad.design.parameters import Design, GivenSprings
 from cad.verdict import Verdict
+from pipeline import options
 from pipeline.cli import main
 from pipeline.options import RunOptions
-from pipeline.report import run_key
 from pipeline.report.outputs import write_outputs
 from pipeline.report.verdict_rule import fails_unread, number_text
 from pipeline.report.verdict_table import WIDTH, print_verdicts
@@ -100,10 +100,10 @@ def test_another_command_program_page_date_or_a_changed_folder_runs_again(runs, 
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1600000000")
     main(["design", "--out", "moved"])
     assert len(runs) == 3
-    monkeypatch.setattr(run_key, "code_digest", lambda: "another program")
+    monkeypatch.setattr(options, "code_digest", lambda: "another program")
     main(["design", "--out", "moved"])
     assert len(runs) == 4
-    monkeypatch.setattr(run_key, "pages_digest", lambda: "another plot")
+    monkeypatch.setattr(options, "pages_digest", lambda: "another plot")
     main(["design", "--out", "moved"])
     assert len(runs) == 5
     Path("moved/part.step").unlink()

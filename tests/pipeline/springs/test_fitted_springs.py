@@ -12,12 +12,12 @@ import pipeline.springs.leaf_lengths
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Print
 from cad.design.tips import Tips
+from cad.parts.housing import solid_size
 from cad.quantity import InputError
 from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.springs.fitted_springs import fit_springs
 from pipeline.springs.leaf_lengths import FittedHousing
-from pipeline.springs.solid_size import solid_size
 from solve.contact.scene import SidewaysGive
 from solve.linear import SolveError
 

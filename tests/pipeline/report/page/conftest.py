@@ -10,11 +10,11 @@ from stand_ins import result_of
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
+from pipeline.main_job import run
 from pipeline.options import RunOptions
 from pipeline.report.outputs import PAGE, write_outputs
 from pipeline.report.stored import StoredReport, read_report
 from pipeline.result import SensorResult
-from pipeline.run import run
 
 DOMES = Design(
     name="domes",

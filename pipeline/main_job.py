@@ -4,7 +4,6 @@ from dataclasses import replace
 
 from cad.design.parameters import Design
 from pipeline.evaluate import evaluate, refuse_unsolvable, with_file_verdicts
-from pipeline.look import look
 from pipeline.options import RunOptions
 from pipeline.report.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.report.fields import write_fields
@@ -17,6 +16,7 @@ from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Progress, Stopwatch, silent
 from pipeline.storage.workers import cad_worker
+from pipeline.verdicts.hints import with_hints
 
 
 def run(
@@ -61,5 +61,14 @@ def run(
             making = (*fabrication.result(), *sideways)
         verdicts = with_file_verdicts(result, geometry, making)
         result = replace(result, verdicts=verdicts, left_out=result.left_out + fields_left_out, seconds=timed.seconds())
+        write_outputs(result, folder, page=options.out is not None)
+    return result
+
+
+def look(design: Design, options: RunOptions, timed: Stopwatch) -> SensorResult:
+    """Return the answer known to per cents, without solids and files of parts; raises as `run`."""
+    with output_folder(options.out, force=options.force) as folder:
+        result = evaluate(design, options, timed=timed)
+        result = replace(result, verdicts=with_hints(result.verdicts, design, result.springs, options))
         write_outputs(result, folder, page=options.out is not None)
     return result
