@@ -6,15 +6,20 @@ Units: mm, MPa.
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, quantity, validation_error
 from cad.theory.relaxation import FORM, Relaxation
 
 _SPREAD = Bounds(at_least=0.0, at_most=0.5)
+_ANGLE = Bounds(at_least=-180.0, at_most=180.0)
 _BLOCK_PLAN_MM = 20.0  # of the paper's block, along and across the tips
 
 FruitShape = Literal["block", "sphere", "ellipsoid"]
+Coordinate = TypeVar("Coordinate", float, NDArray[np.float64])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +30,7 @@ class Fruit:
     that are given cut a piece out of it. `thickness_mm` is what lies under the apex, down to the stone or the table,
     and stands for the height, which serves where no thickness is given. `radius_mm` is the radius of curvature along
     the tips and half the height of the whole fruit, `radius_across_mm` the radius of curvature across (an ellipsoid's
-    only).
+    only). These are its principal directions; `azimuth_deg` turns both against the tips, about the axis of the press.
     """
 
     shape: FruitShape = choice(
@@ -67,6 +72,16 @@ class Fruit:
         default=None,
         hint="a mango has about 35",
         meaning="radius of curvature across the tips (ellipsoid)",
+    )
+    azimuth_deg: float | None = quantity(
+        "deg",
+        _ANGLE,
+        default=None,
+        hint="0 has radius_mm along the tips",
+        meaning=(
+            "angle from the line along the tips to the direction of `radius_mm`, anticlockwise seen from above "
+            "(ellipsoid); not set, 0"
+        ),
     )
     thickness_mm: float | None = quantity(
         "mm",
@@ -162,11 +177,23 @@ class Fruit:
         for key, size in zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True):
             if getattr(self, key) is None:
                 object.__setattr__(self, key, size)
+        self._check_azimuth()
         self._check_bruise_limits()
         if self.relaxation is not None:
             Relaxation(self.relaxation)
         if self.radius_mm is not None:
             self._check_piece(self.radius_mm)
+
+    def _check_azimuth(self) -> None:
+        if self.azimuth_deg is None:
+            return
+        name = "fruit.azimuth_deg"
+        if self.shape != "ellipsoid":
+            bound = f"left out for fruit.shape = {self.shape!r}"
+            raise validation_error(name, self.azimuth_deg, "deg", bound, "a round fruit has no principal direction")
+        if self.whole and self.azimuth_deg:
+            bound = "0 on a whole fruit"
+            raise validation_error(name, self.azimuth_deg, "deg", bound, "give fruit.length_mm and fruit.width_mm")
 
     def _check_bruise_limits(self) -> None:
         limits = self.bruise_limit_MPa
@@ -207,11 +234,41 @@ class Fruit:
             return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
         below = max(0.0, 1.0 - self.depth_mm / self.radius_mm)
         widest = 2.0 * math.sqrt(1.0 - below**2) if below < 1.0 else 2.0
-        return self.radius_mm * widest, math.sqrt(self.radius_mm * self._across) * widest
+        a = self.radius_mm * widest
+        b = math.sqrt(self.radius_mm * self._across) * widest
+        if not self.azimuth_deg:
+            return a, b
+        cosine, sine = self._turn
+        return math.hypot(a * cosine, b * sine), math.hypot(a * sine, b * cosine)
+
+    @property
+    def _turn(self) -> tuple[float, float]:
+        """Return the cosine and the sine of the azimuth."""
+        azimuth = math.radians(self.azimuth_deg or 0.0)
+        return math.cos(azimuth), math.sin(azimuth)
+
+    @property
+    def mirrored(self) -> bool:
+        """Say whether the fruit is its own mirror image, along the tips as across."""
+        return not self.azimuth_deg or self.azimuth_deg % 90.0 == 0.0
+
+    def to_principal(self, x: Coordinate, y: Coordinate) -> tuple[Coordinate, Coordinate]:
+        """Return coordinates along and across the tips in those of the principal directions, in the same unit."""
+        if not self.azimuth_deg:
+            return x, y
+        cosine, sine = self._turn
+        return cosine * x + sine * y, cosine * y - sine * x
+
+    def from_principal(self, u: Coordinate, v: Coordinate) -> tuple[Coordinate, Coordinate]:
+        """Return coordinates in the principal directions in those along and across the tips, in the same unit."""
+        if not self.azimuth_deg:
+            return u, v
+        cosine, sine = self._turn
+        return cosine * u - sine * v, sine * u + cosine * v
 
     @property
     def radii_mm(self) -> tuple[float, float]:
-        """Return the radii of curvature along and across the tips [mm], infinite for a flat fruit."""
+        """Return the principal radii of curvature [mm], along and across the tips at azimuth 0; infinite if flat."""
         return self.radius_mm or math.inf, self._across
 
     @property
@@ -252,12 +309,19 @@ class Fruit:
     def equivalent_block(self) -> "Fruit":
         """Return the block of the same plan and thickness: the flat fruit that sizes the springs."""
         return dataclasses.replace(
-            self, shape="block", height_mm=self.depth_mm, radius_mm=None, radius_across_mm=None, thickness_mm=None
+            self,
+            shape="block",
+            height_mm=self.depth_mm,
+            radius_mm=None,
+            radius_across_mm=None,
+            azimuth_deg=None,
+            thickness_mm=None,
         )
 
     def fall_mm(self, x: float, y: float) -> float:
         """Return how far the top of an ellipsoid lies below its apex at a place [mm]; infinity beyond the fruit."""
         if self.radius_mm is None:
             return 0.0
+        x, y = self.to_principal(x, y)
         level = 1.0 - (x / self.radius_mm) ** 2 - y * y / (self.radius_mm * self._across)
         return self.radius_mm * (1.0 - math.sqrt(level)) if level >= 0.0 else math.inf

@@ -124,6 +124,8 @@ def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
         across = (radius * fruit.radius_across_mm) ** 0.5
         whole = _ellipsoid(radius, across, beyond_equator=fruit.depth_mm > radius)
     lowered = whole.translate(cq.Vector(0.0, 0.0, -radius))
+    if fruit.azimuth_deg:
+        lowered = lowered.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), fruit.azimuth_deg)
     return lowered.intersect(outer_box(fruit, top=fruit.depth_mm)).Solids()[0]
 
 

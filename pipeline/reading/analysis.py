@@ -187,7 +187,8 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
 def slopes_under(design: Design) -> Floats:
     """Return how much the gap of each tip to the fruit grows per length away from the apex [1], (tips,)."""
     reach = np.add(design.fruit.radii_mm, design.tips.dome_radius_mm or 0.0)
-    return np.asarray(np.linalg.norm(np.array(design.tips.axes_mm) / reach, axis=1))
+    principal = np.stack(design.fruit.to_principal(*np.array(design.tips.axes_mm).T), axis=1)
+    return np.asarray(np.linalg.norm(principal / reach, axis=1))
 
 
 def _biases(model: MeasurementModel, presses: Presses, least: Floats, side_mm: float) -> tuple[Floats, str | None]:

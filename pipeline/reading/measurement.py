@@ -116,7 +116,8 @@ def _dome_law(scene: Scene, contact: FruitCompliance, C: Floats, weights: tuple[
     middle = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
     contrast = dome_contrast(scene, contact, C, middle)
     reach = (tips.dome_radius_mm or 0.0) + np.array(scene.fruit.radii_mm)
-    fall = 0.5 * (np.square(tips.axes_mm) / reach).sum(axis=1)
+    principal = np.stack(scene.fruit.to_principal(*np.array(tips.axes_mm).T), axis=1)
+    fall = 0.5 * (np.square(principal) / reach).sum(axis=1)
     return ContrastLaw(
         weights=weights,
         gaps=tuple((fall - tips.height_offset_mm).tolist()),

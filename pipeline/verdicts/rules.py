@@ -261,8 +261,10 @@ def _slope_under(design: Design, axis: Position, face: Position) -> float:
     steepest slope, or for a printed tip that towards a side of its square.
     """
     radius, radius_across = design.fruit.radii_mm
-    along = abs(axis.x / radius - face.x) + abs(math.tan(math.radians(design.press.tilt_deg)))
-    across = abs(axis.y / radius_across - face.y) + abs(math.tan(math.radians(design.press.roll_deg)))
+    u, v = design.fruit.to_principal(axis.x, axis.y)
+    slope_along, slope_across = design.fruit.from_principal(u / radius, v / radius_across)
+    along = abs(slope_along - face.x) + abs(math.tan(math.radians(design.press.tilt_deg)))
+    across = abs(slope_across - face.y) + abs(math.tan(math.radians(design.press.roll_deg)))
     return max(along, across) if design.tips.socket == "none" else math.hypot(along, across)
 
 

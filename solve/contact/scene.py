@@ -16,7 +16,7 @@ from cad.design.tips import Press, Tips
 from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.contact.gap import tip_gap
-from solve.fruit.curved_shape import cap_gap, cap_slope
+from solve.fruit.curved_shape import fruit_gap, fruit_slope
 
 Point = tuple[float, float]  # along the tips, across
 
@@ -63,7 +63,7 @@ class Scene:
     @property
     def mirrored(self) -> bool:
         """Say whether the contact is alike on both sides of the plane y = 0 through all tips."""
-        return self.press.roll_deg == 0.0 and all(y == 0.0 for _, y in self.centres)
+        return self.press.roll_deg == 0.0 and self.fruit.mirrored and all(y == 0.0 for _, y in self.centres)
 
     @cached_property
     def centres(self) -> tuple[Point, ...]:
@@ -107,11 +107,11 @@ class Scene:
         return self.fruit.radius_mm is not None
 
     def _fruit_slope(self, point: Point) -> Point:
-        return cap_slope(*point, *self.fruit.radii_mm) if self.curved else (0.0, 0.0)
+        return fruit_slope(self.fruit, *point) if self.curved else (0.0, 0.0)
 
     def fruit_gap(self, x: Floats, y: Floats) -> Floats:
         """Return how far the fruit falls away from the plane at its apex [mm]; infinity beyond it."""
-        return cap_gap(x, y, *self.fruit.radii_mm) if self.curved else np.zeros_like(x)
+        return fruit_gap(self.fruit, x, y) if self.curved else np.zeros_like(x)
 
     def gap_under(self, centre: Point, x: Floats, y: Floats) -> Floats:
         """Return the gap [mm] between the plane at the apex and fruit plus tip, at points from a tip's centre [mm]."""

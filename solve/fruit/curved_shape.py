@@ -43,6 +43,17 @@ def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[
     return x / radius / fall, y / radius_across / fall
 
 
+def fruit_gap(fruit: Fruit, x: Floats, y: Floats) -> Floats:
+    """Return how far [mm] a curved fruit falls below the plane at its apex; beyond it, infinity."""
+    return cap_gap(*fruit.to_principal(x, y), *fruit.radii_mm)
+
+
+def fruit_slope(fruit: Fruit, x: float, y: float) -> tuple[float, float]:
+    """Return how fast [1] a curved fruit falls along and across the tips; infinite from its rim on."""
+    along, across = cap_slope(*fruit.to_principal(x, y), *fruit.radii_mm)
+    return (along, across) if math.isinf(along) else fruit.from_principal(along, across)
+
+
 def ellipsoid_curvatures(semi_axes: Floats, from_centre: Floats) -> tuple[Floats, Floats]:
     """Return the mean and the Gaussian curvature [1/mm, 1/mm^2] of ellipsoids at points from their centres [mm].
 
@@ -67,7 +78,7 @@ class CurvedShape:
 
     @property
     def semi_axes(self) -> tuple[float, float, float]:
-        """Return the semi-axes of the ellipsoid along x, y and z [mm]."""
+        """Return the semi-axes of the ellipsoid along its principal directions, along and across, and z [mm]."""
         radius, across = self.fruit.radii_mm
         return radius, math.sqrt(radius * across), radius
 
@@ -95,18 +106,19 @@ class CurvedShape:
 
     def slope(self, x: float, y: float) -> float:
         """Return how steeply the skin falls at a point of the plan [1]; infinite from its rim on."""
-        return math.hypot(*cap_slope(x, y, *self.fruit.radii_mm))
+        return math.hypot(*fruit_slope(self.fruit, x, y))
 
     def normal(self, x: float, y: float) -> tuple[float, float, float]:
         """Return the outward normal of the skin at a point of the plan [1], z down."""
-        along, across = cap_slope(x, y, *self.fruit.radii_mm)
+        along, across = fruit_slope(self.fruit, x, y)
         length = math.hypot(along, across, 1.0)
         return along / length, across / length, -1.0 / length
 
     def mean_curvature(self, x: float, y: float) -> float:
         """Return the mean curvature of the skin at a point of the plan [1/mm]."""
         height = self.semi_axes[2] - float(self._fall(np.array(x), np.array(y)))
-        mean, _ = ellipsoid_curvatures(np.array(self.semi_axes), np.array([x, y, height]))
+        from_centre = np.array([*self.fruit.to_principal(x, y), height])
+        mean, _ = ellipsoid_curvatures(np.array(self.semi_axes), from_centre)
         return float(mean)
 
     def bent(self, points: Floats) -> Floats:
@@ -120,13 +132,14 @@ class CurvedShape:
             return np.stack([x, y, fall + z * (1.0 - fall / self.fruit.depth_mm)])
         # as thick along the normal everywhere; the flesh below takes what is left of its column
         a, b, c = self.semi_axes
-        lean = np.hypot(np.hypot(x / a**2, y / b**2) * c**2 / (c - fall), 1.0)
+        u, v = self.fruit.to_principal(x, y)
+        lean = np.hypot(np.hypot(u / a**2, v / b**2) * c**2 / (c - fall), 1.0)
         below = fall + skin * lean
         share = np.maximum(0.0, z - skin) / (self.fruit.depth_mm - skin)
         return np.stack([x, y, fall + np.minimum(z, skin) * lean + share * (self.fruit.depth_mm - below)])
 
     def _fall(self, x: Floats, y: Floats) -> Floats:
-        return np.minimum(cap_gap(x, y, *self.fruit.radii_mm), self.semi_axes[2])
+        return np.minimum(fruit_gap(self.fruit, x, y), self.semi_axes[2])
 
     def _bent_whole(self, points: Floats) -> Floats:
         """Turn the plan of the block into discs, then each half section through the axis into one of the fruit."""

@@ -104,7 +104,11 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     along = 1.0 / (1.0 + tips.dome_radius_mm / radius_along)
     across = 1.0 / (1.0 + tips.dome_radius_mm / radius_across)
     side = DOME_CIRCLE * tips.side_mm
-    return tuple(Footprint(along * x, across * y, side, circle_punch) for x, y in tips.axes_mm)
+    footprints = []
+    for axis in tips.axes_mm:
+        u, v = fruit.to_principal(*axis)
+        footprints.append(Footprint(*fruit.from_principal(along * u, across * v), side, circle_punch))
+    return tuple(footprints)
 
 
 def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR) -> FruitCompliance:

@@ -50,8 +50,9 @@ class DomePoses:
     """Domes of one radius [mm] on their unloaded springs, in many poses.
 
     `centres` (poses, tips, 3) [mm] are those of the domes' spheres, `frame` (poses, 3, 3) [1] has in its rows how the
-    sensor stands: along the tips, across, and up its axis; `semi_axes` (poses, 3) [mm] are those of the fruit, infinite
-    for a flat one. `face_middles` (tips, 2) [mm] are those of the faces from the axes of the spheres, along and across.
+    sensor stands: along the tips, across, and up its axis. `semi_axes` (poses, 3) [mm] are those of the fruit, infinite
+    for a flat one; `principal` (poses, 3, 3) [1] has their directions in its rows, None where no fruit is turned.
+    `face_middles` (tips, 2) [mm] are those of the faces from the axes of the spheres, along and across.
     """
 
     dome_radius: float
@@ -60,11 +61,17 @@ class DomePoses:
     semi_axes: Floats
     sideways: SidewaysGive | None = None
     face_middles: Floats = field(default_factory=lambda: np.zeros(2))
+    principal: Floats | None = None
 
     def some(self, poses: Ints) -> "DomePoses":
         """Return the domes in some of the poses, by their indices."""
-        centres = self.centres[poses]
-        return replace(self, centres=centres, frame=self.frame[poses], semi_axes=self.semi_axes[poses])
+        return replace(
+            self,
+            centres=self.centres[poses],
+            frame=self.frame[poses],
+            semi_axes=self.semi_axes[poses],
+            principal=None if self.principal is None else self.principal[poses],
+        )
 
     def approach(self, moved: Floats) -> DomeApproach:
         """Return how domes stand that springs let move in the frame of the sensor, `moved` (poses, tips, 3) [mm]."""
@@ -95,9 +102,18 @@ class DomePoses:
         squares = self.semi_axes[:, None] ** 2
         middle = np.zeros_like(squares)
         middle[..., 2] = -self.semi_axes[:, None, 2]
-        foot = _nearest(centres - middle, squares)
+        foot = _nearest(self._to_principal(centres - middle), squares)
         normal = foot / squares
-        return middle + foot, normal / np.sqrt(_dot(normal, normal))[..., None]
+        normal = normal / np.sqrt(_dot(normal, normal))[..., None]
+        return middle + self._from_principal(foot), self._from_principal(normal)
+
+    def _to_principal(self, vectors: Floats) -> Floats:
+        """Return vectors (poses, tips, 3) in the principal directions of the fruit, in their unit."""
+        return vectors if self.principal is None else vectors @ self.principal.swapaxes(1, 2)
+
+    def _from_principal(self, vectors: Floats) -> Floats:
+        """Return vectors (poses, tips, 3) in the principal directions of the fruit as vectors of the poses."""
+        return vectors if self.principal is None else vectors @ self.principal
 
     def _curvatures(self, foot: Floats) -> tuple[Floats, Floats]:
         """Return the least and the largest principal curvature of the fruit [1/mm], both (poses, tips)."""
@@ -106,7 +122,7 @@ class DomePoses:
             return flat, flat
         axes = self.semi_axes[:, None]
         from_centre = foot + np.concatenate([np.zeros_like(axes[..., :2]), axes[..., 2:]], axis=-1)
-        mean, gauss = ellipsoid_curvatures(axes, from_centre)
+        mean, gauss = ellipsoid_curvatures(axes, self._to_principal(from_centre))
         spread = np.sqrt(np.maximum(mean**2 - gauss, 0.0))
         return mean - spread, mean + spread
 
@@ -148,14 +164,18 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     level = np.eye(3)[:2] - axis[:, :2, None] * between[:, None]
 
     semi_axes = []
-    for scene in scenes:
+    principal = np.tile(np.eye(3), (len(scenes), 1, 1))
+    for directions, scene in zip(principal, scenes, strict=True):
         along, across = scene.fruit.radii_mm
         semi_axes.append((along, math.sqrt(along * across), along))
+        directions[0, :2] = scene.fruit.from_principal(1.0, 0.0)
+        directions[1, :2] = scene.fruit.from_principal(0.0, 1.0)
     return DomePoses(
         dome_radius=radius,
         centres=origin[:, None] + (centres - middle[:, None]) @ level + stand[..., None] * axis[:, None],
         frame=np.concatenate([level, axis[:, None]], axis=1),
         semi_axes=np.array(semi_axes),
+        principal=principal if any(scene.fruit.azimuth_deg for scene in scenes) else None,
         sideways=scenes[0].sideways,
         face_middles=-np.array(scenes[0].tips.beside_mm),
     )

@@ -10,6 +10,7 @@ SPRINGS = {"K_l_N_per_m": 1200.0, "K_h_N_per_m": 20000.0}
 SQUARE = {"layout": "square", "spacing_mm": 6.0}
 SEATED = {**SQUARE, "shape": "dome", "dome_radius_mm": 10.0, "side_mm": 5.0, "seat_radius_mm": 35.0}
 ELLIPSOID = {"shape": "ellipsoid", "radius_mm": 35.0, "radius_across_mm": 30.0}
+PLAN = {"length_mm": 24.0, "width_mm": 24.0, "thickness_mm": 12.0}
 LINE = {"layout": "line", "order": "LHL"}
 
 
@@ -32,6 +33,8 @@ LINE = {"layout": "line", "order": "LHL"}
         ({"fruit": {"shape": "ellipsoid", "radius_mm": 35.0}}, "fruit.radius_across_mm"),
         *(({"fruit": {key: 10.0}}, f"fruit.{key}") for key in ("radius_mm", "radius_across_mm", "thickness_mm")),
         ({"fruit": {**SPHERE, "radius_across_mm": 35.0}}, "fruit.radius_across_mm"),
+        *(({"fruit": {**shape, "azimuth_deg": 30.0}}, "fruit.azimuth_deg") for shape in ({}, SPHERE, ELLIPSOID)),
+        ({"fruit": {**ELLIPSOID, **PLAN, "azimuth_deg": 181.0}}, "fruit.azimuth_deg"),
         *(({"fruit": {**SPHERE, key: 71.0}}, f"fruit.{key}") for key in ("thickness_mm", "height_mm")),
         # the corner of the piece lies sqrt(2) 25 = 35.4 mm from the axis, beyond the fruit
         ({"fruit": {**SPHERE, "length_mm": 50.0, "width_mm": 50.0}}, "fruit.length_mm"),

@@ -1,5 +1,7 @@
 import math
+from dataclasses import replace
 
+import cadquery as cq
 import pytest
 from scipy.integrate import dblquad
 
@@ -88,3 +90,15 @@ def test_outlines_of_the_tips_lie_where_the_tips_are():
         assert centre.z == pytest.approx(-SPHERE.fall_mm(x, 0.0), abs=0.01)
         # area over its plan is 1 / cos of the slope, whose sine is x / R
         assert part.face_area(name) == pytest.approx(1.0 / math.cos(math.asin(x / 35.0)), rel=1e-3)
+
+
+def test_a_turned_fruit_has_its_top_where_the_formula_says():
+    """Points 0.01 mm below the skin are inside, points 0.01 mm above it are not; a fruit not turned fails this."""
+    turned = replace(ELLIPSOID, azimuth_deg=30.0)
+    solid = curved_fruit(turned).shape
+    places = [(x, y) for x in (-7.0, 0.0, 4.0) for y in (-6.0, 5.0)]
+    for x, y in places:
+        top = -turned.fall_mm(x, y)
+        assert solid.isInside(cq.Vector(x, y, top - 0.01))
+        assert not solid.isInside(cq.Vector(x, y, top + 0.01))
+    assert max(abs(turned.fall_mm(x, y) - ELLIPSOID.fall_mm(x, y)) for x, y in places) > 0.02

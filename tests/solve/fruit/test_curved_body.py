@@ -157,3 +157,25 @@ def test_neighbouring_domes_that_lean_feel_each_other_as_under_the_pressure_of_h
     hertz = 0.5 * domes[0].side / np.sqrt(5.0)  # deviation of a pressure (1 - r^2 / a^2)^(1/2) along an axis
     assert found == pytest.approx(with_loads(hertz / least_deviation(domes[0])), abs=1e-3 * between)
     assert abs(with_loads(3.0) - found) > 1e-2 * between
+
+
+@pytest.mark.slow
+def test_a_turned_fruit_is_the_fruit_under_turned_tips():
+    """Inside both bars; a fruit that is turned the other way is not."""
+    fruit = Fruit(
+        shape="ellipsoid", radius_mm=30.0, radius_across_mm=150.0, length_mm=30.0, width_mm=30.0, thickness_mm=12.0
+    )
+    turned = dataclasses.replace(fruit, azimuth_deg=45.0)
+    square = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.6)
+    tips = contact_footprints(turned, square)
+    on_axes = []
+    for tip in tips:
+        u, v = turned.to_principal(tip.x, tip.y)
+        on_axes.append(dataclasses.replace(tip, x=round(u, 9), y=round(v, 9)))
+    S = split_compliance(turned, square).S
+    expected = shape_change(fruit, on_axes, along_normals=True)
+    found = shape_change(turned, tips, along_normals=True)
+    bar = bars(found, S) + bars(expected, S)
+    assert (missed(found, expected.change, S) <= bar).all()
+    other_way = shape_change(dataclasses.replace(fruit, azimuth_deg=-45.0), tips, along_normals=True)
+    assert (missed(other_way, expected.change, S) > bar).any()

@@ -1,5 +1,7 @@
 """Spheres on a plane, a sphere and an ellipsoid: distances, curvatures and rigid turns."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.optimize import minimize
 
@@ -74,3 +76,21 @@ def test_travel_counts_from_the_first_touch_of_a_level_sensor():
     for fruit in ("sphere", "block"):
         found = approach(dome_poses([square(fruit=fruit)], np.array([0.0])))
         np.testing.assert_allclose(found.interference, 0.0, atol=1e-12)
+
+
+def test_a_turned_fruit_under_a_turned_dome_is_the_same_contact():
+    """Turning fruit and sensor alike about the press changes neither distance nor curvature; turning one does."""
+    axes = np.array([40.0, 28.0, 40.0])
+    azimuth = 0.6
+    turn = np.array(
+        [[np.cos(azimuth), np.sin(azimuth), 0.0], [-np.sin(azimuth), np.cos(azimuth), 0.0], [0.0, 0.0, 1.0]]
+    )
+    centre = np.array([12.0, -6.0, 0.5])
+    before = placed(centre, *axes)
+    both = replace(before, centres=before.centres @ turn, frame=before.frame @ turn, principal=turn[None])
+    found, expected = approach(both), approach(before)
+    for name in ("interference", "direction", "radius", "eased"):
+        np.testing.assert_allclose(getattr(found, name), getattr(expected, name), rtol=1e-12)
+    np.testing.assert_allclose(found.foot, expected.foot @ turn, rtol=1e-12)
+    fruit_alone = approach(replace(before, principal=turn[None]))
+    assert abs(fruit_alone.interference - expected.interference).max() > 0.1

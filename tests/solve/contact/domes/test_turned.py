@@ -1,0 +1,56 @@
+"""Four domes on fruit whose principal directions are turned against them, by boundary elements of another program."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
+from solve.contact.domes.body import Body
+from solve.contact.domes.geometry import dome_poses
+from solve.contact.domes.law import dome_forces
+from solve.contact.scene import Scene
+
+REFERENCE = json.loads(Path("tests/reference/presses_on_ellipsoids.json").read_text(encoding="utf-8"))
+SENSOR = REFERENCE["sensor"]
+PRESSES = [pytest.param(press, id="{R1}-{R2}-{azimuth}-{tilt}".format(**press)) for press in REFERENCE["presses"]]
+TIPS = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.9, spacing_mm=6.0)
+ORDER = [TIPS.places_mm.index(tuple(place)) for place in SENSOR["positions"]]
+SPRINGS = np.diag([1.0 / (0.15 if kind == "low" else 1.4) for kind in TIPS.springs])  # [mm/N]
+
+
+def forces(press, azimuth):
+    """Return the forces of the law on a half-space [N], in the order of the reference, (travels, tips)."""
+    toward = np.radians(press["tilt_azimuth"])
+    slopes = np.tan(np.radians(press["tilt"])) * np.array([np.cos(toward), np.sin(toward)])
+    tilt, roll = np.degrees(np.arctan(slopes)).tolist()
+    fruit = Fruit(
+        shape="ellipsoid", radius_mm=press["R1"], radius_across_mm=press["R2"], azimuth_deg=azimuth,
+        length_mm=24.0, width_mm=24.0, thickness_mm=12.0,
+    )  # fmt: skip
+    scene = Scene(fruit=fruit, tips=TIPS, press=Press(travel_mm=0.9, tilt_deg=tilt, roll_deg=roll))
+    first_touch = 0.0  # of the pose, as the reference counts its travel
+    for _ in range(6):
+        unloaded = dome_poses([scene], np.array([first_touch]))
+        apart = unloaded.approach(np.zeros(unloaded.centres.shape))
+        first_touch -= float((apart.interference / apart.cosine).max())
+    travel = np.array(press["travel"])
+    none = np.zeros((len(travel), 4, 4))
+    body = Body(poisson=REFERENCE["poisson"], remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm))
+    poses = dome_poses([scene] * len(travel), travel + first_touch)
+    return dome_forces(poses, np.full(len(travel), press["E"]), SPRINGS, body).F[:, ORDER]
+
+
+@pytest.mark.parametrize("press", PRESSES)
+def test_forces_are_those_of_boundary_elements(press):
+    """Within 1 %: the reference has 0.2 to 0.5 %, small strain up to 0.4 %, small slopes 1 - cos(4 deg) = 0.24 %."""
+    expected = np.array(press["forces"])
+    assert np.abs(forces(press, press["azimuth"]) - expected).max() <= 0.01 * expected.max()
+
+
+@pytest.mark.parametrize("press", [press for press in PRESSES if press.values[0]["azimuth"]])
+def test_a_fruit_that_is_not_turned_is_found(press):
+    expected = np.array(press["forces"])
+    assert np.abs(forces(press, -press["azimuth"]) - expected).max() > 0.03 * expected.max()
