@@ -6,20 +6,21 @@ Units: mm, MPa.
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import Literal, TypeVar
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, quantity, validation_error
 from cad.theory.relaxation import FORM, Relaxation
+
+if TYPE_CHECKING:  # help and refusals load no NumPy
+    import numpy as np
+    from numpy.typing import NDArray
 
 _SPREAD = Bounds(at_least=0.0, at_most=0.5)
 _ANGLE = Bounds(at_least=-180.0, at_most=180.0)
 _BLOCK_PLAN_MM = 20.0  # of the paper's block, along and across the tips
 
 FruitShape = Literal["block", "sphere", "ellipsoid"]
-Coordinate = TypeVar("Coordinate", float, NDArray[np.float64])
+Coordinate = TypeVar("Coordinate", float, "NDArray[np.float64]")
 
 
 @dataclass(frozen=True, kw_only=True)
