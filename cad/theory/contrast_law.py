@@ -121,7 +121,7 @@ def read_modulus(law: ContrastLaw, forces: Sequence[float], two_thirds: Floats |
 
     Of a press, `forces` and `two_thirds` are the means of its samples.
     """
-    z = _smallest_root(*contrast_terms(law, forces, two_thirds))
+    z = smallest_root(*contrast_terms(law, forces, two_thirds))
     return 1.0 / (z * z * z)
 
 
@@ -212,7 +212,7 @@ def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple
     return float(np.mean(heights)), slope_along, slope_across
 
 
-def _smallest_root(rigid: float, dome: float, body: float) -> float:
+def smallest_root(rigid: float, dome: float, body: float) -> float:
     """Return the smallest z > 0 of rigid + dome z^2 + body z^3 = 0, which is E^(-1/3) [MPa^(-1/3)].
 
     The cubic is level at 0 and runs one way up to its next level point: the root lies before it, or is not there.

@@ -1,0 +1,399 @@
+"""The modulus from the rise of the contrast during one press, whatever the shape of the fruit and the pose.
+
+**The law.** In every sample of a press the contrast of the tips (`contrast_law.py`) is
+
+    a + b z^2 + d z^3 + gamma = 0,    a = w.(C F),  b = h w.F^(2/3),  d = w.(S F),  z = E^(-1/3),
+
+with weights w that no travel and no tilt passes. The offset gamma [mm] is the contrast of the gaps under the tips. It
+holds all that the sensor cannot know: the saddle of the skin, the heights and places of the tips, their mount. It is
+unknown, and the same in all samples of one press. A reading of the forces at one moment takes it for known.
+
+**The estimator.** An instrument u is any quantity that rises with the press. Its covariance with the law has no gamma:
+
+    G(z) = cov(u, a) + cov(u, b) z^2 + cov(u, d) z^3 = 0,
+
+the cubic of a single reading, with covariances in the place of values. Its smallest root is the reading.
+
+**No bias by noise.** The instrument of a sample is the sum of all forces in the sample before. Where noise is white
+from sample to sample, u and F are then independent, and cov(u, F) has the mean that it has without noise. The sample's
+own sum would not do: its noise is part of F (errors in variables). A sample counts where the sample before has all tips
+on the fruit: chosen by its own forces, samples whose noise is upwards would count more often.
+
+**Least variance.** Tips on springs have one contrast that travel and tilt leave alone, so w is given. What is free is
+how samples count. With independent noises sigma_t of the forces, the residual r of a sample has the variance
+
+    s^2 = sum_t c_t^2 sigma_t^2,    c_t = dr/dF_t = (w C)_t + 2/3 h w_t z^2 F_t^(-1/3) + (w S)_t z^3 .
+
+The true forces are unknown on an unknown path, so r is all that a sample tells of z and gamma. The information on z is
+sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, means weighted by 1 / s^2: this is the Cramer-Rao bound. An
+instrument u leaves s^2 var(u) / n / (dG/dz)^2 for the variance of z. By the inequality of Cauchy and Schwarz it is
+least for u = q / s^2, and it is larger by 1 / corr(u, q)^2 for another u where s is constant. Both q and the whole
+force rise together: their correlation is above 0.98, so the whole force comes within some per cent of the bound.
+
+**What E moves by.** A cause that changes the law by dG moves ln E by 3 dG / (z dG/dz). All causes that are the same in
+every sample have a dG of the covariances that are kept. A change of u moves nothing to first order, as G = 0 for all u.
+
+**The saddle.** Domes roll on the skin, so their contacts are nearer to each other than their axes, the more the skin is
+curved. The offset tells the saddle, and the saddle the distances of the contacts: S becomes S(gamma), and the cubic is
+solved anew until gamma rests. Heights that are off count as a saddle then, in S alone: `RiseSlopes.offset` says what
+that moves.
+
+Only means and co-moments are kept, each from its mean: a press of any length needs the same memory, and single
+precision is enough. See W. A. Fuller, Measurement Error Models (1987), sections 1.4 and 2.4 on instruments,
+doi:10.1002/9780470316665. Noise that is not white, as behind a filter, must be thinned out before. mm, N, MPa.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.theory.contrast_law import ContrastLaw, Floats, Matrix, Place, ReadingError, smallest_root
+from cad.theory.hertz import hertz_factor
+
+FEWEST = 5
+LATEST_TOUCH = 0.7  # of the whole force: where the last tip touches later, too little of a rise is left
+LEAST_OVER_NOISE = 10.0  # of the instrument: noise in it then costs less than one per cent of the information
+LARGEST_NOISE = 1.0 / 3.0  # of E: beyond, the root of the cubic scatters too far for its slope
+SETTLED = 1e-12
+MOST_STEPS = 50
+STEP = 1e-4  # of an offset [mm], for its slope
+
+Samples = NDArray[np.floating[Any]]
+
+
+class RiseError(ReadingError):
+    """A press that gives no modulus, with the flag that says why: few_samples, no_rise or out_of_range."""
+
+    def __init__(self, flag: str, message: str) -> None:
+        super().__init__(message)
+        self.flag = flag
+
+
+@dataclass(frozen=True, kw_only=True)
+class RollingDomes:
+    """Domes of one radius [mm] that roll on a half-space under a skin of a mean curvature [1/mm] and a saddle k_xy.
+
+    `positions` (tips, 2) [mm] are those of their axes. On a skin of curvatures k a dome at X touches at (1 + r k)^-1 X.
+    """
+
+    positions: tuple[Place, ...]
+    weights: tuple[float, ...]
+    dome_radius: float
+    mean_curvature: float
+    poisson: float
+
+    @property
+    def relative_radius(self) -> float:
+        """Return R* of 1 / R* = 1 / r + H [mm]."""
+        return self.dome_radius / (1.0 + self.dome_radius * self.mean_curvature)
+
+    @property
+    def hears_saddle(self) -> bool:
+        """Say whether the contrast holds the saddle of a skin: of a square it does, of a line or a pair it does not."""
+        return abs(self._felt) > SETTLED * float(np.abs(self.positions).max()) ** 2
+
+    @property
+    def _felt(self) -> float:
+        """Return the contrast of x y under the axes [mm^2]."""
+        return float(np.dot(self.weights, np.prod(self.positions, axis=1)))
+
+    def saddle(self, offset: float) -> float:
+        """Return the saddle k_xy [1/mm] whose gaps have a contrast [mm].
+
+        A sphere that rolls makes of it the gap k_xy x y / ((1 + r H)^2 - (r k_xy)^2).
+        """
+        of_gaps = offset / self._felt
+        rolled = 1.0 + self.dome_radius * self.mean_curvature
+        return 2.0 * of_gaps * rolled**2 / (1.0 + math.hypot(1.0, 2.0 * self.dome_radius * of_gaps * rolled))
+
+    def S(self, offset: float = 0.0) -> Floats:
+        """Return the compliance between the contacts, times E [1/mm], (tips, tips), on a saddle of an offset [mm]."""
+        along = 1.0 + self.dome_radius * self.mean_curvature
+        across = self.dome_radius * (self.saddle(offset) if offset else 0.0)
+        feet = np.array(self.positions) @ np.linalg.inv([[along, across], [across, along]])
+        apart = np.linalg.norm(feet[:, None] - feet[None], axis=-1)
+        np.fill_diagonal(apart, math.inf)
+        return np.asarray((1.0 - self.poisson**2) / (math.pi * apart))
+
+    def law(self, C: Matrix) -> "RiseLaw":
+        """Return the law of these domes on springs of a compliance C [mm/N], (tips, tips)."""
+        contrast = ContrastLaw(
+            weights=self.weights,
+            gaps=(0.0,) * len(self.positions),
+            C=C,
+            S=_rows(self.S()),
+            hertz=hertz_factor(self.relative_radius, self.poisson),
+        )
+        return RiseLaw(contrast=contrast, rolling=self if self.hears_saddle else None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RiseLaw:
+    """The contrast of a sensor, and how its S changes with the offset.
+
+    `contrast.gaps` [mm] are those that are known; the offset is what their contrast lacks. `rolling` are the domes by
+    which an offset moves the contacts; None where it tells nothing of their distances.
+    """
+
+    contrast: ContrastLaw
+    rolling: RollingDomes | None = None
+
+    def with_offset(self, offset: float) -> ContrastLaw:
+        """Return the contrast law with the S of an offset [mm]: what the body adds to a half-space stays."""
+        if self.rolling is None:
+            return self.contrast
+        change = self.rolling.S(offset) - self.rolling.S()
+        return replace(self.contrast, S=_rows(np.array(self.contrast.S) + change))
+
+    def per_offset(self, offset: float) -> Floats:
+        """Return the slope of S, times E, over the offset [1/mm^2], (tips, tips)."""
+        if self.rolling is None:
+            return np.zeros_like(self.contrast.arrays[2])
+        return np.asarray((self.rolling.S(offset + STEP) - self.rolling.S(offset - STEP)) / (2.0 * STEP))
+
+
+def _rows(matrix: Floats) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in matrix.tolist())
+
+
+@dataclass(frozen=True)
+class RiseSums:
+    """Samples of a press as means and as co-moments with the instrument u, in a memory that does not grow.
+
+    Rows of `means` and `with_instrument` (3, tips) are the forces F [N], F^(2/3) and F^(-1/3). `spread` [N^2] is the
+    co-moment of u with itself, `with_count` [N] that with the number of the sample. Co-moments are sums over samples of
+    products of what both differ by from their means.
+    """
+
+    count: int = 0
+    instrument: float = 0.0
+    spread: float = 0.0
+    with_count: float = 0.0
+    means: Samples = field(default_factory=lambda: np.zeros((3, 1)))
+    with_instrument: Samples = field(default_factory=lambda: np.zeros((3, 1)))
+
+    def with_sample(self, instrument: float, forces: Samples) -> "RiseSums":
+        """Return the sums with one sample more: its instrument [N] and its forces [N], (tips,), each above 0.
+
+        The precision is that of the forces.
+        """
+        roots = np.cbrt(forces)
+        values = np.stack([forces, roots * roots, 1.0 / roots])
+        count = self.count + 1
+        step = instrument - self.instrument
+        mean = self.instrument + step / count
+        before = self.means.astype(forces.dtype, copy=False)
+        means = before + (values - before) / forces.dtype.type(count)
+        return RiseSums(
+            count=count,
+            instrument=mean,
+            spread=self.spread + step * (instrument - mean),
+            with_count=self.with_count + step * 0.5 * self.count,
+            means=means,
+            with_instrument=self.with_instrument.astype(forces.dtype, copy=False) + step * (values - means),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RiseSlopes:
+    """By which fraction of E a reading moves with causes that are the same in all samples.
+
+    Per tip: relative change of the gain of its channel and of the stiffness of its spring [1], a zero that is off
+    [1/N], a zero that drifts evenly by so much from the first sample to the last [1/N]. Alike for all tips: relative
+    change of the Hertz term and of S [1], and an offset that is no saddle of the skin [1/mm].
+    """
+
+    gains: tuple[float, ...]
+    springs: tuple[float, ...]
+    zeros: tuple[float, ...]
+    drifts: tuple[float, ...]
+    hertz: float
+    body: float
+    offset: float
+
+    def mean_curvature(self, relative_radius: float) -> float:
+        """Return the slope per change of the mean curvature of the skin [mm] under domes of R* [mm] on a half-space.
+
+        1 / R* = 1 / r + H: h is proportional to R*^(-1/3), S to 1 + r H.
+        """
+        return relative_radius * (self.hertz / 3.0 + self.body)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RiseReading:
+    """What a press tells: the modulus E [MPa], and the offset gamma [mm], the contrast of gaps that is not in the law.
+
+    `noise` [1] is the standard uncertainty of E, relative, by noise that is independent from sample to sample;
+    `offset_noise` [mm] is that of the offset. `touch` [1] is the whole force where the last
+    tip touches over the largest.
+    """
+
+    E: float
+    offset: float
+    noise: float
+    offset_noise: float
+    samples: int
+    touch: float
+    slopes: RiseSlopes
+
+
+class RisingPress:
+    """One press, sample by sample, up to the deepest one; after it flesh may have yielded.
+
+    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. A sample counts where
+    every force of the sample before is above `least_forces` (tips,) [N], some times its noise, and its own above 0.
+    """
+
+    def __init__(self, law: RiseLaw, noises: Floats, least_forces: Floats | float = 0.0) -> None:
+        """Begin a press."""
+        self._law = law
+        self._noises = noises
+        self._least = least_forces
+        self._sums = RiseSums()
+        self._to_deepest = RiseSums()
+        self._before: float | None = None
+        self._touch = 0.0
+        self._largest = 0.0
+        self.deepest: Samples | None = None
+
+    def add(self, forces: Samples) -> None:
+        """Take the forces of all tips [N] in the next sample, (tips,)."""
+        whole = forces.sum()
+        if self._before is not None and (forces > 0.0).all():
+            if self._sums.count == 0:
+                self._touch = self._before
+            self._sums = self._sums.with_sample(self._before, forces)
+            if whole >= self._largest:
+                self._largest = whole
+                self._to_deepest = self._sums
+                self.deepest = forces
+        self._before = whole if (forces > self._least).all() else None
+
+    def reading(self) -> RiseReading:
+        """Return what the press tells; raises RiseError."""
+        sums = self._to_deepest
+        touch = float(self._touch / self._largest) if self._largest > 0.0 else 1.0
+        if sums.count < FEWEST:
+            hint = "press farther, or more slowly"
+            message = f"samples with all tips on the fruit = {sums.count}: must be at least {FEWEST}; {hint}"
+            raise RiseError("few_samples", message)
+        if touch > LATEST_TOUCH:
+            message = f"the whole force where the last tip touches = {touch:.2g} of the largest: must be at most "
+            raise RiseError("no_rise", f"{message}{LATEST_TOUCH:g}; press farther, or more level")
+        rise = math.sqrt(sums.spread / sums.count)
+        least = LEAST_OVER_NOISE * float(np.linalg.norm(self._noises))
+        if not rise > least:
+            message = f"rise of the whole force = {rise:.2g} N: must be above {least:.2g} N, ten times its noise"
+            raise RiseError("no_rise", f"{message}; press farther")
+        return replace(rise_reading(self._law, sums, self._noises), touch=touch)
+
+
+def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
+    """Return what sums over a press tell, with `noises` (tips,) [N] of the forces; raises RiseError."""
+    E, offset, contrast = _solved(law, sums)
+    rise = _Rise(contrast, sums, E)
+    by_noise = rise.noise(noises)
+    if by_noise > LARGEST_NOISE:
+        message = f"standard uncertainty of E by noise = {by_noise:.2g} of it: must be at most a third; press farther"
+        raise RiseError("no_rise", message)
+    gains, springs, zeros, drifts = (tuple(row.tolist()) for row in rise.per_tip())
+    return RiseReading(
+        E=E,
+        offset=offset,
+        noise=by_noise,
+        offset_noise=math.hypot(rise.residual(noises) / math.sqrt(sums.count), rise.mean_per_log_E * by_noise),
+        samples=sums.count,
+        touch=math.nan,
+        slopes=RiseSlopes(
+            gains=gains,
+            springs=springs,
+            zeros=zeros,
+            drifts=drifts,
+            hertz=rise.per_hertz,
+            body=rise.per_S(np.array(contrast.S)),
+            offset=rise.per_S(law.per_offset(offset)),
+        ),
+    )
+
+
+def _solved(law: RiseLaw, sums: RiseSums) -> tuple[float, float, ContrastLaw]:
+    """Return the modulus [MPa], the offset [mm], and the contrast law at this offset; raises RiseError.
+
+    The offset changes S by some per cent: each step leaves that fraction of the error of the step before.
+    """
+    offset = 0.0
+    contrast = law.contrast
+    for _ in range(MOST_STEPS):
+        terms = _terms(contrast, sums.with_instrument)
+        try:
+            z = smallest_root(*terms)
+        except ReadingError as error:
+            raise RiseError("out_of_range", str(error)) from error
+        rigid, dome, body = _terms(contrast, sums.means)
+        known = float(np.dot(contrast.weights, contrast.gaps))
+        before = offset
+        offset = -(rigid + known + z * z * (dome + body * z))
+        if law.rolling is None or abs(offset - before) <= SETTLED * abs(rigid):
+            return 1.0 / (z * z * z), offset, contrast
+        contrast = law.with_offset(offset)
+    message = "the offset of the contrast does not settle: must be a press of this sensor on a fruit; calibrate it anew"
+    raise RiseError("out_of_range", message)
+
+
+def _terms(contrast: ContrastLaw, moments: Samples) -> tuple[float, float, float]:
+    """Return the terms of the contrast with E^0, E^(-2/3) and E^(-1), of means or co-moments (3, tips)."""
+    weights, C, S = contrast.arrays
+    F = moments[0].astype(np.float64)
+    return float(weights @ C @ F), float(contrast.hertz * weights @ moments[1]), float(weights @ S @ F)
+
+
+class _Rise:
+    """The cubic of a press at its root, and its slopes over all that it is made of."""
+
+    def __init__(self, contrast: ContrastLaw, sums: RiseSums, E: float) -> None:
+        self._weights, self._C, self._S = contrast.arrays
+        self._sums = sums
+        self._F, self._two_thirds, self._inverse_roots = sums.with_instrument.astype(np.float64)
+        self._z = math.pow(E, -1.0 / 3.0)
+        self._dome = contrast.hertz * self._z**2 * self._weights
+        _, dome, body = _terms(contrast, sums.with_instrument)
+        self._hertz = dome * self._z**2
+        # z dG/dz / 3: a change dG of the co-moments moves ln E by dG over it
+        self._falling = (2.0 * self._hertz + 3.0 * body * self._z**3) / 3.0
+        _, mean_dome, mean_body = _terms(contrast, sums.means)
+        self.mean_per_log_E = (2.0 * mean_dome * self._z**2 + 3.0 * mean_body * self._z**3) / 3.0
+
+    @property
+    def per_hertz(self) -> float:
+        """Return d ln E / d ln h [1]."""
+        return self._hertz / self._falling
+
+    def per_S(self, change: Floats) -> float:
+        """Return the slope of ln E over a factor of a change of S, (tips, tips)."""
+        return float(self._weights @ change @ self._F) * self._z**3 / self._falling
+
+    def per_tip(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return the slopes of ln E over gains, springs [1], zeros and drifts [1/N], each (tips,)."""
+        of_springs = self._weights @ self._C
+        of_fruit = self._weights @ self._S * self._z**3
+        gains = (of_springs + of_fruit) * self._F + self._dome / 1.5 * self._two_thirds
+        springs = -0.5 * (self._weights * (self._C @ self._F) + of_springs * self._F)
+        zeros = self._dome / 1.5 * self._inverse_roots
+        drifts = self._by_force() * self._sums.with_count / (self._sums.count - 1)
+        return gains / self._falling, springs / self._falling, zeros / self._falling, drifts / self._falling
+
+    def _by_force(self) -> Floats:
+        """Return c_t, the slope of the residual over each force [mm/N], (tips,), at the mean of F^(-1/3)."""
+        by_body = self._weights @ (self._C + self._S * self._z**3)
+        return np.asarray(by_body + self._dome / 1.5 * self._sums.means[2])
+
+    def residual(self, noises: Floats) -> float:
+        """Return s, the standard deviation of the residual of a sample [mm]."""
+        return float(np.linalg.norm(self._by_force() * noises))
+
+    def noise(self, noises: Floats) -> float:
+        """Return the relative standard uncertainty of E by noise [1]."""
+        return self.residual(noises) * math.sqrt(self._sums.spread) / abs(self._falling)
