@@ -18,7 +18,6 @@ _WIDEST_TILT = Bounds(at_least=-30.0, at_most=30.0)
 
 Attitude = Literal["down", "side", "up"]
 Socket = Literal["none", "pin"]
-Strain = Literal["linear", "large"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,8 +225,7 @@ class Press:
     """How the sensor is pressed on: travel from first touch, tilt along the tips, roll across them.
 
     `tilt_spread_deg` is how far the tilt of a press may be off, two sigma. `attitude` says where the tips point, which
-    decides how the weight of the moving parts bends the springs. `strain` says whether the flesh counts as linear, or
-    is solved at large strain as far as the tips go in.
+    decides how the weight of the moving parts bends the springs.
     """
 
     travel_mm: float = quantity(
@@ -262,11 +260,6 @@ class Press:
         ("down", "side", "up"),
         default="side",
         meaning=("where the tips point; the weight of the moving parts then shifts the tips before the press"),
-    )
-    strain: Strain = choice(
-        ("linear", "large"),
-        default="linear",
-        meaning=("linear flesh, or flesh at large strain under level flat tips on a block; see docs/accuracy.md"),
     )
     speed_mm_per_s: float | None = quantity(
         "mm/s",

@@ -23,20 +23,18 @@ from pipeline.reading.measurement import (
     rows_of,
 )
 from pipeline.reading.poses import Placement, Vector, directed, occurring, read_moduli
-from pipeline.reading.read_out import DepthFactor, ReadOut
+from pipeline.reading.read_out import ReadOut
 from pipeline.reading.uncertainty import UncertaintySources, force_errors, noise_to_reach, uncertainty_sources
-from pipeline.response.scene_press import ScenePress, scene_of, tip_curve
+from pipeline.response.scene_press import ScenePress, scene_of
 from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
 from pipeline.storage.plain import first_largest
 from solve.arrays import Floats
-from solve.contact.large_response import flesh_error
 from solve.contact.poses import Pose
-from solve.contact.scene import STEEPEST_DEG, Scene
+from solve.contact.scene import STEEPEST_DEG
 from solve.fruit.compliance import FruitCompliance
 
 NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stated
 LARGEST_TILT_DEG = 15.0  # up to which a lift is looked for
-DEPTHS_BETWEEN = 4  # rows of the curve at large strain to each step of its solved depths
 _STEP = 1e-3  # of the modulus, by which forces are moved to weigh their errors
 _WITHIN_DEG = 0.1  # of the steepest scene that contact is solved for
 _RESOLVED_DEG = 0.05
@@ -329,7 +327,6 @@ def reading_constants(
         full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),
         model_error_percent=100.0 * error,
         level=model.level,
-        large_strain=_depth_factors(scene_of(design)) if design.press.strain == "large" else (),
         signal=design_signal(design, springs),
     )
     if isinstance(model, LineModel):
@@ -345,17 +342,3 @@ def reading_constants(
         fruit_per_mm=rows_of(law.S),
         hertz=law.hertz,
     )
-
-
-def _depth_factors(scene: Scene) -> tuple[DepthFactor, ...]:
-    """Return the curve of a tip, with depths between those that were solved: straight lines will do between them."""
-    curve = tip_curve(scene)
-    solved = len(curve.depths)
-    positions = np.arange(DEPTHS_BETWEEN * (solved - 1) + 1) / DEPTHS_BETWEEN
-    depths = np.interp(positions, np.arange(solved), curve.depths)
-    factors = curve.factor(depths)
-    percents = 100.0 * flesh_error(scene, curve, depths)
-    rows = []
-    for depth, factor, percent in zip(depths.tolist(), factors.tolist(), percents.tolist(), strict=True):
-        rows.append(DepthFactor(depth_sides=depth, factor=factor, error_percent=percent))
-    return tuple(rows)

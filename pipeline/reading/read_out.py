@@ -30,25 +30,15 @@ def corrected(read: float, level: Sequence[LevelReading]) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DepthFactor:
-    """The force of a tip over the linear one [1] at a depth [tip sides], and its relative error [%]."""
-
-    depth_sides: float
-    factor: float
-    error_percent: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class ReadOut:
     """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line through a press.
 
     `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, the largest force of each
     channel, `weights` [1] and `gaps_mm` (tips,). A pair has `own_less_other_per_mm` and None for the terms of a
     contrast; other layouts the other way round. `level` are readings over the range of E which a contrast is corrected
-    by, and a pair on a fruit with a skin: all other terms are those of flesh alone. `large_strain` is the curve of a
-    tip over rising depths; none where the flesh is linear. `lean_mm_per_N` (tips, tips) is what the contrast of domes
-    adds to the springs, for forces that lean; None for other tips. `signal` is what becomes of
-    forces on the way to counts; None where the design names no read-out.
+    by, and a pair on a fruit with a skin: all other terms are those of flesh alone. `lean_mm_per_N` (tips, tips) is
+    what the contrast of domes adds to the springs, for forces that lean; None for other tips. `signal` is what becomes
+    of forces on the way to counts; None where the design names no read-out.
     """
 
     method: str
@@ -62,7 +52,6 @@ class ReadOut:
     fruit_per_mm: Matrix | None = None
     hertz: float | None = None
     lean_mm_per_N: Matrix | None = None
-    large_strain: tuple[DepthFactor, ...] = ()
     signal: SignalPath | None = None
 
     @property

@@ -1,22 +1,19 @@
 """What a user must know beside the verdicts, each a sentence with its number."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from cad.design.parameters import Design
-from cad.theory.deep_press import DeepPress
 from cad.theory.free_fruit import roll, table_share
 from cad.theory.hertz import equivalent_radius
-from cad.theory.soft_tissue import FLESH_LAWS, deepest_solved
+from cad.theory.soft_tissue import FLESH_LAWS, deepest_solved, large_strain_factor
 from pipeline.reading.analysis import Readings
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
 
 ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et al. (2012), doi:10.1007/s11947-011-0528-4
-FIRST_TRAVEL = 0.1  # of the whole, from which the change of P over the travel is told
 
 
 def notes(result: SensorResult) -> list[str]:
@@ -43,7 +40,7 @@ def _of_the_scene(result: SensorResult) -> Iterator[str]:
     """Yield how deep the tips press, what large strain does there, how hard they press, and whose the targets are."""
     design = result.design
     depth = design.press.travel_mm / design.tips.side_mm
-    yield f"press: {depth:.2g} tip sides at most; {_large_strain(result)}"
+    yield f"press: {depth:.2g} tip sides at most; {_large_strain(design, depth)}"
     pressure = mean_tip_pressure(design, result.press)
     yield f"bruise: mean pressure {pressure:.2g} MPa at the largest E and full travel"
     yield (
@@ -52,25 +49,15 @@ def _of_the_scene(result: SensorResult) -> Iterator[str]:
     )
 
 
-def _large_strain(result: SensorResult) -> str:
-    """Return what flesh at large strain does to P and to E read from it, by the curves of one tip."""
-    design = result.design
-    travel = design.press.travel_mm
-    if not design.tips.tip_shape.has_flat_face or travel > deepest_solved() * design.tips.side_mm:
-        if design.press.strain == "large":
-            return "large strain is solved, deeper than the table that tells what the linear law would read"
+def _large_strain(design: Design, depth: float) -> str:
+    """Return what large strain of the flesh does to the force of one tip at a depth [tip sides]."""
+    if not design.tips.tip_shape.has_flat_face or depth > deepest_solved():
         return f"small strain is assumed; large strain was solved for flat tips down to {deepest_solved():g} sides"
-    springs = result.springs.per_spring.stiffnesses
-    press = DeepPress(springs=springs, side=design.tips.side_mm, poisson=design.fruit.poisson)
-    E = min(design.fruit.E_MPa)
-    K_m = E * result.contact.at(E).K_m_over_E()
-    drift = 100.0 * press.drift(K_m, (FIRST_TRAVEL * travel, travel))
-    biases = [100.0 * replace(press, law=law).bias(K_m, travel) for law in FLESH_LAWS]
-    taken = "is solved" if design.press.strain == "large" else "is left out; press.strain = 'large' solves it"
+    changes = [100.0 * (large_strain_factor(depth, design.fruit.poisson, law) - 1.0) for law in FLESH_LAWS]
     return (
-        f"large strain {taken}: at {E:g} MPa P changes by {drift:+.2g} % over the travel and the linear law reads E "
-        f"{biases[0]:+.2g} % off ({min(biases):+.2g} to {max(biases):+.2g} % by the law of the flesh); calibrate at "
-        "the same depth on a body of known E"
+        f"large strain is left out: so deep the force of a tip is {changes[0]:+.2g} % off the linear one "
+        f"({min(changes):+.2g} to {max(changes):+.2g} % by the law of the flesh), which the error bars count; "
+        "calibrate at the same depth on a body of known E"
     )
 
 

@@ -8,20 +8,16 @@ import numpy as np
 from cad.design.parameters import Design
 from cad.quantity import InputError, validation_error
 from cad.theory.two_spring_law import CURVE_STEPS, curve_shares
-from pipeline.storage.cache import cached
 from solve.arrays import Floats
-from solve.contact.large_response import check_large_strain, large_response, round_tip
 from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene, SidewaysGive, check_scene
 from solve.contact.scene_cells import scene_footprints
 from solve.fruit.compliance import FruitCompliance
-from solve.large_strain.force_curve import ForceCurve, force_curve
 
 TRAVELS = 12
 CURVE_TRAVELS = 6
 LINEAR_MODULI = 72  # of the curve; an even number, so that half of E_max is one of them
-REACHED = 1.0 - 1e-9
 _SCAN = 20  # moduli, from the least asked for to E_max, at which P must rise
 
 
@@ -62,12 +58,7 @@ def refuse_unsolvable(design: Design) -> None:
     scene = scene_of(design)
     check_scene(scene)
     _check_skin(scene)
-    if scene.press.strain == "large":
-        if design.reading is not None:
-            bound = "'linear' beside [reading], whose poses are tilted"
-            raise validation_error("press.strain", "large", "", bound, "drop one of them")
-        check_large_strain(scene)
-    elif not scene.linear and not scene.tips.tip_shape.obeys_hertz:
+    if not scene.linear and not scene.tips.tip_shape.obeys_hertz:
         scene_footprints(scene, design.press.travel_mm)
 
 
@@ -76,8 +67,6 @@ def _check_skin(scene: Scene) -> None:
     thickness = scene.fruit.skin_mm
     if thickness is None:
         return
-    if scene.press.strain == "large":
-        raise validation_error("fruit.skin_mm", thickness, "mm", "left out at large strain", "take strain = 'linear'")
     shape = scene.tips.tip_shape
     if not (shape.has_flat_face or shape.obeys_hertz):
         bound = "left out unless tips have flat faces or are domes"
@@ -134,7 +123,7 @@ def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: F
     """
     press = scene.press
     spread = press.tilt_spread_deg
-    if scene.linear or press.strain == "large" or spread == 0.0:
+    if scene.linear or spread == 0.0:
         return ()
     try:
         presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
@@ -150,32 +139,7 @@ def pressed_at(
 
     Raises InputError where the scene is too steep or outside the domain of contact, SolveError.
     """
-    x = travels(scene.press.travel_mm, count)
-    if scene.press.strain == "large":
-        return large_response(scene, contact, C, tip_curve(scene), moduli, x)
-    return scene_response(scene, contact, C, moduli, x)
-
-
-def tip_curve(scene: Scene) -> ForceCurve:
-    """Return the force of one tip at large strain down to the travel, on a spring that does not deflect, kept.
-
-    Raises InputError for a scene that large strain is not solved for, or where no equilibrium was found so deep.
-    """
-    law = check_large_strain(scene)
-    tip = round_tip(scene)
-    travel = scene.press.travel_mm
-    side = scene.tips.side_mm
-    deepest = travel / side
-    inputs = {"tip": tip, "law": law, "deepest": deepest}
-    curve = cached("large-strain", inputs, lambda: force_curve(tip, law, deepest), ForceCurve)
-    if curve.reached < REACHED * deepest:
-        bound = (
-            f"at most {curve.reached * side:.3g} mm = {curve.reached:.3g} tip sides for press.strain = 'large', the "
-            "deepest equilibrium that was found"
-        )
-        remedy = "press less deep, take wider tips or press.strain = 'linear'"
-        raise validation_error("press.travel_mm", travel, "mm", bound, remedy)
-    return curve
+    return scene_response(scene, contact, C, moduli, travels(scene.press.travel_mm, count))
 
 
 def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:

@@ -8,7 +8,6 @@ from cad.quantity import InputError, validation_error
 from cad.theory.two_spring_law import (
     CURVE_STEPS,
     Springs,
-    curve_nonlinearity,
     curve_shares,
     force_ratio,
     hayes_stiffness,
@@ -16,12 +15,8 @@ from cad.theory.two_spring_law import (
     spring_give,
 )
 from pipeline.options import RunOptions
-from pipeline.response.scene_press import curve_moduli, pressed_at, scene_of
-from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
 
-MOST_ROUNDS = 20
-SETTLED = 1e-7  # of P_max, and of NL
 LEAST_RISE = 1e-9  # of P over the moduli, as a fraction of P: of a smaller one round-off leaves too few digits
 
 
@@ -59,8 +54,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     """Return the springs [N/mm] that meet the targets, or those that the design gives, with the fruit stiffness used.
 
     The basis "contact" takes K_m = E / (s11 - s12); "hayes" the paper's circular tip, whose radius is half the side.
-    More tips than two are sized as the pair that stands for them. At large strain the true contact sizes at full
-    travel. Raises InputError where no springs meet the targets.
+    More tips than two are sized as the pair that stands for them. Raises InputError where no springs meet the targets.
     """
     fruit = design.fruit
     pair = contact.per_spring(*design.tips.spring_groups)
@@ -75,12 +69,6 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     K_m_max = fruit.E_max_MPa * K_m_over_E
     stiffening = fruit_stiffening(fruit.E_max_MPa, pair)
     springs = _springs(design, K_m_max, ratio, () if by_hayes else stiffening)
-    if design.press.strain == "large" and not design.springs.given:
-        if by_hayes:
-            raise validation_error(
-                "--fruit-stiffness", "hayes", "", "contact at large strain", "leave it out, or give springs"
-            )
-        springs = _at_large_strain(design, contact, K_m_max, ratio, springs)
     return SpringSizing(
         springs=springs,
         K_m_over_E=K_m_over_E,
@@ -120,33 +108,3 @@ def _springs(design: Design, K_m_max: float, ratio: float, stiffening: tuple[flo
     except ValueError as refused:
         msg = f"targets.{refused}"
         raise InputError(msg, field="targets.NL", value=targets.NL) from refused
-
-
-def _at_large_strain(
-    design: Design, contact: FruitCompliance, K_m_max: float, ratio: float, springs: Springs
-) -> Springs:
-    """Return springs whose response has the targets at full travel; raises InputError where none are found.
-
-    The linear law is asked for other targets, by as much as the response missed the wanted ones, until it has them.
-    """
-    scene = scene_of(design)
-    moduli = curve_moduli(scene)
-    targets = design.nominal_targets
-    P_max_asked = targets.P_max
-    NL_asked = targets.NL
-    for _ in range(MOST_ROUNDS):
-        C = spring_compliance(*design.tips.each(*springs.stiffnesses))
-        P = pressed_at(scene, contact, C, moduli, 1).P[:, -1]
-        P_factor = float(P[-1]) / targets.P_max
-        NL_miss = curve_nonlinearity(P.tolist(), moduli.tolist(), targets.NL_definition) - targets.NL
-        if max(abs(P_factor - 1.0), abs(NL_miss)) <= SETTLED:
-            return springs
-        P_max_asked /= P_factor
-        NL_asked -= NL_miss
-        try:
-            springs = size_springs(P_max_asked, NL_asked, K_m_max, targets.NL_definition, ratio)
-        except ValueError:
-            break
-    bound = "one that springs meet at large strain"
-    remedy = "ask for another NL or press less deep, or take press.strain = 'linear'"
-    raise validation_error("targets.NL", targets.NL, "1", bound, remedy)

@@ -131,8 +131,7 @@ def target_verdicts(
 def displacement_verdict(table: SensorResponse) -> Verdict:
     """Return the verdict on the spread of P over the travel [1], the worst of all moduli.
 
-    The spread may be off by twice the error of P where cells are solved, at large strain by what P may be off more at
-    one travel than at another; where P is one number it is exact.
+    The spread may be off by twice the error of P where cells are solved; where P is one number it is exact.
     """
     name = "P_displacement_independent"
     largest = 0.0
@@ -143,9 +142,7 @@ def displacement_verdict(table: SensorResponse) -> Verdict:
             return target_verdict(name, None, 0.0, SPREAD_TOLERANCE, lifted)
         largest = max(largest, float(np.ptp(touching) / touching.mean()))
     errors = table.P_error[np.isfinite(table.P_error)]
-    error = float(np.ptp(table.P_step, axis=1).max())
-    if table.cells and errors.size:
-        error = 2.0 * float(errors.max())
+    error = 2.0 * float(errors.max()) if table.cells and errors.size else 0.0
     words = "(max P - min P) / mean P over the travel, the worst of all E"
     return target_verdict(name, Estimate(largest, error), 0.0, SPREAD_TOLERANCE, words)
 

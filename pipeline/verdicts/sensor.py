@@ -56,7 +56,7 @@ def sensor_verdicts(
     verdicts = list(reading_verdicts(design, readings))
     if by_ratio and design.targets is not None and (press is not None or scene_of(design).linear):
         manufactured = springs.ideal or springs.housing is not None
-        what = _of_what(design, springs, press, reached)
+        what = _of_what(springs, press, reached)
         verdicts += target_verdicts(reached.P_max, reached.NL, design.targets, what, manufactured=manufactured)
     if not springs.ideal:
         for name, spring in zip(("K_l", "K_h"), springs.springs, strict=True):
@@ -83,22 +83,21 @@ def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSpring
     return Estimate(pressure, relative * pressure, "MPa")
 
 
-def _of_what(design: Design, springs: FittedSprings, press: ScenePress | None, reached: SceneTargets) -> str:
+def _of_what(springs: FittedSprings, press: ScenePress | None, reached: SceneTargets) -> str:
     """Return in words whose P_max and NL the verdicts are on."""
     if springs.ideal:
         return "of springs exactly as they were sized or given"
     if springs.housing is None:
         return "of the target stiffnesses, which were not made"
-    return _of_scene(design, press, reached)
+    return _of_scene(press, reached)
 
 
-def _of_scene(design: Design, press: ScenePress | None, reached: SceneTargets) -> str:
+def _of_scene(press: ScenePress | None, reached: SceneTargets) -> str:
     if press is None or press.level:
         return "of a level sensor on flat fruit"
     P_max, NL = reached.level
-    large = design.press.strain == "large"
-    what = "the same sensor at small strain" if large else "a level sensor on flat fruit"
-    return f"at full travel in this scene; {what} has P_max {P_max.value:.4g}, NL {NL.value:.3g}"
+    level = f"P_max {P_max.value:.4g}, NL {NL.value:.3g}"
+    return f"at full travel in this scene; a level sensor on flat fruit has {level}"
 
 
 def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizing) -> tuple[Verdict, ...] | None:
@@ -112,7 +111,7 @@ def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizin
     press = press_scene(design, contact, C)
     reached = scene_targets(characteristic(contact, sizing, PAPER_SPRINGS), PAPER_TARGETS, contact, C, press)
     return (
-        *target_verdicts(reached.P_max, reached.NL, PAPER_TARGETS, _of_scene(design, press, reached)),
+        *target_verdicts(reached.P_max, reached.NL, PAPER_TARGETS, _of_scene(press, reached)),
         displacement_verdict(press.table),
         monotonic_verdict(press.scan),
     )

@@ -11,9 +11,9 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from solve.arrays import Floats, Ints
-from solve.large_strain.elements import quadratic, quadratic_slope, tensor_product
-from solve.large_strain.flesh_law import FleshLaw
-from solve.large_strain.stretch import mode_stiffness, principal_modes, principal_stretches
+from solve.compression.flesh_law import FleshLaw
+from solve.compression.quadratic import quadratic, quadratic_slope, tensor_product
+from solve.compression.stretch import mode_stiffness, principal_modes, principal_stretches
 
 # Two Gauss points each way: with three, quadratic elements lock as nu nears 0.5. O. C. Zienkiewicz, R. L. Taylor,
 # The Finite Element Method (2000), volume 1, section 12.5.

@@ -8,9 +8,9 @@ import numpy as np
 
 from solve.arrays import Floats
 from solve.compression.body import HalfBody, Section
+from solve.compression.flesh_law import FleshLaw
 from solve.compression.press import pressed
 from solve.compression.tool import Tool
-from solve.large_strain.flesh_law import FleshLaw
 
 COARSE = 1.0
 FINE = 1.5

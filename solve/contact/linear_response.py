@@ -27,8 +27,8 @@ class SensorResponse:
     The force ratio P and the ratio of the force slopes over the travel [1], both of tips on high springs over low
     ones, have shape (moduli, travels) and are nan where a tip is off the fruit. So do the relative errors [1]:
     `F_error` of the forces of the tips that touch (nan where none does), `P_error` of P. `P_step` [1] is by how much P
-    lies, over itself, above that on a coarser grid of cells, or at large strain above that of flesh as far off as its
-    curve may be; 0 where the law is linear. `cells` counts the contact cells, 0 where the law is linear.
+    lies, over itself, above that on a coarser grid of cells. `cells` counts the contact cells. Both are 0 where the law
+    needs no cells.
     """
 
     E: Floats

@@ -56,8 +56,8 @@ class Scene:
 
     @property
     def linear(self) -> bool:
-        """Say whether flat sharp faces meet flat linear flesh level: each then touches whole or not at all."""
-        level = self.press.tilt_deg == 0.0 and self.press.roll_deg == 0.0 and self.press.strain == "linear"
+        """Say whether flat sharp faces meet flat flesh level: each then touches whole or not at all."""
+        level = self.press.tilt_deg == 0.0 and self.press.roll_deg == 0.0
         return level and self.fruit.shape == "block" and self.tips.tip_shape.is_flat
 
     @property

@@ -87,14 +87,6 @@ def read_report(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def deep_report():
-    """Return what the report of a pair has beside the others' keys where its fruit is at large strain."""
-    result = result_of(Design(press=Press(strain="large", travel_mm=0.05)))
-    data = report_mapping(result)
-    return {key: data[key] for key in ("tips", "read_out", "reading")}
-
-
-@pytest.fixture(scope="module")
 def seated_report():
     """Return what the report of a sensor has of its housing where its domes stand beside the middles of their faces."""
     result = result_of()
@@ -115,13 +107,13 @@ def timed_report():
 
 
 @pytest.mark.slow
-def test_every_key_is_explained(report, read_report, deep_report, seated_report, timed_report):
-    assert unexplained(all_leaves(report, read_report, deep_report, seated_report, timed_report), "key") == set()
+def test_every_key_is_explained(report, read_report, seated_report, timed_report):
+    assert unexplained(all_leaves(report, read_report, seated_report, timed_report), "key") == set()
 
 
 @pytest.mark.slow
-def test_no_explained_key_is_missing(report, read_report, deep_report, seated_report, timed_report):
-    found = all_leaves(report, read_report, deep_report, seated_report, timed_report)
+def test_no_explained_key_is_missing(report, read_report, seated_report, timed_report):
+    found = all_leaves(report, read_report, seated_report, timed_report)
     assert [key for key in explained("key") if not any(pattern(key).fullmatch(path) for path in found)] == []
     assert {key.split(".")[0].split("[")[0] for key in explained("key")} == {*report, *timed_report}
 

@@ -18,9 +18,9 @@ from scipy.sparse.linalg import splu
 
 from solve.compression import body as half_body
 from solve.compression.body import HalfBody, Section
+from solve.compression.flesh_law import FleshLaw
+from solve.compression.quadratic import quadratic, quadratic_slope
 from solve.contact.domes.large_strain import FIT, FIT_OF_EDGE, large_strain
-from solve.large_strain.elements import quadratic, quadratic_slope
-from solve.large_strain.flesh_law import FleshLaw
 
 DOMES = (0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7)  # contact radius over the dome's
 FRUITS = (0.0, 0.05, 0.1)  # contact radius over the fruit's

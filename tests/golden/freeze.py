@@ -40,7 +40,6 @@ RUNS: dict[str, list[str]] = {
         *("--set", "fruit.shape=ellipsoid", "--set", "fruit.radius_mm=35", "--set", "fruit.radius_across_mm=30"),
         *("--set", "fruit.height_mm=", "--set", "fruit.thickness_mm=12"),
     ],
-    "deep": ["--set", "press.strain=large"],
     "unprintable": ["--nl", "0.002"],
 }
 """The flags of `pipeline run` by the name of the scene."""

@@ -7,7 +7,7 @@ import pytest
 from golden.freeze import NUMBERS, RUNS, frozen, machine
 
 QUICK = ("paper",)
-SLOW = ("mango", "deep")
+SLOW = ("mango",)
 SCENES = [
     pytest.param(name, marks=() if name in QUICK else pytest.mark.slow if name in SLOW else pytest.mark.study)
     for name in RUNS

@@ -72,14 +72,10 @@ def execute(arguments: Namespace) -> int:
 
 
 def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
-    from pipeline.measure.unit.measuring import LAW_OF_FLESH
-
     if not sensor.report.moduli:
         print_error(
             "note: the design has no [reading]; the uncertainty holds for level presses in the middle of the fruit"
         )
-    if sensor.deep is not None:
-        print_error(f"note: {LAW_OF_FLESH}")
     if sensor.design.fruit.relaxation is not None:
         at = sensor.design.read_s
         print_error(f"note: E is that at the first instant; the apparent one is that at {at:g} s")

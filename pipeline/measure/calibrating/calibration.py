@@ -25,7 +25,7 @@ from pipeline.measure.measured_table import (
     place_of,
     read_csv,
 )
-from pipeline.measure.unit.measuring import LAW_OF_FLESH, MeasuringUnit
+from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.stored import StoredReport
@@ -101,7 +101,7 @@ def calibrated(
     )
     if channels is not None:
         unit = _with_channels(unit, channels, report)
-    assumed = [] if as_designed.deep is None else [LAW_OF_FLESH]
+    assumed = []
     reading = report.design.reading
     if plate is not None:
         unit = _on_plate(unit, plate, table, channels, springs, report)

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_slopes, read_modulus
 from cad.theory.leaf_spring import pair_length
-from pipeline.measure.unit.deep_pair import one_sample
-from pipeline.measure.unit.deep_reading import curve_contribution
 from pipeline.measure.unit.fruit_reading import Sensitivity
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import ratio_sensitivity
@@ -42,11 +40,8 @@ class UnitRow:
 
 
 def error_sources(sensor: MeasuringUnit) -> str:
-    """Return what the error of a calibrated unit counts: its springs, on a plate its channels, the curve of a tip."""
-    channels = " and deflections" if sensor.unit.calibrated_by == "plate" else ""
-    if sensor.deep is None:
-        return f"by the springs{channels}" if channels else "by the springs alone"
-    return f"by springs{channels} and curve of a tip"
+    """Return what the error of a calibrated unit counts: its springs, on a plate its channels too."""
+    return "by the springs and deflections" if sensor.unit.calibrated_by == "plate" else "by the springs alone"
 
 
 def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
@@ -56,13 +51,10 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
     for E in np.geomspace(least, largest, MODULI).tolist():
         forces = level_forces(sensor, E)
         low, high = (float(forces[list(group)].mean()) for group in sensor.design.tips.spring_groups)
-        by_curve = 0.0
-        if sensor.deep is not None:
-            by_curve = error_by_curve(curve_contribution(sensor.deep, one_sample(forces), E))
         with_design = None
         with suppress(ReadingError):
             with_design = _read_level(nominal, forces) / E - 1.0
-        u = math.hypot(COVERAGE * math.hypot(*_by_unit(sensor, forces, E)), by_curve)
+        u = COVERAGE * math.hypot(*_by_unit(sensor, forces, E))
         rows.append(UnitRow(E=E, forces=tuple(forces.tolist()), P=high / low, u=u, with_design=with_design))
     return tuple(rows)
 
@@ -70,12 +62,9 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
 def level_forces(sensor: MeasuringUnit, E: float) -> Floats:
     """Return the forces of all tips [N] of a level unit at full travel on a fruit of modulus E [MPa].
 
-    Of a line or a square they are those that read as E does; at large strain they are by the curve of a tip. Raises
-    ReadingError where a tip is off.
+    Of a line or a square they are those that read as E does. Raises ReadingError where a tip is off.
     """
     travel = sensor.design.press.travel_mm
-    if sensor.deep is not None:
-        return sensor.deep.forces(E, travel)
     law = sensor.law
     modulus = sensor.read_as(E)
     if law is None:
@@ -114,14 +103,6 @@ def _by_unit(sensor: MeasuringUnit, forces: Floats, E: float) -> list[float]:
 def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
     """Return the half width that holds 95 % of a value [its unit] by its springs, of its slopes over their logs."""
     return COVERAGE * float(np.linalg.norm(np.multiply(slopes, sensor.unit.K_percent))) * 0.01
-
-
-def error_by_curve(bound: float) -> float:
-    """Return the half width that holds 95 % of a value that the curve of a tip moves by at most a bound [same unit].
-
-    What lies anywhere within a bound has the bound over the root of three as standard deviation (JCGM 100:2008, 4.3.7).
-    """
-    return COVERAGE * bound / math.sqrt(3.0)
 
 
 def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:

@@ -11,8 +11,8 @@ from cad.theory.hertz import force_factor
 from cad.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
 from pipeline.measure.compression.bodies import POINT_CONTACT, Body, Plunger
 from solve.arrays import Floats
+from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import Press, fitted_curve, force_curve
-from solve.large_strain.flesh_law import FleshLaw
 
 _STEPS = 400
 _HERTZ_HOLDS = 0.1  # of the relative radius, on each side that is pressed in: Hertz's strain is small up to there

@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 
-from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw
 from pipeline.measure.template import rendered
 from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
-from pipeline.measure.unit.measuring import SAME_DEPTH, MeasuringUnit
+from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES
 
 
@@ -24,10 +23,6 @@ def micropython(sensor: MeasuringUnit) -> str:
 
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return what the templates name: forces [N], lengths [mm], moduli [MPa]."""
-    if sensor.deep is not None:
-        bound = "'linear' for firmware, which holds the linear law"
-        hint = f"read with pipeline read, or run the design with press.strain=linear and {SAME_DEPTH}"
-        raise validation_error("press.strain", sensor.design.press.strain, "", bound, hint)
     least, largest = sensor.range_MPa
     law = _pair_constants(sensor) if sensor.law is None else _contrast_constants(sensor.law)
     rows = sensor.report.read_out.level

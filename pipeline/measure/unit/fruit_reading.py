@@ -145,29 +145,19 @@ def checked_reading(
     )
 
 
-def half_width(
-    sensor: MeasuringUnit,
-    E: float,
-    deviations: Sequence[float],
-    bounds: Sequence[float] = (),
-    *,
-    curve_by_poisson: float = 0.0,
-) -> float:
+def half_width(sensor: MeasuringUnit, E: float, deviations: Sequence[float]) -> float:
     """Return the half width that holds 95 % of a reading of E [MPa], as a fraction of it [1].
 
-    `deviations` are standard deviations [1], `bounds` those of biases [1] beside the design's own; `curve_by_poisson`
-    [1] is the slope of ln E over nu by the curve of a tip.
+    `deviations` are standard deviations [1] beside the biases of the design.
 
     A bias may lie anywhere within its bound: its standard deviation is the bound over the root of three (JCGM 100:2008,
-    4.3.7). What is felt is E / (1 - nu^2), so a standard deviation dnu moves E by 2 nu dnu / (1 - nu^2), less what the
-    curve moves it: both are of one nu.
+    4.3.7). What is felt is E / (1 - nu^2), so a standard deviation dnu moves E by 2 nu dnu / (1 - nu^2).
     """
     fruit = sensor.design.fruit
-    felt = -2.0 * fruit.poisson / (1.0 - fruit.poisson**2)
-    by_poisson = (felt + curve_by_poisson) * fruit.poisson_spread
+    by_poisson = -2.0 * fruit.poisson / (1.0 - fruit.poisson**2) * fruit.poisson_spread
     steepness = sensor.steepness(E)
     by_heat = sensor.modulus_drift
-    by_bias = math.hypot(sensor.bias(E), steepness * sensor.model_error, *bounds) / math.sqrt(3.0)
+    by_bias = math.hypot(sensor.bias(E), steepness * sensor.model_error) / math.sqrt(3.0)
     return COVERAGE * math.hypot(*(steepness * deviation for deviation in deviations), by_heat, by_poisson, by_bias)
 
 

@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE
-from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw, Matrix, stiffened
 from cad.theory.pair_line import ratio_modulus
-from pipeline.measure.unit.deep_pair import DeepPair
 from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import corrected
@@ -22,29 +20,17 @@ from solve.contact.domes.large_strain import large_strain
 
 Floats = NDArray[np.float64]
 
-SAME_DEPTH = "calibrate at the same depth on a body of known E"
-LAW_OF_FLESH = f"at large strain flesh is taken for log neo-Hooke, which no fruit promises: {SAME_DEPTH}"
 PAIR_TILT_DEG = 2.0  # beyond it a press of a pair is told to be crooked, where the design names no tilt
 _ALLOWED_OVER_SCALE = 20.0  # a force beyond so many full scales is none of this sensor's, or in another unit
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuringUnit:
-    """A design's report with one printed unit of it, and the ripeness classes that its readings fall in, if any.
-
-    Raises InputError for a design at large strain that is no pair: the contrast of more tips is linear in 1 / E.
-    """
+    """A design's report with one printed unit of it, and the ripeness classes that its readings fall in, if any."""
 
     report: StoredReport
     unit: PrintedUnit
     classes: RipenessClasses | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse a line or a square whose fruit is not linear."""
-        design = self.report.design
-        if design.press.strain != "linear" and not design.tips.tip_layout.is_pair:
-            bound = f"'linear' where a {design.tips.layout} is calibrated or read"
-            raise validation_error("press.strain", design.press.strain, "", bound, SAME_DEPTH)
 
     @property
     def design(self) -> Design:
@@ -64,22 +50,6 @@ class MeasuringUnit:
         if designed is None:
             return None
         return replace(designed, gaps=tuple(np.subtract(designed.gaps, self.unit.height_mm).tolist()))
-
-    @cached_property
-    def deep(self) -> DeepPair | None:
-        """Return the law of a pair whose tips go deep; None where the flesh is linear."""
-        rows = self.report.read_out.large_strain
-        if not rows:
-            return None
-        depths, factors, percent = np.transpose([(row.depth_sides, row.factor, row.error_percent) for row in rows])
-        return DeepPair(
-            C=np.array(self.C),
-            S=np.array(self.report.contact.compliance_per_mm),
-            side=self.design.tips.side_mm,
-            depths=depths,
-            factors=factors,
-            errors=0.01 * percent,
-        )
 
     @property
     def own_less_other(self) -> float:
@@ -205,8 +175,6 @@ class MeasuringUnit:
 
     def ratio_modulus(self, forces: Floats) -> float:
         """Return the modulus [MPa] that a level pair reads of forces [N] by their ratio; raises ReadingError."""
-        if self.deep is not None:
-            return self.deep.ratio_modulus(forces)
         return ratio_modulus(self.C, self.own_less_other, forces.tolist())
 
     def with_stiffness(self, tip: int, factor: float) -> "MeasuringUnit":

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.pair_line import FEWEST, PairLine, PressSums, line_of_sums
-from pipeline.measure.unit.deep_pair import Samples
-from pipeline.measure.unit.deep_reading import deep_reading, deep_single_reading
 from pipeline.measure.unit.fruit_reading import (
     FruitReading,
     Sensitivity,
@@ -79,10 +77,6 @@ class PairPress:
             return FruitReading(flags=("lift_off",))
         end = 1 + int(np.argmax([block.soft + block.stiff for block in blocks]))
         blocks = blocks[:end]
-        if self._sensor.deep is not None:
-            counts = np.array([float(block.count) for block in blocks])
-            forces = np.array([[block.soft, block.stiff] for block in blocks])
-            return deep_reading(self._sensor, self._sensor.deep, Samples(counts, forces))
         reading = _line_reading(self._sensor, blocks)
         strokes = _joined(_last_third(self._strokes.sums[:end]))
         if strokes.count < FEWEST or not strokes.soft_stiff > 0.0:
@@ -101,8 +95,6 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     if flags:
         return FruitReading(flags=flags)
     try:
-        if sensor.deep is not None:
-            return deep_single_reading(sensor, sensor.deep, forces)
         E = sensor.corrected(sensor.ratio_modulus(forces))
     except ReadingError:
         return FruitReading(flags=("out_of_range",))

@@ -185,9 +185,8 @@ def _left_out_of_contact(design: Design, depths: PerTip) -> Iterator[Effect]:
 
     sides_deep = [depth / design.tips.side_mm for depth in depths]
     reason = f"FE of one tip, {max(sides_deep):.2g} tip sides deep"
-    if design.press.strain == "linear":
-        strained = tuple(large_strain_factor(depth, poisson) - 1.0 for depth in sides_deep)
-        yield Effect(name="large strain", reason=reason, fruit=strained)
+    strained = tuple(large_strain_factor(depth, poisson) - 1.0 for depth in sides_deep)
+    yield Effect(name="large strain", reason=reason, fruit=strained)
     apart = tuple(constitutive_spread(depth, poisson) for depth in sides_deep)
     reason = f"{reason}; Hencky and foam apart, with neo-Hooke between"
     yield Effect(name="law of the flesh", reason=reason, fruit=apart)

@@ -228,16 +228,3 @@ def test_force_ratio_must_rise_with_the_modulus():
     assert (swapped.passed, swapped.value < 0.0) == (False, True)
     lifted = monotonic_verdict(responses(PAPER_SPRINGS, ahead=(-0.7, 0.7)))
     assert (lifted.passed, lifted.value) == (False, None)
-
-
-def test_spread_at_large_strain_has_the_error_that_differs_over_the_travel():
-    """What P is off by at all travels alike leaves its spread as it is; what it is off by at depth alone moves it."""
-    linear = responses(PAPER_SPRINGS)
-    falling = dataclasses.replace(linear, P=linear.P * (1.0 - 0.009 * X / X[-1]))
-    at_depth, alike, unknown = (
-        displacement_verdict(dataclasses.replace(falling, P_step=step + 0.0 * linear.P))
-        for step in (0.003 * X / X[-1], 0.003, 0.02 * X / X[-1])
-    )
-    assert (at_depth.error, alike.error) == (pytest.approx(0.003 * 11.0 / 12.0), 0.0)
-    assert (at_depth.passed, alike.passed, unknown.passed) == (True, True, None)
-    assert displacement_verdict(dataclasses.replace(linear, P=linear.P * (1.0 - 0.02 * X / X[-1]))).passed is False

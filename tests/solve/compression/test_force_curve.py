@@ -7,9 +7,9 @@ from scipy.optimize import brentq
 from cad.theory.hertz import force_factor
 from cad.theory.soft_tissue import FLESH_LAWS
 from solve.compression.body import HalfBody, Section
+from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import Press, fitted_curve, force_curve
 from solve.compression.press import pressed
-from solve.large_strain.flesh_law import FleshLaw
 from solve.linear import SolveError
 
 BALL = Section(half_height=35.0, radius=35.0)

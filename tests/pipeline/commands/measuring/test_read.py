@@ -10,9 +10,6 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, result_of
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Press
 from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
 
@@ -48,16 +45,6 @@ class Printed:
 @pytest.fixture(scope="module")
 def paper(tmp_path_factory):
     return Printed(tmp_path_factory.mktemp("read") / "paper", None)
-
-
-@pytest.fixture(scope="module")
-def deep(tmp_path_factory):
-    """Return the sensor at large strain on flesh of nu 0.45."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        return Printed(
-            tmp_path_factory.mktemp("deep") / "deep", Design(press=Press(strain="large"), fruit=Fruit(poisson=0.45))
-        )
 
 
 @pytest.fixture
@@ -162,18 +149,6 @@ def test_wrong_input_is_refused_and_writes_nothing(paper, tmp_path, monkeypatch,
     answer = capsys.readouterr()
     assert answer.out == ""
     assert answer.err.splitlines()[-1].startswith("pipeline: ")
-
-
-def test_press_at_large_strain_is_read_by_its_table(deep, capsys, written):
-    """The forces of response.csv read as their own modulus, by another law of flesh as another one."""
-    table = deep.result.press.table
-    lines = [f"{0.001 * index},{low},{high}\n" for index, (low, high) in enumerate(table.F[1].tolist())]
-    assert main(["read", deep.folder, written("t_s,F_l_N,F_h_N\n" + "".join(lines)), "--json"]) == 0
-    reading = json.loads(capsys.readouterr().out)
-    E = float(table.E[1])
-    assert reading["E_MPa"] == pytest.approx(E, rel=1e-4)
-    assert reading["E_force_ratio_MPa"] == pytest.approx(E, rel=1e-4)
-    assert abs(reading["E_hencky_MPa"] / E - 1.0) > 0.01
 
 
 def test_reading_imports_no_solver(paper):

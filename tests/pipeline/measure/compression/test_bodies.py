@@ -18,8 +18,8 @@ from virtual_compression import specimen
 from pipeline.measure.compression.bodies import Block, CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger
 from pipeline.measure.compression.force_law import TestGeometry, hertz_law, solved_law
 from pipeline.measure.compression.modulus import measured_modulus
+from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import FINE, fitted_curve
-from solve.large_strain.flesh_law import FleshLaw
 
 HALF_HEIGHT = 10.0  # of every body tested [mm]
 LENGTH = 200.0  # of the cylinder on its side [mm]: its ends are few

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from stand_ins import CONTACT, ERRORS, K_M_OVER_E, LENGTHS, sizing_of, springs_of
 
 from cad.design.fruit import Fruit
-from cad.design.parameters import Design, GivenSprings, Print, Targets
+from cad.design.parameters import Design, Print, Targets
 from cad.design.tips import Press, Tips
 from cad.theory.rounded_edge import edge_loss
 from cad.theory.sloped_skin import frictionless_press
@@ -220,11 +220,6 @@ def test_flat_tips_that_slide_give_sideways():
         (Design(print=Print(process="sls-pa12")), "K_l", "elephant's foot"),
         (Design(fruit=SPHERE), "P_max", "free fruit"),
         (Design(press=Press(attitude="down")), "P_max", "weight"),  # it is part of the scene
-        (
-            Design(press=Press(strain="large"), springs=GivenSprings(K_l_N_per_m=906.0, K_h_N_per_m=2e4)),
-            "P_max",
-            "large strain",
-        ),
     ],
 )
 def test_effect_that_does_not_act_is_not_listed(design, number, effect):

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from reference.flat_punch.body import RoundBody
+from reference.flat_punch.grid import press_grid
+from reference.flat_punch.newton import Equilibrium, NoEquilibriumError, PressedBody
+from reference.flat_punch.tip_profile import RoundTip
 
 from solve.arrays import Flags, Floats
-from solve.large_strain.body import RoundBody
-from solve.large_strain.flesh_law import FleshLaw
-from solve.large_strain.grid import press_grid
-from solve.large_strain.newton import Equilibrium, NoEquilibriumError, PressedBody
-from solve.large_strain.tip_profile import RoundTip
+from solve.compression.flesh_law import FleshLaw
 
 LARGEST_STEP = 0.05  # of the depth [tip sides]
 LEAST_STEP = 1e-2  # of the deepest depth: below, the press ends

@@ -4,15 +4,15 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
+from reference.flat_punch.curve_error import fillet_loss, rim_error, unseen_error
+from reference.flat_punch.press import TipPress, pressed
+from reference.flat_punch.tip_profile import RoundTip
 from scipy.interpolate import PchipInterpolator
 
 from cad.quantity import validation_error
 from solve.arrays import Floats
+from solve.compression.flesh_law import FleshLaw
 from solve.error_estimate import SolveInfo
-from solve.large_strain.curve_error import fillet_loss, rim_error, unseen_error
-from solve.large_strain.flesh_law import FleshLaw
-from solve.large_strain.press import TipPress, pressed
-from solve.large_strain.tip_profile import RoundTip
 from solve.linear import SolveError
 
 DEPTH_FRACTIONS = (
@@ -45,8 +45,8 @@ class ForceCurve:
     """The force over the linear one, `factors` [1] with their `errors` [1], at depths [tip sides] that were solved.
 
     The linear force is that of the sharp tip, which grips too. `grip` [1] is how much stiffer it is than one that
-    slides, at small strain. `asked` [tip sides] is the depth that
-    was asked for: the curve ends before it where no equilibrium was found.
+    slides, at small strain. `asked` [tip sides] is the depth that was asked for: the curve ends before it where no
+    equilibrium was found.
     """
 
     depths: tuple[float, ...]
@@ -69,18 +69,6 @@ class ForceCurve:
         self._check_depth(depth)
         curve = PchipInterpolator(self.depths, self.factors)
         return np.asarray(curve(np.maximum(depth, self.depths[0])), dtype=np.float64)
-
-    def force(self, depth: Floats) -> tuple[Floats, Floats]:
-        """Return g(d) d [tip sides] and its slope [1] at depths d [tip sides] of any shape; 0 above the skin.
-
-        Beyond the deepest that was solved the factor goes on as at it, for iterations on the way to an equilibrium.
-        """
-        within = np.clip(depth, self.depths[0], self.depths[-1])
-        curve = PchipInterpolator(self.depths, self.factors)
-        inside = within == depth
-        touching = np.maximum(depth, 0.0)
-        slope = curve(within) + np.where(inside, touching * curve.derivative()(within), 0.0)
-        return np.asarray(curve(within) * touching), np.where(depth > 0.0, slope, 0.0)
 
     def error(self, depth: Floats) -> Floats:
         """Return the error of the factor [1] at depths [tip sides] of any shape; raises as `factor`."""
@@ -122,7 +110,7 @@ def force_curve(tip: RoundTip, law: FleshLaw, deepest: float) -> ForceCurve:
     apart = np.flatnonzero(difference > MOST_APART)
     count = int(apart[0]) if len(apart) else solved
     if count == 0:
-        msg = f"large strain: no equilibrium at {depths[0]:.3g} tip sides; take press.strain = 'linear'"
+        msg = f"large strain: no equilibrium at {depths[0]:.3g} tip sides"
         raise SolveError(msg)
     status = f"meshes of {coarse.dofs} and {fine.dofs} unknowns, {fine.iterations} iterations"
     if count == len(depths):

@@ -7,13 +7,13 @@ inside out. Where the exact matrix is not positive definite the one without nega
 from dataclasses import dataclass
 
 import numpy as np
+from reference.flat_punch.body import Deformed, RoundBody, whole_matrices
+from reference.flat_punch.elements import COLUMNS, ROWS
+from reference.flat_punch.grid import Grid
+from reference.flat_punch.tip_profile import Distance, RoundTip
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
 from solve.arrays import Flags, Floats
-from solve.large_strain.body import Deformed, RoundBody, whole_matrices
-from solve.large_strain.elements import COLUMNS, ROWS
-from solve.large_strain.grid import Grid
-from solve.large_strain.tip_profile import Distance, RoundTip
 from solve.linear import SolveError
 
 PENALTY = 1e4  # pressure over penetration [E / tip side]

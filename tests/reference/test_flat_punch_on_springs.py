@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import pytest
+from reference.flat_punch.two_springs import DeepPress
 
-from cad.theory.deep_press import DeepPress
 from cad.theory.two_spring_law import Springs, force_ratio
 
 SPRINGS = Springs(K_l=0.906, K_h=20.83)

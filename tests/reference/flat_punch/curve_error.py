@@ -7,10 +7,10 @@ Fractions of the force over the linear one [1], each the most over three laws, n
 import math
 
 import numpy as np
+from reference.flat_punch.grid import fillet_elements
+from reference.flat_punch.press import TipPress
 
 from solve.arrays import Floats
-from solve.large_strain.grid import fillet_elements
-from solve.large_strain.press import TipPress
 
 PENALTY = 2e-4  # against a penalty ten times as stiff
 FAR_ELEMENTS = 1.1e-3  # against elements that grow by half as much from one to the next, on fillets

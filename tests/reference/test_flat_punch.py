@@ -9,18 +9,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reference.flat_punch import force_curve as module
+from reference.flat_punch import newton, press
+from reference.flat_punch.curve_error import fillet_covered, fillet_loss
+from reference.flat_punch.force_curve import force_curve
+from reference.flat_punch.press import TipPress, pressed
+from reference.flat_punch.table import RADIUS
+from reference.flat_punch.tip_profile import RoundTip
 
 from cad.quantity import InputError
 from cad.theory.soft_tissue import no_slip
-from solve.large_strain import force_curve as module
-from solve.large_strain import newton, press
-from solve.large_strain.curve_error import fillet_covered, fillet_loss
-from solve.large_strain.flesh_law import FleshLaw
-from solve.large_strain.force_curve import force_curve
-from solve.large_strain.press import TipPress, pressed
-from solve.large_strain.tip_profile import RoundTip
+from solve.compression.flesh_law import FleshLaw
 
-RADIUS = 1.0 / math.sqrt(math.pi)  # of the circle with the area of a square tip
 DEPTHS = np.array([0.002, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
 STATED = 0.004  # error of the independent program
 INDEPENDENT = {
@@ -95,7 +95,7 @@ def test_other_laws_are_too(name, poisson):
 @pytest.mark.parametrize(("ratio", "published"), [(0.2, 1.207), (0.4, 1.473), (1.0, 2.484)])
 def test_small_strain_is_that_of_a_punch_on_a_bonded_layer(ratio, published, monkeypatch):
     """F = kappa 2 r E d / (1 - nu^2) with kappa of W. C. Hayes et al., 1972, at nu = 0.3; known to 0.002."""
-    monkeypatch.setattr("solve.large_strain.grid.BODY_HEIGHT", RADIUS / ratio)
+    monkeypatch.setattr("reference.flat_punch.grid.BODY_HEIGHT", RADIUS / ratio)
     depth = 1e-4
     coarse, fine = (
         pressed(TipPress(tip=RoundTip(radius=RADIUS), law=FleshLaw(), refinement=each), (depth,)) for each in (1, 2)

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-
-from solve.large_strain.tip_profile import RoundTip
+from reference.flat_punch.tip_profile import RoundTip
 
 TIPS = {"sharp": RoundTip(radius=0.5), "rounded": RoundTip(radius=0.5, edge=0.1)}
 

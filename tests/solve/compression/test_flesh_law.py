@@ -3,8 +3,8 @@ import pytest
 
 from cad.quantity import InputError
 from cad.theory.soft_tissue import FLESH_LAWS
+from solve.compression.flesh_law import FleshLaw
 from solve.elasticity import lame_parameters
-from solve.large_strain.flesh_law import FleshLaw
 
 POISSONS = (0.0, 0.3, 0.49)
 

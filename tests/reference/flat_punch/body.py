@@ -9,12 +9,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from reference.flat_punch.elements import COLUMNS, DOFS, PAIRS, ROWS, quadratic_elements
+from reference.flat_punch.grid import Grid
 
 from solve.arrays import Floats, Ints
-from solve.large_strain.elements import COLUMNS, DOFS, PAIRS, ROWS, quadratic_elements
-from solve.large_strain.flesh_law import FleshLaw
-from solve.large_strain.grid import Grid
-from solve.large_strain.stretch import mode_stiffness, principal_modes, principal_stretches
+from solve.compression.flesh_law import FleshLaw
+from solve.compression.stretch import mode_stiffness, principal_modes, principal_stretches
 
 _REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])[:, None, None]  # F without displacement
 

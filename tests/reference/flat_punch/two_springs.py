@@ -4,11 +4,15 @@ The fruit under a tip carries K_m g(d) d, with d the indentation and g the facto
 side, and its spring K (x - d). Lengths in mm, forces in N.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.theory.bisection import last_holding
-from cad.theory.soft_tissue import FleshLawName, large_strain_factor
-from cad.theory.two_spring_law import Springs, fruit_stiffness
+from cad.theory.soft_tissue import FLESH_LAWS, FleshLawName, large_strain_factor
+from cad.theory.two_spring_law import PAPER_SPRINGS, Springs, force_ratio, fruit_stiffness
+from pipeline.response.contact import contact_compliance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,3 +52,25 @@ class DeepPress:
             return flesh < K * (travel - depth)
 
         return last_holding(spring_bears_more, 0.0, travel)
+
+
+POISSONS = (0.3, 0.4, 0.45, 0.49)
+FIRST, TRAVELS = 0.06, (0.1, 0.3, 0.6)  # [mm]
+
+
+def accuracy_rows() -> Iterator[str]:
+    """Yield the rows of the table in docs/accuracy.md: what large strain does to the paper's press on 1 MPa.
+
+    For each Poisson's ratio and law: P, linear and large at both ends of the travel, its change, and the error of E.
+    """
+    for poisson in POISSONS:
+        K_m = contact_compliance(Fruit(poisson=poisson), Tips(), "split", 1e-3).K_m_over_E()
+        linear = force_ratio(PAPER_SPRINGS, K_m)
+        press = DeepPress(springs=PAPER_SPRINGS, side=1.0, poisson=poisson)
+        for law in FLESH_LAWS:
+            deep = replace(press, law=law)
+            ratios = [f"{deep.ratio(K_m, travel):.3f}" for travel in (FIRST, TRAVELS[-1])]
+            drift = f"{100.0 * deep.drift(K_m, (FIRST, TRAVELS[-1])):+.1f} %"
+            biases = [f"{100.0 * deep.bias(K_m, travel):+.1f} %" for travel in TRAVELS]
+            cells = [f"{poisson:g}", law, f"{linear:.3f}", *ratios, "0", drift, "0", *biases]
+            yield f"| {' | '.join(cells)} |"

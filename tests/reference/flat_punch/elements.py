@@ -7,9 +7,10 @@ Arrays have the elements last, so that a sum over shape functions is one matrix 
 from dataclasses import dataclass
 
 import numpy as np
+from reference.flat_punch.grid import Grid
 
 from solve.arrays import Floats
-from solve.large_strain.grid import Grid
+from solve.compression.quadratic import quadratic, quadratic_slope, tensor_product
 
 POINTS = 3  # Gauss points along each direction
 DOFS = 18  # of an element
@@ -78,18 +79,3 @@ def quadratic_elements(grid: Grid) -> Elements:
         weights=weights,
         pressures=np.ascontiguousarray(orthonormal.transpose(1, 2, 0)),
     )
-
-
-def tensor_product(along: Floats, up: Floats) -> Floats:
-    """Return the products of three functions each way, both (points, 3), shape (points, 9)."""
-    return (along[:, :, None] * up[:, None, :]).reshape(len(along), 9)
-
-
-def quadratic(x: Floats) -> Floats:
-    """Return the Lagrange functions of -1, 0, 1 at points x, shape (points, 3)."""
-    return np.stack([0.5 * x * (x - 1.0), 1.0 - x**2, 0.5 * x * (x + 1.0)], axis=1)
-
-
-def quadratic_slope(x: Floats) -> Floats:
-    """Return the slopes of these functions at points x, shape (points, 3)."""
-    return np.stack([x - 0.5, -2.0 * x, x + 0.5], axis=1)

@@ -1,0 +1,20 @@
+"""The Lagrange functions of -1, 0 and 1, of which the quadratic elements of a section are made."""
+
+import numpy as np
+
+from solve.arrays import Floats
+
+
+def tensor_product(along: Floats, up: Floats) -> Floats:
+    """Return the products of three functions each way, both (points, 3), shape (points, 9)."""
+    return (along[:, :, None] * up[:, None, :]).reshape(len(along), 9)
+
+
+def quadratic(x: Floats) -> Floats:
+    """Return the Lagrange functions of -1, 0, 1 at points x, shape (points, 3)."""
+    return np.stack([0.5 * x * (x - 1.0), 1.0 - x**2, 0.5 * x * (x + 1.0)], axis=1)
+
+
+def quadratic_slope(x: Floats) -> Floats:
+    """Return the slopes of these functions at points x, shape (points, 3)."""
+    return np.stack([x - 0.5, -2.0 * x, x + 0.5], axis=1)

@@ -1,1 +1,0 @@
-"""One rigid tip pressed deep into soft flesh: axisymmetric contact at finite strain."""
