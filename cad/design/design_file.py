@@ -1,10 +1,10 @@
-"""Design files: TOML in and out, one flag at a time on top, every unknown key answered with the nearest known one."""
+"""Design files: TOML in and out, one flag at a time on top; an unknown key is answered with the nearest known one."""
 
 import dataclasses
 import json
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import TABLES, Design, GivenSprings, Print, Targets
@@ -32,6 +32,61 @@ TABLE_TYPES: dict[str, Any] = {
     "readout": Readout,
     "print": Print,
 }
+
+
+class FormerKey(NamedTuple):
+    """A key that left: what to do instead, the value at which it did nothing, and the key that it stood behind."""
+
+    hint: str
+    default: object
+    after: str
+
+
+FORMER_KEYS = {
+    "press.strain": FormerKey(
+        hint="Leave it out: notes and error bars say how far large strain moves the force of a tip.",
+        default="linear",
+        after="attitude",
+    ),
+}
+"""The keys that are gone since 0.2, by TABLE.KEY."""
+
+
+def refuse_former_keys(names: Iterable[str]) -> None:
+    """Raise InputError for the first name, TABLE.KEY, of a key that left."""
+    for name in names:
+        if name in FORMER_KEYS:
+            message = f"{name}: this key is gone since 0.2. {FORMER_KEYS[name].hint}"
+            raise InputError(message, field=name, bound="left out")
+
+
+def former_keys(data: Mapping[str, Any]) -> list[str]:
+    """Return the keys that left, TABLE.KEY, among those of nested tables."""
+    tables = {table: values for table, values in data.items() if isinstance(values, Mapping)}
+    return [f"{table}.{key}" for table, values in tables.items() for key in values if f"{table}.{key}" in FORMER_KEYS]
+
+
+def without_former_defaults(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the tables of a design that an older version wrote without the keys that left, where they did nothing."""
+    tables = data
+    for name, former in FORMER_KEYS.items():
+        table, _, key = name.partition(".")
+        held = tables.get(table)
+        if isinstance(held, Mapping) and held.get(key) == former.default:
+            tables = {**tables, table: {known: value for known, value in held.items() if known != key}}
+    return tables
+
+
+def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables of a design as older versions wrote them, with the keys that left where they stood."""
+    tables = dict(data)
+    for name, former in FORMER_KEYS.items():
+        table, _, key = name.partition(".")
+        if table in tables:
+            items = list(tables[table].items())
+            place = [known for known, _ in items].index(former.after) + 1
+            tables[table] = dict([*items[:place], (key, former.default), *items[place:]])
+    return tables
 
 
 def _unknown(kind: str, name: str, word: str, names: Sequence[str]) -> InputError:
@@ -111,6 +166,7 @@ def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the para
         raise _not_a_table(table, values)
     kind = TABLE_TYPES[table]
     known = [item.name for item in dataclasses.fields(kind)]
+    refuse_former_keys(f"{table}.{key}" for key in values)
     for key in values:
         if key not in known:
             raise _unknown("key", f"{table}.{key}", key, known)
@@ -130,6 +186,7 @@ def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str
     Raises InputError for a key that is not known.
     """
     tables = {key: dict(value) if isinstance(value, Mapping) else value for key, value in data.items()}
+    refuse_former_keys(settings)
     for name, text in settings.items():
         table, dot, key = name.partition(".")
         if name == "name":
@@ -226,7 +283,12 @@ def _tips_order(key: str) -> int:
 
 def design_as_toml(design: Design) -> str:
     """Return the design as TOML text that reads back as the same design."""
-    tables = design_as_mapping(design)
+    return tables_as_toml(design_as_mapping(design))
+
+
+def tables_as_toml(data: Mapping[str, Any]) -> str:
+    """Return the tables of a design, with its name, as TOML text."""
+    tables = dict(data)
     lines = [f"name = {_toml(tables.pop('name'))}"]
     for table, values in tables.items():
         inner = {f"{table}.{key}": value for key, value in values.items() if isinstance(value, Mapping)}

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.design.design_file import design_as_mapping, design_as_toml, every_key
+from cad.design.design_file import design_as_mapping, design_as_toml, every_key, refuse_former_keys
 from cad.design.parameters import Design
 from cad.quantity import nearest, validation_error
 from pipeline.commands.console import (
@@ -86,6 +86,7 @@ def _refuse_flags(arguments: Namespace) -> None:
     """Raise InputError, before the search, for an unknown key and for a file that could not be written after it."""
     from pipeline.storage.files import refuse_taken
 
+    refuse_former_keys(arguments.keep)
     for key in arguments.keep:
         if key not in every_key():
             hint = f"did you mean {nearest(key, every_key())}?"

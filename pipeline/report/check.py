@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from cad.design.design_file import design_from_mapping, without_former_defaults
 from cad.design.processes import PROCESSES
+from cad.input_file import read_toml
 from cad.verdict import Verdict, equal, failed
-from pipeline.options import load_design
 from pipeline.report.stored import StoredReport, is_as_written, read_data, report_of
 from pipeline.storage.digests import is_regular
 from pipeline.storage.vtu import vtu_points
@@ -78,7 +79,7 @@ def files_of_another_run(folder: Path, report: StoredReport) -> list[str]:
 
 
 def _is_design(path: Path, report: StoredReport) -> bool:
-    return load_design(path) == report.design
+    return design_from_mapping(without_former_defaults(read_toml(path, "design.toml"))) == report.design
 
 
 def _is_response(path: Path, report: StoredReport) -> bool:

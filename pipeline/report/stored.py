@@ -11,7 +11,7 @@ from typing import Any, get_origin, get_type_hints
 
 import numpy as np
 
-from cad.design.design_file import design_as_mapping, design_from_mapping
+from cad.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError, validation_error
@@ -200,7 +200,7 @@ def _finite_or_none(array: Floats) -> Any:  # noqa: ANN401 - lists of any depth
 
 
 _CONVERTER = strict_converter(forbid_extra_keys=False)
-_CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(data))
+_CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(without_former_defaults(data)))
 _CONVERTER.register_unstructure_hook(Design, design_as_mapping)
 _CONVERTER.register_unstructure_hook_func(is_array, _finite_or_none)
 leave_out_default(_CONVERTER, ReadOut, "lean_mm_per_N", "signal")
@@ -241,7 +241,13 @@ def read_data(folder: Path) -> Plain:
 
 
 def report_of(folder: Path, data: Plain) -> StoredReport:
-    """Return the report of a folder's JSON data; raises InputError, in one line, where it is not as it was written."""
+    """Return the report of a folder's JSON data; raises InputError, in one line, where it is not as it was written.
+
+    Reports of older versions are read where keys of their design that left did nothing.
+    """
+    design = data.get("design")
+    for name in former_keys(without_former_defaults(design)) if isinstance(design, dict) else ():
+        raise refused(folder, f"its design sets {name}, a key that is gone since 0.2")
     try:
         for key, kind in get_type_hints(StoredReport).items():
             if get_origin(kind) is tuple and not isinstance(data.get(key, []), list):

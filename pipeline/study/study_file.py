@@ -6,7 +6,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from cad.design.design_file import TABLE_TYPES, design_as_mapping, design_from_mapping, every_key
+from cad.design.design_file import (
+    TABLE_TYPES,
+    design_as_mapping,
+    design_from_mapping,
+    every_key,
+    refuse_former_keys,
+)
 from cad.design.parameters import TABLES
 from cad.input_file import read_toml
 from cad.quantity import Bounds, InputError, check_fields, choice, nearest, quantity, text_field, validation_error
@@ -90,6 +96,7 @@ class Study:
         if not set(self.vary) - {self.goal.front}:
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
+        refuse_former_keys(self.vary)
         _refuse_unknown("vary ", self.vary, every_key())
 
     @cached_property

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from cad.design.design_file import design_as_toml
+from cad.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
 from cad.design.parameters import Design
 from cad.design.reading import CALIBRATED_BY, Reading
 from cad.input_file import read_toml
@@ -99,8 +99,12 @@ class PrintedUnit:
 
 
 def design_digest(design: Design) -> str:
-    """Return the sha256 of a design as its design.toml has it, which tells the units of one design from another's."""
-    return hashlib.sha256(design_as_toml(design).encode()).hexdigest()
+    """Return the sha256 of a design as its design.toml has it, which tells the units of one design from another's.
+
+    Keys that left stand where they stood, so that units of older versions keep their design.
+    """
+    text = tables_as_toml(with_former_defaults(design_as_mapping(design)))
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def nominal_unit(report: StoredReport) -> PrintedUnit:

@@ -4,7 +4,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cad.design.design_file import design_as_mapping, design_as_toml, design_from_mapping, overridden
+from cad.design.design_file import (
+    FORMER_KEYS,
+    design_as_mapping,
+    design_as_toml,
+    design_from_mapping,
+    former_keys,
+    overridden,
+    with_former_defaults,
+    without_former_defaults,
+)
 from cad.design.fruit import Fruit
 from cad.design.parameters import TABLES, Design, GivenSprings, Print, Targets
 from cad.design.processes import PROCESSES
@@ -118,3 +127,20 @@ def test_keys_of_tips_are_written_in_the_order_whose_digest_units_hold():
     written = tomllib.loads(design_as_toml(Design(tips=cone)))["tips"]
     first = ["layout", "shape", "side_mm", "fillet_mm", "spacing_mm", "offset_mm", "gap_mm", "socket"]
     assert list(written) == [*first, "half_angle_deg"]
+
+
+def test_keys_that_left_stand_where_they_stood_in_the_text_whose_digest_units_hold():
+    """[press] of version 0.1, in its order; the tables that people see are without them."""
+    fruit = Fruit(relaxation=((0.5, 1.0),))
+    tables = design_as_mapping(Design(fruit=fruit, press=Press(speed_mm_per_s=1.0, hold_s=2.0)))
+    before = ["travel_mm", "tilt_deg", "tilt_spread_deg", "roll_deg", "attitude", "strain", "speed_mm_per_s", "hold_s"]
+    formerly = with_former_defaults(tables)
+    assert list(formerly["press"]) == before
+    assert without_former_defaults(formerly) == tables
+    assert former_keys(formerly) == list(FORMER_KEYS)
+    assert former_keys(tables) == []
+
+
+def test_key_that_left_stays_in_tables_where_it_did_something():
+    tables = {"press": {"strain": "large"}}
+    assert without_former_defaults(tables) == tables

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cad.design.design_file import design_from_mapping, overridden
+from cad.design.design_file import FORMER_KEYS, design_from_mapping, every_key, overridden
 from cad.quantity import InputError
 
 SPHERE = {"shape": "sphere", "radius_mm": 35.0}
@@ -76,6 +76,20 @@ def test_bad_table_is_one_line_that_names_the_field(tables, field):
         design_from_mapping(tables)
     assert error.value.field == field
     assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("name", FORMER_KEYS)
+def test_key_that_left_is_refused_with_what_to_do(name):
+    """In a table, in a setting, and where a setting unsets it: it is not told as a key that is spelt wrong."""
+    assert name not in every_key()
+    table, key = name.split(".")
+    former = FORMER_KEYS[name]
+    for tables, settings in (({table: {key: former.default}}, {}), ({}, {name: "2"}), ({}, {name: ""})):
+        with pytest.raises(InputError) as error:
+            design_from_mapping(overridden(tables, settings))
+        assert error.value.field == name
+        assert len(str(error.value).splitlines()) == 1
+        assert former.hint in str(error.value)
 
 
 @pytest.mark.parametrize(

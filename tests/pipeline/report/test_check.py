@@ -11,6 +11,7 @@ import pytest
 from stand_ins import result_of
 
 from cad.checks.sensor_checks import volume_verdict
+from cad.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
 from cad.design.parameters import Design, Targets
 from cad.design.processes import PROCESSES
 from cad.files.sensor_files import write_sensor
@@ -47,6 +48,21 @@ def test_folder_as_it_was_written_passes_and_is_not_changed(default_run, capsys)
     names = {verdict["name"] for verdict in json.loads(capsys.readouterr().out)}
     assert {"geometry.valid", "geometry.watertight", "geometry.leaf_thickness_low", "files.unchanged"} <= names
     assert {path.name: path.read_bytes() for path in default_run.folder.iterdir()} == before
+
+
+def test_folder_of_an_older_version_passes(tmp_path):
+    """A design.toml and a report with the key that 0.1 wrote, at the value at which it did nothing."""
+    write_outputs(result_of(), tmp_path)
+    design = tmp_path / "design.toml"
+    tables = with_former_defaults(design_as_mapping(Design()))
+    design.write_text(tables_as_toml(tables), encoding="utf-8")
+    path = tmp_path / "report.json"
+    report = json.loads(path.read_text(encoding="utf-8"))
+    report["design"] = tables
+    for entry in report["files"]:
+        entry["sha256"] = file_digest(tmp_path / entry["path"])
+    path.write_text(json.dumps(with_digest(report)), encoding="utf-8")
+    assert {verdict.passed for verdict in unchanged_verdicts(tmp_path)} == {True}
 
 
 def append(path):

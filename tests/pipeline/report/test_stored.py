@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from stand_ins import result_of
 
+from cad.design.design_file import with_former_defaults
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
@@ -138,6 +139,16 @@ def test_edited_report_is_not_believed(tmp_path):
 def test_keys_of_later_versions_are_left_alone(report, tmp_path):
     later = put(put(report, ("modulus",), 3), ("response", 0, "E_error"), [1])
     assert report_of(tmp_path, later) == report_of(tmp_path, report)
+
+
+def test_report_of_an_older_version_is_read_where_its_former_keys_did_nothing(report, tmp_path):
+    former = report_of(tmp_path, put(report, ("design",), with_former_defaults(report["design"])))
+    assert former == report_of(tmp_path, report)
+    with pytest.raises(InputError) as caught:
+        report_of(tmp_path, put(report, ("design", "press", "strain"), "large"))
+    assert caught.value.field == "PATH"
+    assert "press.strain" in caught.value.bound
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("path", ["../secret", "missing", ".", "a\x00b", "x" * 5000])

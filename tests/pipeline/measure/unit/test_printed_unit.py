@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from cad.design.parameters import Design
 from cad.quantity import InputError
-from pipeline.measure.unit.printed_unit import nominal_unit, read_unit, unit_as_toml
+from pipeline.measure.unit.printed_unit import design_digest, nominal_unit, read_unit, unit_as_toml
 from pipeline.measure.unit.ripeness import ripeness_classes
 
 
@@ -48,6 +49,11 @@ def test_nominal_unit_is_as_uncertain_as_its_process_prints(paper):
     for thickness in process.leaf_thicknesses_mm:
         expected.append(100.0 * (process.E_scatter**2 + (1.5 * process.accuracy_mm / thickness) ** 2) ** 0.5)
     assert nominal_unit(paper.report).K_percent == pytest.approx(expected)
+
+
+def test_unit_of_version_0_1_is_one_of_its_design():
+    """The digest that 0.1 wrote into the units of its default design."""
+    assert design_digest(Design()) == "9279a9d7514dd03c4597188a5314cbb2346e47512d3ce2b7fa0b8f3eff27bc00"
 
 
 def test_unit_of_another_design_is_refused(unit, paper, mango, refused):
