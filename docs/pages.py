@@ -24,7 +24,8 @@ DESIGN_HEAD = """\
 
 A design file is TOML text. It holds every number that a person may choose. A key that is left out has its default,
 which is the sensor of the paper that twintip starts from. An unknown key is refused, and the message names the nearest
-known one. A key carries its unit; one without is a plain number.
+known one. A key of an older version that is gone is refused too, and the message says what to do. A key carries its
+unit; one without is a plain number.
 
     name = "mine"
 
