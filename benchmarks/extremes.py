@@ -86,6 +86,8 @@ def random_settings(rng: random.Random) -> dict[str, object]:
     }
     if settings["tips.shape"] != "sphere":
         settings["tips.fillet_mm"] = sometimes(0.3, rng.uniform(0.0, 0.5) * side)
+    if settings["tips.shape"] != "cube" or settings["tips.fillet_mm"]:
+        settings["tips.socket"] = "pin"  # no process prints such tips
     if settings["fruit.shape"] == "block":
         settings["fruit.height_mm"] = height
     else:

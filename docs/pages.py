@@ -56,8 +56,8 @@ DESIGN_TAIL = """\
 - The piece of curved fruit lies on the fruit: its corners stay above its base.
 - `springs` holds both stiffnesses or none, the low one less than the high one.
 - A tip face meets the fruit at 20 degrees at most; a steeper scene is refused.
-- The printed tips are sharp squares, or domes on squares. Another shape or a fillet needs `tips.socket = "pin"`;
-  without it the verdict `geometry.tip_shape` fails.
+- The printed tips are sharp squares, or domes on squares. Another shape or a fillet is refused unless
+  `tips.socket = "pin"`: ground pins have any shape.
 - Half the face of a dome holds the contact, or the verdict `geometry.tip_face` fails.
 - `tips.seat_radius_mm` and `low_outward_mm` are for printed domes of a square or a line on a block or a sphere. The
   lowest point of each dome stays on its face.

@@ -51,7 +51,7 @@ def settings(rng: np.random.Generator) -> dict[str, object]:
     }
     if shape == "dome":
         keys["tips.dome_radius_mm"] = round(side * rng.uniform(0.8, 2.0), 2)
-    elif layout == "pair" and rng.random() < 0.2:
+    elif (layout == "pair" and rng.random() < 0.2) or shape == "cylinder":  # no process prints a cylinder
         keys["tips.socket"] = "pin"
     return keys
 

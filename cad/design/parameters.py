@@ -187,6 +187,7 @@ class Design:
             bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
             raise validation_error("name", self.name, "", bound, "it names files and folders")
         self._check_process()
+        self._check_tip_shape()
         check_tips_on_fruit(self.fruit, self.tips)
         depth = self.fruit.depth_mm
         if self.press.travel_mm >= depth:
@@ -214,6 +215,18 @@ class Design:
         """Return how the housing is made: a known process or the design's own, with the modulus of its coupon."""
         process = self.printer or PROCESSES[self.print.process]
         return process if self.print.E_MPa is None else dataclasses.replace(process, E_MPa=self.print.E_MPa)
+
+    def _check_tip_shape(self) -> None:
+        """Refuse a shape that no process prints at the end of a shuttle, but for ground pins, which take any shape."""
+        tips = self.tips
+        if tips.socket == "pin" or tips.tip_shape.is_printed:
+            return
+        hint = "take tips.socket = 'pin', a ground pin of this shape"
+        if tips.fillet_mm:
+            bound = f"0 where {self.process.name} prints the tips, whose edges are sharp"
+            raise validation_error("tips.fillet_mm", tips.fillet_mm, "mm", bound, hint)
+        bound = f"'cube' or 'dome' where {self.process.name} prints the tips"
+        raise validation_error("tips.shape", tips.shape, "", bound, hint)
 
     def _check_what_judges(self) -> None:
         """Refuse keys that a reading leaves without a meaning."""

@@ -75,7 +75,7 @@ class Tips(ShapeKeys):
     socket: Socket = choice(
         ("none", "pin"),
         default="none",
-        meaning="tips printed with the housing (none), or ground steel pins glued into printed feet (pin)",
+        meaning="tips printed with the housing, sharp cubes or domes (none), or ground steel pins of any shape (pin)",
     )
 
     def __post_init__(self) -> None:

@@ -157,7 +157,6 @@ HINTS: Mapping[str, Hint | str] = {
     "bruise": _travel,
     **dict.fromkeys(CLEARANCES, _travel),
     "geometry.layout": OTHER_LAYOUT,
-    "geometry.tip_shape": "glue in ground pins of that shape: `--set tips.socket=pin`",
     "reading.lift": _less_tilt,
     "reading.relaxation": _steadier,
 }

@@ -209,23 +209,8 @@ def printable_verdict(spring: FittedSpring) -> Verdict:
 # Tips and skin
 
 
-def tip_shape_verdicts(design: Design, press: ScenePress) -> tuple[Verdict, ...]:
-    """Return geometry.tip_shape where the tips are not those of the housing, and geometry.tip_face [mm] of domes."""
-    tips = design.tips
-    if tips.tip_shape.obeys_hertz:
-        return (tip_face_verdict(design, press),)
-    if tips.socket == "pin" or tips.tip_shape.is_printed:
-        return ()
-    words = (
-        "the response is that of the tips asked for, the housing has sharp square ones; choose tips.socket = 'pin' for "
-        "ground pins of that shape"
-    )
-    verdict = failed("geometry.tip_shape", "cube without fillet", unit="1", reference=words)
-    return (replace(verdict, tolerance=None),)
-
-
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
-    """Return how far from the middle of its face a tip is touched at most [mm], which half its face must hold.
+    """Return how far from the middle of its face a dome is touched at most [mm], which half its face must hold.
 
     A printed dome ends in a square, whose sides the contact must keep; that of a pin in a circle.
     """

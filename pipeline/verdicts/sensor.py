@@ -18,7 +18,7 @@ from pipeline.verdicts.rules import (
     reading_verdicts,
     stiffness_verdict,
     target_verdicts,
-    tip_shape_verdicts,
+    tip_face_verdict,
 )
 from pipeline.verdicts.targets import SceneTargets, characteristic, scene_targets
 from solve.contact.linear_response import spring_compliance
@@ -66,7 +66,8 @@ def sensor_verdicts(
         verdicts.append(monotonic_verdict(press.scan))
     verdicts += [printable_verdict(spring) for spring in springs.springs]
     if press is not None:
-        verdicts += tip_shape_verdicts(design, press)
+        if design.tips.tip_shape.obeys_hertz:
+            verdicts.append(tip_face_verdict(design, press))
         limits = design.fruit.bruise_limits_MPa
         if by_ratio and limits:
             verdicts.append(bruise_verdict(tip_pressure(design, contact, springs, press), max(limits)))

@@ -80,10 +80,8 @@ def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[S
 
 
 def _words(design: Design, failed: set[str]) -> list[Changes]:
-    """Return level presses and flat faces, springs that targets size, other sockets, gauges and processes."""
+    """Return level presses and flat faces, springs that targets size, other gauges and processes."""
     changes: list[Changes] = []
-    if "geometry.tip_shape" in failed:
-        changes.append({"tips.socket": "pin"})
     if failed & _OF_THE_RATIO:
         changes += [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}, {"tips.fillet_mm": 0.0}]
         changes.append({"press.attitude": "side"})

@@ -123,7 +123,7 @@ def test_empty_setting_unsets_a_key_or_a_table():
 
 def test_keys_of_tips_are_written_in_the_order_whose_digest_units_hold():
     """unit.toml holds the sha256 of this text: the order of the keys must not follow that of the classes."""
-    cone = Tips(shape="cone", half_angle_deg=70.0)
+    cone = Tips(shape="cone", half_angle_deg=70.0, socket="pin")
     written = tomllib.loads(design_as_toml(Design(tips=cone)))["tips"]
     first = ["layout", "shape", "side_mm", "fillet_mm", "spacing_mm", "offset_mm", "gap_mm", "socket"]
     assert list(written) == [*first, "half_angle_deg"]

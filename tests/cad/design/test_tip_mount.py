@@ -3,8 +3,10 @@
 import pytest
 from squares import GENTLE, gentle
 
+from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from cad.design.tip_mount import pad_height, plate_depth
+from cad.design.tips import Tips
 from cad.quantity import InputError
 
 PRINTED = ("fdm-petg", "fdm-pla", "sls-pa12", "sla-resin", "dmls-ti64")
@@ -36,3 +38,21 @@ def test_square_that_leaves_no_plate_is_refused_in_one_line(tips, words):
     assert message.startswith("tips.spacing_mm = ")
     assert len(message.splitlines()) == 1
     assert all(word in message for word in words)
+
+
+@pytest.mark.parametrize(
+    "tips",
+    [
+        {"shape": "cylinder", "fillet_mm": 0.1},
+        {"shape": "sphere"},
+        {"shape": "cone", "half_angle_deg": 70.0},
+        {"fillet_mm": 0.1},
+    ],
+    ids=str,
+)
+def test_shape_that_no_process_prints_is_taken_as_a_pin(tips):
+    design = Design(tips=Tips(**tips, socket="pin"))
+    assert plate_depth(design, design.process) >= design.process.depth_mm
+    with pytest.raises(InputError) as refused:
+        Design(tips=Tips(**tips))
+    assert "tips.socket = 'pin'" in str(refused.value)

@@ -111,7 +111,7 @@ def test_square_of_whole_faces_reads_as_its_pair():
         {"press": Press(speed_mm_per_s=0.5, hold_s=1.0, tilt_deg=1.0)},
         {"press": Press(speed_mm_per_s=0.5, hold_s=1.0, roll_deg=1.0)},
         {"fruit": Fruit(shape="sphere", radius_mm=35.0, relaxation=ORANGE)},
-        {"tips": Tips(fillet_mm=0.1)},
+        {"tips": Tips(fillet_mm=0.1, socket="pin")},
         {"tips": Tips(shape="dome", dome_radius_mm=2.0)},
     ],
 )

@@ -48,9 +48,9 @@ def test_springs_that_were_not_made_are_null():
         ({"fruit": Fruit(poisson=0.45)}, False),
         ({"fruit": Fruit(E_max_MPa=5.0)}, False),
         ({"tips": Tips(side_mm=1.5)}, False),
-        ({"tips": Tips(shape="cylinder")}, False),
+        ({"tips": Tips(shape="cylinder", socket="pin")}, False),
         ({"tips": Tips(spacing_mm=7.0)}, False),
-        ({"tips": Tips(fillet_mm=0.1)}, False),
+        ({"tips": Tips(fillet_mm=0.1, socket="pin")}, False),
     ],
     ids=str,
 )

@@ -106,7 +106,7 @@ def test_moduli_count_for_the_contact_of_a_fruit_with_a_skin_alone():
 @pytest.mark.parametrize(
     ("design", "settings"),
     [
-        ("paper", {"tips.shape": "sphere"}),
+        ("paper", {"tips.shape": "sphere", "tips.socket": "pin"}),
         ("mango", {"fruit.length_mm": None, "fruit.width_mm": None}),
     ],
 )

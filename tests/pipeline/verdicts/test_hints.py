@@ -54,8 +54,8 @@ def test_given_springs_that_miss_P_max_are_left_to_the_targets():
     ("changes", "flag"),
     [
         ({"press": Press(tilt_deg=1.0)}, "press.tilt_deg=0"),
-        ({"tips": Tips(fillet_mm=0.1)}, "tips.fillet_mm=0"),
-        ({"tips": Tips(shape="sphere")}, "tips.shape=cube"),
+        ({"tips": Tips(fillet_mm=0.1, socket="pin")}, "tips.fillet_mm=0"),
+        ({"tips": Tips(shape="sphere", socket="pin")}, "tips.shape=cube"),
         ({"fruit": Fruit(shape="sphere", radius_mm=40.0)}, "tips.side_mm"),
     ],
 )

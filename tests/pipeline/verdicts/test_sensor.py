@@ -6,7 +6,6 @@ import pytest
 from stand_ins import CONTACT, result_of, sizing_of, springs_of
 
 from cad.design.parameters import Design, Targets
-from cad.design.tips import Tips
 from pipeline.response.scene_press import press_scene
 from pipeline.verdicts.sensor import paper_verdicts, tip_pressure
 
@@ -20,17 +19,6 @@ def verdicts_of(design, *, made=True):
 def test_every_run_has_the_same_verdicts_then_those_on_its_solid():
     assert [verdict.name for verdict in verdicts_of(Design())] == [*ALWAYS, "geometry.valid"]
     assert [verdict.name for verdict in verdicts_of(Design(), made=False)] == [*ALWAYS, "geometry.made"]
-
-
-@pytest.mark.parametrize(
-    ("tips", "failed"),
-    [(Tips(socket="pin", shape="cylinder"), []), (Tips(), []), (Tips(shape="cylinder"), ["geometry.tip_shape"])],
-    ids=["pins", "printed cubes", "printed cylinders"],
-)
-def test_tips_that_the_housing_does_not_carry_fail(tips, failed):
-    """A cylinder is asked for with pins, or not made."""
-    names = [verdict.name for verdict in verdicts_of(Design(tips=tips)) if verdict.name.startswith("geometry.tip")]
-    assert names == failed
 
 
 @pytest.mark.parametrize(("solved", "added"), [(0.03, 0.03), (float("nan"), 0.0)])

@@ -106,7 +106,7 @@ def test_search_without_keys_or_without_budget_finds_nothing(fixed, budget):
     ("preset", "settings"),
     [
         ("paper", {"press.tilt_deg": 1.0}),
-        ("paper", {"tips.shape": "sphere"}),
+        ("paper", {"tips.shape": "sphere", "tips.socket": "pin"}),
         pytest.param("mango", {"readout.noise_um": 4.0}, marks=pytest.mark.study),
     ],
 )
@@ -119,7 +119,7 @@ def test_scenes_that_are_not_linear_are_mended(preset, settings):
 
 def test_settings_of_changes_give_the_design_again():
     given = {"springs.K_l_N_per_m": 753.0, "springs.K_h_N_per_m": 17300.0}
-    changes = {**dict.fromkeys(given), "press.travel_mm": 0.5, "tips.shape": "sphere"}
+    changes = {**dict.fromkeys(given), "press.travel_mm": 0.5, "tips.shape": "sphere", "tips.socket": "pin"}
     settings = {key: written(value) for key, value in changes.items()}
     assert load_design("paper", given | settings) == changed(load_design("paper", given), changes)
 
@@ -188,7 +188,6 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
         (dataclasses.replace(LINE, targets=Targets()), {"K_l"}, {"springs.K_l_N_per_m", "springs.K_h_N_per_m",
          "print.process", "press.travel_mm"}),
         (Design(), {"geometry.frame_clearance"}, {"press.travel_mm"}),
-        (Design(), {"geometry.tip_shape"}, {"tips.socket", "press.travel_mm"}),
         (Design(), {"bruise"}, {"tips.side_mm", "tips.spacing_mm", "press.travel_mm"}),
         (load_design("mango"), {"reading.lift"}, {"reading.tilt_deg", "press.travel_mm", "springs.K_l_N_per_m",
          "springs.K_h_N_per_m", "tips.dome_radius_mm", "tips.side_mm", "tips.spacing_mm"}),
