@@ -70,7 +70,7 @@ def pictures(folder: Path) -> list[Picture]:
         drawn.append(Picture(name="mesh", draw=partial(draw_cells, mesh=mesh, title=title), in_window=False))
     if not drawn:
         bound = "an output folder with a housing.stl or a .vtu file to show"
-        raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run")
+        raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run --fields")
     return drawn
 
 

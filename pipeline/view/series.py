@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from cad.design.processes import Process
+from cad.parts.housing import Housing
 from cad.quantity import validation_error
 from mesh.housing.sweep import flexure_mesh
 from pipeline.report.fields import field_arrays
@@ -37,6 +39,10 @@ def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Pat
     target cannot be written, or holds unmanaged files that `force` does not keep aside; SolveError.
     """
     report = read_report(folder)
+    housing = report.housing
+    if housing is None:
+        bound = "an output folder with a housing"
+        raise validation_error("DIR", str(folder), "", bound, "run a design that can be made")
     if not report.response:
         bound = "an output folder with a response"
         raise validation_error("DIR", str(folder), "", bound, "press deeper or level")
@@ -45,7 +51,7 @@ def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Pat
     names += [f"{kind}.pvd" for kind in _KINDS]
     refuse_taken([target / name for name in names], FLAG, force=force, renew=True)
     with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
-        _write_housing(report, row, Path(unfinished))
+        _write_housing(housing, report.design.process, row, Path(unfinished))
         _write_fruit(report, row, Path(unfinished))
         for kind in _KINDS:
             steps = [_STEP.format(x=x, kind=kind, step=step) for step, x in enumerate(row.x_mm)]
@@ -55,14 +61,10 @@ def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Pat
     return write_files(files, FLAG, force=force, renew=True)
 
 
-def _write_housing(report: StoredReport, row: StoredResponse, folder: Path) -> None:
+def _write_housing(housing: Housing, process: Process, row: StoredResponse, folder: Path) -> None:
     """Write the half housing y >= 0 [mm] under the forces of each travel; it is linear, so it is solved once."""
-    if report.housing is None:
-        bound = "an output folder with a housing"
-        raise validation_error("DIR", str(folder), "", bound, "run a design that can be made")
-    process = report.design.process
-    mesh = flexure_mesh(report.housing)
-    u_per_N = displacements(clamped_half(mesh, process.E_MPa, process.poisson, attached_to(report.housing)))
+    mesh = flexure_mesh(housing)
+    u_per_N = displacements(clamped_half(mesh, process.E_MPa, process.poisson, attached_to(housing)))
     for step, forces in enumerate(zip(row.F_l_N, row.F_h_N, strict=True)):
         u = u_per_N @ np.array([force or 0.0 for force in forces])  # None: the tip is off the fruit
         fields = fields_of(mesh, process.E_MPa, process.poisson, u)
