@@ -39,8 +39,8 @@ Use it with `pipeline run --design mine.toml`. One key can also be set on the co
 `pipeline run --set fruit.height_mm=20`. The presets `paper`, `paper-on-mango`, `mango`,
 `mango-sharp`, `compact` and `compact-sharp` are the files in [designs](../designs), each number with its source;
 `--design mango` uses one, and [presets](presets.md) says which to take. Every output folder holds a `design.toml`
-that repeats its run. Three tips in a line are solved, and no housing is drawn for them:
-[fouly.toml](examples/fouly.toml) reads well and fails `geometry.layout`.
+that repeats its run. Three tips in a line have no housing and are judged by their readings alone, as
+[fouly.toml](examples/fouly.toml); [layouts](layouts.md) says more.
 
 `name` is text of 1 to 64 letters, digits, `-` or `_`; it names the output folder and is engraved in the part. A file
 without a name is named after the file.
@@ -62,7 +62,8 @@ DESIGN_TAIL = """\
 - `tips.seat_radius_mm` and `low_outward_mm` are for printed domes of a square or a line on a block or a sphere. The
   lowest point of each dome stays on its face.
 - A square is printed as two equal plates back to back: `tips.spacing_mm` holds a plate as deep as a tip is wide, and
-  the pads between the plates, 0.4 or 0.5 mm. A line of three is not drawn: `geometry.layout` fails.
+  the pads between the plates, 0.4 or 0.5 mm.
+- A line of three has no housing: its springs are those of `[springs]`, and `pipeline design` refuses it.
 
 A pair lies along the length of the fruit, the low tip at -x, the high tip at +x; a line too, in its order. A square
 goes round from (-x, -y): low, high, low, high. With tilt, roll, curved fruit, fillets or spheres a tip may touch in

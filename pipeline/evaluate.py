@@ -159,5 +159,7 @@ def with_file_verdicts(
     result: SensorResult, geometry: Sequence[Verdict], making: Sequence[Verdict]
 ) -> tuple[Verdict, ...]:
     """Return the verdicts of a result with those on its solids and its fabrication; what did not pass has a hint."""
-    verdicts = (*with_solids(result.verdicts, geometry), *making)
+    verdicts = result.verdicts
+    if result.design.tips.tip_layout.has_housing:
+        verdicts = (*with_solids(verdicts, geometry), *making)
     return with_hints(verdicts, result.design, result.springs, result.options)

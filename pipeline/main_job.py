@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from cad.design.parameters import Design
 from pipeline.evaluate import evaluate, refuse_unsolvable, with_file_verdicts
-from pipeline.options import RunOptions
+from pipeline.options import RunOptions, refuse_unmakeable
 from pipeline.report.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.report.fields import write_fields
 from pipeline.report.outputs import write_outputs
@@ -30,6 +30,7 @@ def run(
     """
     options = options or RunOptions()
     timed = Stopwatch(progress)
+    refuse_unmakeable(design, options)
     refuse_unsolvable(design)
     if options.look:
         return look(design, options, timed)

@@ -15,6 +15,7 @@ from cad.design.tips import Tips
 from cad.files.file_date import NAME as FILE_DATE
 from cad.input_file import read_toml
 from cad.quantity import Bounds, nearest, validation_error
+from cad.tips.layouts import LAYOUTS
 from pipeline.storage.versions import code_digest, declared_packages, installed_version, pages_digest
 
 DEFAULT_DESIGN = "paper"
@@ -90,6 +91,14 @@ class RunOptions:
     def contact_tolerance(self) -> float:
         """Return the relative error [1] allowed to the fruit's compliance."""
         return CONTACT_SHARE * self.tolerance
+
+
+def refuse_unmakeable(design: Design, options: RunOptions) -> None:
+    """Raise InputError where files for fabrication are asked of a layout of tips that has no housing."""
+    if options.fabrication and not design.tips.tip_layout.has_housing:
+        bound = f"{' or '.join(name for name, layout in LAYOUTS.items() if layout.has_housing)} for files to make it by"
+        hint = "it has no housing: its springs are your own, and pipeline run judges its readings"
+        raise validation_error("tips.layout", design.tips.layout, "", bound, hint)
 
 
 def contact_inputs(design: Design, options: RunOptions) -> dict[str, object]:

@@ -33,8 +33,11 @@ def tip_mount(design: Design, process: Process) -> tuple[float, float]:
 def plate_depth(design: Design, process: Process) -> float:
     """Return the depth of the plate [mm]: that of the process, more where a tip mount is wider.
 
-    Raises InputError where a square leaves no plate.
+    A line has no plate: leaves for it are as deep as those of the process. Raises InputError where a square leaves no
+    plate.
     """
+    if not design.tips.tip_layout.has_housing:
+        return process.depth_mm
     side, _ = tip_mount(design, process)
     if not design.tips.tip_layout.is_back_to_back:
         return max(process.depth_mm, side)

@@ -29,6 +29,7 @@ from pipeline.options import (
     TOLERANCES,
     RunOptions,
     load_design,
+    refuse_unmakeable,
     run_key,
 )
 from pipeline.storage.digests import REPORT, Json
@@ -138,6 +139,7 @@ def answered(arguments: Namespace, *, look: bool = False, fabrication: bool = Fa
         tolerance=tolerance,
         force=arguments.force,
     )
+    refuse_unmakeable(design, options)
     file_date()  # refuses a date that no file can have
     report = _kept_report(design, options, folder)
     if report is None:

@@ -30,7 +30,8 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     rest = [verdict for verdict in verdicts if verdict.name not in _TARGETS]
     passed = sum(verdict.passed is True for verdict in rest)
     table = verdict_table("", [verdict for verdict in verdicts if verdict.name in _TARGETS])
-    table.add_row(f"{len(rest)} on geometry and print", "", "", "", "", f"{passed} passed")
+    if rest:
+        table.add_row(f"{len(rest)} on geometry and print", "", "", "", "", f"{passed} passed")
     yield _headline(report, verdicts)
     yield table
     yield from _spring_lines(report)
@@ -80,7 +81,14 @@ def _headline(report: Json, verdicts: list[Verdict]) -> str:
 
 
 def _spring_lines(report: Json) -> Iterator[str]:
-    """Yield a line for each spring: its stiffness with its error, its leaves, their strain and the limit of that."""
+    """Yield a line for each spring: its stiffness with its error, its leaves, their strain and the limit of that.
+
+    Of a line of tips, which has no flexures, yield the stiffnesses that it was given.
+    """
+    if "flexures" not in report:
+        K_l, K_h = (report["springs"][key] for key in ("K_l_N_per_m", "K_h_N_per_m"))
+        yield f"springs: {K_l:.6g} and {K_h:.6g} N/m, exactly as given; a line of tips has no housing"
+        return
     process = report["material"]["process"]
     for name, spring in report["flexures"].items():
         target = f"{spring['target_N_per_m']:.6g} N/m"

@@ -124,6 +124,8 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
 
     report = report_of(folder, read_data(folder))  # an edited one has its own verdict
     process = report.design.process
+    if not report.design.tips.tip_layout.has_housing:
+        return ()
     if report.housing is None:
         return (equal("geometry.made", 0.0, 1.0, 0.0, unit="1", reference="no housing: see printable.*"),)
     missing = ", ".join(name for name in _MEASURED if not is_regular(folder / name))

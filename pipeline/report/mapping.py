@@ -50,7 +50,7 @@ def report_mapping(
         "schema": SCHEMA,
         "design": result.design,
         "springs": sizing_keys(result.sizing),
-        "flexures": {spring.name: spring_keys(spring, springs) for spring in springs.springs},
+        **_flexures(result),
         "housing": springs.housing,
         "deflections_mm": springs.deflections,
         "material": {
@@ -69,7 +69,7 @@ def report_mapping(
         "level": target_keys(result.reached),
         "verdicts": result.verdicts,
         "remedy": next((verdict.remedy for verdict in result.verdicts if verdict.remedy is not None), None),
-        "errors": {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()},
+        "errors": _errors(result),
         "paper": None if result.paper is None else {**PAPER_KEYS, "verdicts": result.paper},
         "accuracy": _accuracy(result),
         "notes": lines,
@@ -98,6 +98,14 @@ def sizing_keys(sizing: SpringSizing) -> Plain:
         "K_m_over_E_mm": sizing.K_m_over_E,
         "fruit_stiffness": sizing.basis,
     }
+
+
+def _flexures(result: SensorResult) -> Plain:
+    """Return the table of flexures; a line of tips has none."""
+    if not result.design.tips.tip_layout.has_housing:
+        return {}
+    springs = result.springs
+    return {"flexures": {spring.name: spring_keys(spring, springs) for spring in springs.springs}}
 
 
 def spring_keys(spring: FittedSpring, springs: FittedSprings) -> Plain:
@@ -258,6 +266,13 @@ def target_keys(reached: SceneTargets) -> Plain:
     """Return P_max and NL of a level sensor with flat sharp tips on flat fruit, whatever scene was asked for."""
     P_max, NL = reached.level
     return {"P_max": P_max.value, "P_max_error": P_max.error, "NL": NL.value, "NL_error": NL.error}
+
+
+def _errors(result: SensorResult) -> Plain:
+    """Return the budget of each number; springs that a line is given have none."""
+    budgets = {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()}
+    has_housing = result.design.tips.tip_layout.has_housing
+    return {name: budget for name, budget in budgets.items() if has_housing or name not in ("K_l", "K_h")}
 
 
 def _budget(budget: UncertaintyBudget | None) -> Plain | None:

@@ -19,14 +19,10 @@ ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et a
 def notes(result: SensorResult) -> list[str]:
     """Return the notes of a result, closed forms of its numbers only, the weightiest first."""
     info = result.press.table.info
-    process = result.springs.process
-    # A leaf's stiffness goes with the third power of its thickness.
-    moved_l, moved_h = (100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in process.leaf_thicknesses_mm)
     told = _of_the_scene(result) if result.readings is None else _of_the_reading(result.design, result.readings)
     return [
         *result.left_out,
-        f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved_l:.0f} % "
-        f"and K_h by {moved_h:.0f} %",
+        _housing(result),
         _relaxation(result),
         *_skin(result),
         *_weight(result),
@@ -34,6 +30,22 @@ def notes(result: SensorResult) -> list[str]:
         *told,
         f"response: {info.method}; {info.status}",
     ]
+
+
+def _housing(result: SensorResult) -> str:
+    """Return how far a print moves the stiffnesses, or what it means that a line of tips has no housing."""
+    if result.design.tips.tip_layout.has_housing:
+        process = result.springs.process
+        # A leaf's stiffness goes with the third power of its thickness.
+        moved_l, moved_h = (100.0 * (3.0 * process.accuracy_mm / leaf) for leaf in process.leaf_thicknesses_mm)
+        return (
+            f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved_l:.0f} % "
+            f"and K_h by {moved_h:.0f} %"
+        )
+    return (
+        "three tips in a line have no housing: no verdict is on springs or parts, and the springs count as just as "
+        "stiff as [springs] says, none moved by another tip; calibrate the sensor that you build"
+    )
 
 
 def _of_the_scene(result: SensorResult) -> Iterator[str]:

@@ -5,32 +5,21 @@ from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
-from cad.verdict import failed
 from pipeline.report.cad_tasks import write_solids
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.storage.kept_files import Verdicts, kept_files
 from pipeline.storage.workers import finished, submit
 
-NO_LINE = failed(
-    "geometry.layout",
-    "pair or square",
-    unit="1",
-    reference="no housing is drawn for a line of three; its contact and response are those of the springs asked for",
-)
 _SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their checks depend on
 
 
 def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor: Executor | None) -> Future[Verdicts]:
     """Let STEP, STL and 3MF be written into the folder; the result is the geometry verdicts, none without a housing.
 
-    A line of three has no housing, which fails geometry.layout.
-
     Files are the same bytes every time, so those of an earlier run are written again at once, which needs no worker.
     The future raises OSError or ExportError.
     """
     housing = springs.housing
-    if not design.tips.tip_layout.has_housing:
-        return finished((NO_LINE,))
     if housing is None:
         return finished(())
     inputs = {

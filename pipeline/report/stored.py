@@ -141,12 +141,12 @@ class StoredReport:
     """What is read back of report.json; what is shown and not computed with is left as plain data.
 
     Tips have the order of all forces and of the compliance. `housing` and the numbers of springs are None where nothing
-    can be made, `reading` where the design asks for none, `paper` where fruit or tips are not the paper's. `stale` are
-    files that were kept from another design, by name, with the digest of that design.
+    can be made; a line of tips has no `flexures`. `reading` is None where the design asks for none, `paper` where fruit
+    or tips are not the paper's. `stale` are files that were kept from another design, by name, with the digest of that
+    design.
     """
 
     design: Design
-    flexures: dict[str, StoredSpring]
     housing: Housing | None
     deflections_mm: tuple[float, ...]
     contact: StoredContact
@@ -161,10 +161,14 @@ class StoredReport:
     versions: dict[str, str]
     files: tuple[StoredFile, ...]
     seconds: dict[str, float]
+    flexures: dict[str, StoredSpring] = field(default_factory=dict)
     stale: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse deflections of other springs than those of the housing."""
+        """Refuse a layout with a housing without its flexures, and deflections of other springs than the housing's."""
+        if self.design.tips.tip_layout.has_housing and not self.flexures:
+            bound = f"given for tips.layout = {self.design.tips.layout!r}"
+            raise validation_error("flexures", None, "", bound, "run the design again")
         if self.housing is not None and len(self.deflections_mm) != len(self.housing.arms):
             bound = f"one number for each of {len(self.housing.arms)} springs"
             raise validation_error("deflections_mm", list(self.deflections_mm), "mm", bound, "run the design again")

@@ -174,16 +174,19 @@ def fit_springs(
     """Return the springs of a design, fitted by FE to the relative tolerance unless the beam law rules one out.
 
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
-    two springs stand for all tips of their kinds: those of a square are in two equal plates, a line has no housing.
-    A worker makes the solid that the mesh of the fit is compared with.
+    two springs stand for all tips of their kinds: those of a square are in two equal plates. A line has no housing, so
+    its springs are just as stiff as the design gives them. A worker makes the solid that the mesh of the fit is
+    compared with.
     """
+    if not design.tips.tip_layout.has_housing:
+        return ideal_springs(design, sizing)
     process = design.process
     targets = sizing.springs.stiffnesses
     deflections = sizing.deflections(design.full_travels_mm)
     springs = springs_as_sized(design, sizing)
     fitted = None
     of_plate = None
-    if design.tips.tip_layout.has_housing and all(spring.printable.passed is not False for spring in springs):
+    if all(spring.printable.passed is not False for spring in springs):
         lengths = tuple(spring.printable.length_mm for spring in springs)
         try:
             guess = housing_for(design, process, lengths, deflections)

@@ -111,6 +111,7 @@ def evaluation_mapping(evaluation: Evaluation) -> Plain:
     readings = evaluation.readings
     report: dict[str, object] = {
         "springs": sizing_keys(evaluation.sizing),
+        "deflections_mm": springs.deflections,
         "contact": contact_keys(evaluation.contact),
         "level": target_keys(evaluation.reached),
         "reading": None if readings is None else reading_keys(readings),
@@ -118,7 +119,6 @@ def evaluation_mapping(evaluation: Evaluation) -> Plain:
     }
     if not springs.ideal:
         report["flexures"] = {spring.name: spring_keys(spring, springs) for spring in springs.springs}
-        report["deflections_mm"] = springs.deflections
     if evaluation.press is not None:
         tips = evaluation.design.tips
         report["response"] = response_keys(tips, evaluation.contact, springs, evaluation.press.table)

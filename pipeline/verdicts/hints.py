@@ -15,7 +15,6 @@ Hint = Callable[[Verdict, Design, FittedSprings], str | None]
 
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "`--fruit-stiffness contact` sizes the springs for the true contact"
-OTHER_LAYOUT = "take a layout that has a housing: `--set tips.layout=pair`"
 LEAST_OVER_HEIGHT_ERROR = 5.0  # travel over how far apart tips of a printed part may stand: less reads the print
 _WITHIN = 0.98  # of a bound, so that rounding and error bars keep it
 _DIGITS = 3
@@ -93,9 +92,9 @@ def _travel(verdict: Verdict, design: Design, springs: FittedSprings) -> str | N
 
 def _ratio(_verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
     """Return what parts the sensor from the level one with flat tips that targets size springs for."""
-    if springs.housing is None:
+    if springs.housing is None and not springs.ideal:
         return "the springs were not made: see printable.low and printable.high"
-    if design.springs.given:
+    if design.springs.given and design.tips.tip_layout.is_pair:
         return "leave the springs to the targets: `--set springs.K_l_N_per_m= --set springs.K_h_N_per_m=`"
     return _straight(_verdict, design, springs)
 
@@ -116,11 +115,9 @@ def _straight(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str
     return None
 
 
-def _not_made(verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
+def _not_made(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
     if verdict.value is not None:
         return None
-    if not design.tips.tip_layout.has_housing:
-        return OTHER_LAYOUT
     return "make both springs printable first: see printable.low and printable.high"
 
 
@@ -156,7 +153,6 @@ HINTS: Mapping[str, Hint | str] = {
     "printable.high": _travel,
     "bruise": _travel,
     **dict.fromkeys(CLEARANCES, _travel),
-    "geometry.layout": OTHER_LAYOUT,
     "reading.lift": _less_tilt,
     "reading.relaxation": _steadier,
 }

@@ -48,7 +48,8 @@ def sensor_verdicts(
 ) -> tuple[Verdict, ...]:
     """Return the verdicts on readings or force ratio, springs and tips; without a press none that needs it.
 
-    A design with a reading is evaluated by that, not by its force ratio.
+    A design with a reading is evaluated by that, not by its force ratio. A line has no housing, so no verdict is on
+    one.
     """
     contact = contact.per_spring(*design.tips.spring_groups)
     springs = springs.per_spring
@@ -64,9 +65,11 @@ def sensor_verdicts(
     if by_ratio and press is not None:
         verdicts.append(displacement_verdict(press.table))
         verdicts.append(monotonic_verdict(press.scan))
-    verdicts += [printable_verdict(spring) for spring in springs.springs]
+    has_housing = design.tips.tip_layout.has_housing
+    if has_housing:
+        verdicts += [printable_verdict(spring) for spring in springs.springs]
     if press is not None:
-        if design.tips.tip_shape.obeys_hertz:
+        if has_housing and design.tips.tip_shape.obeys_hertz:
             verdicts.append(tip_face_verdict(design, press))
         limits = design.fruit.bruise_limits_MPa
         if by_ratio and limits:

@@ -137,7 +137,7 @@ def numbers(value: Any, key: str = "") -> dict[str, Any]:
 
 def error_bar(report: dict[str, Any]) -> float:
     """Return the relative error that the report itself gives its forces: of the contact and of both springs."""
-    springs = [report["flexures"][name].get("error_percent") or 0.0 for name in ("low", "high")]
+    springs = [spring.get("error_percent") or 0.0 for spring in report.get("flexures", {}).values()]
     return 1e-2 * ((report["contact"]["error_percent"] or 0.0) + sum(springs))
 
 

@@ -66,11 +66,12 @@ def scene_in_words(design: Design) -> str:
             f", at tilts up to {design.reading.tilt_deg:g} degrees, up to {design.reading.off_centre_mm:g} mm off the "
             f"apex and on radii up to {100.0 * design.reading.radius_spread:g} % off"
         )
+    made = f"made by {design.print.process}" if tips.tip_layout.has_housing else "a line of tips has no housing"
     return (
         f"{len(tips.names)} tips ({tips.layout}, {tips.shape}, {tips.side_mm:g} mm, {tips.spacing_mm:g} mm apart), "
         f"pressed {design.press.travel_mm:g} mm into a {fruit.shape}{radius} {fruit.length_mm:g} x "
         f"{fruit.width_mm:g} x {fruit.depth_mm:g} mm, of {min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa{poses}; "
-        f"made by {design.print.process}.{_changes_in_words(design)}"
+        f"{made}.{_changes_in_words(design)}"
     )
 
 

@@ -206,7 +206,7 @@
 
   function speedAgainstError() {
     const solves = [["contact", report.contact.seconds, report.contact.error_percent],
-      ...Object.entries(report.flexures).map(([name, spring]) => [`${name} spring`, spring.seconds, spring.error_percent])]
+      ...Object.entries(report.flexures || {}).map(([name, spring]) => [`${name} spring`, spring.seconds, spring.error_percent])]
       .filter(([, seconds, error]) => seconds > 0 && error > 0);
     need(solves.length, "nothing was solved");
     const asked = 100 * report.accuracy.tolerance;

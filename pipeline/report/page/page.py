@@ -36,13 +36,14 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
     verdicts = [answer.in_percent(verdict) for verdict in report.verdicts]
     scene = scene_of(report.design, result.press.height_offsets)
     own = {file.path for file in report.files}.difference(report.stale)  # not those of a design before this one
-    bodies, missing = _drawn(
-        {
+    draws: dict[str, Callable[[], Plain]] = {"skin under the tips": lambda: skin_body(report, scene)}
+    if report.design.tips.tip_layout.has_housing:
+        draws = {
             "assembly": lambda: assembly_body(folder, report.stale),
             "springs under load": lambda: flexure_body(report, result),
-            "skin under the tips": lambda: skin_body(report, scene),
+            **draws,
         }
-    )
+    bodies, missing = _drawn(draws)
     drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
     page_data = {
         "report": data,
@@ -70,6 +71,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         report=report,
         command=result.options.command,
         answer=told,
+        has_housing=report.design.tips.tip_layout.has_housing,
         not_passed=not_passed,
         numbers=[*not_passed, *(one for _, one in targets if one.passed)][:3],
         scene=answer.scene_in_words(report.design),

@@ -8,7 +8,6 @@ from collections.abc import Collection, Mapping
 from cad.design.design_file import design_as_mapping, design_from_mapping, overridden
 from cad.design.parameters import Design, GivenSprings
 from cad.design.processes import PROCESSES
-from cad.tips.layouts import LAYOUTS
 from cad.tips.shapes import OPTIONAL_KEYS
 
 Value = float | str | tuple[float, ...] | None
@@ -73,9 +72,6 @@ def in_words(changes: Changes) -> str:
 
 def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:
     """Return the changes that may mend some verdicts, with fewer steps where contact is solved on cells."""
-    if "geometry.layout" in failed:  # no housing is drawn for a line: no other key mends it
-        layouts = [layout.name for layout in LAYOUTS.values() if layout.has_housing]
-        return [[{"tips.layout": name, **_unset(design, ["tips.order", "tips.outer_mm"])}] for name in layouts]
     return [[change] for change in _words(design, set(failed))] + _numbers(design, set(failed), on_cells=on_cells)
 
 

@@ -12,7 +12,6 @@ from mesh.session import MeshError
 from pipeline import run
 from pipeline.evaluate import check_targets, refuse_unsolvable
 from pipeline.options import RunOptions
-from pipeline.report.solids import NO_LINE
 from pipeline.response.scene_press import TRAVELS, pressed_at, scene_of
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import ideal_springs
@@ -33,7 +32,7 @@ _BISECTIONS_ON_CELLS = 2
 _BEYOND = 0.05  # by how much a bound is passed over, so that the solved leaves and error bars pass too
 ROUGH = 0.02  # tolerance of the springs whose contact is good enough to try a change
 _TRAVEL = "press.travel_mm"
-# Readings of flat tips are too slow to try, and none is known to pass.
+# Readings of flat tips are too slow to try.
 _FLAT_TIPS = failed("reading.bias", "tips with a dome", unit="1", reference="readings of flat tips")
 UNSOLVED = (ExportError, InputError, MeshError, SolveError)
 
@@ -156,8 +155,6 @@ class Search:
 
     def _verdicts(self, design: Design) -> tuple[Verdict, ...]:
         """Return the verdicts of a design with ideal springs, fewer where the first ones decide that it fails."""
-        if not design.tips.tip_layout.has_housing:
-            return (NO_LINE,)
         if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
             return (_FLAT_TIPS,)
         refuse_unsolvable(design)

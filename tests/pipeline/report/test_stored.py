@@ -78,7 +78,7 @@ def assert_part(value, whole):
 
 
 DAMAGED = [
-    *(((key,), GONE, key) for key in ("design", "deflections_mm", "files")),
+    *(((key,), GONE, key) for key in ("design", "flexures", "deflections_mm", "files")),
     (("housing",), [1], "housing"),
     (("response",), "text", "response"),
     (("contact",), 3, "contact"),

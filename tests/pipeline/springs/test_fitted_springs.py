@@ -16,7 +16,7 @@ from cad.parts.housing import solid_size
 from cad.quantity import InputError
 from mesh.session import MeshError
 from pipeline.options import RunOptions
-from pipeline.springs.fitted_springs import fit_springs
+from pipeline.springs.fitted_springs import fit_springs, tip_height_offsets
 from pipeline.springs.leaf_lengths import FittedHousing
 from solve.contact.scene import SidewaysGive
 from solve.linear import SolveError
@@ -143,12 +143,15 @@ def test_tips_of_a_square_are_coupled_within_their_plate_alone():
     assert np.array_equal(C, expected)
 
 
-def test_springs_that_are_not_made_stand_for_every_tip_of_their_kind(fit):
+def test_springs_of_a_line_are_just_those_it_gives_for_every_tip_of_their_kind(fit):
+    """It has no housing: nothing is fitted, no tip moves another one, and none hangs by its weight."""
     line = replace(GENTLE, tips=replace(GENTLE.tips, layout="line", order="HLH", spacing_mm=6.0))
     springs = springs_of(line)
     assert fit.asked == []
     assert springs.housing is None
-    assert np.diag(springs.C) == pytest.approx([1 / 20.0, 1 / 1.2, 1 / 20.0], rel=1e-12)
+    np.testing.assert_allclose(springs.C, np.diag([1 / 20.0, 1 / 1.2, 1 / 20.0]), rtol=1e-12)
+    assert (springs.errors, springs.sideways, springs.ideal) == ((0.0, 0.0), None, True)
+    assert tip_height_offsets(springs, "down") == ()
 
 
 def test_square_is_fitted_as_one_plate(fit):

@@ -10,7 +10,7 @@ from cad.design.parameters import Design, GivenSprings, Print, Targets
 from cad.design.tips import Press, Tips
 from cad.quantity import Estimate
 from pipeline.options import RunOptions, load_design
-from pipeline.verdicts.hints import CONTACT_SIZES, OTHER_LAYOUT, SEARCH, hint, shorter_travel, with_hints
+from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, shorter_travel, with_hints
 
 ROUGH = RunOptions(tolerance=0.02)
 
@@ -36,12 +36,12 @@ def test_verdicts_that_did_not_pass_have_hints_and_no_others(design, made):
         assert bool(verdict.remedy) == (verdict.passed is not True)
 
 
-def test_springs_of_a_layout_without_a_housing_are_not_told_to_be_printable():
-    line = load_design("docs/examples/fouly.toml")
-    springs = springs_of(Design())
-    not_made = dataclasses.replace(GOOD, name="K_l", value=None, passed=None)
-    assert hint(not_made, line, springs, ROUGH) == OTHER_LAYOUT
-    assert hint(not_made, Design(), springs, ROUGH) != OTHER_LAYOUT
+def test_line_that_misses_P_max_is_told_of_its_tips_and_not_of_its_springs():
+    """Its springs are never made, and targets size a pair alone."""
+    line = load_design("docs/examples/fouly.toml", {"reading": "", "tips.shape": "sphere", "tips.socket": "pin"})
+    ideal = dataclasses.replace(springs_of(Design(), made=False), ideal=True)
+    missed = dataclasses.replace(GOOD, name="P_max", passed=False)
+    assert "tips.shape=cube" in hint(missed, line, ideal, ROUGH)
 
 
 def test_given_springs_that_miss_P_max_are_left_to_the_targets():

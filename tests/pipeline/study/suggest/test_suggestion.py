@@ -8,7 +8,7 @@ from stand_ins import GOOD, result_of
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings, Print, Targets
 from cad.design.processes import PROCESSES
-from cad.design.tips import Press, Tips
+from cad.design.tips import Press
 from cad.quantity import InputError
 from pipeline.options import RunOptions, load_design
 from pipeline.study.suggest import changes
@@ -20,11 +20,7 @@ BRUISED = Design(fruit=Fruit(bruise_limit_MPa=1.2))
 TIPS = frozenset({"tips.side_mm", "tips.spacing_mm"})
 STIFF = Design(targets=Targets(NL=0.001))
 OWN = dataclasses.replace(PROCESSES["fdm-petg"], name="mine")
-LINE = Design(
-    tips=Tips(layout="line", order="LHL", outer_mm=0.01),
-    targets=None,
-    springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0),
-)
+GIVEN = Design(springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0))
 
 
 @pytest.fixture(autouse=True)
@@ -54,9 +50,8 @@ def searched(design, fixed=frozenset(), budget=room.BUDGET):
     [
         (dataclasses.replace(STIFF, print=Print(process="mine"), printer=OWN), "printable.high", {"print.process"}),
         (Design(press=Press(travel_mm=3.0)), "printable.low", {"press.travel_mm"}),
-        (LINE, "geometry.layout", {"tips.layout", "tips.order", "tips.outer_mm"}),
     ],
-    ids=["NL out of reach of one's own process", "strain", "line"],
+    ids=["NL out of reach of one's own process", "strain"],
 )
 def test_planted_fault_is_mended(design, name, keys):
     search, names, passing = searched(design)
@@ -185,7 +180,7 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
     ("design", "failed", "keys"),
     [
         (STIFF, {"printable.high"}, {"targets.NL", "targets.P_max", "print.process", "press.travel_mm"}),
-        (dataclasses.replace(LINE, targets=Targets()), {"K_l"}, {"springs.K_l_N_per_m", "springs.K_h_N_per_m",
+        (GIVEN, {"K_l"}, {"springs.K_l_N_per_m", "springs.K_h_N_per_m",
          "print.process", "press.travel_mm"}),
         (Design(), {"geometry.frame_clearance"}, {"press.travel_mm"}),
         (Design(), {"bruise"}, {"tips.side_mm", "tips.spacing_mm", "press.travel_mm"}),
