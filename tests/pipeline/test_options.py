@@ -43,9 +43,16 @@ def test_without_presets_a_path_is_asked_for(tmp_path, monkeypatch):
 
 
 def test_changes_are_numbers_lists_or_their_text():
-    given = load_design("paper", {"targets.NL": 0.06, "fruit.E_MPa": [1, 2], "name": "mine", "tips.shape": "cylinder"})
-    assert (given.targets.NL, given.fruit.E_MPa, given.name, given.tips.shape) == (0.06, (1.0, 2.0), "mine", "cylinder")
-    texts = {"targets.NL": "0.06", "fruit.E_MPa": "[1, 2]", "name": "mine", "tips.shape": "cylinder"}
+    given = load_design(
+        "paper", {"targets.NL": 0.06, "fruit.E_MPa": [1, 2], "name": "mine", "print.process": "fdm-pla"}
+    )
+    assert (given.targets.NL, given.fruit.E_MPa, given.name, given.print.process) == (
+        0.06,
+        (1.0, 2.0),
+        "mine",
+        "fdm-pla",
+    )
+    texts = {"targets.NL": "0.06", "fruit.E_MPa": "[1, 2]", "name": "mine", "print.process": "fdm-pla"}
     assert load_design("paper", texts) == given
     assert load_design("paper", {"fruit.E_MPa": (1.0, 2.0)}).fruit == Fruit(E_MPa=(1.0, 2.0))
     block = {"fruit.radius_mm": None, "fruit.thickness_mm": None, "fruit.shape": "block"}
