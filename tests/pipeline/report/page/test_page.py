@@ -152,7 +152,7 @@ def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat
 
 @pytest.mark.parametrize(
     ("table", "key", "value"),
-    [("press", "roll_deg", 1.5), ("press", "strain", "large"), ("tips", "gap_mm", 0.4), ("tips", "socket", "pin")],
+    [("press", "roll_deg", 1.5), ("press", "attitude", "down"), ("tips", "gap_mm", 0.4), ("tips", "socket", "pin")],
 )
 def test_scene_tells_keys_that_are_not_the_default(flat_page, table, key, value):
     design = flat_page.report.design
