@@ -1,4 +1,4 @@
-"""What the step between two meshes does not see of a curve's error: sizes by tests/fits/test_large_strain.py.
+"""What the step between two meshes does not see of a curve's error: sizes by tests/fits/test_flat_punch.py.
 
 Fractions of the force over the linear one [1], each the most over three laws, nu from 0.05 to 0.49 and edges up to
 0.07: of a sharp edge at nu < 0.3 the step between the meshes is larger than all of them.
