@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -78,7 +78,7 @@ class Readings:
     each modulus. `plates` is by how much E moves where the two plates of a square are mounted as far off as their holes
     allow, before the tips are zeroed on a hard plate [1]; 0 for one plate. `flesh` is by how much E moves to either
     side where the flesh under domes obeys the law of Hencky or of Storakers [1]. `face_mm` is how wide the face of a
-    dome must be to hold the contact in every pose, 0 for other tips.
+    dome must be to hold the contact in every pose, 0 for other tips. `presses` are those of all poses.
     """
 
     method: str
@@ -93,6 +93,7 @@ class Readings:
     plates: float = 0.0
     flesh: float = 0.0
     face_mm: float = 0.0
+    presses: Presses | None = field(default=None, repr=False, compare=False)
 
     @property
     def worst_bias(self) -> ModulusReading:
@@ -143,7 +144,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     face_mm = float(presses.face_mm.max())
     level_has_no_reading = np.isnan(biases[:, 0]).any()
     if level_has_no_reading or np.isnan(biases).all(axis=1).any():
-        return Readings(method=model.method, lift=lift, refused=refused, face_mm=face_mm)
+        return Readings(method=model.method, lift=lift, refused=refused, face_mm=face_mm, presses=presses)
 
     level = presses.F[:, 0]
     errors = _modulus_errors(sensor, presses.moduli, level, presses.error[:, 0])
@@ -160,7 +161,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
             rows.append(ModulusReading(E=E, bias=float(biases[i, worst]), worst=placement, sources=sources))
     except ReadingError as error:  # tips or springs that the fruit hardly moves
         refused = f"forces of a level press that are off by a ten-thousandth have no reading: {error}"
-        return Readings(method=model.method, lift=lift, refused=refused, face_mm=face_mm)
+        return Readings(method=model.method, lift=lift, refused=refused, face_mm=face_mm, presses=presses)
     widest = first_largest(row.sources.total for row in rows)
     largest = _largest_bias([row.bias for row in rows])
     uncertainty = rows[widest].sources.total
@@ -179,6 +180,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
         full_scale=tuple(presses.full_scale.tolist()),
         flesh=flesh,
         face_mm=face_mm,
+        presses=presses,
     )
 
 

@@ -137,14 +137,16 @@ class Presses:
     """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
 
     F is nan where a contact runs off the face of a dome. `flesh` [N], as F, is what Hencky's law of flesh adds under
-    domes; `error` [1], (moduli, placements, samples), is the largest relative error of a force; `face_mm` (moduli,
-    placements) is how wide the face of a dome must be to hold every contact of a press, 0 for other tips.
+    domes; `mean_pressure` [MPa], as F, is that of each contact; `error` [1], (moduli, placements, samples), is the
+    largest relative error of a force; `face_mm` (moduli, placements) is how wide the face of a dome must be to hold
+    every contact of a press, 0 for other tips.
     """
 
     moduli: tuple[float, ...]
     placements: tuple[Placement, ...]
     F: Floats
     flesh: Floats
+    mean_pressure: Floats
     error: Floats
     face_mm: Floats
 
@@ -183,6 +185,7 @@ class PressedSensor:
             placements=tuple(placements),
             F=forces.F.reshape(*shape, -1),
             flesh=forces.F_flesh.reshape(*shape, -1),
+            mean_pressure=forces.mean_pressure.reshape(*shape, -1),
             error=forces.error.reshape(shape),
             face_mm=forces.face_mm.reshape(shape).max(axis=2),
         )

@@ -29,6 +29,7 @@ class SensorResponse:
     `F_error` of the forces of the tips that touch (nan where none does), `P_error` of P. `P_step` [1] is by how much P
     lies, over itself, above that on a coarser grid of cells. `cells` counts the contact cells. Both are 0 where the law
     needs no cells.
+    `mean_pressure` [MPa], as F, is that of the contact of each dome; None for other tips.
     """
 
     E: Floats
@@ -41,6 +42,7 @@ class SensorResponse:
     P_step: Floats
     cells: int
     info: SolveInfo
+    mean_pressure: Floats | None = None
 
 
 def spring_compliance(*stiffnesses: float) -> Floats:

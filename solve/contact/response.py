@@ -61,8 +61,9 @@ def scene_response(
 def _joined(responses: Sequence[SensorResponse]) -> SensorResponse:
     """Return responses to the same travels, each at its own moduli, as one."""
     columns: dict[str, Any] = {}
-    for name in ("E", "F", "P", "slope_ratio", "F_error", "P_error", "P_step"):
-        columns[name] = np.concatenate([getattr(response, name) for response in responses])
+    for name in ("E", "F", "P", "slope_ratio", "F_error", "P_error", "P_step", "mean_pressure"):
+        values = [getattr(response, name) for response in responses]
+        columns[name] = None if values[0] is None else np.concatenate(values)
     seconds = sum(response.info.seconds for response in responses)
     return replace(responses[0], **columns, info=replace(responses[0].info, seconds=seconds))
 
@@ -123,7 +124,12 @@ def _dome_response(
     shape = (len(moduli), len(x), len(C))
     response = response_of_forces(moduli, x, domes.F.reshape(shape), domes.rates.reshape(shape), groups, info)
     error = domes.relative_error.reshape(shape).max(axis=2)
-    return replace(response, F_error=response.F_error + error, P_error=response.P_error + 2.0 * error)
+    return replace(
+        response,
+        F_error=response.F_error + error,
+        P_error=response.P_error + 2.0 * error,
+        mean_pressure=domes.mean_pressure.reshape(shape),
+    )
 
 
 def _grid_response(

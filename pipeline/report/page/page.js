@@ -1,17 +1,39 @@
 "use strict";
-/* Draws the page of a report: sliders, plots, bodies. `report` is report.json, `law` is law.js. */
+/* Draws the page of a report: sliders, plots, bodies. `report` is report.json, `tables` are those of tables.py. */
 (function () {
-  const { report } = data;
-  const law = sensorLaw(data.law);
-  const setting = { ...law.start, K: { ...law.start.K } };
+  const { report, tables, sliders, start, bruise } = data;
+  const setting = { ...start };
   const verdictOf = (name) => report.verdicts.find((verdict) => verdict.name === name);
-  const settings = (changes) => ({ ...setting, ...changes });
   const rows = report.response;
   const travel = report.design.press.travel_mm;
   const tipNames = report.tips.map((tip) => tip.name);
+  const springs = report.tips.map((tip) => tip.spring);
   const tipForces = (row) => row.F_N || [row.F_l_N, row.F_h_N];
   const moduli = { domain: rows.map((row) => row.E_MPa), range: rows.map((_, i) => colours[i % colours.length]) };
   const colourOf = (E) => moduli.range[moduli.domain.indexOf(E)] || "var(--ink)";
+
+  /* The numbers at the sliders, with changes to them, of the table that holds this setting; null where none does. P is
+     the mean force of the high tips over that of the low ones. */
+  const [overTravels, overTilts] = tables;
+  const nothing = { F: springs.map(() => null), pressure: springs.map(() => null), E_read: null, E_over_noise: null };
+  const isHeld = (one) => ({ held }) => Object.entries(held).every(([key, value]) => one[key] === value);
+  function at(changes = {}) {
+    const one = { ...setting, ...changes };
+    const table = tables.find(isHeld(one));
+    const found = table ? lookUp(table, one) : nothing;
+    return { ...found, P: ratioOf(found.F) };
+  }
+  const meanOf = (spring, F) => d3.mean(F.filter((_, tip) => springs[tip] === spring));
+  const ratioOf = (F) => (F.every((one) => one > 0) ? meanOf("high", F) / meanOf("low", F) : null);
+  const sliderOf = (key) => sliders.find((one) => one.key === key);
+  const steps = ({ min, max }, count) => d3.range(count + 1).map((i) => min + ((max - min) * i) / count);
+  const travels = () => steps(sliderOf("travel"), 25);
+  const worst = ({ pressure }) => d3.max(pressure, (one) => one ?? NaN);
+  const errorOf = ({ E_read: read }, E) => (read === null ? NaN : 100 * (read / E - 1));
+  const isRead = sliderOf("noise") !== undefined;
+  const { E_MPa: shown } = report.design.fruit;
+  /* What the fruit stands [MPa], between the moduli that have a limit. */
+  const limitAt = (E) => (bruise.length < 2 ? bruise[0] : d3.scaleLinear(shown, bruise).clamp(true)(E));
 
   /* Plots: each returns the options of Plot.plot and a caption. */
   const atSlider = (x, y, title) => (Number.isFinite(y) ? Plot.dot([{ x, y }], { x: "x", y: "y", r: 5, fill: "var(--ink)", title: () => title }) : null);
@@ -28,9 +50,8 @@
     });
     const softest = curve.P_softest;
     const chord = softest !== null && Number.isFinite(last(curve.P)) ? [[0, softest], [E_max, last(curve.P)]] : [];
-    const moving = d3.range(1, 41).map((i) => d3.min(law.data.E) + ((E_max - d3.min(law.data.E)) * i) / 40)
-      .map((E) => [E, law.ratioOf(law.forces(settings({ E })))]);
-    const P = law.ratioOf(law.forces(setting));
+    const moving = steps(sliderOf("E"), 40).map((E) => [E, at({ E }).P]);
+    const { P } = at();
     const NL = verdictOf("NL");
     return {
       x: { label: "modulus of the fruit E [MPa]", domain: [0, E_max] }, y: { label: "force ratio P [1]", zero: true },
@@ -67,58 +88,53 @@
     const points = rows.flatMap((row) => d3.zip(row.x_mm, row.P, row.P_error_percent || [])
       .map(([x, y, error]) => ({ E: row.E_MPa, x, y, error })).filter((one) => Number.isFinite(one.y)));
     need(points.length, "a tip is off the fruit at every modulus");
-    const moving = travels().map((x) => [x, law.ratioOf(law.forces(settings({ travel: x })))]);
+    const moving = travels().map((x) => [x, at({ travel: x }).P]);
     const spread = verdictOf("P_displacement_independent");
     return overTravel(points, "force ratio P [1]", [
       Plot.areaY(points, { x: "x", y1: (one) => one.y * (1 - (one.error || 0) / 100), y2: (one) => one.y * (1 + (one.error || 0) / 100), fill: "E", fillOpacity: 0.25 }),
       Plot.line(moving, { stroke: "var(--ink)", strokeDasharray: "2 2" }),
-      atSlider(setting.travel, law.ratioOf(law.forces(setting)), "at the sliders"),
+      atSlider(setting.travel, at().P, "at the sliders"),
     ], `The paper's Fig. 11. Bands: error of P by mesh and springs. Dotted: at the sliders.${spread && Number.isFinite(spread.value) ? ` P varies by at most ${percent(spread.value)} of its mean.` : ""}`);
   }
 
-  const travels = () => (law.data.kind === "table" ? law.data.table.x : d3.range(1, 25).map((i) => (travel * i) / 24));
-
   function forcesOverTravel() {
-    const points = travels().flatMap((x) => law.forces(settings({ travel: x })).map((y, tip) => ({ x, y, tip: tipNames[tip], spring: law.data.springs[tip] })));
-    need(points.some((one) => one.y > 0) && rows.length, "no tip is on the fruit");
+    const points = travels().flatMap((x) => at({ travel: x }).F.map((y, tip) => ({ x, y, tip: tipNames[tip], spring: springs[tip] })));
+    need(rows.length && at().F.some((one) => one > 0), "no tip is on the fruit");
     const solved = d3.least(rows, (row) => Math.abs(row.E_MPa - setting.E));
-    const known = tipForces(solved).flatMap((F, tip) => F.map((y, i) => ({ x: solved.x_mm[i], y, tip: tipNames[tip], spring: law.data.springs[tip] })));
+    const known = tipForces(solved).flatMap((F, tip) => F.map((y, i) => ({ x: solved.x_mm[i], y, tip: tipNames[tip], spring: springs[tip] })));
     return {
       x: { label: "travel x [mm]", domain: [0, travel] }, y: { label: "force [N]", zero: true }, marginRight: 70,
       color: { domain: ["low", "high"], range: [colours[0], colours[1]], legend: true },
       marks: [
-        Plot.line(points, { x: "x", y: "y", z: "tip", stroke: "spring" }),
+        Plot.line(points.filter((one) => one.y !== null), { x: "x", y: "y", z: "tip", stroke: "spring" }),
         Plot.dot(known.filter((one) => Number.isFinite(one.y)), { x: "x", y: "y", stroke: "spring", r: 2 }),
-        ...here(law.forces(setting).map((y, tip) => atSlider(setting.travel, y, `${tipNames[tip]}: ${text(y, "N")}`))),
+        ...here(at().F.map((y, tip) => atSlider(setting.travel, y, `${tipNames[tip]}: ${text(y, "N")}`))),
         Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `tip ${one.tip} (${one.spring} spring)\ntravel ${text(one.x, "mm")}\nforce ${text(one.y, "N")}` })),
       ],
-      caption: `Lines: at the sliders, E ${text(setting.E, "MPa")}. Circles: solved for the design at ${solved.E_MPa} MPa.`,
+      caption: `${setting.tilt === start.tilt ? "Lines" : "Large dots"}: at the sliders, E ${text(setting.E, "MPa")}. Circles: solved for the design at ${solved.E_MPa} MPa.`,
     };
   }
 
-  /* Error of the modulus read [%] over one slider, at three moduli and at that of the slider. */
-  function errorOver(key, label) {
-    const slider = need(law.readable && law.sliders.find((one) => one.key === key), "the browser does not follow it for these tips");
-    const places = d3.range(41).map((i) => slider.min + ((slider.max - slider.min) * i) / 40);
-    const shown = [...new Set([d3.min(law.data.E), d3.max(law.data.E), setting.E])];
-    const error = (E, x) => {
-      const found = law.evaluate(settings({ E, [key]: x }));
-      return found.E_read === null ? NaN : 100 * (found.E_read / E - 1);
-    };
-    const points = shown.flatMap((E) => places.map((x) => ({ E, x, y: error(E, x) }))).filter((one) => Math.abs(one.y) <= 100);
+  /* Error of the modulus read [%] over the tilt, at the ends of the moduli and at that of the slider. */
+  function errorOverTilt() {
+    need(overTilts, "the design has no [reading] with presses over the tilt");
+    const { min, max } = sliderOf("E");
+    const drawn = [...new Set([min, max, setting.E])];
+    const points = drawn.flatMap((E) => steps(sliderOf("tilt"), 40).map((tilt) => ({ E, x: tilt, y: errorOf(lookUp(overTilts, { E, tilt }), E) })))
+      .filter((one) => Math.abs(one.y) <= 100);
     need(points.length, "no setting has a reading within 100 %");
-    const limit = law.data.reading ? 100 * law.data.reading.bias_limit : null;
+    const limit = 100 * report.design.reading.bias_limit;
     return {
-      x: { label }, y: { label: "error of the modulus read [%]" },
-      color: { domain: shown, range: shown.map(colourOf), legend: true, tickFormat: (E) => `${digits(E, 3)} MPa` },
+      x: { label: "tilt along the tips [degrees]" }, y: { label: "error of the modulus read [%]" },
+      color: { domain: drawn, range: drawn.map(colourOf), legend: true, tickFormat: (E) => `${digits(E, 3)} MPa` },
       marks: here([
         Plot.ruleY([0], { stroke: "var(--muted)" }),
-        limit === null ? null : Plot.ruleY([-limit, limit], { stroke: "var(--bad)", strokeDasharray: "5 3" }),
+        Plot.ruleY([-limit, limit], { stroke: "var(--bad)", strokeDasharray: "5 3" }),
         Plot.line(points, { x: "x", y: "y", stroke: "E" }),
-        atSlider(setting[key], error(setting.E, setting[key]), "at the sliders"),
+        atSlider(setting.tilt, errorOf(at(), setting.E), "at the sliders"),
         Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `E ${text(one.E, "MPa")}, ${text(one.x)}\nerror ${text(one.y, "%")}` })),
       ]),
-      caption: `At the other sliders as they stand${limit === null ? "" : "; dashed: the limit of the design"}.`,
+      caption: "At full travel. Dashed: the limit of the design. Large dot: at the sliders.",
     };
   }
 
@@ -130,8 +146,7 @@
       { E: row.E_MPa, y: row.uncertainty_percent, what: "deviation, level", worst: "all sources together" },
     ]).filter((one) => Number.isFinite(one.y));
     need(points.length, "no modulus is read in every pose");
-    const found = law.evaluate(setting);
-    const own = found.E_read === null ? NaN : 100 * Math.abs(found.E_read / setting.E - 1);
+    const own = Math.abs(errorOf(at(), setting.E));
     return {
       x: { label: "modulus of the fruit E [MPa]" }, y: { label: "error of the modulus read [%]", zero: true },
       color: { domain: ["bias, worst pose", "deviation, level"], range: [colours[0], colours[1]], legend: true },
@@ -142,37 +157,33 @@
         atSlider(setting.E, own, `bias at the sliders ${text(own, "%")}`),
         Plot.tip(points, Plot.pointer({ x: "E", y: "y", title: (one) => `E ${text(one.E, "MPa")}\n${one.what} ${text(one.y, "%")}\n${one.worst}` })),
       ]),
-      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. The first tip lifts off at ${text(report.reading.lift_deg)} degrees.${law.readable ? " Large dot: bias at the sliders." : ""}`,
+      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. The first tip lifts off at ${text(report.reading.lift_deg)} degrees.${Number.isFinite(own) ? " Large dot: bias at the sliders." : ""}`,
     };
   }
 
   function pressureOverTravel() {
-    const points = rows.flatMap((row) => row.x_mm.map((x, i) => ({ E: row.E_MPa, x, y: law.meanPressure(tipForces(row).map((F) => F[i]), row.E_MPa) })));
+    const points = rows.flatMap((row) => row.x_mm.map((x) => ({ E: row.E_MPa, x, y: worst(lookUp(overTravels, { E: row.E_MPa, travel: x })) })))
+      .filter((one) => Number.isFinite(one.y));
     need(points.some((one) => one.y > 0), "no tip is on the fruit");
-    const limits = rows.map((row) => ({ E: row.E_MPa, y: law.bruiseLimit(row.E_MPa) })).filter((one) => one.y !== null);
-    const moving = travels().map((x) => [x, law.meanPressure(law.forces(settings({ travel: x })), setting.E)]);
+    const limits = bruise.length ? rows.map((row) => ({ E: row.E_MPa, y: limitAt(row.E_MPa) })) : [];
+    const moving = travels().map((x) => [x, worst(at({ travel: x }))]);
     return overTravel(points, "mean pressure under the worst tip [MPa]", [
       Plot.ruleY(limits, { y: "y", x1: 0.85 * travel, x2: travel, stroke: "E", strokeWidth: 2, strokeDasharray: "5 3" }),
       Plot.line(moving, { stroke: "var(--ink)", strokeDasharray: "2 2" }),
-      atSlider(setting.travel, law.meanPressure(law.forces(setting), setting.E), "at the sliders"),
+      atSlider(setting.travel, worst(at()), "at the sliders"),
     ], `${limits.length ? "Dashed: what the fruit stands." : "No limit is set for this fruit (fruit.bruise_limit_MPa)."} Dotted: at the sliders.`);
   }
 
   function pressureUnderTips() {
-    const F = law.forces(setting);
-    const chosen = [...new Set([law.data.low[0], law.data.high[0]])].filter((tip) => F[tip] > 0);
+    const { F, pressure } = at();
+    const chosen = ["low", "high"].map((spring) => springs.indexOf(spring)).filter((tip) => F[tip] > 0);
     need(chosen.length, "no tip is on the fruit");
+    need(!data.profile.reason, data.profile.reason);
     const points = chosen.flatMap((tip) => {
-      if (law.data.dome !== null) {
-        const radius = law.contactRadius(F[tip], setting.E);
-        const mean = F[tip] / (Math.PI * radius ** 2);
-        return d3.range(-60, 61).map((i) => ({ x: (radius * i) / 60, y: 1.5 * mean * Math.sqrt(1 - (i / 60) ** 2), spring: law.data.springs[tip] }));
-      }
-      need(!data.profile.reason, data.profile.reason);
-      const { x, over_mean: shape } = data.profile[law.data.springs[tip]];
-      return x.map((one, i) => ({ x: one, y: (shape[i] * F[tip]) / law.data.face, spring: law.data.springs[tip] }));
+      const { x, over_mean: shape } = data.profile[springs[tip]];
+      return x.map((one, i) => ({ x: one * Math.sqrt(F[tip] / pressure[tip]), y: shape[i] * pressure[tip], spring: springs[tip] }));
     });
-    const means = chosen.map((tip) => ({ spring: law.data.springs[tip], y: law.meanPressure([F[tip]], setting.E) }));
+    const means = chosen.map((tip) => ({ spring: springs[tip], y: pressure[tip] }));
     return {
       x: { label: "from the middle of the tip [mm]" }, y: { label: "pressure [MPa]", domain: [0, 3 * d3.max(means, (one) => one.y)], clamp: true },
       color: { domain: ["low", "high"], range: [colours[0], colours[1]], legend: true },
@@ -181,7 +192,7 @@
         Plot.ruleY(means, { y: "y", stroke: "spring", strokeDasharray: "5 3" }),
         Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `${one.spring} spring\n${text(one.x, "mm")}: ${text(one.y, "MPa")}` })),
       ],
-      caption: `Along the tips at the sliders; means (dashed): ${means.map((one) => `${one.spring} ${text(one.y, "MPa")}`).join(", ")}. ${law.data.dome === null ? "The shape is that of the design at full travel." : "Hertz's pressure."}`,
+      caption: `Along the tips at the sliders; means (dashed): ${means.map((one) => `${one.spring} ${text(one.y, "MPa")}`).join(", ")}. ${report.design.tips.dome_radius_mm ? "Hertz's pressure." : "The shape is that of the design at full travel."}`,
     };
   }
 
@@ -226,8 +237,7 @@
     ["Force ratio over modulus", ratioOverModulus],
     ["Force ratio over travel", ratioOverTravel],
     ["Force of each tip", forcesOverTravel],
-    ["Error of the reading over the tilt", () => errorOver("tilt", "tilt along the tips [degrees]")],
-    ["Error of the reading off the apex", () => errorOver("place", "off the apex, along the tips [mm]")],
+    ["Error of the reading over the tilt", errorOverTilt],
     ["Error over all poses", readingOverModulus],
     ["Pressure on the skin", pressureOverTravel],
     ["Pressure where the tips touch", pressureUnderTips],
@@ -264,39 +274,22 @@
   /* The table under the sliders. */
   const judged = (passes, words) => ({ outcome: passes ? "passed" : "failed", words });
 
-  function byVerdict(name, value, words = digits) {
-    const rule = law.data.judged[name];
-    if (!rule) return null;
-    if (!Number.isFinite(value)) return judged(false, "a tip is off the fruit");
-    const allowed = rule.relative ? rule.tolerance * rule.limit : rule.tolerance;
-    const within = rule.relative ? percent(rule.tolerance) : words(rule.tolerance);
-    return judged(Math.abs(value - rule.limit) <= allowed, `target ${words(rule.limit)} within ${within}`);
-  }
-
   function numbersOf(found) {
     const numbers = tipNames.map((name, i) => [`force on the tip ${name}`, text(found.F[i], "N"), found.F[i] > 0 ? null : judged(false, "off the fruit")]);
     numbers.push(["force ratio P", text(found.P), null]);
-    if (law.readable) {
-      const asked = law.data.reading;
+    if (isRead) {
+      const asked = report.design.reading;
       const error = found.E_read === null ? null : found.E_read / setting.E - 1;
+      const noise = found.E_read === null ? null : (setting.noise * found.E_read) / found.E_over_noise;
       const rule = asked ? judged(error !== null && Math.abs(error) <= asked.bias_limit, `limit ${percent(asked.bias_limit)}`) : null;
       numbers.push(["modulus read, unit calibrated", text(found.E_read, "MPa"), null]);
       numbers.push(["its error", error === null ? "none" : percent(Math.round(1e5 * error) / 1e5), rule]);
-      const loud = asked && found.noise !== null && found.noise > asked.uncertainty_limit * setting.E; // noise is one source of several
-      numbers.push(["its standard deviation by noise", text(found.noise, "MPa"), loud ? judged(false, `limit ${percent(asked.uncertainty_limit)} of E, all sources together`) : null]);
-      numbers.push(["modulus read with the stiffnesses of the design", text(found.E_uncalibrated, "MPa"), null]);
+      const loud = asked && noise > asked.uncertainty_limit * setting.E; // noise is one source of several
+      numbers.push(["its standard deviation by noise", text(noise, "MPa"), loud ? judged(false, `limit ${percent(asked.uncertainty_limit)} of E, all sources together`) : null]);
     }
-    if ("P_max" in found) {
-      numbers.push(["P at the largest modulus, P_max", text(found.P_max), byVerdict("P_max", found.P_max)]);
-      numbers.push(["nonlinearity NL", percent(found.NL), byVerdict("NL", found.NL, percent)]);
-      numbers.push(["spread of P over the travel", percent(found.spread), byVerdict("P_displacement_independent", found.spread, percent)]);
-    }
-    if (found.reach !== null) {
-      const half = law.data.dome.half_face;
-      numbers.push(["farthest contact from the middle of a face", text(found.reach, "mm"), judged(found.reach <= half, `limit ${text(half, "mm")}, half its face`)]);
-    }
-    numbers.push(["mean pressure under the worst tip", text(found.pressure, "MPa"), found.bruise === null ? null
-      : judged(found.pressure <= found.bruise, `limit ${text(found.bruise, "MPa")}`)]);
+    const limit = limitAt(setting.E);
+    numbers.push(["mean pressure under the worst tip", text(worst(found), "MPa"), limit === undefined ? null
+      : judged(worst(found) <= limit, `limit ${text(limit, "MPa")}`)]);
     return numbers;
   }
 
@@ -304,32 +297,38 @@
     ? made("td", {}, made("span", { className: `outcome ${verdict.outcome}`, textContent: verdict.outcome }), ` ${verdict.words}`)
     : made("td"));
 
-  /* Sliders: one for each that the law follows. */
-  const inputs = law.sliders.map(({ key, label, unit, min, max, step = "any" }) => {
-    const kind = key.startsWith("K-") ? key.slice(2) : null;
-    const input = made("input", { type: "range", id: `slider-${key}`, min, max, step });
-    input.value = kind ? 1000 * law.start.K[kind] : law.start[key];
-    input.defaultValue = input.value;
+  /* Sliders. One that a single table has sets the others to where that table was solved. */
+  const inputs = sliders.map(({ key, label, unit, min, max }) => {
+    const input = made("input", { type: "range", id: `slider-${key}`, min, max, step: "any" });
     const output = made("output", { htmlFor: input.id });
     const name = made("label", { textContent: `${label} [${unit}]`, htmlFor: input.id });
     element("sliders").append(made("div", { className: "slider" }, name, output, input));
     input.addEventListener("input", () => {
-      if (kind) setting.K[kind] = Number(input.value) / 1000; else setting[key] = Number(input.value);
+      setting[key] = Number(input.value);
+      const having = tables.filter(({ axes }) => axes.some((axis) => axis.key === key));
+      if (having.length === 1 && tables.length > 1) moveTo({ ...setting, ...having[0].held });
       moved();
     });
-    return { input, output, unit };
+    return { key, input, output, unit };
   });
 
+  function moveTo(other) {
+    Object.assign(setting, other);
+    for (const { key, input } of inputs) if (Number(input.value) !== setting[key]) input.value = setting[key];
+  }
+
   function show() {
-    for (const { input, output, unit } of inputs) {
-      output.textContent = digits(input.value);
-      input.setAttribute("aria-valuetext", `${digits(input.value)} ${unit}`);
+    for (const { key, input, output, unit } of inputs) {
+      output.textContent = digits(setting[key]);
+      input.setAttribute("aria-valuetext", `${digits(setting[key])} ${unit}`);
     }
-    const numbers = numbersOf(law.evaluate(setting));
+    const numbers = numbersOf(at());
     element("numbers").replaceChildren(...numbers.map(([name, value, verdict]) => made("tr", {},
       made("th", { scope: "row", textContent: name }), made("td", { textContent: value }), judgedCell(verdict))));
-    const wrong = numbers.filter(([, , verdict]) => verdict && verdict.outcome === "failed").map(([name]) => name);
-    element("live-answer").textContent = wrong.length === 0 ? "Everything judged here passes at these settings." : `At these settings fails: ${wrong.join(", ")}.`;
+    const verdicts = numbers.filter(([, , verdict]) => verdict);
+    const wrong = verdicts.filter(([, , { outcome }]) => outcome === "failed").map(([name]) => name);
+    const passed = verdicts.length === 0 ? "No number here has a limit in this design." : "Every number here that has a limit passes.";
+    element("live-answer").textContent = wrong.length === 0 ? passed : `These numbers fail: ${wrong.join(", ")}.`;
     drawAll();
   }
 
@@ -341,8 +340,7 @@
   }
 
   element("reset").addEventListener("click", () => {
-    Object.assign(setting, law.start, { K: { ...law.start.K } });
-    for (const { input } of inputs) input.value = input.defaultValue;
+    moveTo(start);
     show();
   });
   for (const flags of document.querySelectorAll(".hint code")) {
@@ -370,7 +368,8 @@
 
   document.querySelectorAll("[data-verdict]").forEach(verdictScale);
   const drawAll = drawPlots(PLOTS, element("plots"));
+  moveTo(start);
   show();
   setTimeout(() => { showBodies(data.bodies, element("bodies")); showDrawings(); });
-  window.twintip = { law, setting, show };
+  window.twintip = { at, setting, show, sliders };
 }());

@@ -1,5 +1,6 @@
 """report.html: one page of a report that needs no other file, no network and no font from elsewhere."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,8 +11,8 @@ from cad.verdict import Verdict
 from pipeline.report.explain.entries import entries
 from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, flexure_body, skin_body
-from pipeline.report.page.law import law_data
 from pipeline.report.page.mangoes import alike_pairs, seen_mangoes
+from pipeline.report.page.tables import page_tables
 from pipeline.report.page.template import BODIES, FIGURES, packed, rendered
 from pipeline.report.stored import StoredReport, as_data
 from pipeline.report.verdict_rule import UNREAD, bound_sense, fails_unread, limit_text, number_text, tolerance_text
@@ -24,6 +25,7 @@ from solve.halfspace.punch import graded_edges, influence
 from solve.linear import SolveError
 
 _SPEED = 50.0  # mm/s of a filament printer, until the reader types another rate
+_POINTS = 121  # along the contact of a dome
 _CELLS = 17  # along each side of a flat tip, one of them in the middle
 
 
@@ -48,7 +50,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
     page_data = {
         "report": data,
         "verdicts": [as_data(verdict) | {"sense": bound_sense(verdict)} for verdict in verdicts],
-        "law": law_data(report, result),
+        **page_tables(report, result),
         "profile": _pressure_profile(report, result),
         "mangoes": [seen.mango._asdict() | {"P": seen.P} for seen in mangoes],
         "bodies": bodies,
@@ -65,7 +67,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
     paper = [] if report.paper is None else [answer.in_percent(Verdict(**one)) for one in report.paper["verdicts"]]
     return rendered(
         "page.html.j2",
-        (*FIGURES, *BODIES, "law.js", "page.js"),
+        (*FIGURES, *BODIES, "tables.js", "page.js"),
         page_data,
         latest=result.options.look,
         report=report,
@@ -109,18 +111,19 @@ def _drawn(draws: dict[str, Callable[[], Plain]]) -> tuple[list[Plain], dict[str
 
 
 def _pressure_profile(report: StoredReport, result: SensorResult) -> Plain:
-    """Return pressure over its mean [1] along the middle of one flat tip of each spring [mm]; else a reason.
+    """Return pressure over its mean [1] along the middle of one tip of each spring; else a reason.
 
-    Level tips on flat fruit press as one does on a half-space; others as their cells of contact were solved.
+    Positions are over the root of the area [1] that the mean is of: the contact of a dome, the face of another tip.
+    Domes press as Hertz's sphere, level flat tips on flat fruit as one on a half-space, others as their cells of
+    contact were solved.
     """
     design = result.design
-    if design.tips.dome_radius_mm is not None:
-        return {}
     scene = scene_of(design, result.press.height_offsets)
-    if scene.linear:
-        along, over_mean = flat_pressure(design.tips)
+    if design.tips.dome_radius_mm is not None or scene.linear:
+        along, over_mean = dome_pressure() if design.tips.dome_radius_mm is not None else flat_pressure(design.tips)
         profile = {"x": along.tolist(), "over_mean": over_mean.tolist()}
         return {"low": profile, "high": profile}
+    side = math.sqrt(design.tips.face_mm2)
     E = float(result.press.at_largest_E.E[-1])
     try:
         contact = footprint_pressure(scene, result.contact.at(E), result.springs.C, E, design.press.travel_mm)
@@ -137,22 +140,32 @@ def _pressure_profile(report: StoredReport, result: SensorResult) -> Plain:
             return {"reason": "a tip is off the fruit"}
         pressure = contact.cell_forces[tip, :, middle] / (sizes * sizes[middle])
         over_mean = pressure * design.tips.face_mm2 / force
-        profiles[spring] = {"x": centres.tolist(), "over_mean": over_mean.tolist()}
+        profiles[spring] = {"x": (centres / side).tolist(), "over_mean": over_mean.tolist()}
     return profiles
 
 
+def dome_pressure() -> tuple[Floats, Floats]:
+    """Return positions along the middle of Hertz's contact over the root of its area, and the pressure over its mean.
+
+    The pressure is 3/2 of the mean times sqrt(1 - r^2 / a^2), K. L. Johnson, Contact Mechanics, (3.39) [both 1].
+    """
+    over_radius = np.linspace(-1.0, 1.0, _POINTS)
+    return over_radius / math.sqrt(math.pi), 1.5 * np.sqrt(1.0 - over_radius**2)
+
+
 def flat_pressure(tips: Tips) -> tuple[Floats, Floats]:
-    """Return places along the middle of a flat tip on a half-space [mm] and the pressure there over its mean [1].
+    """Return positions along the middle of a flat tip over the root of its face, and the pressure over its mean [1].
 
     Under a round tip it is 1 / (2 sqrt(1 - r^2 / a^2)), K. L. Johnson, Contact Mechanics, (3.34); under a square one
     it is uniform on each of graded cells that go down by the same depth.
     """
     edges = graded_edges(_CELLS)
     along = 0.5 * (edges[1:] + edges[:-1])
+    over_root = tips.side_mm / math.sqrt(tips.face_mm2) * along
     if tips.tip_shape.is_round:
-        return tips.side_mm * along, 0.5 / np.sqrt(1.0 - (2.0 * along) ** 2)
+        return over_root, 0.5 / np.sqrt(1.0 - (2.0 * along) ** 2)
     areas = np.outer(np.diff(edges), np.diff(edges)).ravel()
     moved = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(areas), len(areas))
     pressure = np.linalg.solve(moved, areas)
     over_mean = pressure / (pressure @ areas)
-    return tips.side_mm * along, over_mean.reshape(_CELLS, _CELLS)[_CELLS // 2]
+    return over_root, over_mean.reshape(_CELLS, _CELLS)[_CELLS // 2]

@@ -58,6 +58,12 @@ def dome_page(tmp_path_factory):
 
 
 @pytest.fixture
+def written_page():
+    """Return the function that writes a result into a folder and returns its page."""
+    return written
+
+
+@pytest.fixture
 def preset_page(tmp_path):
     """Return a function that runs a design and returns its page."""
 

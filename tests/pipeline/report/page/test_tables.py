@@ -1,0 +1,259 @@
+"""The sliders play presses of the run: between them the page agrees with a solve, and it holds no others."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+from stand_ins import result_of
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Press
+from cad.theory.contrast_law import contrast_slopes, read_modulus
+from cad.theory.two_spring_law import fruit_stiffness
+from pipeline.options import load_design
+from pipeline.reading.measurement import pressed_sensor
+from pipeline.reading.poses import Placement
+from pipeline.reading.read_out import corrected
+from pipeline.report.page.tables import page_tables
+from pipeline.response.scene_press import scene_of
+from solve.contact.pressure import footprint_pressure
+from solve.contact.response import scene_response
+
+AGREEMENT = 2e-3
+"""Of every number, as the page promises: a tenth of what the forces of a design may be off by its fruit."""
+SIDE = 32  # random values of each of two sliders: 1,024 settings
+SLOPE_STEP = 1e-6  # of P, for the slope of the two-spring law
+
+
+def scene_of_result(result):
+    return scene_of(result.design, result.press.height_offsets, result.springs.sideways)
+
+
+def random_settings(page, rng, key):
+    """Return random moduli and values of another slider over their whole ranges, and a setting for each pair."""
+    ends = page.evaluate("() => Object.fromEntries(window.twintip.sliders.map((s) => [s.key, [s.min, s.max]]))")
+    moduli, values = (rng.uniform(*ends[one], SIDE) for one in ("E", key))
+    settings = [{"E": E, key: value} for E, value in itertools.product(moduli.tolist(), values.tolist())]
+    return moduli, values, settings
+
+
+def evaluated(page, settings):
+    """Return the numbers of the page as arrays, each (settings,) or (settings, tips), nan where there is none."""
+    found = page.evaluate("all => all.map((one) => window.twintip.at(one))", settings)
+    return {key: np.array([one[key] for one in found], dtype=float) for key in found[0]}
+
+
+def off(found, expected):
+    """Return by how much numbers are off at most, over those of a solve, for each setting [1]."""
+    errors = np.abs(found / expected - 1.0)
+    return errors.reshape(len(errors), -1).max(axis=1)
+
+
+def least_whole_travel(result):
+    """Return the least travel of the table [mm] from which on every flat tip touches with its whole face."""
+    design, curve = result.design, result.press.curve
+    scene = scene_of_result(result)
+    for travel in curve.x.tolist():
+        pressure = footprint_pressure(scene, result.contact, result.springs.C, design.fruit.E_max_MPa, travel)
+        if (pressure.cell_forces > 0.0).all():
+            return travel
+    return np.inf
+
+
+def solved_over_travel(result, moduli, travels):
+    """Return forces, P and mean pressures of presses, on the cells of the run where there are any."""
+    full = result.design.press.travel_mm  # the cells follow from the farthest travel
+    scene = scene_of_result(result)
+    solved = scene_response(scene, result.contact, result.springs.C, moduli, [*travels, full])
+    pressure = solved.F / result.design.tips.face_mm2 if solved.mean_pressure is None else solved.mean_pressure
+    count = len(moduli) * len(travels)
+    return solved.F[:, :-1].reshape(count, -1), solved.P[:, :-1].ravel(), pressure[:, :-1].reshape(count, -1)
+
+
+def contrast_readings(result, F):
+    """Return the modulus that a finished sensor reads [MPa], and that over its deviation by one per cent of noise."""
+    read_out = result.read_out
+    law = read_out.contrast
+    one_percent = 0.01 * np.array(read_out.full_scale_N)
+    moduli, noise = [], []
+    for forces in F.tolist():
+        E = read_modulus(law, forces)
+        moduli.append(corrected(E, read_out.level))
+        noise.append(np.linalg.norm(contrast_slopes(law, forces, E).forces * one_percent))
+    return np.array(moduli), 1.0 / np.array(noise)
+
+
+def pair_over_noise(result, F):
+    """Return a modulus over its deviation by one per cent of noise [1]: by the slope of the two-spring law over P."""
+    P = F[:, 1] / F[:, 0]
+    springs = result.springs.stiffnesses
+    one_percent = 0.01 * np.array(result.read_out.full_scale_N)
+    noise = []
+    for ratio, forces in zip(P.tolist(), F, strict=True):
+        above, below = (fruit_stiffness(springs, ratio * (1.0 + side * SLOPE_STEP)) for side in (1.0, -1.0))
+        slope = (above - below) / (2.0 * SLOPE_STEP) / fruit_stiffness(springs, ratio)
+        noise.append(slope * np.linalg.norm(one_percent / forces))
+    return 1.0 / np.array(noise)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("paper", {}),
+        ("paper", {"press.tilt_deg": 1.0}),
+        ("mango", {}),
+        pytest.param("docs/examples/kiwi.toml", {}, marks=pytest.mark.study),
+        pytest.param("docs/examples/fouly.toml", {}, marks=pytest.mark.study),
+    ],
+)
+def test_numbers_over_modulus_and_travel_are_those_of_a_solve(name, changes, preset_page, open_page, rng):
+    """Settings below the first travel of the table at which every flat tip touches whole are where a tip lifts."""
+    written = preset_page(load_design(name, changes))
+    result = written.result
+    page = open_page(written.address)
+    moduli, travels, settings = random_settings(page, rng, "travel")
+    found = evaluated(page, settings)
+    F, P, pressure = solved_over_travel(result, moduli, travels)
+    is_flat = result.design.tips.tip_shape.has_flat_face
+    least = least_whole_travel(result) if is_flat and not result.press.level else 0.0
+    touching = np.array([one["travel"] >= least for one in settings])
+    assert touching.sum() > len(settings) // 2
+    expected = {"F": F, "P": P, "pressure": pressure}
+    if result.read_out.contrast is not None:
+        expected["E_read"], expected["E_over_noise"] = contrast_readings(result, F)
+    elif result.press.level:
+        expected["E_read"], expected["E_over_noise"] = (
+            np.array([one["E"] for one in settings]),
+            pair_over_noise(result, F),
+        )
+    for key, numbers in expected.items():
+        assert off(found[key], numbers)[touching].max() <= AGREEMENT, key
+
+
+@pytest.mark.slow
+def test_numbers_over_the_tilt_are_those_of_a_solve(preset_page, open_page, rng):
+    written = preset_page(load_design("mango"))
+    result, design = written.result, written.result.design
+    page = open_page(written.address)
+    moduli, tilts, settings = random_settings(page, rng, "tilt")
+    assert np.ptp(tilts) > design.reading.tilt_deg
+    found = evaluated(page, settings)
+    sensor = pressed_sensor(
+        design, result.contact, result.springs.C, result.press.height_offsets, result.springs.sideways
+    )
+    placements = [Placement(tilt_deg=(tilt, 0.0)) for tilt in tilts]
+    solved = sensor.presses(moduli.tolist(), placements)
+    F = solved.F[:, :, -1].reshape(len(settings), -1)
+    E_read, over_noise = contrast_readings(result, F)
+    springs = np.array(design.tips.springs)
+    P = F[:, springs == "high"].sum(axis=1) / F[:, springs == "low"].sum(axis=1)
+    pressure = solved.mean_pressure[:, :, -1].reshape(len(settings), -1)
+    expected = {"F": F, "P": P, "pressure": pressure, "E_read": E_read, "E_over_noise": over_noise}
+    for key, numbers in expected.items():
+        assert off(found[key], numbers).max() <= AGREEMENT, key
+
+    # The tilt takes the travel to the full one, and the travel the tilt back.
+    page.focus("#slider-travel")
+    page.keyboard.press("Home")
+    page.focus("#slider-tilt")
+    page.keyboard.press("End")
+    state = page.evaluate("() => ({ ...window.twintip.setting })")
+    assert (state["travel"], state["tilt"]) == (design.press.travel_mm, design.reading.tilt_deg)
+    assert float(page.input_value("#slider-travel")) == design.press.travel_mm
+    page.focus("#slider-travel")
+    page.keyboard.press("Home")
+    assert page.evaluate("() => window.twintip.setting.tilt") == 0.0
+
+
+@pytest.mark.slow
+def test_planted_wrong_number_of_a_table_is_found(flat_page, open_page, rng):
+    page = open_page(flat_page.address)
+    page.evaluate("() => { data.tables[0].numbers.F[1][40][3] *= 1.02; }")
+    moduli, travels, settings = random_settings(page, rng, "travel")
+    F, _, _ = solved_over_travel(flat_page.result, moduli, travels)
+    assert off(evaluated(page, settings)["F"], F).max() > AGREEMENT
+
+
+@pytest.mark.slow
+def test_nothing_is_told_beyond_a_table(flat_page, open_page):
+    page = open_page(flat_page.address)
+    beyond = [{"E": 4.0}, {"travel": 0.61}, {"travel": 0.05}, {"tilt": 0.5}]
+    for found in page.evaluate("all => all.map((one) => window.twintip.at(one))", beyond):
+        assert found == {"F": [None, None], "pressure": [None, None], "P": None, "E_read": None, "E_over_noise": None}
+
+
+def tables_of(written):
+    return page_tables(written.report, written.result)
+
+
+def test_table_is_the_curve_of_the_run(flat_page):
+    (table,) = tables_of(flat_page)["tables"]
+    curve = flat_page.result.press.curve
+    moduli, travels = table["axes"]
+    assert (moduli["key"], moduli["nodes"]) == ("E", curve.E[1:].tolist())
+    assert (travels["key"], travels["nodes"]) == ("travel", curve.x.tolist())
+    assert table["numbers"]["F"][1] == curve.F[1:, :, 1].tolist()
+    np.testing.assert_allclose(table["numbers"]["E_read"], np.tile(curve.E[1:, None], len(curve.x)), rtol=1e-9)
+
+
+def test_sliders_end_where_the_tables_do(flat_page):
+    data = tables_of(flat_page)
+    fruit = flat_page.report.design.fruit
+    ends = {slider["key"]: (slider["min"], slider["max"]) for slider in data["sliders"]}
+    curve = flat_page.result.press.curve
+    assert ends["E"] == (min(fruit.E_MPa), fruit.E_max_MPa)
+    assert ends["travel"] == (curve.x[0], curve.x[-1])
+    assert set(ends) == {"E", "travel", "noise"}
+    assert all(ends[key][0] <= data["start"][key] <= ends[key][1] for key in ends)
+
+
+def test_tip_that_is_off_has_no_reading():
+    """A tilt of 3 degrees lifts a tip by 8 mm times tan 3 = 0.4 mm over the other: it is off at the first travel."""
+    result = result_of(Design(press=Press(tilt_deg=3.0)))
+    assert (result.press.curve.F[1:, 0] == 0.0).any()
+    (table,) = page_tables(written_report(result), result)["tables"]
+    assert table["held"] == {"tilt": 3.0}
+    assert np.isnan(table["numbers"]["E_read"]).all()  # a tilted pair is not read by its ratio
+
+
+def written_report(result):
+    """Return what the tables ask of a report that is not written."""
+    return dataclasses.make_dataclass("Report", ["design", "read_out"])(result.design, result.read_out)
+
+
+def test_domes_are_interpolated_in_logarithms_and_have_their_own_pressure(dome_page):
+    (table,) = tables_of(dome_page)["tables"]
+    assert [axis["log"] for axis in table["axes"]] == [True, True]
+    F, pressure = (np.array(table["numbers"][key]) for key in ("F", "pressure"))
+    contact = np.sqrt(F / pressure / np.pi)  # [mm]
+    assert (contact < 0.5 * dome_page.report.design.tips.side_mm).all()
+
+
+@pytest.mark.slow
+def test_moving_a_slider_changes_numbers_and_plots(flat_page, open_page):
+    page = open_page(flat_page.address)
+    before = page.inner_text("#numbers")
+    plots = page.inner_html("#plots")
+    page.focus("#slider-E")
+    page.keyboard.press("End")
+    page.wait_for_function("(before) => document.getElementById('numbers').innerText !== before", arg=before)
+    last = flat_page.result.press.table.P[-1, -1]
+    assert f"force ratio P\t{float(f'{last:.4g}'):g}" in page.inner_text("#numbers")
+    assert page.inner_html("#plots") != plots
+    page.click("#reset")
+    assert page.inner_text("#numbers") == before
+
+
+@pytest.mark.slow
+def test_pressure_above_its_limit_does_not_pass(open_page, tmp_path, written_page):
+    limit = 1.6  # MPa: more than at 2 MPa, where the sliders start, less than at 3.5 MPa
+    fruit = Fruit(bruise_limit_MPa=(limit,) * len(Fruit().E_MPa))
+    page = open_page(written_page(result_of(Design(fruit=fruit)), tmp_path).address)
+    assert page.locator("#numbers .failed").count() == 0
+    page.focus("#slider-E")
+    page.keyboard.press("End")
+    page.wait_for_selector("#numbers .failed")
+    assert "pressure" in page.inner_text("#live-answer")
