@@ -1,1 +1,1 @@
-"""Drawings that a workshop can work from: views, dimensions, frame and title block, as DXF and as SVG."""
+"""The drawing of the housing: views, dimensions, measuring table, frame and title block, as DXF, SVG and PDF."""

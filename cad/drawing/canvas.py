@@ -14,6 +14,7 @@ from ezdxf.addons.drawing import layout
 from ezdxf.addons.drawing.config import BackgroundPolicy, ColorPolicy, Configuration
 from ezdxf.addons.drawing.frontend import Frontend
 from ezdxf.addons.drawing.properties import RenderContext
+from ezdxf.addons.drawing.recorder import Recorder
 from ezdxf.addons.drawing.svg import SVGBackend
 from ezdxf.document import Drawing
 from ezdxf.entities.dimension import Dimension
@@ -29,6 +30,8 @@ from ezdxf.render.dim_radius import RadiusDimension
 from ezdxf.render.dimension import DimensionRenderer
 from ezdxf.render.hatching import hatch_entity
 
+from cad.drawing.pdf import PdfPage
+
 LAYERS = {
     "PART": 7,
     "DIMENSIONS": 5,
@@ -36,7 +39,6 @@ LAYERS = {
     "SHEET": 8,
     "HATCH": 9,
     "AXES": 4,
-    "HIDDEN": 4,
 }  # with the colour of each, by AutoCAD's index
 THICK = 50  # [0.01 mm on paper], of what is seen and cut; thin lines are half of it, ISO 128-20
 PENS = dict.fromkeys(LAYERS, THICK // 2) | {"PART": THICK, "SHEET": 35}  # [0.01 mm on paper]
@@ -47,7 +49,9 @@ SMALL_MM = 0.5  # below it a length needs a tolerance of its own: ISO 2768-1 has
 HATCH_STEP_MM = 2.0  # on paper, between the lines that mark a cut, ISO 128-50
 MEASURED = "<>"
 """Stands in the text of a dimension for the measured length."""
-_DASHES = {"AXES": ("CENTER", 4.0), "HIDDEN": ("DASHED", 2.5)}  # pattern of ezdxf, and how long on paper
+IN_TABLE = ")"
+"""Follows the letter of a dimension whose tolerance stands in a table."""
+_DASHES = {"AXES": ("CENTER", 4.0)}  # pattern of ezdxf, and how long on paper
 _FONT = "MONOSPACED"
 _STYLE = "WORKSHOP"
 _BY_LAYER = 256
@@ -81,6 +85,11 @@ def text_width(text: str, height: float) -> float:
     return LETTER * height * len(text)
 
 
+def written(length: float, decimals: int = DECIMALS) -> str:
+    """Return a length [mm] as text without zeros at its end."""
+    return f"{length:.{decimals}f}".rstrip("0").rstrip(".")
+
+
 class Canvas:
     """What is drawn of a part [mm], for a sheet of the scale: millimetres of paper over those of the part."""
 
@@ -101,22 +110,26 @@ class Canvas:
         self.space.add_blockref("SHEET", corner, dxfattribs={"xscale": 1.0 / self.scale, "yscale": 1.0 / self.scale})
         return paper
 
-    def extents(self) -> Box:
-        """Return the box around all that is drawn [mm]."""
-        corners = bbox.extents(self.space, fast=True)
+    def count(self) -> int:
+        """Return how many entities are drawn."""
+        return len(self.space)
+
+    def extents(self, after: int = 0) -> Box:
+        """Return the box around all that is drawn [mm], or around what was drawn after so many entities."""
+        corners = bbox.extents(list(self.space)[after:], fast=True)
         return Box(corners.extmin.x, corners.extmin.y, corners.extmax.x, corners.extmax.y)
 
     def label_width(self, label: str, length: float) -> float:
         """Return how long the text of a dimension that measures a length is [mm]."""
-        number = f"{length:.{self._decimals(label, length)}f}".rstrip("0").rstrip(".")
+        number = written(length, self._decimals(label, length))
         return text_width(label.replace(MEASURED, number), self.text_height)
 
     def _decimals(self, label: str, length: float) -> int:
         """Return the decimals of a length [mm], fewer where the general tolerance is all that it has."""
-        return self.decimals if "±" not in label and length >= SMALL_MM else DECIMALS
+        return self.decimals if IN_TABLE not in label and length >= SMALL_MM else DECIMALS
 
     def line(self, start: Point, end: Point, layer: str = "PART") -> None:
-        """Draw a straight line: of long dashes and dots on AXES, of dashes on HIDDEN."""
+        """Draw a straight line: of long dashes and dots on AXES."""
         self.space.add_line(start, end, dxfattribs=self._look(layer))
 
     def _look(self, layer: str) -> dict[str, Any]:
@@ -197,9 +210,9 @@ class Canvas:
         for start, end in itertools.pairwise(points):
             self.line(start, end, layer)
 
-    def arc(self, centre: Point, radius: float, start: float, end: float) -> None:
-        """Draw an arc of the part, counter-clockwise from one angle to another [deg]."""
-        self.space.add_arc(centre, radius, start, end, dxfattribs={"layer": "PART"})
+    def arc(self, centre: Point, radius: float, start: float, end: float, layer: str = "PART") -> None:
+        """Draw an arc, counter-clockwise from one angle to another [deg]."""
+        self.space.add_arc(centre, radius, start, end, dxfattribs={"layer": layer})
 
     def words(
         self, text: str, at: Point, height: float, layer: str = "DIMENSIONS", *, from_the_left: bool = False
@@ -304,12 +317,25 @@ class Canvas:
     def write_svg(self, path: Path, window: Box) -> None:
         """Write what lies in a window of the drawing [mm] as SVG that plots at its scale; raises OSError."""
         backend = SVGBackend()
-        look = Configuration(background_policy=BackgroundPolicy.WHITE, color_policy=ColorPolicy.BLACK)
-        Frontend(RenderContext(self.document), backend, config=look).draw_layout(self.document.modelspace())
-        page = layout.Page(self.scale * (window.right - window.left), self.scale * (window.top - window.bottom))
+        self._play(backend)
+        page = layout.Page(*self._size_on_paper(window))
         settings = layout.Settings(fit_page=False, scale=self.scale)
         paper = BoundingBox2d([(window.left, window.bottom), (window.right, window.top)])
         path.write_text(backend.get_string(page, settings=settings, render_box=paper), encoding="utf-8")
+
+    def write_pdf(self, path: Path, window: Box) -> None:
+        """Write what lies in a window of the drawing [mm] as PDF that prints at its scale; raises OSError."""
+        page = PdfPage((window.left, window.bottom), self.scale)
+        self._play(page)
+        path.write_bytes(page.file(*self._size_on_paper(window)))
+
+    def _play(self, recorder: Recorder) -> None:
+        """Draw all lines, letters and arrows, black on white, on what records them."""
+        look = Configuration(background_policy=BackgroundPolicy.WHITE, color_policy=ColorPolicy.BLACK)
+        Frontend(RenderContext(self.document), recorder, config=look).draw_layout(self.document.modelspace())
+
+    def _size_on_paper(self, window: Box) -> tuple[float, float]:
+        return self.scale * (window.right - window.left), self.scale * (window.top - window.bottom)
 
 
 class _Radius(RadiusDimension):

@@ -1,65 +1,136 @@
-"""The drawing of a housing: section, view from the left, gauges, and every dimension once, on a sheet [mm]."""
+"""The drawing of a housing, which is its measuring sheet too [mm].
+
+It shows the section, the view from the left, that from behind of a plate with pads, the places of the read-out, every
+dimension once, and a table of those that decide K or the contact, with space for what was measured.
+"""
 
 import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import cadquery as cq
 
 from cad.design.processes import Process
-from cad.drawing.canvas import MEASURED, SMALL_MM, Box, Canvas
+from cad.design.readout import Readout
+from cad.drawing.canvas import MEASURED, SMALL_MM, Box, Canvas, Point
 from cad.drawing.lengths import Length, draw_lengths
+from cad.drawing.measuring_table import HEADS, STEP_MM, Characteristic, measuring_table
 from cad.drawing.section import draw_section, hatch_section, section
-from cad.drawing.sheet import BETWEEN_MM, Sheet, Title, on_sheet
-from cad.drawing.view import View, draw_view, views_of
-from cad.parts.housing import DOWEL_MM, Arm, Housing, fillet_corners
-from cad.parts.part import NEAR_MM, Part
+from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, on_sheet
+from cad.drawing.view import draw_view, view_of
+from cad.parts.hall_places import DISC_HEIGHT_MM, DISC_MM, SENSOR_OUT_MM, HallPlaces, hall_places
+from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, Housing, fillet_corners
+from cad.parts.part import NEAR_MM
+from cad.parts.sensor import Sensor
 from cad.theory.strain_gauge import GAUGES, FoilGauge, Span, gauge_spans
 
 _GAUGE_THICK = 0.25  # [mm] of a gauge seen from its edge, many times its thickness
 _ROOM_OF_ROWS_MM = 24.0  # on paper, for two rows of dimensions
+_BESIDE_BEHIND_MM = 20.0  # on paper, left of the view from behind, for its dimensions
+_TITLE = 1.4  # height of the name of a view, in heights of the text
+_ROOM_BEHIND_MM = 14.0  # on paper, above it for one row of them
+_NAME_BELOW_MM = 9.0  # on paper, from it to its name
+_SPOT_MM = 0.8  # on paper, radius of what marks the middle of a sensor
+
+Measured = Mapping[str, Characteristic]
 
 
-def housing_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
-    """Return the sheet of a housing: its section y = 0 seen along +y, and to the right the view from its left.
+@dataclass(frozen=True, kw_only=True)
+class _Shown:
+    """What is drawn: the sensor, its section, what is seen of it, its table, and places of magnets if there are any."""
 
-    Raises InputError for a leaf without room for its gauges.
+    sensor: Sensor
+    cut: cq.Shape
+    pin_cuts: Sequence[cq.Shape]
+    from_left: Sequence[cq.Edge]
+    from_behind: Sequence[cq.Edge]
+    measured: Measured
+    hall: HallPlaces | None
+
+    @property
+    def housing(self) -> Housing:
+        return self.sensor.housing
+
+
+def housing_drawing(sensor: Sensor, title: Title, readout: Readout | None = None) -> Sheet:
+    """Return the sheet of a housing: its section y = 0 seen along +y, to the right the view from its left.
+
+    A plate with pads is shown from behind below them. Raises InputError for a leaf without room for its gauges.
     """
-    cut = section(part.shape)
-    (from_left,) = views_of([part.shape], "left")
-    within_accuracy = f"{MEASURED} ±{title.process.accuracy_mm:g}"
-
-    def draw_views(canvas: Canvas) -> None:
-        draw_section(canvas, cut)
-        lengths = [*_frame_lengths(housing), *_spring_lengths(housing, within_accuracy), *_tip_lengths(housing)]
-        draw_lengths(canvas, lengths, Box(housing.left, 0.0, housing.right, housing.top_level))
-        for arm in housing.arms:
-            _draw_in_window(canvas, arm, within_accuracy)
-            _draw_stop(canvas, housing, arm)
-        _draw_callouts(canvas, housing)
-        if housing.pin_side:
-            _draw_pins(canvas, housing)
-        front = canvas.extents()
-        _draw_from_the_left(canvas, housing, from_left, front.right + BETWEEN_MM / canvas.scale)
-        _draw_cutting_line(canvas, housing, front)
-        for centre, radius in (
-            *((hole, 0.5 * housing.hole_diameter) for hole in housing.holes),
-            *((hole, 0.5 * housing.dowel_hole) for hole in housing.dowels),
-        ):
-            canvas.centre_mark(centre, radius)
-        hatch_section(canvas, cut)
-        gauge = GAUGES[housing.gauges]
-        if gauge is not None:
-            draw_gauges(canvas, housing, gauge, front.top + BETWEEN_MM / canvas.scale)
-
-    return on_sheet(draw_views, _notes(housing, title.process), title)
+    housing = sensor.housing
+    pins = [body.shape for body in sensor.pin_bodies()]
+    is_hall = readout is not None and readout.transducer == "displacement"
+    shown = _Shown(
+        sensor=sensor,
+        cut=section(sensor.part.shape),
+        pin_cuts=[section(pin) for pin in pins],
+        from_left=view_of(cq.Compound.makeCompound([sensor.part.shape, *pins]), "left"),
+        from_behind=view_of(sensor.part.shape, "behind") if housing.back_to_back else (),
+        measured=measuring_table(sensor, title.process),
+        hall=hall_places(housing, sensor.press) if is_hall else None,
+    )
+    return on_sheet(lambda canvas: _draw_views(canvas, shown), _notes(shown, title.process), title)
 
 
-def _frame_lengths(housing: Housing) -> list[Length]:
-    """Return the lengths around the frame: outer sizes, walls, holes for screws and dowels."""
+def _draw_views(canvas: Canvas, shown: _Shown) -> tuple[Table, list[Box]]:
+    """Draw all views; return the table, and the box around each view."""
+    housing = shown.housing
+    measured = shown.measured
+    _draw_section(canvas, shown)
+    gauge = GAUGES[housing.gauges]
+    if gauge is not None:
+        draw_gauges(canvas, housing, gauge, canvas.extents().top + BETWEEN_MM / canvas.scale)
+    hatch_section(canvas, shown.cut)
+    boxes = [canvas.extents()]
+    for draw_beside in (_draw_from_the_left, _draw_from_behind) if shown.from_behind else (_draw_from_the_left,):
+        drawn = canvas.count()
+        draw_beside(canvas, shown, boxes[0])
+        boxes.append(canvas.extents(after=drawn))
+    rows = [row for one in measured.values() for row in one.rows]
+    to_fill = ("plate 1", "plate 2") if housing.back_to_back else ("measured",)
+    return Table(heads=HEADS, to_fill=to_fill, rows=rows), boxes
+
+
+def _draw_section(canvas: Canvas, shown: _Shown) -> None:
+    housing = shown.housing
+    measured = shown.measured
+    draw_section(canvas, shown.cut)
+    for pin in shown.pin_cuts:
+        draw_section(canvas, pin, "NOTES")
+    lengths = [
+        *_frame_lengths(housing, measured),
+        *_spring_lengths(housing, measured),
+        *_tip_lengths(housing, measured),
+    ]
+    draw_lengths(canvas, lengths, Box(housing.left, -housing.pin_out, housing.right, housing.top_level))
+    for arm in housing.arms:
+        _draw_in_window(canvas, arm, measured[f"{arm.name} thickness"])
+        _draw_stop(canvas, housing, arm, measured[f"{arm.name} stop"])
+    _draw_callouts(canvas, housing, measured["fillet"])
+    if shown.hall is not None:
+        _draw_magnets(canvas, housing, shown.hall)
+    level = canvas.extents().top + 1.6 * canvas.text_height
+    canvas.words("A-A", (0.5 * (housing.left + housing.right), level), _TITLE * canvas.text_height)
+    _mark_holes(canvas, housing, lambda x, z: (x, z))
+
+
+def _mark_holes(canvas: Canvas, housing: Housing, place: Callable[[float, float], Point]) -> None:
+    """Draw the centre lines of the holes for screws and dowels, each where a view has it."""
+    for diameter, holes in ((housing.hole_diameter, housing.holes), (housing.dowel_hole, housing.dowels)):
+        for hole in holes:
+            canvas.centre_mark(place(*hole), 0.5 * diameter)
+
+
+def _frame_lengths(housing: Housing, measured: Measured) -> list[Length]:
+    """Return the lengths around the frame: outer sizes, walls, holes for screws, how far the tips stand out of it."""
     low, high = housing.arms
     bottom_left = (housing.left, housing.protrusion)
     top_left = (housing.left, housing.top_level)
     top_right = (housing.right, housing.top_level)
     lower_hole, upper_hole = low.holes
-    tip_corner = (low.centre - 0.5 * housing.tip_side, 0.0)
-    lengths = [
+    half_tip = 0.5 * (housing.pin_side or housing.tip_side)
+    tip_corner = (low.centre - half_tip, -housing.pin_out)
+    return [
         Length("top", top_left, top_right),
         Length("top", upper_hole, high.holes[1]),
         Length("top", top_left, upper_hole),
@@ -68,16 +139,11 @@ def _frame_lengths(housing: Housing) -> list[Length]:
         Length("left", bottom_left, top_left),
         Length("left", lower_hole, upper_hole),
         Length("left", bottom_left, lower_hole),
-        Length("left", tip_corner, bottom_left),
+        Length("left", tip_corner, bottom_left, measured["height"].label()),
     ]
-    if housing.dowels:
-        first, last = sorted(housing.dowels)
-        lengths.append(Length("top", first, last))
-        lengths.append(Length("left", bottom_left, first))
-    return lengths
 
 
-def _spring_lengths(housing: Housing, within_accuracy: str) -> list[Length]:
+def _spring_lengths(housing: Housing, measured: Measured) -> list[Length]:
     """Return the levels of the leaves, and the length of those of each spring."""
     high = housing.arms[1]
     lower_root = (high.wall, high.levels[0])
@@ -89,7 +155,7 @@ def _spring_lengths(housing: Housing, within_accuracy: str) -> list[Length]:
     for arm in housing.arms:
         left, right = arm.roots
         underside = arm.levels[0] - 0.5 * arm.flexure.thickness
-        lengths.append(Length("bottom", (left, underside), (right, underside), within_accuracy))
+        lengths.append(Length("bottom", (left, underside), (right, underside), measured[f"{arm.name} length"].label()))
     return lengths
 
 
@@ -98,16 +164,21 @@ def _has_neck(housing: Housing) -> bool:
     return max(housing.shuttle_width, housing.depth) - housing.tip_side > NEAR_MM
 
 
-def _tip_lengths(housing: Housing) -> list[Length]:
+def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
     """Return the distance of the tips, and the widths and levels of tips and necks."""
     low, high = housing.arms
     half_width = 0.5 * housing.shuttle_width
     neck = housing.neck_level
     high_tip = (high.centre, 0.0)
+    out = housing.pin_out
     lengths = [
-        Length("bottom", (low.centre, 0.0), high_tip),
+        Length("bottom", (low.centre, -out), (high.centre, -out), measured["spacing"].label()),
         Length("bottom", (low.centre - half_width, neck), (low.centre + half_width, neck), f"2x {MEASURED}"),
     ]
+    if out:
+        lengths.append(
+            Length("left", (low.centre - 0.5 * housing.pin_side, -out), (low.centre - 0.5 * housing.tip_side, 0.0))
+        )
     if not _has_neck(housing):
         return lengths
     lengths.append(Length("right", high_tip, (high.centre + half_width, neck)))
@@ -117,60 +188,60 @@ def _tip_lengths(housing: Housing) -> list[Length]:
     return lengths
 
 
-def _draw_in_window(canvas: Canvas, arm: Arm, within_accuracy: str) -> None:
+def _draw_in_window(canvas: Canvas, arm: Arm, measured: Characteristic) -> None:
     """Draw the thickness of the leaves and the name of the spring, in the window between its leaves."""
     height = canvas.text_height
     left, right = arm.roots
     thickness = arm.flexure.thickness
     lower_leaf, upper_leaf = arm.levels
     underside = upper_leaf - 0.5 * thickness
+    label = measured.label()
     x = left + max(0.6 * height, 0.1 * (right - left))
-    text_at = (x + 0.6 * height + 0.5 * canvas.label_width(within_accuracy, thickness), underside - 2.0 * height)
-    canvas.length("z", (x, underside), (x, underside + thickness), text_at, x, within_accuracy)
+    text_at = (x + 0.6 * height + 0.5 * canvas.label_width(label, thickness), underside - 2.0 * height)
+    canvas.length("z", (x, underside), (x, underside + thickness), text_at, x, label)
     middle = (0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf) + 0.3 * height)
     canvas.words(f"{arm.name.upper()} SPRING", middle, 0.8 * height)
 
 
-def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm) -> None:
-    """Draw the gap over a shuttle, its text in the top bar."""
+def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: Characteristic) -> None:
+    """Draw the gap over a shuttle, its text in the top bar, or in the shuttle where that is too low."""
     height = canvas.text_height
     x = arm.centre
     shuttle = arm.top_level
     stop = housing.cavity_level
-    text_at = (x - 0.8 * height, stop + 0.7 * height + 0.5 * canvas.label_width(MEASURED, stop - shuttle))
-    canvas.length("z", (x, shuttle), (x, stop), text_at, x, text_rotation=90.0)
+    label = measured.label()
+    half = 0.5 * canvas.label_width(label, stop - shuttle)
+    is_in_bar = housing.top_level - stop > 2.0 * (half + 0.7 * height)
+    middle = stop + 0.7 * height + half if is_in_bar else shuttle - 0.7 * height - half
+    text_at = (x - 0.8 * height, middle)
+    canvas.length("z", (x, shuttle), (x, stop), text_at, x, label, text_rotation=90.0)
 
 
-def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
-    """Draw radii and diameters: of fillets, of holes for screws and for dowels where there are any."""
+def _draw_callouts(canvas: Canvas, housing: Housing, measured: Characteristic) -> None:
+    """Draw the radius of the fillets, and at the upper left hole the diameter of those for screws."""
     height = canvas.text_height
     low = housing.arms[0]
     radius = housing.low.fillet
     root_top = low.levels[0] + 0.5 * low.flexure.thickness
     centre = (low.wall + radius, root_top + radius)
-    label = f"{len(fillet_corners(housing))}x {MEASURED}"
+    label = measured.label(f"{len(fillet_corners(housing))}x {MEASURED}")
     canvas.callout("radius", centre, radius, (low.wall, root_top + 1.4 * height), "right", label, angle=225.0)
-    call_out_screw_holes(canvas, housing)
-    if housing.dowels:
-        beside = (housing.right, housing.top_level + 2.4 * height)
-        canvas.callout(
-            "diameter", housing.dowels[-1], housing.dowel_hole, beside, "right", f"2x {MEASURED}, ream {DOWEL_MM:g} H7"
-        )
-
-
-def call_out_screw_holes(canvas: Canvas, housing: Housing) -> None:
-    """Draw the diameter [mm] of the holes for screws, at the upper left one, its text beside that corner."""
-    beside = (housing.left, housing.top_level + 2.4 * canvas.text_height)
+    beside = (housing.left, housing.top_level + 2.4 * height)
     label = f"{len(housing.holes)}x {MEASURED}"
     canvas.callout("diameter", housing.holes[1], housing.hole_diameter, beside, "left", label)
 
 
-def _draw_cutting_line(canvas: Canvas, housing: Housing, front: Box) -> None:
-    """Draw both ends of the line A-A through the view from the left, looked along +y, and the name of its section."""
+def _draw_magnets(canvas: Canvas, housing: Housing, hall: HallPlaces) -> None:
+    """Draw the magnets in the front of the shuttles, before the plane of the section."""
+    for arm in housing.arms:
+        for below in (hall.upper_disc, hall.lower_disc):
+            canvas.circle((arm.centre, housing.top_level - below), 0.5 * DISC_MM, "NOTES")
+
+
+def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
+    """Draw both ends of the line A-A through the view from the left [mm], looked along +y, and the name of the view."""
     height = canvas.text_height
-    views = canvas.extents()
-    middle = front.right + BETWEEN_MM / canvas.scale + housing.pad_height + 0.5 * housing.depth
-    for end, inwards in ((views.top, -1.0), (views.bottom, 1.0)):
+    for end, inwards in ((view.top, -1.0), (view.bottom, 1.0)):
         start = end - 1.2 * inwards * height
         canvas.line((middle, start), (middle, start - 2.0 * inwards * height))
         arrow = (middle - 1.6 * height, start - inwards * height)  # +y is to the left there
@@ -178,40 +249,98 @@ def _draw_cutting_line(canvas: Canvas, housing: Housing, front: Box) -> None:
         for side in (0.3, -0.3):
             canvas.line(arrow, (arrow[0] + 0.8 * height, arrow[1] + side * height), "DIMENSIONS")
         canvas.words("A", (middle + height, arrow[1]), 1.2 * height)
-    canvas.words("A-A", (0.5 * (housing.left + housing.right), views.top + 1.6 * height), 1.4 * height)
+    canvas.words("FROM THE LEFT", (middle, view.top + 5.0 * height), height)
 
 
-def _draw_pins(canvas: Canvas, housing: Housing) -> None:
-    """Draw the pins in their pockets."""
-    side = housing.pin_side
-    out = housing.pin_out
-    for arm in housing.arms:
-        canvas.rectangle(Box(arm.centre - 0.5 * side, -out, arm.centre + 0.5 * side, housing.pocket_depth), "NOTES")
-
-
-def _draw_from_the_left(canvas: Canvas, housing: Housing, view: View, start: float) -> None:
-    """Draw the view from the left, from x = `start` [mm] of the sheet on: the front of the plate to its right."""
+def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None:
+    """Draw the view from the left, to the right of the section: the front of the plate to its right."""
+    housing = shown.housing
+    start = section_box.right + BETWEEN_MM / canvas.scale
+    drawn = canvas.count()
+    measured = shown.measured
     top = housing.top_level
     pad = housing.pad_height
+    out = housing.pin_out
     middle = start + pad + 0.5 * housing.depth
     plate = Box(start + pad, housing.protrusion, start + pad + housing.depth, top)
-    draw_view(canvas, view, (middle, 0.0))
+    draw_view(canvas, shown.from_left, (middle, 0.0))
     tip = 0.5 * housing.tip_side
     top_left = (plate.left, top)
-    lengths = [Length("top", top_left, (plate.right, top))]
+    lengths = [Length("top", top_left, (plate.right, top), measured["depth"].label())]
+    if housing.pin_side:
+        half = 0.5 * housing.pin_side
+        label = measured["tip"].label(f"2x {'Ø' if housing.pin_round else '□'}{MEASURED}")
+        lengths.append(Length("bottom", (middle - half, -out), (middle + half, -out), label))
     if _has_neck(housing):
-        lengths.append(Length("bottom", (middle - tip, 0.0), (middle + tip, 0.0)))
+        label = MEASURED
+        if not housing.pin_side and not housing.dome_radius:
+            label = measured["tip"].label(f"2x □{MEASURED}")
+        lengths.append(Length("bottom", (middle - tip, 0.0), (middle + tip, 0.0), label))
     if pad:
-        foot = max(housing.cover_level, housing.protrusion)
-        lengths.append(Length("top", (start, top), top_left))
-        lengths.append(Length("left", (plate.left, plate.bottom), (start, foot)))
-    draw_lengths(canvas, lengths, Box(start, 0.0, plate.right, top))
+        lengths.append(Length("top", (start, top), top_left, measured["pad"].label()))
+    if shown.hall is not None:
+        lengths += _hall_lengths(canvas, housing, shown.hall, plate.right)
+    draw_lengths(canvas, lengths, Box(start, -out, plate.right, top))
     if housing.dome_radius:
         _, outward = housing.dome_beside(housing.arms[0])
         centre = (middle - outward, housing.dome_radius)  # +y is to the left there
         angle = 270.0 + math.degrees(0.5 * (tip + outward) / housing.dome_radius)  # at its edge
         beside = (middle + tip, -1.2 * canvas.text_height)
-        canvas.callout("radius", centre, housing.dome_radius, beside, "right", f"2x {MEASURED}", angle=angle)
+        label = measured["tip"].label(f"2x S{MEASURED}")
+        canvas.callout("radius", centre, housing.dome_radius, beside, "right", label, angle=angle)
+    _draw_cutting_line(canvas, middle, canvas.extents(after=drawn))
+
+
+def _hall_lengths(canvas: Canvas, housing: Housing, hall: HallPlaces, front: float) -> list[Length]:
+    """Draw the magnets from their side, flush with the front, and the sensor before them; return their places."""
+    corner = (front, housing.top_level)
+    lengths = []
+    for below in (hall.upper_disc, hall.lower_disc):
+        level = housing.top_level - below
+        half = 0.5 * DISC_MM
+        canvas.rectangle(Box(front - DISC_HEIGHT_MM, level - half, front, level + half), "NOTES")
+        lengths.append(Length("right", (front, level), corner))
+    sensor = (front + SENSOR_OUT_MM, housing.top_level - hall.sensor)
+    canvas.circle(sensor, _SPOT_MM / canvas.scale, "NOTES")
+    return [*lengths, Length("right", sensor, corner), Length("bottom", (front, housing.protrusion), sensor)]
+
+
+def _draw_from_behind(canvas: Canvas, shown: _Shown, above: Box) -> None:
+    """Draw the back of a plate of a square below the other views: its pads, and its holes for dowels from its edges."""
+    housing = shown.housing
+    height = canvas.text_height
+    at = (
+        above.left + _BESIDE_BEHIND_MM / canvas.scale + housing.right,
+        above.bottom - BETWEEN_MM / canvas.scale - housing.top_level - _ROOM_BEHIND_MM / canvas.scale,
+    )
+
+    def seen(x: float, z: float) -> tuple[float, float]:
+        return at[0] - x, at[1] + z
+
+    draw_view(canvas, shown.from_behind, at)
+    top_left = seen(housing.right, housing.top_level)
+    bottom_left = seen(housing.right, housing.protrusion)
+    bottom_right = seen(housing.left, housing.protrusion)
+    last, first = (seen(*dowel) for dowel in sorted(housing.dowels))
+    lengths = [Length("top", top_left, first), Length("top", first, last), Length("left", bottom_left, first)]
+    if housing.pad_height:
+        foot = max(housing.cover_level, housing.protrusion)
+        post = housing.right - housing.wall_width + SETBACK_MM
+        pad_foot = seen(housing.right, foot)
+        bar = seen(post, housing.cavity_level + SETBACK_MM)
+        lengths += [
+            Length("bottom", pad_foot, seen(post, foot), f"2x {MEASURED}"),
+            Length("left", bar, top_left),
+        ]
+        if foot - housing.protrusion > NEAR_MM:
+            lengths.append(Length("left", bottom_left, pad_foot))
+        canvas.words("PAD", (at[0], 0.5 * (bar[1] + top_left[1])), height)
+    draw_lengths(canvas, lengths, Box(top_left[0], bottom_left[1], bottom_right[0], top_left[1]))
+    _mark_holes(canvas, housing, seen)
+    window_level = at[1] + 0.5 * (housing.cavity_level + housing.protrusion)
+    canvas.callout("diameter", last, housing.dowel_hole, (last[0], window_level), "left", f"2x {MEASURED}")
+    level = bottom_left[1] - _NAME_BELOW_MM / canvas.scale
+    canvas.words("FROM BEHIND", (at[0], level), _TITLE * height)
 
 
 def draw_gauges(canvas: Canvas, housing: Housing, gauge: FoilGauge, level: float) -> None:
@@ -255,32 +384,44 @@ def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: floa
     canvas.words(f"{arm.name.upper()} UPPER LEAF", (0.5 * (left + right), leaf.top + height), 0.7 * height)
 
 
-def centres_of_domes(housing: Housing) -> str:
-    """Return where the spheres of domes stand beside their tips [mm], in words; x and y are those of the plate."""
+def centres_of_domes(housing: Housing) -> list[str]:
+    """Return where the sphere of each dome stands beside its tip [mm], in words; x and y are those of the plate."""
     places = []
     for arm in housing.arms:
         along, across = housing.dome_beside(arm)
         places.append(f"{arm.name} x {along:+.3f}, y {across:+.3f}")
-    return "; ".join(places)
+    return places
 
 
-def _notes(housing: Housing, process: Process) -> list[str]:
+def _notes(shown: _Shown, process: Process) -> list[str]:
     """Return the notes of the sheet, from above."""
+    housing = shown.housing
+    measured = shown.measured
     layer = f", layer {process.layer_mm:g} mm" if process.layer_mm else ""
     faces = "tips are domes as made" if housing.dome_radius else "tip faces sharp-edged"
     notes = [
-        "Millimetres. Section in the middle of the depth, and view from the left.",
+        "Millimetres. Section in the middle of the depth.",
         f"{process.material}{layer}; made flat, this profile in the plane of the bed.",
-        f"Leaves solid: stiffness assumes E = {process.E_MPa:g} MPa. Two leaves of a spring are equal.",
+        f"Leaves solid, E = {process.E_MPa:g} MPa. Two leaves of a spring are equal.",
         f"Gaps over the shuttles are stops; {faces}.",
-        f"Measure leaf thicknesses; calibrate both springs. Under {SMALL_MM:g}: ±{process.accuracy_mm:g}.",
+        "Letters name rows of the table: tolerances, and room for your readings.",
+        f"±{process.accuracy_mm:g}: two sigma of a thin wall by {process.name}; lengths under {SMALL_MM:g} too.",
+        f"{measured['spacing'].letter}): mean of two readings, over both tips and between them.",
+        f"+{STEP_MM:g} moves: stiffness K, or contact or force of that tip, by {STEP_MM:g} mm more.",
+        "Calibrate both springs all the same.",
     ]
     if housing.dowels:
-        notes.append("Plate of a square: MAKE TWO, one turned half round the press axis, pads on pads.")
-        notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6 in holes reamed H7.")
+        notes.append("MAKE TWO: one is turned half round the press axis, pads on pads.")
+        notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6: ream their holes {DOWEL_MM:g} H7.")
     if housing.domes_beside:
-        notes.append(f"Centres of domes from the middle of their tips: {centres_of_domes(housing)}.")
+        notes += [f"Centre of a dome from the middle of its tip: {place}." for place in centres_of_domes(housing)]
+    if shown.hall is not None:
+        notes.append(f"Magnets {DISC_MM:g} x {DISC_HEIGHT_MM:g}, flush in the FRONT of each shuttle, over its tip.")
+        notes.append("The small circle before them is the middle of their Hall sensor.")
     if housing.pin_side:
-        size = f"{housing.pocket_side:g} wide, {housing.pocket_depth:g} deep"
-        notes.append(f"Pockets {size} for pins, see their drawing; these stand out {housing.pin_out:g}.")
+        ends = "edges of their ends sharp" if shown.sensor.tips.tip_shape.is_flat else "ends as in pin.step, polished"
+        notes.append(
+            f"Pins of ground steel, glued in pockets {housing.pocket_side:g} wide, {housing.pocket_depth:g} deep;"
+        )
+        notes.append(f"{ends}.")
     return notes

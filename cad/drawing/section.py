@@ -17,9 +17,9 @@ def section(shape: cq.Shape) -> cq.Shape:
     return plane.intersect(shape).rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0), -90.0)
 
 
-def draw_section(canvas: Canvas, cut: cq.Shape) -> None:
+def draw_section(canvas: Canvas, cut: cq.Shape, layer: str = "PART") -> None:
     """Draw the lines, arcs and circles of a section."""
-    draw_edges(canvas, cut.Edges())
+    draw_edges(canvas, cut.Edges(), layer)
 
 
 def hatch_section(canvas: Canvas, cut: cq.Shape) -> None:

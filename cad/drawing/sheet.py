@@ -1,31 +1,25 @@
-"""The sheet: its size, a standard scale at which the views fit, frame, title block and notes."""
+"""The sheet: its size, a standard scale at which the views fit, frame, title block, table and notes."""
 
 import hashlib
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
 from cad.design.processes import Process
-from cad.drawing.canvas import DECIMALS, Box, Canvas, text_width
+from cad.drawing.canvas import DECIMALS, Box, Canvas, Point, text_width
+from cad.drawing.measuring_table import GENERAL_MM
 from cad.files.file_date import given_date
 
-SCALES = {
-    "50:1": 50.0,
-    "20:1": 20.0,
-    "10:1": 10.0,
-    "5:1": 5.0,
-    "2:1": 2.0,
-    "1:1": 1.0,
-    "1:2": 0.5,
-    "1:5": 0.2,
-}  # ISO 5455
-GENERAL_MM = 0.2  # what no dimension says otherwise: the accuracy of a printed part in print-service guides
+SCALES = {"2:1": 2.0, "1:1": 1.0, "1:2": 0.5, "1:5": 0.2}  # ISO 5455
 BETWEEN_MM = 14.0  # on paper, between the dimensions of one view and the next
 _NOTE_MM = 2.0  # height of a note
 _NOTE_STEP_MM = 4.0  # from one note to the next
+_NOTE_MARGIN_MM = 4.0  # from the frame to the notes
 _ROOM_MM = 4.0  # between views and frame
+_NEAR = 1e-6  # [mm] of round-off
 
 
 class Size(NamedTuple):
@@ -38,49 +32,46 @@ class Size(NamedTuple):
 SIZES = {"A4": Size(297.0, 210.0), "A3": Size(420.0, 297.0), "A2": Size(594.0, 420.0)}  # ISO 216, landscape
 _DIGEST_DECIMALS = 4  # of lengths [mm] in the digest of a drawing: round-off differs between processors
 _CHOICES = (
-    ("A4", "50:1"),
-    ("A4", "20:1"),
-    ("A4", "10:1"),
-    ("A4", "5:1"),
     ("A4", "2:1"),
     ("A3", "2:1"),
     ("A4", "1:1"),
     ("A3", "1:1"),
+    ("A2", "1:1"),
     *itertools.product(("A4", "A3", "A2"), ("1:2", "1:5")),
 )
 _MARGIN = Box(20.0, 10.0, 10.0, 10.0)  # of the frame from the edges of the sheet, ISO 5457
 _BLOCK = Size(124.0, 48.0)  # of the title block
-_LIST_ROW_MM = 6.0  # of a parts list, ISO 7573
-_LIST_WIDTHS = (10.0, 10.0, 22.0, 46.0, 36.0)  # of its cells
-LIST_HEADS = ("item", "count", "part", "size", "number")
+_ROW_MM = 5.0  # of the table on it
+_CELLS_MM = (7.0, 47.0, 12.0, 13.0, 23.0)  # widths of its cells before those for what is measured
+_MEASURED_MM = _BLOCK.width - sum(_CELLS_MM)
+_TABLE_LETTER_MM = 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Title:
-    """What stands in the corner of a drawing: the design, the process, which part it shows, its number and mass [g].
-
-    Material, what it is made by and general tolerance are those of the process where none is given.
-    """
+    """What stands in the corner of a drawing: the design, the process, and the mass of the housing [g]."""
 
     name: str
     process: Process
-    part: str = "housing"
-    number: int = 1
     mass_g: float | None = None
-    material: str = ""
-    made_by: str = ""
-    tolerance: str = ""
-
-    @property
-    def drawing_number(self) -> str:
-        """Return the number of the drawing."""
-        return f"{self.name}-{self.number:02d}"
 
     @property
     def general_tolerance(self) -> str:
         """Return the tolerance of what no dimension says otherwise [mm]."""
-        of_process = "ISO 2768-1 m" if self.process.kind == "dmls" else f"±{GENERAL_MM:g}"
-        return self.tolerance or of_process
+        return "ISO 2768-1 m" if self.process.kind == "dmls" else f"±{GENERAL_MM:g}"
+
+
+class Table(NamedTuple):
+    """A table to be filled in: its heads, heads of the empty cells of each row, and the texts of the other ones."""
+
+    heads: Sequence[str]
+    to_fill: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+    @property
+    def height(self) -> float:
+        """Return how high it is on paper [mm]."""
+        return _ROW_MM * (1 + len(self.rows))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,60 +83,38 @@ class Sheet:
     scale: str
     window: Box
 
-    def write(self, path: Path) -> tuple[Path, Path]:
-        """Write the sheet as DXF and as SVG; return their paths; raises OSError."""
-        dxf = path.with_suffix(".dxf")
-        svg = path.with_suffix(".svg")
+    def write(self, path: Path) -> tuple[Path, ...]:
+        """Write the sheet as DXF, as SVG and as PDF; return their paths; raises OSError."""
+        dxf, svg, pdf = (path.with_suffix(suffix) for suffix in (".dxf", ".svg", ".pdf"))
         dxf.write_text(self.canvas.dxf(), encoding="utf-8", newline="")
         self.canvas.write_svg(svg, self.window)
-        return dxf, svg
+        self.canvas.write_pdf(pdf, self.window)
+        return dxf, svg, pdf
 
 
-def on_sheet(
-    draw_views: Callable[[Canvas], None],
-    notes: Sequence[str],
-    title: Title,
-    parts: Sequence[Sequence[str]] = (),
-) -> Sheet:
+def on_sheet(draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title) -> Sheet:
     """Return the smallest sheet with the largest scale on which the views fit.
 
-    They stand above title block and notes, or above the notes and beside the title block with the list of parts on it,
-    whose rows have a text for each of LIST_HEADS.
+    What draws them returns the table and the boxes around the views [mm]. The table stands on the title block in the
+    right lower corner, the notes in the left one.
     """
-    list_height = _LIST_ROW_MM * (len(parts) + 1) if parts else 0.0
-    notes_height = _NOTE_STEP_MM * (len(notes) + 1)
     decimals = 1 if title.general_tolerance.startswith("±") else DECIMALS
-    canvas = Canvas(max(SCALES.values()), decimals=decimals)
-    draw_views(canvas)
-    least = canvas.extents()  # texts and gaps are of a size on paper: at any smaller scale they take more of the part
+    drawn: dict[str, _Drawn] = {}
     for size, scale in _CHOICES:
-        paper = SIZES[size]
-        left = _MARGIN.left + _ROOM_MM
-        right = paper.width - _MARGIN.right - _ROOM_MM
-        top = paper.height - _MARGIN.top - _ROOM_MM
-        over_block = _MARGIN.bottom + max(_BLOCK.height + list_height, notes_height) + _ROOM_MM
-        over_notes = _MARGIN.bottom + notes_height + _ROOM_MM
-        rooms = (Box(left, over_block, right, top), Box(left, over_notes, right - _BLOCK.width, top))
-        if not _that_hold(rooms, least, SCALES[scale]) and (size, scale) != _CHOICES[-1]:
-            continue
-        if canvas.scale != SCALES[scale]:
+        if scale not in drawn:
             canvas = Canvas(SCALES[scale], decimals=decimals)
-            draw_views(canvas)
-        views = canvas.extents()
-        fitting = _that_hold(rooms, views, canvas.scale)
-        if fitting:
+            drawn[scale] = _Drawn(canvas, *draw_views(canvas))
+        canvas, table, views = drawn[scale]
+        paper = SIZES[size]
+        corner = _corner_of(paper, drawn[scale], notes)
+        if corner is not None:
             break
-    free = fitting[0] if fitting else rooms[0]
-    # The sheet is laid around the views, in the middle of what is free, so that they keep their places.
-    left = 0.5 * (views.left + views.right - (free.left + free.right) / canvas.scale)
-    bottom = 0.5 * (views.bottom + views.top - (free.bottom + free.top) / canvas.scale)
+    # The sheet is laid around the views so that they keep their places; what fits on none stands at its left edge.
+    left, bottom = corner or (views[0].left, min(view.bottom for view in views))
     window = Box(left, bottom, left + paper.width / canvas.scale, bottom + paper.height / canvas.scale)
     on_paper = canvas.paper((left, bottom))
     _draw_frame(on_paper, paper, notes)
-    for number, row in enumerate([LIST_HEADS, *parts] if parts else []):
-        base = _MARGIN.bottom + _BLOCK.height + number * _LIST_ROW_MM
-        cells = [_Cell("", text, width) for text, width in zip(row, _LIST_WIDTHS, strict=True)]
-        _draw_row(on_paper, paper, cells, base, _LIST_ROW_MM)
+    _draw_table(on_paper, paper, table)
     # Nobody counts the changes of a design, so the digest of what is told tells whether two prints are the same.
     texts = [text for text, _ in canvas.texts()]
     lengths = [round(float(length.get_measurement()), _DIGEST_DECIMALS) for length in canvas.dimensions()]
@@ -154,11 +123,72 @@ def on_sheet(
     return Sheet(canvas=canvas, size=size, scale=scale, window=window)
 
 
-def _that_hold(rooms: Sequence[Box], views: Box, scale: float) -> list[Box]:
-    """Return the rooms [mm of paper] that are large enough for views [mm of the part] at a scale."""
-    width = scale * (views.right - views.left)
-    height = scale * (views.top - views.bottom)
-    return [room for room in rooms if width <= room.right - room.left and height <= room.top - room.bottom]
+class _Drawn(NamedTuple):
+    """What was drawn at a scale: the canvas, the table to stand beside it, and the boxes around its views [mm]."""
+
+    canvas: Canvas
+    table: Table
+    views: Sequence[Box]
+
+
+def _corner_of(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None:
+    """Return where in the drawing the lower left corner of a sheet lies so that nothing overlaps; None where it must.
+
+    The views stand in the middle of the room over table and notes, or in the middle of that beside the table, or in
+    the upper left corner.
+    """
+    canvas, table, views = drawn
+    scale = canvas.scale
+    frame = Box(_MARGIN.left, _MARGIN.bottom, paper.width - _MARGIN.right, paper.height - _MARGIN.top)
+    columns, lines = _note_columns(paper, notes)
+    note_width = columns * (_note_width(notes) + _NOTE_MARGIN_MM)
+    note_box = Box(frame.left, frame.bottom, frame.left + note_width, frame.bottom + _NOTE_STEP_MM * (lines + 1))
+    block = Box(frame.right - _BLOCK.width, frame.bottom, frame.right, frame.bottom + _BLOCK.height + table.height)
+    taken = (note_box, block)
+    if _overlap(note_box, block):
+        return None
+    free = Box(frame.left + _ROOM_MM, frame.bottom + _ROOM_MM, frame.right - _ROOM_MM, frame.top - _ROOM_MM)
+    around = Box(*(scale * side for side in _around(views)))
+    middle = 0.5 * (around.left + around.right)
+    level = 0.5 * (around.bottom + around.top)
+    shifts = (
+        (0.5 * (free.left + free.right) - middle, 0.5 * (max(block.top, note_box.top) + free.top) - level),
+        (0.5 * (free.left + block.left) - middle, 0.5 * (note_box.top + free.top) - level),
+        (free.left - around.left, free.top - around.top),
+    )
+    for right, up in shifts:
+        placed = [
+            Box(scale * box.left + right, scale * box.bottom + up, scale * box.right + right, scale * box.top + up)
+            for box in views
+        ]
+        whole = _around(placed)
+        inside = whole.left >= free.left - _NEAR and whole.right <= free.right + _NEAR
+        inside = inside and whole.bottom >= free.bottom - _NEAR and whole.top <= free.top + _NEAR
+        if inside and not any(_overlap(box, one, _ROOM_MM) for box in placed for one in taken):
+            return -right / scale, -up / scale
+    return None
+
+
+def _note_width(notes: Sequence[str]) -> float:
+    return max(text_width(note, _NOTE_MM) for note in notes)
+
+
+def _note_columns(paper: Size, notes: Sequence[str]) -> tuple[int, int]:
+    """Return how many columns of notes stand beside the title block, at least one, and how many lines each has."""
+    room = paper.width - _MARGIN.left - _MARGIN.right - _BLOCK.width
+    columns = max(1, int(room // (_note_width(notes) + _NOTE_MARGIN_MM)))
+    return columns, math.ceil(len(notes) / columns)
+
+
+def _around(boxes: Sequence[Box]) -> Box:
+    left, bottom, right, top = zip(*boxes, strict=True)
+    return Box(min(left), min(bottom), max(right), max(top))
+
+
+def _overlap(box: Box, other: Box, gap: float = 0.0) -> bool:
+    """Say whether two boxes are nearer to each other than a gap [mm]."""
+    beside = box.left >= other.right + gap - _NEAR or other.left >= box.right + gap - _NEAR
+    return not beside and box.bottom < other.top + gap - _NEAR and other.bottom < box.top + gap - _NEAR
 
 
 def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
@@ -166,14 +196,16 @@ def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
     paper.rectangle(Box(0.0, 0.0, size.width, size.height), "NOTES")
     frame = Box(_MARGIN.left, _MARGIN.bottom, size.width - _MARGIN.right, size.height - _MARGIN.top)
     paper.rectangle(frame, "SHEET")
-    level = frame.bottom + 4.0
-    for note in reversed(notes):
-        paper.words(note, (frame.left + 4.0, level), _NOTE_MM, "NOTES", from_the_left=True)
-        level += _NOTE_STEP_MM
+    _, lines = _note_columns(size, notes)
+    step = _note_width(notes) + _NOTE_MARGIN_MM
+    for number, note in enumerate(notes):
+        column, line = divmod(number, lines)
+        at = (frame.left + _NOTE_MARGIN_MM + column * step, frame.bottom + _NOTE_STEP_MM * (lines - line))
+        paper.words(note, at, _NOTE_MM, "NOTES", from_the_left=True)
 
 
 class _Cell(NamedTuple):
-    """A cell of the title block: what it is, what stands there, how wide it is [mm of paper]."""
+    """A cell of the title block or the table: what it is, what stands there, how wide it is [mm of paper]."""
 
     head: str
     text: str
@@ -188,6 +220,16 @@ def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> N
     _draw_first_angle(paper, size.width - _MARGIN.right - 10.0, _MARGIN.bottom + 3.2)
 
 
+def _draw_table(paper: Canvas, size: Size, table: Table) -> None:
+    """Draw the table on the title block, its heads above."""
+    widths = (*_CELLS_MM, *[_MEASURED_MM / len(table.to_fill)] * len(table.to_fill))
+    empty = [""] * len(table.to_fill)
+    rows = [[*table.heads, *table.to_fill], *([*row, *empty] for row in table.rows)]
+    for number, texts in enumerate(reversed(rows)):
+        cells = [_Cell("", text, width) for text, width in zip(texts, widths, strict=True)]
+        _draw_row(paper, size, cells, _MARGIN.bottom + _BLOCK.height + number * _ROW_MM, _ROW_MM)
+
+
 def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, row_height: float) -> None:
     """Draw a row of cells from a level on, each with what it is, if that is told, above its text."""
     right = size.width - _MARGIN.right
@@ -196,12 +238,14 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
     for level in (base, top):
         paper.line((x, level), (right, level), "SHEET")
     for cell in cells:
-        tallest = 3.0 if cell.head else 2.0
-        height = min(tallest, (cell.width - 3.0) / text_width(cell.text or " ", 1.0))  # the text fits into its cell
+        tallest = 3.0 if cell.head else _TABLE_LETTER_MM
+        height = min(tallest, (cell.width - 2.5) / text_width(cell.text or " ", 1.0))  # the text fits into its cell
         paper.line((x, base), (x, top), "SHEET")
         if cell.head:
             paper.words(cell.head, (x + 1.0, top - 2.0), 1.4, "NOTES", from_the_left=True)
-        paper.words(cell.text, (x + 1.5, base + (3.8 if cell.head else 3.0)), height, "SHEET", from_the_left=True)
+        level = base + (3.8 if cell.head else 0.5 * row_height)
+        if cell.text:
+            paper.words(cell.text, (x + 1.5, level), height, "SHEET", from_the_left=True)
         x += cell.width
 
 
@@ -213,16 +257,16 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
         _Cell("approved by", "", 40.0),
     )  # ISO 7200
     return (
-        (_Cell("part", f"{title.name}: {title.part}", _BLOCK.width),),
+        (_Cell("part", f"{title.name}: housing", _BLOCK.width),),
         to_sign,
         (
-            _Cell("number", title.drawing_number, 62.0),
+            _Cell("number", f"{title.name}-01", 62.0),
             _Cell("revision", revision, 22.0),
             _Cell("mass", "" if title.mass_g is None else f"{title.mass_g:.3g} g", 40.0),
         ),
         (
-            _Cell("material", title.material or title.process.material, 62.0),
-            _Cell("process", title.made_by or title.process.name, 62.0),
+            _Cell("material", title.process.material, 62.0),
+            _Cell("process", title.process.name, 62.0),
         ),
         (
             _Cell("general tolerance", title.general_tolerance, 40.0),

@@ -1,4 +1,4 @@
-"""What a maker needs beside the part: drawings, coupon, cover, bracket, bill of materials and sheet."""
+"""What a maker needs beside the part: drawing, coupon, cover, bracket, bill of materials and sheet."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,24 +7,17 @@ from pathlib import Path
 import cadquery as cq
 
 from cad.design.readout import Readout
-from cad.drawing.coupon_drawing import coupon_drawing
-from cad.drawing.cover_drawing import cover_drawing
 from cad.drawing.housing_drawing import housing_drawing
-from cad.drawing.pin_drawing import pin_drawing
 from cad.drawing.sheet import Title
-from cad.fabrication.assembly_drawing import assembly_drawing
 from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.bridges import Spring, series_resistor, signal_path
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount import mount_solid
-from cad.fabrication.mount_drawing import mount_drawing
 from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl
 from cad.parts.assembly import COVER_COLOUR
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
-from cad.parts.pin import STEEL_G_PER_CM3
-from cad.parts.pin_socket import tip_solid
 from cad.parts.pose import print_pose
 from cad.parts.sensor import STEEL_COLOUR, Body, Sensor
 
@@ -43,7 +36,7 @@ class MakerFiles:
 def write_fabrication(
     sensor: Sensor, title: Title, springs: Sequence[Spring], folder: Path, readout: Readout | None = None
 ) -> MakerFiles:
-    """Write drawings, coupon, cover, bracket, bom.csv and fabrication.md; return what was written.
+    """Write the drawing, coupon, cover, bracket, bom.csv and fabrication.md; return what was written.
 
     With a read-out its wiring plan, wiring.svg, too.
 
@@ -51,11 +44,9 @@ def write_fabrication(
     """
     housing = sensor.housing
     process = title.process
-    coupon_solid = coupon_part(housing)
-    cover_solid = cover_part(housing)
     bodies = [
-        Body(name="coupon", shape=coupon_solid.shape, colour=_COUPON_COLOUR),
-        Body(name="cover", shape=cover_solid.shape, colour=COVER_COLOUR),
+        Body(name="coupon", shape=coupon_part(housing).shape, colour=_COUPON_COLOUR),
+        Body(name="cover", shape=cover_part(housing).shape, colour=COVER_COLOUR),
         Body(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR),
     ]
     solids = [sensor.housing_body(), *bodies]
@@ -63,41 +54,8 @@ def write_fabrication(
     signal = None if readout is None else signal_path(readout, springs, process, sensor.tips.springs)
     bill = bill_of_materials(sensor, process, springs, masses, signal)
 
-    titles = {
-        "housing": replace(title, mass_g=masses["housing"]),
-        "coupon": replace(title, part="coupon", number=2, mass_g=masses["coupon"]),
-        "cover": replace(title, part="cover, make two", number=3, mass_g=masses["cover"]),
-        "mount": replace(title, part="mount", number=4, mass_g=masses["mount"]),
-    }
-    sheets = {
-        "drawing": housing_drawing(sensor.part, housing, titles["housing"]),
-        "drawing-coupon": coupon_drawing(coupon_solid, housing, titles["coupon"]),
-        "drawing-cover": cover_drawing(cover_solid, housing, titles["cover"]),
-        "drawing-mount": mount_drawing(sensor, bodies[-1].shape, titles["mount"]),
-    }
-    if housing.pin_side:
-        length = housing.pin_out + housing.pocket_depth
-        pin = tip_solid(sensor.tips.tip_shape, length)
-        titles["pin"] = replace(
-            title,
-            part="pin",
-            number=5,
-            mass_g=1e-3 * pin.Volume() * STEEL_G_PER_CM3,
-            material="steel, ground",
-            made_by="grinding",
-            tolerance="ISO 2768-1 f",
-        )
-        count = len(sensor.tips.springs)
-        sheets["drawing-pin"] = pin_drawing(pin, sensor.tips.tip_shape, length, count, titles["pin"])
-    of_assembly = replace(
-        title, part="assembly", number=0, material="see the list", made_by="assembly", tolerance="none"
-    )
-    numbers = {name: title.drawing_number for name, title in titles.items()}
-    sheets["drawing-assembly"] = assembly_drawing(sensor, bodies[-1].shape, bill, numbers, of_assembly)
-    paths: list[Path] = []
-    for name, sheet in sheets.items():
-        paths += sheet.write(folder / name)
-
+    drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]), readout)
+    paths = [*drawing.write(folder / "drawing")]
     read_back = {}
     for body in bodies:
         step = folder / f"{body.name}.step"

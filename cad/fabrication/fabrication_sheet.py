@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from cad.design.tips import Press
+from cad.drawing.measuring_table import PIN_FIT
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import Row, screw_name
 from cad.fabrication.bridges import (
@@ -22,7 +21,8 @@ from cad.fabrication.templates import rendered
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
-from cad.parts.housing import DOWEL_MM, Housing, mounting_error
+from cad.parts.hall_places import hall_places
+from cad.parts.housing import DOWEL_MM, mounting_error
 from cad.parts.sensor import Sensor
 from cad.quantity import COVERAGE, STANDARD_GRAVITY
 from cad.theory.strain_gauge import GAUGES
@@ -31,7 +31,6 @@ _COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupo
 _TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears
 _K_ERROR = 0.01  # of a stiffness (95 %), what rounded readings of a calibration may make of it
 _JIG_FRACTION = 0.9  # of the largest deflection that a calibration presses
-_DISCS_APART_MM = 3.0  # of the two magnets on a shuttle, as the sensitivity of cad/design/electronics.toml takes it
 
 
 def last_digit(full: float) -> float:
@@ -42,25 +41,6 @@ def last_digit(full: float) -> float:
     """
     largest = _K_ERROR / COVERAGE * full * math.sqrt(12.0 * 0.7 / 2.0)
     return 10.0 ** math.floor(math.log10(largest))
-
-
-@dataclass(frozen=True, kw_only=True)
-class HallPlaces:
-    """How far below the upper edge of the frame the middles of both magnets and of their sensor lie [mm]."""
-
-    upper_disc: float
-    lower_disc: float
-    sensor: float
-
-
-def hall_places(housing: Housing, press: Press) -> HallPlaces:
-    """Return where the magnets of a shuttle lie, midway between its leaves, and their sensor in the cover."""
-    middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
-    return HallPlaces(
-        upper_disc=middle - 0.5 * _DISCS_APART_MM,
-        lower_disc=middle + 0.5 * _DISCS_APART_MM,
-        sensor=middle - 0.5 * press.travel_mm,
-    )
 
 
 def fabrication_sheet(
@@ -104,6 +84,7 @@ def fabrication_sheet(
         torque=_TORQUE_N_M,
         washer=WASHER_MM,
         dowel=dowel_length(housing),
+        pin_fit=PIN_FIT,
         dowel_diameter=DOWEL_MM,
         mounting=mounting_error(housing, process.accuracy_mm),
         gauge=GAUGES[housing.gauges],

@@ -80,11 +80,8 @@ def turned_twin(shape: cq.Shape) -> cq.Shape:
     return shape.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)
 
 
-def assembly_bodies(sensor: Sensor, behind: float = 0.0) -> tuple[Body, ...]:
-    """Return every body of a sensor before the press: housing or both plates, covers, screws, dowels, pins, fruit.
-
-    The screws also hold what is so thick behind it all [mm].
-    """
+def assembly_bodies(sensor: Sensor) -> tuple[Body, ...]:
+    """Return every body of a sensor before the press: housing or both plates, covers, screws, dowels, pins, fruit."""
     housing = sensor.housing
     printed = [sensor.housing_body()]
     pins = list(sensor.pin_bodies())
@@ -92,7 +89,7 @@ def assembly_bodies(sensor: Sensor, behind: float = 0.0) -> tuple[Body, ...]:
         printed = _in_both_plates([replace(printed[0], name="plate")], housing)
         pins = _in_both_plates(pins, housing)
     covers = [Body(name=name, shape=shape, colour=COVER_COLOUR) for name, shape in cover_pair(sensor).items()]
-    bought = [Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in fasteners(sensor, behind).items()]
+    bought = [Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in fasteners(sensor).items()]
     return (*printed, *covers, *pins, *bought, sensor.fruit_body())
 
 
@@ -141,14 +138,11 @@ def dowel_length(housing: Housing) -> int | None:
     return max((length for length in DOWEL_LENGTHS_MM if length <= housing.stack), default=None)
 
 
-def fasteners(sensor: Sensor, behind: float = 0.0) -> dict[str, cq.Shape]:
-    """Return by name screws, nuts, washers and dowels [mm], the heads of the screws on the side -y.
-
-    The screws also hold what is so thick behind the sensor [mm].
-    """
+def fasteners(sensor: Sensor) -> dict[str, cq.Shape]:
+    """Return by name screws, nuts, washers and dowels [mm], the heads of the screws on the side -y."""
     housing = sensor.housing
     shapes: dict[str, cq.Shape] = {}
-    screw_set = _screw_set(grip(sensor), behind)
+    screw_set = _screw_set(grip(sensor))
     for number, (x, z) in enumerate(housing.holes, start=1):
         for name, shape in screw_set.items():
             shapes[f"{name} {number}"] = shape.translate(cq.Vector(x, 0.0, z))
@@ -158,10 +152,10 @@ def fasteners(sensor: Sensor, behind: float = 0.0) -> dict[str, cq.Shape]:
     return shapes
 
 
-def _screw_set(grip_mm: float, behind: float) -> dict[str, cq.Shape]:
-    """Return screw, nut and washers about the axis y, y = 0 in the middle of what they hold but for what is behind."""
+def _screw_set(grip_mm: float) -> dict[str, cq.Shape]:
+    """Return screw, nut and washers about the axis y, y = 0 in the middle of what they hold."""
     front = -0.5 * grip_mm
-    back = 0.5 * grip_mm + behind
+    back = 0.5 * grip_mm
     length = screw_length(back - front) or math.ceil(back - front + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
     under_head = front - WASHER_THICKNESS_MM
     shank = _along_y(SCREW_MM, under_head, float(length))

@@ -7,6 +7,7 @@ from cad.quantity import Estimate
 
 STEEL_MPA = 206000.0  # modulus, typical of carbon steel
 STEEL_G_PER_CM3 = 7.85  # likewise
+GROUND_MM = 0.01  # by which ground steel bar is off, as dealers sell it: typical, not a fit
 GLUE_SHEAR_MPA = 1100.0  # of a hard epoxy, E 3 GPa; two thirds of it to twice are taken as possible
 _BONDED_SIDES = 3.0  # the gable leaves the fourth side of a pocket without glue
 # What the foot gives around a pin, over that of its whole face, times E side / (1 - nu^2): middle and half range over

@@ -15,7 +15,7 @@ from cad.design.tips import Attitude, Tips
 from cad.fabrication.bridges import Spring
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
-from cad.parts.pin import pin_mass
+from cad.parts.pin import GROUND_MM, pin_mass
 from cad.quantity import STANDARD_GRAVITY, Estimate, InputError
 from cad.theory.leaf_spring import Flexure
 from cad.theory.strain_gauge import FOIL
@@ -34,7 +34,6 @@ from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
 
-GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
 GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
 
 

@@ -24,9 +24,7 @@ from cad.parts.coupon import modulus_factor
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]
 SHEETS = [
-    "drawing.dxf", "drawing.svg", "drawing-coupon.dxf", "drawing-coupon.svg", "drawing-cover.dxf", "drawing-cover.svg",
-    "drawing-mount.dxf", "drawing-mount.svg", "drawing-assembly.dxf", "drawing-assembly.svg",
-    "coupon.step", "coupon.stl", "cover.step", "cover.stl", "mount.step", "mount.stl", "bom.csv", "fabrication.md",
+    "drawing.dxf", "drawing.svg", "drawing.pdf", "coupon.step", "coupon.stl", "cover.step", "cover.stl", "mount.step", "mount.stl", "bom.csv", "fabrication.md",
 ]  # fmt: skip
 
 

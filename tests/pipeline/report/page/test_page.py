@@ -182,15 +182,15 @@ def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
 
 
 def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tmp_path):
-    texts = {"drawing-cover.svg": "<svg/>", "drawing.svg": "<svg>1</svg>", "drawing-pin.svg": "<svg>before</svg>"}
+    texts = {"wiring.svg": "<svg/>", "drawing.svg": "<svg>1</svg>", "before.svg": "<svg>before</svg>"}
     for name, text in texts.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     (tmp_path / "bom.csv").write_text("count,part,size\n2,cover,6.1 g each\n4,nut,M3\n1,housing,13.9 g each\n")
     files = tuple(listed_files(tmp_path))
-    report = dataclasses.replace(flat_page.report, files=files, stale={"drawing-pin.svg": "another design"})
+    report = dataclasses.replace(flat_page.report, files=files, stale={"before.svg": "another design"})
     page = page_of(report, read_data(flat_page.folder), flat_page.result, tmp_path)
     drawings = data_of(page)["drawings"]
-    assert [drawing["name"] for drawing in drawings] == ["drawing.svg", "drawing-cover.svg"]
+    assert [drawing["name"] for drawing in drawings] == ["drawing.svg", "wiring.svg"]
     assert zlib.decompress(base64.b64decode(drawings[0]["content"])) == b"<svg>1</svg>"
     (cost,) = [attributes for _, attributes in Outline(page).elements if attributes.get("id") == "print-cost"]
     assert float(cost["data-mass"]) == pytest.approx(2 * 6.1 + 13.9)

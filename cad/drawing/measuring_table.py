@@ -1,0 +1,178 @@
+"""The table of the dimensions that decide K or the contact: what to measure, nominal, tolerance, what each moves.
+
+A tolerance is the accuracy of a thin wall by the process, where the process gives it, else the general tolerance.
+What a dimension moves is a closed form: two guided leaves, E w t^3 / L^3 each; the contact of a flat face by its width
+and of a ball by the root of its radius (K. L. Johnson, Contact Mechanics, 1985, 3.35 and 4.23); force by travel.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from cad.design.processes import Process
+from cad.drawing.canvas import IN_TABLE, MEASURED, SMALL_MM, written
+from cad.parts.housing import Housing
+from cad.parts.pin import GROUND_MM
+from cad.parts.sensor import Sensor
+from cad.theory.leaf_spring import Flexure, pair_stiffness
+
+GENERAL_MM = 0.2  # what no dimension says otherwise: the accuracy of a printed part in print-service guides
+PIN_FIT = "h8"  # 0 to -14 um up to 3 mm, -18 um up to 6 mm, ISO 286-2: contact is proportional to the width, to 1.4 %
+STEP_MM = 0.1  # for which the table says what it moves
+HEADS = ("", "measure", "mm", "within", f"+{STEP_MM:g} moves")
+_LETTERS = "abcdefghjkmnpqrstuvwxyz"  # without those that look like a digit
+_LENGTHS_MM = {6.0: 0.1, 30.0: 0.2, 120.0: 0.3, 400.0: 0.5, 1000.0: 0.8}  # ISO 2768-1 m, table 1, up to a length
+_RADII_MM = {3.0: 0.2, 6.0: 0.5, math.inf: 1.0}  # ISO 2768-1 m, table 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Characteristic:
+    """A dimension to be measured [mm]: its letter on the drawing, and the places where it is, each a row.
+
+    `moves` says what 0.1 mm more of it moves.
+    """
+
+    places: tuple[str, ...]
+    nominal: float
+    tolerance: str
+    moves: str = "-"
+    letter: str = ""
+
+    def label(self, text: str = MEASURED) -> str:
+        """Return the text of its dimension on the drawing."""
+        return f"{self.letter}{IN_TABLE} {text}"
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Return its rows of the table as texts, one for each of HEADS."""
+        letters = [self.letter]
+        if len(self.places) > 1:
+            letters = [f"{self.letter}{number}" for number in range(1, len(self.places) + 1)]
+        texts = (written(self.nominal), self.tolerance, self.moves)
+        return [(letter, place, *texts) for letter, place in zip(letters, self.places, strict=True)]
+
+
+def general_mm(process: Process, length: float, *, is_radius: bool = False) -> float:
+    """Return the general tolerance of a length [mm], plus or minus; under 0.5 mm it is the process's of a thin wall."""
+    if length < SMALL_MM:
+        return process.accuracy_mm
+    if process.kind != "dmls":
+        return GENERAL_MM
+    classes = _RADII_MM if is_radius else _LENGTHS_MM
+    return next((within for most, within in classes.items() if length <= most), max(classes.values()))
+
+
+def measuring_table(sensor: Sensor, process: Process) -> Mapping[str, Characteristic]:
+    """Return what is measured of a housing by name, in the order of the table, with letters."""
+    housing = sensor.housing
+    found = {
+        **_leaves(housing, process),
+        "fillet": Characteristic(
+            places=("radius, fillets of leaves",),
+            nominal=housing.low.fillet,
+            tolerance=_within(general_mm(process, housing.low.fillet, is_radius=True)),
+        ),
+        **_stops(housing, process),
+        **_tips(sensor, process),
+    }
+    if housing.pad_height:
+        found["pad"] = _plain("height, pad", housing.pad_height, process)
+    return {name: replace(one, letter=letter) for (name, one), letter in zip(found.items(), _LETTERS, strict=False)}
+
+
+def _within(tolerance: float) -> str:
+    return f"±{tolerance:g}"
+
+
+def _plain(place: str, nominal: float, process: Process, moves: str = "-") -> Characteristic:
+    """Return a characteristic of the general tolerance."""
+    return Characteristic(
+        places=(place,), nominal=nominal, tolerance=_within(general_mm(process, nominal)), moves=moves
+    )
+
+
+def _percent(name: str, ratio: float) -> str:
+    """Return by how much a quantity moves, from what it is multiplied by."""
+    return f"{name} {100.0 * (ratio - 1.0):+.2g} %"
+
+
+def _gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
+    """Return the stiffness of a pair of leaves so much thicker or longer [mm] over what it is."""
+    t, L, w = flexure.thickness, flexure.length, flexure.depth
+    return pair_stiffness(1.0, w, t + thickness, L + length) / pair_stiffness(1.0, w, t, L)
+
+
+def _leaves(housing: Housing, process: Process) -> dict[str, Characteristic]:
+    """Return thickness and length of the leaves by spring, and the depth of the plate."""
+    found = {}
+    within = _within(process.accuracy_mm)
+    for arm in housing.arms:
+        flexure = arm.flexure
+        one_of_two = 0.5 * (1.0 + _gain(flexure, thickness=STEP_MM))
+        found[f"{arm.name} thickness"] = Characteristic(
+            places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
+            nominal=flexure.thickness,
+            tolerance=within,
+            moves=_percent(f"K_{arm.name[0]}", one_of_two),
+        )
+    for arm in housing.arms:
+        found[f"{arm.name} length"] = Characteristic(
+            places=(f"length, {arm.name} leaves",),
+            nominal=arm.flexure.length,
+            tolerance=within,
+            moves=_percent(f"K_{arm.name[0]}", _gain(arm.flexure, length=STEP_MM)),
+        )
+    deeper = (housing.depth + STEP_MM) / housing.depth
+    return {**found, "depth": _plain("depth, leaves", housing.depth, process, _percent("K", deeper))}
+
+
+def _stops(housing: Housing, process: Process) -> dict[str, Characteristic]:
+    """Return the gaps over the shuttles."""
+    return {
+        f"{arm.name} stop": _plain(f"gap, {arm.name} stop", housing.cavity_level - arm.top_level, process)
+        for arm in housing.arms
+    }
+
+
+def _tips(sensor: Sensor, process: Process) -> dict[str, Characteristic]:
+    """Return spacing, heights and widths of the tips; radii where they are domes."""
+    housing = sensor.housing
+    longer = _percent("force", 1.0 + STEP_MM / sensor.press.travel_mm)
+    height = housing.protrusion + housing.pin_out
+    accuracy = GROUND_MM if housing.pin_side else process.accuracy_mm
+    return {
+        "spacing": _plain("tips, middle to middle", housing.spacing, process),
+        "height": Characteristic(
+            places=tuple(f"{arm.name} tip, out of the frame" for arm in housing.arms),
+            nominal=height,
+            tolerance=_within(general_mm(process, height)),
+            moves=longer,
+        ),
+        "level": Characteristic(
+            places=("high less low: k2 - k1",), nominal=0.0, tolerance=_within(accuracy), moves=longer
+        ),
+        "tip": _tip(sensor, process),
+    }
+
+
+def _tip(sensor: Sensor, process: Process) -> Characteristic:
+    """Return what the contact depends on: the radius of a dome, else the width of a face or of a pin."""
+    housing = sensor.housing
+    names = [arm.name for arm in housing.arms]
+    if housing.dome_radius:
+        radius = housing.dome_radius
+        return Characteristic(
+            places=tuple(f"radius SR, {name} dome" for name in names),
+            nominal=radius,
+            tolerance=_within(general_mm(process, radius, is_radius=True)),
+            moves=_percent("contact", math.sqrt((radius + STEP_MM) / radius)),
+        )
+    side = housing.pin_side or housing.tip_side
+    is_flat = sensor.tips.tip_shape.is_flat
+    kind = "pin" if housing.pin_side else "tip"
+    return Characteristic(
+        places=tuple(f"{'diameter' if housing.pin_round else 'width'}, {name} {kind}" for name in names),
+        nominal=side,
+        tolerance=PIN_FIT if housing.pin_side else _within(general_mm(process, side)),
+        moves=_percent("contact", (side + STEP_MM) / side) if is_flat else "-",
+    )

@@ -1,0 +1,100 @@
+"""A drawing as a PDF file of one page: lines, curves and filled areas, at its true size.
+
+Adobe, PDF Reference 1.7, 2006: operators of a page in appendix A, structure of a file in section 3.4.
+"""
+
+import zlib
+from collections.abc import Iterable
+
+from ezdxf.addons.drawing.backend import BkPath2d, BkPoints2d
+from ezdxf.addons.drawing.properties import BackendProperties
+from ezdxf.addons.drawing.recorder import Recorder
+from ezdxf.math import Vec2
+from ezdxf.path.commands import Curve3To, Curve4To, MoveTo
+
+POINTS = 72.0 / 25.4  # of a millimetre
+
+
+class PdfPage(Recorder):
+    """What draws a page in black, in place of recording what is drawn [mm]."""
+
+    def __init__(self, corner: tuple[float, float], scale: float) -> None:
+        """Take the point of the drawing at the page's lower left corner, and mm of paper over those of the drawing."""
+        super().__init__()
+        self._corner = Vec2(corner)
+        self._unit = scale * POINTS
+        self._operators = ["1 J 1 j"]  # round ends and corners
+
+    def file(self, width: float, height: float) -> bytes:
+        """Return the PDF file of the page, whose size is given [mm of paper]."""
+        content = zlib.compress("\n".join(self._operators).encode("ascii"), 9)
+        size = f"/MediaBox [0 0 {width * POINTS:.2f} {height * POINTS:.2f}]".encode("ascii")
+        bodies = (
+            b"<< /Type /Catalog /Pages 2 0 R >>",
+            b"<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
+            b"<< /Type /Page /Parent 2 0 R %s /Resources << >> /Contents 4 0 R >>" % size,
+            b"<< /Length %d /Filter /FlateDecode >>\nstream\n%s\nendstream" % (len(content), content),
+        )
+        file = b"%PDF-1.4\n"
+        offsets = []
+        for number, body in enumerate(bodies, start=1):
+            offsets.append(len(file))
+            file += b"%d 0 obj\n%s\nendobj\n" % (number, body)
+        count = len(bodies) + 1
+        table = b"".join(b"%010d 00000 n \n" % offset for offset in offsets)
+        head = b"xref\n0 %d\n0000000000 65535 f \n" % count
+        end = b"trailer\n<< /Size %d /Root 1 0 R >>\nstartxref\n%d\n%%%%EOF\n" % (count, len(file))
+        return file + head + table + end
+
+    def draw_point(self, pos: Vec2, properties: BackendProperties) -> None:
+        """Draw a point."""
+        self.draw_line(pos, pos, properties)
+
+    def draw_line(self, start: Vec2, end: Vec2, properties: BackendProperties) -> None:
+        """Draw a straight line."""
+        self._stroke(f"{self._at(start)} m {self._at(end)} l", properties)
+
+    def draw_solid_lines(self, lines: Iterable[tuple[Vec2, Vec2]], properties: BackendProperties) -> None:
+        """Draw straight lines."""
+        for start, end in lines:
+            self.draw_line(start, end, properties)
+
+    def draw_path(self, path: BkPath2d, properties: BackendProperties) -> None:
+        """Draw a line of straight and of curved pieces."""
+        self._stroke(self._along(path), properties)
+
+    def draw_filled_paths(self, paths: Iterable[BkPath2d], properties: BackendProperties) -> None:  # noqa: ARG002
+        """Fill what lies within an odd number of outlines."""
+        outlines = [f"{self._along(path)} h" for path in paths if len(path)]
+        if outlines:
+            self._operators.append(" ".join([*outlines, "f*"]))
+
+    def draw_filled_polygon(self, points: BkPoints2d, properties: BackendProperties) -> None:  # noqa: ARG002
+        """Fill a polygon."""
+        first, *others = points.vertices()
+        lines = " ".join(f"{self._at(point)} l" for point in others)
+        self._operators.append(f"{self._at(first)} m {lines} h f")
+
+    def _at(self, *points: Vec2) -> str:
+        """Return points of the drawing in those of the page."""
+        on_page = [self._unit * (Vec2(point) - self._corner) for point in points]
+        return " ".join(f"{point.x:.2f} {point.y:.2f}" for point in on_page)
+
+    def _stroke(self, path: str, properties: BackendProperties) -> None:
+        self._operators.append(f"{POINTS * properties.lineweight:.2f} w {path} S")
+
+    def _along(self, path: BkPath2d) -> str:
+        """Return the operators along a path; a curve of one control point becomes one of two."""
+        here = Vec2(path.start)
+        drawn = [f"{self._at(here)} m"]
+        for command in path.commands():
+            end = Vec2(command.end)
+            if isinstance(command, Curve3To):
+                middle = Vec2(command.ctrl)
+                drawn.append(f"{self._at(here.lerp(middle, 2.0 / 3.0), end.lerp(middle, 2.0 / 3.0), end)} c")
+            elif isinstance(command, Curve4To):
+                drawn.append(f"{self._at(Vec2(command.ctrl1), Vec2(command.ctrl2), end)} c")
+            else:
+                drawn.append(f"{self._at(end)} {'m' if isinstance(command, MoveTo) else 'l'}")
+            here = end
+        return " ".join(drawn)

@@ -1,0 +1,193 @@
+"""The table of the drawing holds what is measured on the solid, by lines through it and by its faces."""
+
+import itertools
+import math
+import re
+from dataclasses import replace
+
+import cadquery as cq
+import pytest
+from squares import RESIN, square_sensor
+
+from cad.design.processes import PROCESSES
+from cad.drawing.housing_drawing import housing_drawing
+from cad.drawing.measuring_table import general_mm, measuring_table
+from cad.drawing.sheet import Title
+from cad.theory.leaf_spring import pair_stiffness
+
+PETG = PROCESSES["fdm-petg"]
+TITLE = Title(name="paper", process=PETG)
+ROUNDED_MM = 0.0051  # to two decimals
+WIDTH_MM = 134.0  # of title block and margin
+FOOT_MM = 58.0  # of the table over the edge of the sheet
+H8_MM = 0.014  # up to 3 mm, ISO 286-2
+
+
+def table_of(sheet):
+    """Return the rows of the table on the title block, 5 mm high, as they stand on a sheet, by their first cells."""
+    right, bottom = sheet.window.right, sheet.window.bottom
+    levels = {}
+    for text, box in sheet.canvas.texts():
+        if (right - box.left) * sheet.canvas.scale < WIDTH_MM:
+            level = ((0.5 * (box.bottom + box.top) - bottom) * sheet.canvas.scale - FOOT_MM) // 5.0
+            levels.setdefault(level, []).append((box.left, text))
+    rows = [[text for _, text in sorted(row)] for level, row in levels.items() if level >= 0.0]
+    return {row[0]: row[1:] for row in rows if re.fullmatch(r"[a-z]\d?", row[0])}
+
+
+def inside(shape, start, end):
+    """Return the pieces of a straight line that lie in a solid [mm from its start], in their order."""
+    start, end = cq.Vector(*start), cq.Vector(*end)
+    pieces = []
+    for edge in cq.Edge.makeLine(start, end).intersect(shape).Edges():
+        ends = sorted((point - start).Length for point in (edge.startPoint(), edge.endPoint()))
+        pieces.append(tuple(ends))
+    return sorted(pieces)
+
+
+def radii(shape, kind):
+    adaptors = [face._geomAdaptor() for face in shape.Faces() if face.geomType() == kind]
+    return [(one.Cylinder() if kind == "CYLINDER" else one.Sphere()).Radius() for one in adaptors]
+
+
+def readings(sensor, shape):
+    """Return what a maker reads of a solid of a housing [mm], by the first cell of the row."""
+    housing = sensor.housing
+    high, deep = 2.0 * housing.top_level, 2.0 * housing.stack
+    found = {}
+    tips, widths, heights = [], [], []
+    for letter, arm, length_letter, stop in zip("ab", housing.arms, "cd", "gh", strict=True):
+        x = 0.5 * (arm.wall + arm.shuttle)
+        (lower, upper, _) = inside(shape, (x, 0.0, -5.0), (x, 0.0, high))
+        found[f"{letter}1"] = upper[1] - upper[0]
+        found[f"{letter}2"] = lower[1] - lower[0]
+        window = -5.0 + 0.5 * (lower[1] + upper[0])
+        wall, shuttle = inside(shape, (2.0 * arm.outer, 0.0, window), (0.5 * arm.centre, 0.0, window))
+        found[length_letter] = shuttle[0] - wall[1]
+        (depth,) = inside(shape, (x, -deep, lower[0] - 4.9), (x, deep, lower[0] - 4.9))
+        found["e"] = depth[1] - depth[0]
+        shaft, bar = inside(shape, (arm.centre, 0.01, -5.0), (arm.centre, 0.01, high))[-2:]
+        found[stop] = bar[0] - shaft[1]
+        post = inside(shape, (arm.outer - 0.7 * arm.sign, 0.0, -5.0), (arm.outer - 0.7 * arm.sign, 0.0, high))
+        if housing.pin_side:
+            tip = next(body.shape for body in sensor.pin_bodies() if body.name.startswith(arm.name)).BoundingBox()
+        else:
+            tip = next(face for face in shape.Faces() if is_tip(face, arm)).BoundingBox()
+        tips.append(tip.center.x)
+        widths.append(tip.xlen)
+        heights.append(post[0][0] - 5.0 - tip.zmin)
+    found["f"] = next(radius for radius in radii(shape, "CYLINDER") if radius < 1.0)
+    found["j"] = tips[1] - tips[0]
+    found["k1"], found["k2"] = heights
+    found["m"] = heights[1] - heights[0]
+    found["n1"], found["n2"] = radii(shape, "SPHERE") if housing.dome_radius else widths
+    if housing.back_to_back:
+        x, z = housing.left + 1.0, 0.5 * (housing.protrusion + housing.top_level)
+        ((front, back),) = inside(shape, (x, -deep, z), (x, deep, z))
+        found["p"] = back - front - found["e"]
+    return found
+
+
+def is_tip(face, arm):
+    box = face.BoundingBox()
+    return box.zmin < 1e-4 and (face.geomType() == "SPHERE" or box.zlen < 1e-4) and box.center.x * arm.sign > 0.0
+
+
+def within(row):
+    return H8_MM if row[2] == "h8" else float(row[2].removeprefix("±"))
+
+
+def faults(table, read):
+    """Return the rows whose readings are out of tolerance."""
+    return [name for name, row in table.items() if abs(read[name] - float(row[1])) > within(row) + 1e-6]
+
+
+@pytest.fixture(scope="module", params=["pair", "square", "pins"])
+def measured(request, sensor, pinned):
+    """Return a sensor and the table of its sheet."""
+    of = {"pair": sensor, "square": square_sensor(), "pins": pinned}[request.param]
+    process = RESIN if request.param == "square" else PETG
+    return of, table_of(housing_drawing(of, replace(TITLE, process=process)))
+
+
+def test_table_of_the_sheet_has_every_dimension_of_the_solid_and_room_for_a_reading(measured):
+    sensor, table = measured
+    read = readings(sensor, sensor.part.shape)
+    assert table.keys() == read.keys()
+    assert all(len(row) == 4 for row in table.values())  # nothing stands in the cells to be filled
+    for name, row in table.items():
+        assert float(row[1]) == pytest.approx(read[name], abs=ROUNDED_MM), row
+    assert faults(table, read) == []
+
+
+def thicker(sensor, name, level, by):
+    """Return the solid of a sensor with more on the upper face of a leaf [mm]."""
+    arm = next(arm for arm in sensor.housing.arms if arm.name == name)
+    top = arm.levels[level] + 0.5 * arm.flexure.thickness
+    left, right = arm.roots
+    corner = cq.Vector(left, -0.5 * sensor.housing.depth, top - 0.01)
+    return sensor.part.shape.fuse(cq.Solid.makeBox(right - left, sensor.housing.depth, by + 0.01, corner))
+
+
+@pytest.mark.parametrize(("name", "level", "row"), [("low", 0, "a2"), ("low", 1, "a1"), ("high", 0, "b2")])
+def test_a_leaf_0_15_mm_too_thick_is_named(sensor, name, level, row):
+    table = table_of(housing_drawing(sensor, TITLE))
+    read = readings(sensor, thicker(sensor, name, level, 0.15))
+    assert faults(table, read) == [row]
+    assert read[row] - float(table[row][1]) == pytest.approx(0.15, abs=1e-6)
+    assert faults(table, readings(sensor, thicker(sensor, name, level, 0.04))) == []
+
+
+def test_a_tip_0_1_mm_too_short_is_named_by_the_difference_of_both(sensor):
+    table = table_of(housing_drawing(sensor, TITLE))
+    high = sensor.housing.arms[1]
+    sanded = sensor.part.shape.cut(cq.Solid.makeBox(2.0, 20.0, 1.1, cq.Vector(high.centre - 1.0, -10.0, -1.0)))
+    lower = {**readings(sensor, sensor.part.shape)}
+    (column, *_) = inside(sanded, (high.centre, 0.01, -5.0), (high.centre, 0.01, 20.0))
+    lower["k2"] -= column[0] - 5.0
+    lower["m"] = lower["k2"] - lower["k1"]
+    assert faults(table, lower) == ["m"]
+
+
+def test_what_a_tenth_more_moves_is_the_law_of_beams_and_of_contact(sensor):
+    """One leaf of two by half, a flat face by its width, a force by the travel of 0.6 mm, a ball by the root of R."""
+    table = measuring_table(sensor, PETG)
+    low = sensor.housing.low
+    K = [pair_stiffness(2000.0, low.depth, t, low.length) for t in (0.8, 0.9)]
+    pairs = {
+        "low thickness": ("K_l", 50.0 * (K[1] / K[0] - 1.0)),
+        "low length": ("K_l", 100.0 * ((25.0 / 25.1) ** 3 - 1.0)),
+        "depth": ("K", 100.0 * 0.1 / 6.0),
+        "height": ("force", 100.0 * 0.1 / 0.6),
+        "tip": ("contact", 10.0),
+    }
+    for name, (what, percent) in pairs.items():
+        assert table[name].moves == f"{what} {percent:+.2g} %"
+    square = measuring_table(square_sensor(), RESIN)
+    assert square["tip"].moves == f"contact {100.0 * (math.sqrt(1.01) - 1.0):+.2g} %"
+
+
+def test_letters_are_different_and_none_looks_like_a_digit(sensor, pinned):
+    for of, process in ((sensor, PETG), (square_sensor(), RESIN), (pinned, PETG)):
+        letters = [one.letter for one in measuring_table(of, process).values()]
+        assert len(set(letters)) == len(letters)
+        assert not {"i", "l", "o"} & set(letters)
+        rows = list(itertools.chain(*(one.rows for one in measuring_table(of, process).values())))
+        assert len({row[0] for row in rows}) == len(rows)
+
+
+@pytest.mark.parametrize(
+    ("process", "length", "is_radius", "tolerance"),
+    [
+        ("fdm-petg", 28.0, False, 0.2),
+        ("fdm-petg", 0.3, False, 0.05),
+        ("sls-pa12", 0.49, False, 0.1),
+        ("dmls-17-4ph", 6.0, False, 0.1),  # ISO 2768-1 m, table 1
+        ("dmls-17-4ph", 30.0, False, 0.2),
+        ("dmls-17-4ph", 31.0, False, 0.3),
+        ("dmls-17-4ph", 0.5, True, 0.2),  # table 2
+        ("dmls-17-4ph", 10.0, True, 1.0),
+    ],
+)
+def test_general_tolerance_is_that_of_the_standard_or_of_print_services(process, length, is_radius, tolerance):
+    assert general_mm(PROCESSES[process], length, is_radius=is_radius) == tolerance
