@@ -275,7 +275,8 @@ class Canvas:
         else:
             foot = text_at[1] - 0.8 * self.text_height
             self.line((level, end), (level, foot), "DIMENSIONS")
-            self.line((level, foot), (text_at[0] + half_text, foot), "DIMENSIONS")
+            aside = math.copysign(half_text, text_at[0] - level)
+            self.line((level, foot), (text_at[0] + aside, foot), "DIMENSIONS")
 
     def callout(
         self,

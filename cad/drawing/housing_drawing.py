@@ -12,7 +12,7 @@ import cadquery as cq
 
 from cad.design.processes import Process
 from cad.design.readout import Readout
-from cad.drawing.canvas import MEASURED, SMALL_MM, Box, Canvas, Point
+from cad.drawing.canvas import MEASURED, SMALL_MM, Box, Canvas, Point, text_width
 from cad.drawing.lengths import Length, draw_lengths
 from cad.drawing.measuring_table import HEADS, STEP_MM, Characteristic, measuring_table
 from cad.drawing.section import draw_section, hatch_section, section
@@ -28,6 +28,7 @@ _GAUGE_THICK = 0.25  # [mm] of a gauge seen from its edge, many times its thickn
 _ROOM_OF_ROWS_MM = 24.0  # on paper, for two rows of dimensions
 _BESIDE_BEHIND_MM = 20.0  # on paper, left of the view from behind, for its dimensions
 _TITLE = 1.4  # height of the name of a view, in heights of the text
+_NAME = 0.8  # height of the name of a spring, likewise
 _ROOM_BEHIND_MM = 14.0  # on paper, above it for one row of them
 _NAME_BELOW_MM = 9.0  # on paper, from it to its name
 _SPOT_MM = 0.8  # on paper, radius of what marks the middle of a sensor
@@ -200,21 +201,23 @@ def _draw_in_window(canvas: Canvas, arm: Arm, measured: Characteristic) -> None:
     text_at = (x + 0.6 * height + 0.5 * canvas.label_width(label, thickness), underside - 2.0 * height)
     canvas.length("z", (x, underside), (x, underside + thickness), text_at, x, label)
     middle = (0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf) + 0.3 * height)
-    canvas.words(f"{arm.name.upper()} SPRING", middle, 0.8 * height)
+    mark = arm.name[0].upper()
+    for name in (f"{arm.name.upper()} SPRING ({mark})", f"{arm.name.upper()} ({mark})"):
+        if text_width(name, _NAME * height) < right - left - height:
+            break
+    canvas.words(name, middle, _NAME * height)
 
 
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: Characteristic) -> None:
-    """Draw the gap over a shuttle, its text in the top bar, or in the shuttle where that is too low."""
+    """Draw the gap over a shuttle, its text over the frame, on the side of its spring."""
     height = canvas.text_height
     x = arm.centre
     shuttle = arm.top_level
     stop = housing.cavity_level
     label = measured.label()
-    half = 0.5 * canvas.label_width(label, stop - shuttle)
-    is_in_bar = housing.top_level - stop > 2.0 * (half + 0.7 * height)
-    middle = stop + 0.7 * height + half if is_in_bar else shuttle - 0.7 * height - half
-    text_at = (x - 0.8 * height, middle)
-    canvas.length("z", (x, shuttle), (x, stop), text_at, x, label, text_rotation=90.0)
+    aside = 0.6 * height + 0.5 * canvas.label_width(label, stop - shuttle)
+    text_at = (x + arm.sign * aside, housing.top_level + 1.7 * height)
+    canvas.length("z", (x, shuttle), (x, stop), text_at, x, label)
 
 
 def _draw_callouts(canvas: Canvas, housing: Housing, measured: Characteristic) -> None:
@@ -407,7 +410,7 @@ def _notes(shown: _Shown, process: Process) -> list[str]:
         "Letters name rows of the table: tolerances, and room for your readings.",
         f"±{process.accuracy_mm:g}: two sigma of a thin wall by {process.name}; lengths under {SMALL_MM:g} too.",
         f"{measured['spacing'].letter}): mean of two readings, over both tips and between them.",
-        f"+{STEP_MM:g} moves: stiffness K, or contact or force of that tip, by {STEP_MM:g} mm more.",
+        f"+{STEP_MM:g} moves: what {STEP_MM:g} mm more does to a stiffness, contact or force.",
         "Calibrate both springs all the same.",
     ]
     if housing.dowels:

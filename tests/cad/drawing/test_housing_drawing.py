@@ -14,7 +14,7 @@ import ezdxf
 import pytest
 import shapely
 from ezdxf.disassemble import make_primitive, recursive_decompose
-from squares import square_sensor
+from squares import square_housing, square_sensor
 
 from cad.design.design_file import design_from_mapping
 from cad.design.processes import PROCESSES
@@ -70,6 +70,7 @@ def sheets(sensor, pinned):
     draw = {
         "pair": lambda: housing_drawing(sensor, TITLE),
         "square": lambda: housing_drawing(square_sensor(), TITLE, HALL),
+        "long": lambda: housing_drawing(square_sensor(square_housing(lengths=(50.0, 36.0))), TITLE, HALL),
         "gauges": lambda: housing_drawing(gauged(sensor), TITLE),
         "pins": lambda: housing_drawing(pinned, TITLE),
         "steel": lambda: housing_drawing(paper, replace(of_paper, process=STEEL)),
@@ -78,7 +79,7 @@ def sheets(sensor, pinned):
     return Sheets({f"draw {kind}": drawing for kind, drawing in draw.items()})
 
 
-KINDS = ["pair", "square", "gauges", "pins", "steel", pytest.param("mango", marks=pytest.mark.slow)]
+KINDS = ["pair", "square", "long", "gauges", "pins", "steel", pytest.param("mango", marks=pytest.mark.slow)]
 FLAT_MM = 0.05  # by which a chord may leave its curve
 
 

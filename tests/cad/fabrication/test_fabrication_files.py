@@ -24,7 +24,8 @@ from cad.parts.coupon import modulus_factor
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]
 SHEETS = [
-    "drawing.dxf", "drawing.svg", "drawing.pdf", "coupon.step", "coupon.stl", "cover.step", "cover.stl", "mount.step", "mount.stl", "bom.csv", "fabrication.md",
+    "drawing.dxf", "drawing.svg", "drawing.pdf", "coupon.step", "coupon.stl", "cover.step", "cover.stl", "mount.step",
+    "mount.stl", "bom.csv", "fabrication.md",
 ]  # fmt: skip
 
 
