@@ -14,7 +14,8 @@ from skfem import Element, Mesh
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefQuad
 
-Floats = NDArray[np.float64]
+from cad.arrays import Floats
+
 Ints = NDArray[np.integer[Any]]
 
 _SHARED = 2  # axes of points that all cells share

@@ -3,7 +3,8 @@
 import numpy as np
 from skfem import Mesh
 
-from mesh.session import Floats, Ints, MeshError
+from cad.arrays import Floats
+from mesh.session import Ints, MeshError
 
 
 def scaled_jacobian(points: Floats, tets: Ints) -> Floats:

@@ -10,7 +10,8 @@ import gmsh
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from cad.arrays import Floats
+
 Ints = NDArray[np.int64]
 
 OPTIONS = {

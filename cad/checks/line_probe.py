@@ -11,7 +11,7 @@ import numpy as np
 import OCP
 import trimesh
 
-from cad.checks.triangle_checks import Floats
+from cad.arrays import Floats
 from cad.parts.part import NEAR_MM
 
 Vector = tuple[float, float, float]

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
+from cad.arrays import Floats
 from cad.design.processes import Process
 from cad.verdict import Verdict, at_least, equal, judged
 
-Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 RAY_TOLERANCE_MM = 1e-3  # a mesh file holds single precision

@@ -8,7 +8,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from cad.arrays import Floats
+
 Tree = dict[str, Any]  # JSON of glTF while it is put together
 
 MOTION = "motion"

@@ -8,9 +8,8 @@ half-space. Unilateral contact of square tips loses the same within 0.003 from 0
 import functools
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from cad.arrays import Floats
 
 _CURVE = 40
 _WIDEST = 0.999  # of the edge's radius: the depth grows without bound as contact nears the side wall

@@ -16,12 +16,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.input_file import read_bytes
 from cad.quantity import STANDARD_GRAVITY, nearest, validation_error, written_number
-
-Floats = NDArray[np.float64]
 
 _LONGEST_LINE = 65536  # bytes of a line of a stream: what is longer is no line of numbers
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")

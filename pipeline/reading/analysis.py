@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE, Reading
 from cad.fabrication.bridges import SignalPath, signal_path
@@ -28,7 +29,6 @@ from pipeline.reading.uncertainty import UncertaintySources, force_errors, noise
 from pipeline.response.scene_press import ScenePress, scene_of
 from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
 from pipeline.storage.plain import first_largest
-from solve.arrays import Floats
 from solve.contact.poses import Pose
 from solve.contact.scene import STEEPEST_DEG
 from solve.fruit.compliance import FruitCompliance

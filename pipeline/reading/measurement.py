@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.fabrication.bridges import SignalPath
 from cad.theory.contrast_law import ContrastLaw, Matrix, ReadingError, contrast_weights, read_modulus, stiffened
@@ -14,7 +15,6 @@ from cad.theory.pair_line import line_over_press, ratio_modulus
 from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.response.scene_press import scene_of
-from solve.arrays import Floats
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, PoseForces, pose_forces

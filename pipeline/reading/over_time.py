@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.quantity import Estimate, validation_error
 from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
@@ -16,7 +17,6 @@ from cad.theory.relaxation import Relaxation
 from pipeline.reading.measurement import ContrastModel, PressedSensor, pressed_sensor, rows_of
 from pipeline.reading.poses import Placement
 from pipeline.response.scene_press import scene_of
-from solve.arrays import Floats
 from solve.contact.linear_response import high_over_low
 from solve.contact.relaxing import elastic_forces, timed_forces
 from solve.contact.scene import SidewaysGive

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.reading import Reading
 from cad.fabrication.bridges import SignalPath
 from pipeline.reading.measurement import MeasurementModel
-from solve.arrays import Floats
 
 _PLATE_READINGS = 100  # on a hard plate nothing moves: the mean of as many readings is taken
 _STEP = 1e-4  # of a force, a stiffness or a tip's height of 1 mm, for slopes of the modulus

@@ -11,6 +11,7 @@ from typing import Any, get_origin, get_type_hints
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
@@ -20,7 +21,6 @@ from cad.verdict import Verdict
 from pipeline.reading.read_out import Matrix, ReadOut
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular
 from pipeline.storage.plain import Plain, from_plain, is_array, leave_out_default, strict_converter
-from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
 

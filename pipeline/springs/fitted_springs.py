@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.design.printability import Printable, check_printable
 from cad.design.processes import Process
@@ -28,7 +29,6 @@ from pipeline.springs.mounts import mount_changes, sideways_give
 from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
-from solve.arrays import Floats
 from solve.contact.linear_response import spring_compliance
 from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance

@@ -13,7 +13,8 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from cad.arrays import Floats
+
 Ints = NDArray[np.int64]
 
 KNOWN_BITS = 20

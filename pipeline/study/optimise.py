@@ -17,6 +17,7 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
+from cad.arrays import Floats
 from cad.design.design_file import design_as_toml
 from cad.quantity import InputError, validation_error
 from mesh.session import MeshError
@@ -25,7 +26,6 @@ from pipeline.options import RunOptions
 from pipeline.report.verdict_rule import sense_of
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import OutputError, refuse_unusable
-from pipeline.study.columns import Floats
 from pipeline.study.page import refuse_page
 from pipeline.study.points import Point, design_of, point_at
 from pipeline.study.report_keys import VERDICT_FIELDS

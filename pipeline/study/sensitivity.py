@@ -10,8 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from scipy.stats import sobol_indices
 
+from cad.arrays import Floats
 from cad.quantity import InputError
-from pipeline.study.columns import Floats, point_columns
+from pipeline.study.columns import point_columns
 from pipeline.study.points import point_count
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.parameters import Targets
 from cad.quantity import Estimate
 from cad.theory.two_spring_law import (
@@ -19,7 +20,6 @@ from cad.theory.two_spring_law import (
 )
 from pipeline.response.scene_press import ScenePress, spring_shares
 from pipeline.springs.sizing import SpringSizing
-from solve.arrays import Floats
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import SAFETY
 from solve.error_estimate import propagated

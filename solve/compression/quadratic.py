@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from solve.arrays import Floats
+from cad.arrays import Floats
 
 
 def tensor_product(along: Floats, up: Floats) -> Floats:

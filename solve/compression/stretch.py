@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from solve.arrays import Floats
+from cad.arrays import Floats
 
 _EQUAL = 1e-7  # relative difference of stretches under which a quotient of differences is worse than its limit
 

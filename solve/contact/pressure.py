@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.quantity import validation_error
-from solve.arrays import Floats
 from solve.contact.scene import Scene
 from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact

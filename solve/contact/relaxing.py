@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.theory.contrast_law import ContrastLaw
 from cad.theory.relaxation import Relaxation
-from solve.arrays import Floats
 from solve.linear import SolveError
 
 MOST_STEPS = 60

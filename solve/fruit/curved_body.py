@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.fruit import Fruit
 from cad.quantity import validation_error
 from cad.theory.sloped_skin import log_coefficient, slope_factor, stretch_factor
-from solve.arrays import Floats
 from solve.elasticity import stiffness_matrix
 from solve.error_estimate import SolveInfo
 from solve.fruit.bent_block import bent_block, core_of

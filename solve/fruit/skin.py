@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.fruit import Fruit
 from cad.theory.sloped_skin import slope_factor, stretch_factor
-from solve.arrays import Floats
 from solve.elasticity import stiffness_matrix
 from solve.fruit.bent_block import bent_block, core_of
 from solve.fruit.body_lines import BodySteps

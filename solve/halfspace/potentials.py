@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solve.arrays import Floats
+from cad.arrays import Floats
 
 TINY = 1e-150
 

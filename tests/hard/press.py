@@ -10,11 +10,11 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
 from benchmarks.harness import Reference
+from cad.arrays import Floats
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.response.contact import contact_compliance
-from solve.arrays import Floats
 from solve.contact.cells import ContactCells, contact_cells, folded
 from solve.contact.gap import tip_gap
 from solve.contact.linear_response import spring_compliance

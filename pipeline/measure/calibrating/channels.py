@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import validation_error
 from pipeline.measure.calibrating.weighing import line_through
 from pipeline.measure.measured_table import MeasuredTable, place_of
 from pipeline.measure.unit.signals import count_keys
 from pipeline.report.stored import StoredReport
-
-Floats = NDArray[np.float64]
 
 USUAL_SATURATION = 2**23 - 1
 """The largest count of a converter of 24 bits."""

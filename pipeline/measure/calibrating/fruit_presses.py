@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 from scipy.special import stdtrit
 
+from cad.arrays import Floats
 from cad.quantity import validation_error
 from pipeline.measure.measured_table import FORCE, MODULUS, MeasuredTable, Quantity, numbers_of, place_of, read_csv
 from pipeline.measure.unit.fruit_reading import FruitReading
@@ -25,8 +25,6 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import PairPress
 from pipeline.measure.unit.presses import reading_of
 from pipeline.measure.unit.signals import force_keys
-
-Floats = NDArray[np.float64]
 
 FEWEST_FRUIT = 6
 PARAMETERS = 2  # of the freedom of a band: those of a power

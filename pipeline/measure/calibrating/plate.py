@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import Estimate, validation_error
 from cad.theory.hertz import force_factor
 from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of
@@ -18,8 +18,6 @@ from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_thro
 from pipeline.measure.measured_table import LENGTH, MeasuredTable, Quantity, numbers_of, read_csv
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.stored import StoredReport
-
-Floats = NDArray[np.float64]
 
 _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _UNLIKE = 0.1  # of all stiffnesses: a dial or a balance is less wrong, a unit is more

@@ -6,8 +6,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_slopes, read_modulus
 from cad.theory.leaf_spring import pair_length
@@ -16,8 +16,6 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import ratio_sensitivity
 from solve.contact.relaxing import elastic_forces
 from solve.linear import SolveError
-
-Floats = NDArray[np.float64]
 
 MODULI = 7
 STEP = 1e-4

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import COVERAGE, Estimate
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from cad.verdict import Verdict
@@ -13,8 +13,6 @@ from pipeline.measure.calibrating.unit_table import STEP, UnitRow, error_by_spri
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.springs.sizing import fruit_stiffening
 from pipeline.verdicts.rules import NL_TOLERANCE, P_MAX_TOLERANCE, margin_verdict, target_verdicts
-
-Floats = NDArray[np.float64]
 
 _USUAL_UNCERTAINTY = 0.1
 

@@ -9,13 +9,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from cad.arrays import Floats
 from cad.quantity import Estimate
 from pipeline.measure.compression.force_law import ForceLaw
-
-Floats = NDArray[np.float64]
 
 _FINE = np.linspace(0.0, 1.0, 600) ** 2  # forces over the largest one at which the law is tabulated
 _TABLE_END = 1.6  # of the force at the end of the loading

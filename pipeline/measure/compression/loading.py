@@ -4,12 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import validation_error
 from pipeline.measure.compression.specimens import Specimen
-
-Floats = NDArray[np.float64]
 
 LEAST_ROWS = 12
 _JITTER = 0.02  # of the travel: a machine's reading steps back by less

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cad.quantity import Bounds, validation_error
 from pipeline.measure.compression.force_law import POISSON, ForceLaw, TestGeometry, hertz_law, solved_law
@@ -15,8 +14,6 @@ from pipeline.measure.compression.law_fit import fit_law
 from pipeline.measure.compression.loading import Loading, loading
 from pipeline.measure.compression.range_choice import RangeFit, choose_range
 from pipeline.measure.compression.specimens import Specimen
-
-Floats = NDArray[np.float64]
 
 COVERAGE = 1.96
 """Standard errors on each side: 95 %."""

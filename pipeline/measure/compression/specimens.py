@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import validation_error
 from pipeline.measure.measured_table import (
     FORCE,
@@ -27,8 +27,6 @@ from pipeline.measure.measured_table import (
     read_csv,
     refuse_other_length,
 )
-
-Floats = NDArray[np.float64]
 
 _FORCE_WORDS = (
     "load, f, test force, compression force, compressive force, compressive load, standard force, axial force, "

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.files.glb import GlbBody, glb_of, glb_position
 from cad.theory import hertz
 from pipeline.report.fields import fields_at_full_travel
@@ -15,7 +16,6 @@ from pipeline.report.stored import StoredReport
 from pipeline.result import SensorResult
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.plain import Plain
-from solve.arrays import Floats
 from solve.contact.scene import Scene
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.mango_tests import MANGOES, CompressedMango
 from pipeline.report.stored import StoredReport
-from solve.arrays import Floats
 
 
 class ModulusBar(NamedTuple):

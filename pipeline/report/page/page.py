@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.tips import Tips
 from cad.verdict import Verdict
 from pipeline.report.explain.entries import entries
@@ -19,7 +20,6 @@ from pipeline.report.verdict_rule import UNREAD, bound_sense, fails_unread, limi
 from pipeline.response.scene_press import scene_of
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
-from solve.arrays import Floats
 from solve.contact.pressure import footprint_pressure
 from solve.halfspace.punch import graded_edges, influence
 from solve.linear import SolveError

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.theory.contrast_law import ReadingError, read_modulus
 from cad.theory.pair_line import line_over_press, ratio_modulus
@@ -17,7 +18,6 @@ from pipeline.report.stored import StoredReport
 from pipeline.response.scene_press import ScenePress
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
-from solve.arrays import Floats
 
 _NOISE_PERCENT = 0.5  # where the design asks for no reading
 _ALONG_DEG = 1e-9  # across the tips, up to which a tilt is along them

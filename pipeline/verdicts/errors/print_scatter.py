@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri
 
+from cad.arrays import Floats
 from cad.design.parameters import Design, Targets
 from cad.design.processes import Process
 from cad.parts.housing import Housing
@@ -24,7 +25,6 @@ from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from pipeline.verdicts.errors.effects import CALIBRATED
 from pipeline.verdicts.targets import Characteristic, characteristic
-from solve.arrays import Floats
 from solve.error_estimate import propagated
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import tip_compliance

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cad.arrays import Floats
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.response.scene_press import ScenePress, spring_shares
@@ -13,7 +14,6 @@ from pipeline.verdicts.errors.budget import Budgets, effects_at, ratio_budget, u
 from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
 from pipeline.verdicts.errors.print_scatter import ScatterBands, print_scatter
 from pipeline.verdicts.targets import Characteristic, SceneTargets
-from solve.arrays import Floats
 from solve.contact.linear_response import SensorResponse
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solve.arrays import Floats, Ints
+from cad.arrays import Floats, Ints
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import half_space_compliance

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from solve.arrays import Floats, Ints
+from cad.arrays import Floats, Ints
 from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.curved_shape import ellipsoid_curvatures
 

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solve.arrays import Floats, Ints
+from cad.arrays import Floats, Ints
 from solve.contact.domes.body import Body, dome_body
 from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
 from solve.contact.domes.large_strain import LargeStrain, large_strain

@@ -12,7 +12,7 @@ import numpy as np
 from reference.flat_punch.elements import COLUMNS, DOFS, PAIRS, ROWS, quadratic_elements
 from reference.flat_punch.grid import Grid
 
-from solve.arrays import Floats, Ints
+from cad.arrays import Floats, Ints
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.stretch import mode_stiffness, principal_modes, principal_stretches
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from reference.flat_punch.grid import Grid
 
-from solve.arrays import Floats
+from cad.arrays import Floats
 from solve.compression.quadratic import quadratic, quadratic_slope, tensor_product
 
 POINTS = 3  # Gauss points along each direction

@@ -9,8 +9,8 @@ from reference.flat_punch.press import TipPress, pressed
 from reference.flat_punch.tip_profile import RoundTip
 from scipy.interpolate import PchipInterpolator
 
+from cad.arrays import Floats
 from cad.quantity import validation_error
-from solve.arrays import Floats
 from solve.compression.flesh_law import FleshLaw
 from solve.error_estimate import SolveInfo
 from solve.linear import SolveError

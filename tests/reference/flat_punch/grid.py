@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from reference.flat_punch.tip_profile import RoundTip
 
-from solve.arrays import Floats, Ints
+from cad.arrays import Floats, Ints
 
 # The paper's block seen from its tip: 20 x 20 tip sides as a circle of equal area, 12 high. The force over the linear
 # one is that of any larger body within 0.1 %.

@@ -13,7 +13,7 @@ from reference.flat_punch.grid import Grid
 from reference.flat_punch.tip_profile import Distance, RoundTip
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
-from solve.arrays import Flags, Floats
+from cad.arrays import Flags, Floats
 from solve.linear import SolveError
 
 PENALTY = 1e4  # pressure over penetration [E / tip side]

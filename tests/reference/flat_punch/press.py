@@ -9,7 +9,7 @@ from reference.flat_punch.grid import press_grid
 from reference.flat_punch.newton import Equilibrium, NoEquilibriumError, PressedBody
 from reference.flat_punch.tip_profile import RoundTip
 
-from solve.arrays import Flags, Floats
+from cad.arrays import Flags, Floats
 from solve.compression.flesh_law import FleshLaw
 
 LARGEST_STEP = 0.05  # of the depth [tip sides]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solve.arrays import Flags, Floats
+from cad.arrays import Flags, Floats
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

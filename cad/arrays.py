@@ -1,4 +1,4 @@
-"""Types of the arrays of every solve."""
+"""Types of arrays."""
 
 from typing import Any
 
