@@ -4,9 +4,10 @@
 
     a + b z^2 + d z^3 + gamma = 0,    a = w.(C F),  b = h w.F^(2/3),  d = w.(S F),  z = E^(-1/3),
 
-with weights w that no travel and no tilt passes. The offset gamma [mm] is the contrast of the gaps under the tips. It
-holds all that the sensor cannot know: the saddle of the skin, the heights and places of the tips, their mount. It is
-unknown, and the same in all samples of one press. A reading of the forces at one moment takes it for known.
+with weights w whose contrast of any travel and tilt is 0. The weights of a pair drop the travel alone, so its tilt must
+not change during the press. The offset gamma [mm] is the contrast of the gaps under the tips. It holds all that the
+sensor cannot know: the saddle of the skin, the heights and places of the tips, their mount. It is unknown, and the
+same in all samples of one press. A reading of the forces at one moment takes it for known.
 
 **The estimator.** An instrument u is any quantity that rises with the press. Its covariance with the law has no gamma:
 
@@ -39,8 +40,8 @@ solved anew until gamma rests. Heights that are off count as a saddle then, in S
 that moves.
 
 Only means and co-moments are kept, each from its mean: a press of any length needs the same memory, and single
-precision is enough. See W. A. Fuller, Measurement Error Models (1987), sections 1.4 and 2.4 on instruments,
-doi:10.1002/9780470316665. Noise that is not white, as behind a filter, must be thinned out before. mm, N, MPa.
+precision is enough. W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is not
+white, as behind a filter, must be thinned out before. mm, N, MPa.
 """
 
 import math

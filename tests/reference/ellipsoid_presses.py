@@ -8,9 +8,10 @@ Between grids it is Boussinesq's 1 / r, interpolated between Chebyshev nodes of 
 The gaps are those of true spheres over the skin z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2.
 Forces and displacements are along the axis of the sensor: slopes are small, contact is unilateral and frictionless.
 
-The cells in contact are found by an active set: cells that would pull leave it, cells that would enter join it. Their
-forces are those of conjugate gradients, preconditioned by the inverse of each grid's convolution. Every grid follows
-its contact from sample to sample, so the error of discretisation is nearly one factor of all forces.
+The cells in contact are found by an active set: cells that would pull leave it, cells that would enter join it, and a
+step is shortened until it lowers the energy. The forces of a set are those of conjugate gradients, preconditioned by
+the inverse of each grid's convolution. Every grid follows its contact from sample to sample, so the error of
+discretisation is nearly one factor of all forces.
 Lengths in mm, forces in N, moduli in MPa.
 """
 
@@ -23,8 +24,8 @@ from scipy.fft import irfft2, rfft2
 CELLS = 32
 NODES = 8  # of a grid, each way: from a neighbour 5 mm away a contact of 2 mm radius looks smooth to 1e-5
 MOST_STEPS = 400
-MOST_SETS = 40
-CYCLING = 4  # cells at the edge that join and leave for ever: their force is that of round-off
+MOST_SETS = 100
+LEAST_PART = 1e-3  # of a step to the forces of an active set
 SETTLED = 1e-7  # of the deepest interference
 FILLED = (0.72, 0.94)  # of a grid, how wide a contact may be
 
@@ -119,6 +120,19 @@ class Grids:
         shape = (len(x), self.cells, self.cells)
         return np.broadcast_to(x[:, :, None], shape), np.broadcast_to(y[:, None, :], shape)
 
+    def moved_to(self, middles, reach, forces):
+        """Return forces of cells of other grids under the same pressure, nearly [N]."""
+        moved = np.zeros_like(forces)
+        for tip in range(len(forces)):
+            place = (self.steps * reach[tip] + (middles - self.middles)[tip, :, None] + self.reach[tip]) / self.size[
+                tip
+            ]
+            row, column = np.floor(place).astype(int)
+            inside = [(index >= 0) & (index < self.cells) for index in (row, column)]
+            found = forces[tip][np.ix_(row.clip(0, self.cells - 1), column.clip(0, self.cells - 1))]
+            moved[tip] = found * np.outer(*inside) * (reach[tip] / self.reach[tip]) ** 2
+        return moved
+
     def stiffened(self, deflections):
         """Return nearly the forces of cells that make deflections in each grid alone, to some factor alike in all."""
         twice = (2 * self.cells, 2 * self.cells)
@@ -187,9 +201,9 @@ class Pressing:
             found = self._pressed(grids, lowered, start)
             total = found.sum(axis=(1, 2))
             middles, reach, fits = self._fitted(grids, found, entered)
-            start = None
             if fits:
                 break
+            start = grids.moved_to(middles, reach, found)
         else:
             raise ArithmeticError(travel)
         self.grids, self.cell_forces = grids, found
@@ -226,15 +240,25 @@ class Pressing:
             return self.fruit.compliance * grids.deflection(forces) + give * forces.sum(axis=(1, 2), keepdims=True)
 
         allowed = SETTLED * max(wanted.max(), 1e-6)
+        slack = (allowed * grids.size / self.fruit.compliance)[:, None, None]  # would sink a cell by some `allowed`
         active = wanted > 0.0 if start is None else start > 0.0
         f = np.zeros_like(wanted) if start is None else start
-        for step in range(MOST_SETS):
-            f, apart = _balanced(grids, sunk, wanted, np.where(active, f, 0.0), active, 0.5 * allowed)
-            after = np.where(active, f > 0.0, apart < -allowed)
-            changed = np.count_nonzero(after != active)
-            if changed <= (0 if step < MOST_SETS // 2 else CYCLING):
+        energy = 0.5 * (f * (sunk(f) - 2.0 * wanted)).sum()
+        for _ in range(MOST_SETS):
+            solved, apart = _balanced(grids, sunk, wanted, np.where(active, f, 0.0), active, 0.5 * allowed)
+            pulls = (solved < -slack).any()
+            before, f, part = f, solved, 1.0
+            while pulls and part > LEAST_PART:
+                f = np.maximum(before + part * (solved - before), 0.0)
+                apart = sunk(f) - wanted
+                part *= 0.5
+                if 0.5 * (f * (apart - wanted)).sum() < energy:
+                    break
+            energy = 0.5 * (f * (apart - wanted)).sum()
+            enters = (f == 0.0) & (apart < -allowed)
+            if not pulls and not enters.any():
                 return np.maximum(f, 0.0)
-            active = after
+            active = (f > 0.0) | enters
         raise ArithmeticError(allowed)
 
 

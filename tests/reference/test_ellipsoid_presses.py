@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reference.ellipsoid_presses import Fruit, Pressing, Sensor, hertz_error, press, square
+from reference.ellipsoid_presses import Fruit, Sensor, hertz_error, press, square
 
 OTHERS = json.loads((Path(__file__).parent / "presses_on_ellipsoids.json").read_text())["presses"]
 
@@ -61,10 +61,11 @@ def test_a_place_beside_the_apex_is_a_tilt_there():
 
 def test_a_higher_dome_and_a_drifting_tilt_are_felt():
     level = Fruit(E=1.0, R1=60.0, R2=60.0)
-    even = press(square(), level, [0.8])[0]
-    higher = press(square(), replace(level, heights=(0.0, 0.05, 0.0, 0.05)), [0.8])[0]  # the first touch moves along
+    travels = [0.1, 0.2, 0.4, 0.6, 0.8]
+    even = press(square(), level, travels)[-1]
+    higher = press(square(), replace(level, heights=(0.0, 0.05, 0.0, 0.05)), travels)[-1]  # the first touch moves along
     assert higher[1] > even[1] * 0.999
     assert higher[0] < even[0]
-    drifting = Pressing(square(), level).forces(0.8, (0.005, 0.0))
+    drifting = press(square(), level, travels, drift=(0.005, 0.0))[-1]
     assert drifting[1] > even[1]
     assert drifting[3] < even[3]
