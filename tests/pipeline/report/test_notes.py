@@ -31,7 +31,9 @@ def test_large_strain_is_told_by_what_it_makes_of_the_force_of_a_tip():
     assert re.findall(r"[+-][0-9.]+", line) == [f"{100.0 * (factor - 1.0):+.2g}" for factor in (1.0029, 0.9522, 1.1305)]
 
 
-@pytest.mark.parametrize("design", [Design(press=Press(travel_mm=2.0)), Design(tips=Tips(shape="sphere"))])
+@pytest.mark.parametrize(
+    "design", [Design(press=Press(travel_mm=2.0)), Design(tips=Tips(shape="sphere", socket="pin"))]
+)
 def test_press_that_the_table_does_not_hold_is_told_without_it(design):
     assert "down to 0.6 sides" in note(result_of(design), "press")
 
