@@ -407,11 +407,11 @@ def _notes(shown: _Shown, process: Process) -> list[str]:
         f"{process.material}{layer}; made flat, this profile in the plane of the bed.",
         f"Leaves solid, E = {process.E_MPa:g} MPa. Two leaves of a spring are equal.",
         f"Gaps over the shuttles are stops; {faces}.",
-        "Letters name rows of the table: tolerances, and room for your readings.",
-        f"±{process.accuracy_mm:g}: two sigma of a thin wall by {process.name}; lengths under {SMALL_MM:g} too.",
+        "Letters name rows of the table; no letter: general tolerance.",
+        f"±{process.accuracy_mm:g}: two sigma of {process.name}, for leaves and lengths under {SMALL_MM:g}.",
         f"{measured['spacing'].letter}): mean of two readings, over both tips and between them.",
-        f"+{STEP_MM:g} moves: what {STEP_MM:g} mm more does to a stiffness, contact or force.",
-        "Calibrate both springs all the same.",
+        f"+{STEP_MM:g} moves: stiffness K, contact or force of a tip, in proportion.",
+        "Outside its tolerance: make it again. Calibrate every unit.",
     ]
     if housing.dowels:
         notes.append("MAKE TWO: one is turned half round the press axis, pads on pads.")
