@@ -1,4 +1,4 @@
-"""The one way in which templates are read: texts, pictures, pages and source code that are filled with values."""
+"""Jinja templates of texts, pictures, pages and source code."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 
 def template_environment(folder: Path, *, autoescape: bool = False) -> Environment:
-    """Return what reads the templates of a folder; a value that a template names and nobody gives is an error."""
+    """Return the Jinja environment of a folder; a value that is missing raises an error."""
     return Environment(
         loader=FileSystemLoader(folder),
         autoescape=autoescape,

@@ -39,8 +39,8 @@ Use it with `pipeline run --design mine.toml`. One key can also be set on the co
 `pipeline run --set fruit.height_mm=20`. The presets `paper`, `paper-on-mango`, `mango`,
 `mango-sharp`, `compact` and `compact-sharp` are the files in [designs](../designs), each number with its source;
 `--design mango` uses one, and [presets](presets.md) says which to take. Every output folder holds a `design.toml`
-that repeats its run. Three tips in a line have no housing and are judged by their readings alone, as
-[fouly.toml](examples/fouly.toml); [layouts](layouts.md) says more.
+that repeats its run. Three tips in a line have no housing, as [fouly.toml](examples/fouly.toml). They are judged by
+their readings, or by their force ratio where the design has no `[reading]`; [layouts](layouts.md) says more.
 
 `name` is text of 1 to 64 letters, digits, `-` or `_`; it names the output folder and is engraved in the part. A file
 without a name is named after the file.

@@ -67,7 +67,7 @@ def run(
 
 
 def look(design: Design, options: RunOptions, timed: Stopwatch) -> SensorResult:
-    """Return the answer known to per cents, without solids and files of parts; raises as `run`."""
+    """Return a rough answer, accurate to a few per cent, without solids and files of parts; raises as `run`."""
     with output_folder(options.out, force=options.force) as folder:
         result = evaluate(design, options, timed=timed)
         result = replace(result, verdicts=with_hints(result.verdicts, design, result.springs, options))

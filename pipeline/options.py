@@ -96,8 +96,8 @@ class RunOptions:
 def refuse_unmakeable(design: Design, options: RunOptions) -> None:
     """Raise InputError where files for fabrication are asked of a layout of tips that has no housing."""
     if options.fabrication and not design.tips.tip_layout.has_housing:
-        bound = f"{' or '.join(name for name, layout in LAYOUTS.items() if layout.has_housing)} for files to make it by"
-        hint = "it has no housing: its springs are your own, and pipeline run judges its readings"
+        bound = f"{' or '.join(name for name, layout in LAYOUTS.items() if layout.has_housing)} for pipeline design"
+        hint = "a line has no housing; use pipeline run"
         raise validation_error("tips.layout", design.tips.layout, "", bound, hint)
 
 

@@ -63,7 +63,7 @@ def general_mm(process: Process, length: float, *, is_radius: bool = False) -> f
 
 
 def measuring_table(sensor: Sensor, process: Process) -> Mapping[str, Characteristic]:
-    """Return what is measured of a housing by name, in the order of the table, with letters."""
+    """Return the characteristics of a housing by name, in the order of the table, with letters."""
     housing = sensor.housing
     found = {
         **_leaves(housing, process),
@@ -92,12 +92,12 @@ def _plain(place: str, nominal: float, process: Process, moves: str = "-") -> Ch
 
 
 def _percent(name: str, ratio: float) -> str:
-    """Return by how much a quantity moves, from what it is multiplied by."""
+    """Return the relative change of a quantity as text, from its ratio [1]."""
     return f"{name} {100.0 * (ratio - 1.0):+.2g} %"
 
 
 def _gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
-    """Return the stiffness of a pair of leaves so much thicker or longer [mm] over what it is."""
+    """Return the stiffness ratio [1] of a pair of leaves after a change of thickness or length [mm]."""
     t, L, w = flexure.thickness, flexure.length, flexure.depth
     return pair_stiffness(1.0, w, t + thickness, L + length) / pair_stiffness(1.0, w, t, L)
 
@@ -137,7 +137,10 @@ def _stops(housing: Housing, process: Process) -> dict[str, Characteristic]:
 def _tips(sensor: Sensor, process: Process) -> dict[str, Characteristic]:
     """Return spacing, heights and widths of the tips; radii where they are domes."""
     housing = sensor.housing
-    longer = _percent("force", 1.0 + STEP_MM / sensor.press.travel_mm)
+    # Between springs that take all of the travel, where the force goes with it, and none of it, where Hertz's law holds
+    # for a dome: the larger counts.
+    power = 1.5 if housing.dome_radius else 1.0
+    longer = _percent("force", (1.0 + STEP_MM / sensor.press.travel_mm) ** power)
     height = housing.protrusion + housing.pin_out
     accuracy = GROUND_MM if housing.pin_side else process.accuracy_mm
     return {
@@ -156,7 +159,7 @@ def _tips(sensor: Sensor, process: Process) -> dict[str, Characteristic]:
 
 
 def _tip(sensor: Sensor, process: Process) -> Characteristic:
-    """Return what the contact depends on: the radius of a dome, else the width of a face or of a pin."""
+    """Return the characteristic of a tip: the radius of a dome, else the width of a face or of a pin."""
     housing = sensor.housing
     names = [arm.name for arm in housing.arms]
     if housing.dome_radius:

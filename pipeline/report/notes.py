@@ -43,8 +43,8 @@ def _housing(result: SensorResult) -> str:
             f"and K_h by {moved_h:.0f} %"
         )
     return (
-        "three tips in a line have no housing: no verdict is on springs or parts, and the springs count as just as "
-        "stiff as [springs] says, none moved by another tip; calibrate the sensor that you build"
+        "three tips in a line have no housing: no verdict is on springs or parts. The springs have exactly the "
+        "stiffnesses of [springs] and are not coupled. Calibrate the sensor that you build"
     )
 
 
@@ -67,7 +67,7 @@ def _large_strain(design: Design, depth: float) -> str:
         return f"small strain is assumed; large strain was solved for flat tips down to {deepest_solved():g} sides"
     changes = [100.0 * (large_strain_factor(depth, design.fruit.poisson, law) - 1.0) for law in FLESH_LAWS]
     return (
-        f"large strain is left out: so deep the force of a tip is {changes[0]:+.2g} % off the linear one "
+        f"large strain is left out: at this depth it changes the force of a tip by {changes[0]:+.2g} % "
         f"({min(changes):+.2g} to {max(changes):+.2g} % by the law of the flesh), which the error bars count; "
         "calibrate at the same depth on a body of known E"
     )

@@ -4,7 +4,7 @@ import json
 import shutil
 from pathlib import Path
 
-from cad.design.design_file import design_as_mapping, design_as_toml
+from cad.design.design_file import design_as_mapping, design_as_toml, without_former_defaults
 from pipeline.options import run_key
 from pipeline.report.mapping import report_mapping
 from pipeline.report.page.page import page_of
@@ -16,6 +16,8 @@ from pipeline.storage.folder import managed_files
 
 PAGE = "report.html"
 LATEST = "latest.js"  # beside the page of a look, which reads it
+FORMER_FILES = "drawing-*"
+"""Files that 0.1 wrote and no command makes any more: they are not kept."""
 
 
 def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> None:
@@ -51,11 +53,11 @@ def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
         return {}
     report = read_data(before)
     made_from = report.get("stale", {})
-    last_design = content_digest(report["design"])
+    last_design = content_digest(without_former_defaults(report["design"]))
     this_design = content_digest(design_as_mapping(result.design))
     stale = {}
     for name in earlier:
-        if name in (REPORT, PAGE, LATEST) or (folder / name).exists():
+        if name in (REPORT, PAGE, LATEST) or Path(name).match(FORMER_FILES) or (folder / name).exists():
             continue
         shutil.copy2(before / name, folder / name)
         design = made_from.get(name, last_design)

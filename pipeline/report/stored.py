@@ -253,6 +253,10 @@ def report_of(folder: Path, data: Plain) -> StoredReport:
     for name in former_keys(without_former_defaults(design)) if isinstance(design, dict) else ():
         raise refused(folder, f"its design sets {name}, a key that is gone since 0.2")
     try:
+        design_from_mapping(without_former_defaults(design) if isinstance(design, dict) else {})
+    except InputError as error:
+        raise refused(folder, f"its design must be one of today: {error}") from error
+    try:
         for key, kind in get_type_hints(StoredReport).items():
             if get_origin(kind) is tuple and not isinstance(data.get(key, []), list):
                 msg = f"expected a JSON list @ report.{key}"

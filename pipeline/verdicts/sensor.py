@@ -48,8 +48,8 @@ def sensor_verdicts(
 ) -> tuple[Verdict, ...]:
     """Return the verdicts on readings or force ratio, springs and tips; without a press none that needs it.
 
-    A design with a reading is evaluated by that, not by its force ratio. A line has no housing, so no verdict is on
-    one.
+    A design with a reading is evaluated by that, not by its force ratio. A line gets no verdicts on
+    parts.
     """
     contact = contact.per_spring(*design.tips.spring_groups)
     springs = springs.per_spring

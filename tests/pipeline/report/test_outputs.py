@@ -1,10 +1,11 @@
 """The files that say what a run has found: a design that repeats it, and every file with its digest."""
 
+import json
 from dataclasses import replace
 
 from stand_ins import result_of
 
-from cad.design.design_file import design_from_mapping
+from cad.design.design_file import design_from_mapping, with_former_defaults
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.input_file import read_toml
@@ -12,6 +13,7 @@ from pipeline.options import RunOptions
 from pipeline.report.check import unchanged_verdicts
 from pipeline.report.outputs import write_outputs
 from pipeline.report.stored import read_report
+from pipeline.storage.digests import with_digest
 from pipeline.storage.folder import output_folder
 
 
@@ -64,4 +66,19 @@ def test_files_of_another_design_are_kept_named_and_flagged_until_they_are_made_
     second_command(first, out)
     assert [*read_report(out).stale] == ["drawing.svg"]
     second_command(first, out, made=["drawing.svg"])
+    assert others_of(out) == 0.0
+
+
+def test_files_that_no_command_makes_any_more_are_dropped(tmp_path):
+    """A folder of 0.1 has drawings of parts, and a key of the design that left; its cover is of the same design."""
+    out = tmp_path / "out"
+    second_command(Design(), out, ("drawing-cover.svg", "drawing-assembly.dxf", "cover.stl"))
+    path = out / "report.json"
+    report = json.loads(path.read_text(encoding="utf-8"))
+    report["design"] = with_former_defaults(report["design"])
+    path.write_text(json.dumps(with_digest(report)), encoding="utf-8")
+    second_command(Design(), out)
+    names = {path.name for path in out.iterdir()}
+    assert "cover.stl" in names
+    assert not [name for name in names if name.startswith("drawing-")]
     assert others_of(out) == 0.0
