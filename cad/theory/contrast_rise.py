@@ -87,17 +87,22 @@ class RollingDomes:
     poisson: float
 
     @property
+    def rolled(self) -> float:
+        """Return 1 + r H, by which domes stand farther from each other than their contacts on a ball [1]."""
+        return 1.0 + self.dome_radius * self.mean_curvature
+
+    @property
     def relative_radius(self) -> float:
         """Return R* of 1 / R* = 1 / r + H [mm]."""
-        return self.dome_radius / (1.0 + self.dome_radius * self.mean_curvature)
+        return self.dome_radius / self.rolled
 
     @property
     def hears_saddle(self) -> bool:
         """Say whether the contrast holds the saddle of a skin: of a square it does, of a line or a pair it does not."""
-        return abs(self._felt) > SETTLED * float(np.abs(self.positions).max()) ** 2
+        return abs(self.felt) > SETTLED * float(np.abs(self.positions).max()) ** 2
 
     @property
-    def _felt(self) -> float:
+    def felt(self) -> float:
         """Return the contrast of x y under the axes [mm^2]."""
         return float(np.dot(self.weights, np.prod(self.positions, axis=1)))
 
@@ -106,13 +111,12 @@ class RollingDomes:
 
         A sphere that rolls makes of it the gap k_xy x y / ((1 + r H)^2 - (r k_xy)^2).
         """
-        of_gaps = offset / self._felt
-        rolled = 1.0 + self.dome_radius * self.mean_curvature
-        return 2.0 * of_gaps * rolled**2 / (1.0 + math.hypot(1.0, 2.0 * self.dome_radius * of_gaps * rolled))
+        of_gaps = offset / self.felt
+        return 2.0 * of_gaps * self.rolled**2 / (1.0 + math.hypot(1.0, 2.0 * self.dome_radius * of_gaps * self.rolled))
 
     def S(self, offset: float = 0.0) -> Floats:
         """Return the compliance between the contacts, times E [1/mm], (tips, tips), on a saddle of an offset [mm]."""
-        along = 1.0 + self.dome_radius * self.mean_curvature
+        along = self.rolled
         across = self.dome_radius * (self.saddle(offset) if offset else 0.0)
         feet = np.array(self.positions) @ np.linalg.inv([[along, across], [across, along]])
         apart = np.linalg.norm(feet[:, None] - feet[None], axis=-1)
@@ -228,14 +232,15 @@ class RiseReading:
     """What a press tells: the modulus E [MPa], and the offset gamma [mm], the contrast of gaps that is not in the law.
 
     `noise` [1] is the standard uncertainty of E, relative, by noise that is independent from sample to sample;
-    `offset_noise` [mm] is that of the offset. `touch` [1] is the whole force where the last
-    tip touches over the largest.
+    `offset_noise` [mm] is that of the offset, `offset_per_log_E` [mm] by how much it moves with ln E where other causes
+    move E. `touch` [1] is the whole force where the last tip touches over the largest.
     """
 
     E: float
     offset: float
     noise: float
     offset_noise: float
+    offset_per_log_E: float
     samples: int
     touch: float
     slopes: RiseSlopes
@@ -306,6 +311,7 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
         offset=offset,
         noise=by_noise,
         offset_noise=math.hypot(rise.residual(noises) / math.sqrt(sums.count), rise.mean_per_log_E * by_noise),
+        offset_per_log_E=rise.mean_per_log_E,
         samples=sums.count,
         touch=math.nan,
         slopes=RiseSlopes(

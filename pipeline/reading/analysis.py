@@ -21,6 +21,7 @@ from pipeline.reading.measurement import (
     Presses,
     level_readings,
     pressed_sensor,
+    rise_level_readings,
     rows_of,
 )
 from pipeline.reading.poses import Placement, Vector, directed, occurring, read_moduli
@@ -338,6 +339,7 @@ def reading_constants(
     return replace(
         constants,
         level=model.level or level_readings(sensor),
+        rise_level=rise_level_readings(sensor, law),
         lean_mm_per_N=rows_of(lean) if lean.any() else None,
         weights=tuple(law.weights),
         gaps_mm=tuple(law.gaps),

@@ -11,9 +11,11 @@ from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.fabrication.bridges import SignalPath
 from cad.theory.contrast_law import ContrastLaw, Matrix, ReadingError, contrast_weights, read_modulus, stiffened
+from cad.theory.contrast_rise import RisingPress
 from cad.theory.pair_line import line_over_press, ratio_modulus
 from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading, corrected
+from pipeline.reading.rise import rise_law
 from pipeline.response.scene_press import scene_of
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import travels
@@ -23,6 +25,7 @@ from solve.fruit.compliance import FruitCompliance
 
 PRESS_TRAVELS = 8  # samples of a press from which a line is read
 LEVEL_MODULI = 9
+RISE_TRAVELS = 24  # samples of a press from which a rise is read
 SKIN_MODULI = 25  # straight lines between them miss a skin by less than 1e-4
 BEYOND = 1.25  # of the range, under a skin
 
@@ -173,9 +176,12 @@ class PressedSensor:
     sideways: SidewaysGive | None = None
     signal: SignalPath | None = None
 
-    def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> Presses:
-        """Return the presses at moduli [MPa] in placements; raises as `pose_forces`."""
-        samples = self.model.samples
+    def presses(self, moduli: Sequence[float], placements: Sequence[Placement], samples: int | None = None) -> Presses:
+        """Return the presses at moduli [MPa] in placements, of as many samples as the model needs.
+
+        Raises as `pose_forces`.
+        """
+        samples = samples or self.model.samples
         x = travels(self.design.press.travel_mm, samples).tolist()
         poses = [placement.pressed(E, travel) for E in moduli for placement in placements for travel in x]
         forces = self.in_poses(poses)
@@ -225,9 +231,7 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
     """
     model = sensor.model
     contact = sensor.contact
-    least = min(sensor.design.fruit.E_MPa)
-    largest = sensor.design.largest_E_MPa
-    moduli = np.geomspace(least / BEYOND, largest * BEYOND, SKIN_MODULI).tolist()
+    moduli = _moduli_under_skin(sensor.design)
     rows = []
     if isinstance(model, LineModel) and sensor.design.tips.tip_shape.has_flat_face:
         for E in moduli:
@@ -236,10 +240,40 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
             rows.append(LevelReading(E_MPa=E, read_MPa=read))
         return tuple(rows)
     if contact.skin is None:
-        moduli = np.geomspace(least, largest, LEVEL_MODULI).tolist()
+        moduli = _level_moduli(sensor.design)
     forces = sensor.presses(moduli, [Placement()]).F
     for E, press in zip(moduli, forces[:, 0], strict=True):
         if np.nanmin(press[-1]) > 0.0 and np.isfinite(press).all():
             with suppress(ReadingError):  # the springs take nearly all of the travel
                 rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
     return tuple(rows)
+
+
+def rise_level_readings(sensor: PressedSensor, law: ContrastLaw) -> tuple[LevelReading, ...]:
+    """Return what the rise of whole presses of a level sensor tells at moduli, from the first touch to full travel.
+
+    Under a skin they reach beyond the range of the fruit.
+    """
+    design = sensor.design
+    moduli = _level_moduli(design) if sensor.contact.skin is None else _moduli_under_skin(design)
+    forces = sensor.presses(moduli, [Placement()], RISE_TRAVELS).F
+    rising = rise_law(design, law)
+    rows = []
+    for E, samples in zip(moduli, forces[:, 0], strict=True):
+        press = RisingPress(rising, np.zeros(len(law.weights)))
+        for sample in samples:
+            press.add(sample)
+        with suppress(ReadingError):  # a press too short for its rise
+            rows.append(LevelReading(E_MPa=E, read_MPa=press.reading().E))
+    return tuple(rows)
+
+
+def _level_moduli(design: Design) -> list[float]:
+    """Return moduli over the range of a fruit [MPa]."""
+    return list(np.geomspace(min(design.fruit.E_MPa), design.largest_E_MPa, LEVEL_MODULI).tolist())
+
+
+def _moduli_under_skin(design: Design) -> list[float]:
+    """Return moduli over the range of a fruit and beyond [MPa]."""
+    least, largest = min(design.fruit.E_MPa), design.largest_E_MPa
+    return list(np.geomspace(least / BEYOND, largest * BEYOND, SKIN_MODULI).tolist())

@@ -38,7 +38,8 @@ class ReadOut:
     contrast; other layouts the other way round. `level` are readings over the range of E which a contrast is corrected
     by, and a pair on a fruit with a skin: all other terms are those of flesh alone. `lean_mm_per_N` (tips, tips) is
     what the contrast of domes adds to the springs, for forces that lean; None for other tips. `signal` is what becomes
-    of forces on the way to counts; None where the design names no read-out.
+    of forces on the way to counts; None where the design names no read-out. `rise_level` are readings as in `level`, of
+    whole presses by the rise of their contrast; none for a pair.
     """
 
     method: str
@@ -53,6 +54,7 @@ class ReadOut:
     hertz: float | None = None
     lean_mm_per_N: Matrix | None = None
     signal: SignalPath | None = None
+    rise_level: tuple[LevelReading, ...] = ()
 
     @property
     def contrast(self) -> ContrastLaw | None:
