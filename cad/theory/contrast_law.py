@@ -9,12 +9,12 @@ with C the springs' compliance, S the body's, and h the Hertz contact of a dome 
 E alone: a cubic in E^(-1/3), whose largest root in E is the reading. How that moves with forces, springs and heights
 is -(dg / dF_i) / (dg / dE) and its like, with g(F, E) the contrast.
 
-The contrast is straight in F and F^(2/3): a press is read by their weighted means over its samples, as one sample is.
+The gaps have to be known. Where they are not, as on a fruit of unknown shape, a press is read (`contrast_rise.py`).
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -76,58 +76,13 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
     return tuple(weights)
 
 
-@dataclass(frozen=True)
-class PressMeans:
-    """Samples of a press as weighted means: of the forces [N] and of their powers of two thirds, one for each tip.
-
-    A sample's weight is the square of a sum of forces over all tips, so deep samples count more. There the contrast
-    moves more when E changes by a per cent, and a wrong height of a tip or a drift of its zero, the same in every
-    sample, matters less. The sum is that of the sample before; the first sample takes its own. With its own sum, a
-    sample whose noise is upwards would count more than one whose noise is downwards. `weight` [N^2] is the sum of the
-    weights, `squares` [N^4] the sum of the squares of the weights, from which `alike` follows, and `last` [N] the sum
-    of forces of the last sample.
-    """
-
-    count: int = 0
-    weight: float = 0.0
-    squares: float = 0.0
-    last: float = 0.0
-    forces: Floats = field(default_factory=lambda: np.zeros(1))
-    two_thirds: Floats = field(default_factory=lambda: np.zeros(1))
-
-    def with_sample(self, forces: Floats) -> "PressMeans":
-        """Return the means with one sample more: its forces [N], (tips,), each above 0."""
-        whole = float(forces.sum())
-        of_sample = (self.last if self.count else whole) ** 2
-        weight = self.weight + of_sample
-        fraction = of_sample / weight
-        return PressMeans(
-            count=self.count + 1,
-            weight=weight,
-            squares=self.squares + of_sample**2,
-            last=whole,
-            forces=self.forces + fraction * (forces - self.forces),
-            two_thirds=self.two_thirds + fraction * (forces ** (2.0 / 3.0) - self.two_thirds),
-        )
-
-    @property
-    def alike(self) -> float:
-        """Return how many samples of one weight scatter as little as these [1]."""
-        return self.weight**2 / self.squares
-
-
-def read_modulus(law: ContrastLaw, forces: Sequence[float], two_thirds: Floats | None = None) -> float:
-    """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError.
-
-    Of a press, `forces` and `two_thirds` are the means of its samples.
-    """
-    z = smallest_root(*contrast_terms(law, forces, two_thirds))
+def read_modulus(law: ContrastLaw, forces: Sequence[float]) -> float:
+    """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError."""
+    z = smallest_root(*contrast_terms(law, forces))
     return 1.0 / (z * z * z)
 
 
-def contrast_terms(
-    law: ContrastLaw, forces: Sequence[float], two_thirds: Floats | None = None
-) -> tuple[float, float, float]:
+def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, float, float]:
     """Return the terms of the contrast that go with E^0 [mm], E^(-2/3) and E^(-1); raises ReadingError.
 
     Their sum over the powers of E is zero at the modulus of the fruit. Forces are as in `read_modulus`.
@@ -142,7 +97,7 @@ def contrast_terms(
     weights, C, S = law.arrays
     F = np.array(forces)
     rigid = weights @ (C @ F + law.gaps)
-    dome = law.hertz * weights @ (F ** (2.0 / 3.0) if two_thirds is None else two_thirds)
+    dome = law.hertz * weights @ (F ** (2.0 / 3.0))
     body = weights @ (S @ F)
     return float(rigid), float(dome), float(body)
 
@@ -152,11 +107,13 @@ class ReadingSlopes:
     """By which fraction of E a reading moves, for each tip.
 
     Per force [1/N], per relative change of the stiffness of its spring [1], per height by which it stands out [1/mm].
+    `contrast` [1/mm] is that per contrast of gaps that the law does not know.
     """
 
     forces: tuple[float, ...]
     springs: tuple[float, ...]
     heights: tuple[float, ...]
+    contrast: float
 
 
 def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
@@ -166,14 +123,9 @@ def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], .
     return tuple(tuple(row) for row in rows.tolist())
 
 
-def contrast_slopes(
-    law: ContrastLaw, forces: Sequence[float], E: float, two_thirds: Floats | None = None
-) -> ReadingSlopes:
-    """Return how the reading E [MPa] of forces [N], each above 0, moves with what it is read from.
-
-    Of a press, `forces` and `two_thirds` as in `read_modulus`, those by force are for a force alike in all samples.
-    """
-    _, dome, body = contrast_terms(law, forces, two_thirds)
+def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
+    """Return how the reading E [MPa] of forces [N], each above 0, moves with what it is read from."""
+    _, dome, body = contrast_terms(law, forces)
     softer = E ** (-2.0 / 3.0)
     falling = dome * softer / 1.5 + body / E  # -E dg/dE [mm]
     weights = np.array(law.weights)
@@ -181,14 +133,32 @@ def contrast_slopes(
     F = np.array(forces)
     of_springs = weights @ C
     of_fruit = weights @ np.array(law.S) / E
-    roots = F ** (-1.0 / 3.0) if two_thirds is None else two_thirds / F
-    of_domes = law.hertz * softer / 1.5 * weights * roots
+    of_domes = law.hertz * softer / 1.5 * weights * F ** (-1.0 / 3.0)
     by_force = (of_springs + of_fruit + of_domes) / falling
     by_spring = -0.5 * (weights * (C @ F) + of_springs * F) / falling  # a coupled spring softens both ways
     by_height = -weights / falling
     return ReadingSlopes(
-        forces=tuple(by_force.tolist()), springs=tuple(by_spring.tolist()), heights=tuple(by_height.tolist())
+        forces=tuple(by_force.tolist()),
+        springs=tuple(by_spring.tolist()),
+        heights=tuple(by_height.tolist()),
+        contrast=1.0 / falling,
     )
+
+
+def saddle_contrast(
+    weights: Sequence[float], positions: Sequence[Place], curvatures: tuple[float, float], dome_radius: float
+) -> float:
+    """Return the root mean square, over all azimuths, of the contrast of gaps that the saddle of a skin makes [mm].
+
+    `curvatures` [1/mm] are the principal ones, `positions` (tips, 2) [mm], `dome_radius` [mm] is 0 for flat tips. With
+    the half difference k and the mean H of the curvatures, a saddle at an azimuth a makes the gaps
+    k ((x^2 - y^2) cos 2a / 2 + x y sin 2a), and domes that roll on the skin make them smaller by (1 + r H)^2.
+    """
+    first, second = curvatures
+    x, y = np.array(positions).T
+    rolled = 1.0 + 0.5 * dome_radius * (first + second)
+    across = math.hypot(np.dot(weights, 0.5 * (x**2 - y**2)), np.dot(weights, x * y))
+    return 0.5 * abs(first - second) * across / math.sqrt(2.0) / rolled**2
 
 
 def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:

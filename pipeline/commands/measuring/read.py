@@ -3,16 +3,19 @@
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import validation_error
+from cad.quantity import validation_error, written_number
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, answering, print_error
 
 if TYPE_CHECKING:
     from pipeline.measure.unit.fruit_reading import FruitReading
     from pipeline.measure.unit.measuring import MeasuringUnit
 
+LEAST_RADIUS_MM = 1.0
+LARGEST_RADIUS_MM = 1e6
 PURPOSE = "read the modulus and ripeness of a fruit from forces"
 EXAMPLE = "pipeline read outputs/paper --forces 0.411,1.076"
 
@@ -32,6 +35,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--tare", metavar="C1,C2,...", help="counts of the free sensor beside --counts (default: the calibration's)")
     add("--unit", metavar="unit.toml", type=Path, help="the unit as pipeline calibrate found it (default: as designed)")
     add("--classes", metavar="NAMES", help="ripeness by modulus [MPa], as in ripe:0.8,turning:1.6,unripe")
+    add(
+        "--radius", metavar="R1,R2", help="principal radii of the fruit [mm], or its one radius (default: the design's)"
+    )
     add("--each", action="store_true", help="a reading for each sample instead of one for each press")
     add("--c-header", metavar="FILE.h", type=Path, help="write the read-out of this unit in C99")
     add("--micropython", metavar="FILE.py", type=Path, help="write the read-out of this unit in MicroPython")
@@ -92,7 +98,22 @@ def _sensor(arguments: Namespace) -> "MeasuringUnit":
     report = read_report(arguments.folder)
     unit = nominal_unit(report) if arguments.unit is None else read_unit(arguments.unit, report)
     text, flag = (arguments.classes, "--classes") if arguments.classes else (unit.classes, "unit.classes")
-    return MeasuringUnit(report=report, unit=unit, classes=ripeness_classes(text, flag) if text else None)
+    classes = ripeness_classes(text, flag) if text else None
+    sensor = MeasuringUnit(report=report, unit=unit, classes=classes)
+    return sensor if arguments.radius is None else replace(sensor, radii_mm=_told_radii(arguments.radius, sensor))
+
+
+def _told_radii(text: str, sensor: "MeasuringUnit") -> tuple[float, float]:
+    """Return the principal radii [mm] of `--radius`; raises InputError."""
+    if sensor.domes is None:
+        bound = "left out but for domes in a line or a square"
+        raise validation_error("--radius", text, "mm", bound, "other tips read alike whatever the radius")
+    radii = [number for number in map(written_number, text.split(",")) if number is not None]
+    in_range = all(LEAST_RADIUS_MM <= number <= LARGEST_RADIUS_MM for number in radii)
+    if len(radii) not in (1, 2) or len(radii) != text.count(",") + 1 or not in_range:
+        bound = f"one or two numbers from {LEAST_RADIUS_MM:g} to {LARGEST_RADIUS_MM:g} with a comma between"
+        raise validation_error("--radius", text, "mm", bound, "write for instance --radius 47,110")
+    return radii[0], radii[-1]
 
 
 def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> dict[str, dict[Path, bytes]]:
@@ -127,10 +148,10 @@ def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
         forces = forces_of_counts(sensor, counts, tare)
     refuse_out_of_scale(sensor, forces, lambda tip: f"--forces: tip {tips[tip].name}")
     reading = reading_of(sensor, forces)
-    if sensor.law is None:
-        print_error(
-            "note: one reading of a pair is its force ratio, right only for a level press; read a press instead"
-        )
+    is_pair = sensor.law is None
+    cause = "of a pair is its force ratio, right only for a level press" if is_pair else "knows no saddle of the skin"
+    if is_pair or sensor.saddle_contrast > 0.0:
+        print_error(f"note: one reading {cause}; read a press instead")
     with answering():
         _tell(reading, indent=2, as_json=arguments.json)
     return FAILED if reading.E is None else PASSED
@@ -171,6 +192,8 @@ def _tell(reading: "FruitReading", *, indent: int | None, as_json: bool) -> None
     if reading.tilt is not None:
         towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
         parts.append(f"tilt {reading.tilt:.2g} deg{towards}")
+    if reading.offset is not None and reading.offset_u is not None:
+        parts.append(f"high tips nearer to the skin by {reading.offset:.3f} +- {reading.offset_u:.2g} mm")
     parts += [f"by {name.replace('_', ' ')} {value:.4g} MPa" for name, value in reading.others.items()]
     if reading.relaxation is not None:
         parts.append(f"relaxes to {reading.relaxation:.3g}")

@@ -1,19 +1,20 @@
-"""A press of a line or a square: the contrast of its tips, weighed over the samples up to the deepest one."""
+"""A line or a square: a press by the rise of the contrast of its tips, a single moment by the state of it."""
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cad.quantity import COVERAGE
 from cad.theory.contrast_law import (
     ContrastLaw,
-    PressMeans,
     ReadingError,
     contrast_slopes,
     lowered_tips,
     plane_through,
     read_modulus,
 )
+from cad.theory.contrast_rise import RiseError, RiseLaw, RiseSlopes, RisingPress
 from pipeline.measure.unit.fruit_reading import (
     FruitReading,
     Sensitivity,
@@ -27,56 +28,96 @@ Floats = NDArray[np.float64]
 
 
 class ContrastPress:
-    """The samples of one press of a unit, of whatever length, in a memory that does not grow."""
+    """The samples of one press of a unit, of whatever length, in a memory that does not grow.
 
-    def __init__(self, sensor: MeasuringUnit, law: ContrastLaw) -> None:
-        """Begin a press."""
+    Samples after the deepest one are left out: by then flesh may have yielded. What is the same in all samples drops
+    out of the modulus: the saddle of the skin, the heights and places of the tips, how the sensor stands.
+    """
+
+    def __init__(self, sensor: MeasuringUnit, law: RiseLaw) -> None:
+        """Begin a press; raises InputError where the report has no readings of whole presses."""
+        sensor.refuse_without_rise_level()
         self._sensor = sensor
         self._law = law
-        self._means = PressMeans()
-        self._to_deepest = PressMeans()
-        self._deepest = np.zeros(len(law.weights))
+        self._press = RisingPress(law, sensor.noises, sensor.least_forces)
 
     def add(self, forces: Floats) -> None:
-        """Take the forces of all tips [N] in the next sample, each above 0."""
-        self._means = self._means.with_sample(forces)
-        if forces.sum() > self._deepest.sum():
-            self._deepest = forces
-            self._to_deepest = self._means
+        """Take the forces of all tips [N] in the next sample."""
+        self._press.add(forces)
 
     def reading(self) -> FruitReading:
-        """Return what the press tells. Samples after the deepest one are left out: by then flesh may have yielded."""
+        """Return what the press tells, with the flag of its cause where that is nothing."""
         sensor = self._sensor
-        means = self._to_deepest
-        forces = means.forces.tolist()
         try:
-            read = read_modulus(self._law, forces, means.two_thirds)
-        except ReadingError:
-            return FruitReading(flags=("out_of_range",))
-        slopes = contrast_slopes(self._law, forces, read, means.two_thirds)
-        by_force = np.array(slopes.forces)
-        by_noise = float(np.linalg.norm(by_force * sensor.noises)) / math.sqrt(means.alike)
-        by_drift = float(np.linalg.norm(by_force * sensor.zero_drifts))
-        by_unit = Sensitivity(np.array(slopes.springs), by_force * means.forces).by_unit(sensor)
-        by_heights = np.multiply(slopes.heights, sensor.unit.height_error_mm)
-        E = sensor.corrected(read)
-        u = half_width(sensor, E, [by_noise, by_drift, *by_unit, *by_heights])
+            found = self._press.reading()
+        except RiseError as error:
+            return FruitReading(flags=(error.flag,))
+        E = sensor.rise_corrected(found.E)
+        steepness = sensor.rise_steepness(E)
+        u = half_width(sensor, E, steepness, [found.noise, *_alike_in_all_samples(sensor, found.slopes)])
 
-        lowered = lowered_tips(self._law, self._deepest.tolist(), read)
-        _, along, across = plane_through(sensor.design.tips.axes_mm, lowered)
-        # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
-        rolling = 1.0 + (sensor.design.tips.dome_radius_mm or 0.0) / sensor.design.fruit.radii_mm[0]
-        tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
-        direction = None if across is None else math.degrees(math.atan2(across, along))
-        reading = checked_reading(sensor, E, u, self._deepest, tilt=tilt, direction=direction)
-        return reading.of_samples(means.count, sensor.steepness(E) * by_noise)
+        deepest = np.asarray(self._press.deepest)
+        law = self._law.with_offset(found.offset)
+        reading = _with_pose(sensor, law, deepest, found.E, E, u)
+        reading = reading.of_samples(found.samples, steepness * found.noise)
+        by_modulus = found.offset_per_log_E * (reading.left or 0.0)
+        # A gap of the high tips above that of the low ones is what they stand farther from the skin.
+        return reading.with_offset(-found.offset, math.hypot(COVERAGE * found.offset_noise, by_modulus))
+
+
+def _alike_in_all_samples(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
+    """Return what no number of samples lowers of the modulus of a press [1], each one standard deviation.
+
+    A zero may be off from the first sample on, or drift by as much from the first sample to the last.
+    """
+    domes = sensor.domes
+    by_curvature = 0.0
+    if domes is not None:
+        by_curvature = slopes.mean_curvature(domes.relative_radius) * sensor.curvature_deviation
+    return [
+        by_curvature,
+        *np.multiply(slopes.zeros, sensor.zero_drifts).tolist(),
+        *np.multiply(slopes.drifts, sensor.zero_drifts).tolist(),
+        *Sensitivity(np.array(slopes.springs), np.array(slopes.gains)).by_unit(sensor),
+    ]
 
 
 def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats) -> FruitReading:
-    """Return what one reading of a line or a square tells: a press of one sample, forces [N] one for each tip."""
+    """Return what a single moment of a line or a square tells: forces [N], one for each tip.
+
+    Its bar holds heights of tips and the saddle of the skin, which no single moment can tell from the modulus.
+    """
     flags = flags_of_forces(sensor, forces)
     if flags:
         return FruitReading(flags=flags)
-    press = ContrastPress(sensor, law)
-    press.add(forces)
-    return press.reading()
+    try:
+        read = read_modulus(law, forces.tolist())
+    except ReadingError:
+        return FruitReading(flags=("out_of_range",))
+    slopes = contrast_slopes(law, forces.tolist(), read)
+    by_force = np.array(slopes.forces)
+    by_noise = float(np.linalg.norm(by_force * sensor.noises))
+    by_drift = float(np.linalg.norm(by_force * sensor.zero_drifts))
+    by_unit = Sensitivity(np.array(slopes.springs), by_force * forces).by_unit(sensor)
+    by_heights = np.multiply(slopes.heights, sensor.unit.height_error_mm).tolist()
+    by_shape = slopes.contrast * sensor.saddle_contrast
+    E = sensor.corrected(read)
+    steepness = sensor.steepness(E)
+    u = half_width(sensor, E, steepness, [by_noise, by_drift, *by_unit, *by_heights, by_shape])
+    return _with_pose(sensor, law, forces, read, E, u).of_samples(1, steepness * by_noise)
+
+
+def _with_pose(
+    sensor: MeasuringUnit, law: ContrastLaw, forces: Floats, read: float, E: float, u: float
+) -> FruitReading:
+    """Return a reading E [MPa] +- u [1] with the tilt that forces [N] tell of flesh that a law reads as `read` [MPa].
+
+    An offset of the contrast is no plane, so that it does not change the tilt.
+    """
+    lowered = lowered_tips(law, forces.tolist(), read)
+    _, along, across = plane_through(sensor.design.tips.axes_mm, lowered)
+    # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
+    rolling = 1.0 if sensor.domes is None else sensor.domes.rolled
+    tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
+    direction = None if across is None else math.degrees(math.atan2(across, along))
+    return checked_reading(sensor, E, u, forces, tilt=tilt, direction=direction)

@@ -1,14 +1,20 @@
 """The read-out of a unit as source code for a microcontroller: a C99 header, or a MicroPython module."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from cad.theory.contrast_law import ContrastLaw
+from cad.theory.contrast_rise import FEWEST, LARGEST_NOISE, LATEST_TOUCH, LEAST_OVER_NOISE, RiseLaw
 from pipeline.measure.template import rendered
 from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES
+from pipeline.reading.read_out import LevelReading
+
+SADDLE_STEPS = 12
+"""Of finding the offset of a saddle: each leaves some per cent of the error of the step before."""
+SETTLED = 1e-4  # of the springs' part of the contrast: an offset that moves more in the last step is of no press
 
 
 def c_header(sensor: MeasuringUnit) -> str:
@@ -24,8 +30,8 @@ def micropython(sensor: MeasuringUnit) -> str:
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return what the templates name: forces [N], lengths [mm], moduli [MPa]."""
     least, largest = sensor.range_MPa
-    law = _pair_constants(sensor) if sensor.law is None else _contrast_constants(sensor.law)
-    rows = sensor.report.read_out.level
+    law = _pair_constants(sensor) if sensor.rise_law is None else _contrast_constants(sensor, sensor.rise_law)
+    read_out = sensor.report.read_out
     signal = sensor.report.read_out.signal
     return {
         "design": sensor.design.name,
@@ -42,10 +48,17 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "least_E": least * (1.0 - AT_THE_EDGE),
         "largest_E": largest * (1.0 + AT_THE_EDGE),
         "reduced": sensor.reduced(1.0),
-        "level_logs": [math.log(row.read_MPa) for row in rows],
-        "level_factor": rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
-        "level_shifts": [math.log(row.E_MPa / row.read_MPa) for row in rows],
+        "levels": {"level": _level(read_out.level), "rise": _level(read_out.rise_level)},
         **law,
+    }
+
+
+def _level(rows: Sequence[LevelReading]) -> dict[str, object]:
+    """Return level readings as logarithms, and the factor of one row."""
+    return {
+        "logs": [math.log(row.read_MPa) for row in rows],
+        "shifts": [math.log(row.E_MPa / row.read_MPa) for row in rows],
+        "factor": rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
     }
 
 
@@ -55,15 +68,37 @@ def _single(value: float) -> str:
     return f"{text}f" if any(sign in text for sign in ".e") else f"{text}.0f"
 
 
-def _contrast_constants(law: ContrastLaw) -> dict[str, object]:
+def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object]:
     """Return what the formulas of a contrast need: forces [N], lengths [mm], moduli [MPa]."""
-    weights = np.array(law.weights)
-    return {
+    sensor.refuse_without_rise_level()
+    weights, C, S = law.contrast.arrays
+    constants = {
         "pair": False,
-        "springs": (weights @ np.array(law.C)).tolist(),
-        "fruit": (weights @ np.array(law.S)).tolist(),
-        "domes": (law.hertz * weights).tolist(),
-        "gap": float(weights @ np.array(law.gaps)),
+        "springs": (weights @ C).tolist(),
+        "fruit": (weights @ S).tolist(),
+        "domes": (law.contrast.hertz * weights).tolist(),
+        "gap": float(weights @ np.array(law.contrast.gaps)),
+        "noises": sensor.noises.tolist(),
+        "fewest": FEWEST,
+        "latest_touch": LATEST_TOUCH,
+        "least_rise": LEAST_OVER_NOISE * float(np.linalg.norm(sensor.noises)),
+        "largest_noise": LARGEST_NOISE,
+        "rolling": law.rolling is not None,
+        "saddle_steps": SADDLE_STEPS,
+        "settled": SETTLED,
+    }
+    if law.rolling is None:
+        return constants
+    domes = law.rolling
+    return {
+        **constants,
+        "weights": weights.tolist(),
+        "places": [along for place in domes.positions for along in place],
+        "dome_radius": domes.dome_radius,
+        "rolled": domes.rolled,
+        "felt": domes.felt,
+        "body": (1.0 - domes.poisson**2) / math.pi,
+        "still": (weights @ (S - domes.S())).tolist(),  # what the body adds to a half-space
     }
 
 
@@ -74,6 +109,7 @@ def _pair_constants(sensor: MeasuringUnit) -> dict[str, object]:
     (noise_xx, noise_xy), (_, noise_yy) = (x_and_y @ np.diag(sensor.noises**2) @ x_and_y.T).tolist()
     return {
         "pair": True,
+        "rolling": False,
         "relative": relative.tolist(),
         "noise_xx": noise_xx,
         "noise_xy": noise_xy,

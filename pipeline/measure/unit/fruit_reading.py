@@ -15,8 +15,8 @@ from pipeline.storage.plain import Plain
 Floats = NDArray[np.float64]
 
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
-IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range")
-"""Flags that firmware has too, from bit 0 on."""
+IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise")
+"""Flags of firmware, from bit 0 on. The command refuses what firmware flags as bad, saturated or not tared."""
 UNCERTAIN = 0.5
 """Above this half width [1] a reading hardly tells the modulus, and no symmetric interval holds it."""
 
@@ -31,6 +31,9 @@ class FruitReading:
     None where the flesh is not said to relax. `firmness` is what another instrument shows of such fruit, half of its
     band beside [N or MPa], where the unit has its scale. `samples` is how many of a press were weighed, `noise` [1] the
     part of `u` that falls with their number, None where it is not told apart.
+
+    `offset` [mm] is by how much the high tips stand nearer to the skin than the low ones, beyond what design and
+    calibration say, and `offset_u` [mm] the half width that holds 95 %. A press of a line or a square tells them.
     """
 
     E: float | None = None
@@ -43,6 +46,8 @@ class FruitReading:
     t: float | None = None
     samples: int | None = None
     noise: float | None = None
+    offset: float | None = None
+    offset_u: float | None = None
     others: dict[str, float] = field(default_factory=dict)
     relaxation: float | None = None
     firmness: Estimate | None = None
@@ -54,6 +59,10 @@ class FruitReading:
     def of_samples(self, count: int, deviation: float) -> "FruitReading":
         """Return this reading as one of so many samples, whose noise leaves it a standard deviation [1]."""
         return replace(self, samples=count, noise=COVERAGE * deviation)
+
+    def with_offset(self, offset: float, u: float) -> "FruitReading":
+        """Return this reading as one in which the high tips stand nearer to the skin by an offset +- u [mm]."""
+        return replace(self, offset=offset, offset_u=u)
 
     @property
     def left(self) -> float | None:
@@ -73,6 +82,9 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
             "u_noise_percent": None if reading.noise is None else 100.0 * reading.noise,
             "u_left_percent": None if reading.left is None else 100.0 * reading.left,
         }
+    offset: Plain = {}
+    if reading.offset is not None:
+        offset = {"offset_mm": reading.offset, "offset_u_mm": reading.offset_u}
     firmness: Plain = {}
     if reading.firmness is not None:
         firmness[f"firmness_{reading.firmness.unit}"] = reading.firmness.value
@@ -84,6 +96,7 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
         "u_percent": None if reading.u is None else 100.0 * reading.u,
         "tilt_deg": reading.tilt,
         "tilt_direction_deg": reading.direction,
+        **offset,
         "flags": list(reading.flags),
         "class": reading.ripeness,
         **firmness,
@@ -145,17 +158,17 @@ def checked_reading(
     )
 
 
-def half_width(sensor: MeasuringUnit, E: float, deviations: Sequence[float]) -> float:
+def half_width(sensor: MeasuringUnit, E: float, steepness: float, deviations: Sequence[float]) -> float:
     """Return the half width that holds 95 % of a reading of E [MPa], as a fraction of it [1].
 
-    `deviations` are standard deviations [1] beside the biases of the design.
+    `deviations` are standard deviations [1] beside the biases of the design, of what is read: E moves by the
+    `steepness` [1] for each of them.
 
     A bias may lie anywhere within its bound: its standard deviation is the bound over the root of three (JCGM 100:2008,
     4.3.7). What is felt is E / (1 - nu^2), so a standard deviation dnu moves E by 2 nu dnu / (1 - nu^2).
     """
     fruit = sensor.design.fruit
     by_poisson = -2.0 * fruit.poisson / (1.0 - fruit.poisson**2) * fruit.poisson_spread
-    steepness = sensor.steepness(E)
     by_heat = sensor.modulus_drift
     by_bias = math.hypot(sensor.bias(E), steepness * sensor.model_error) / math.sqrt(3.0)
     return COVERAGE * math.hypot(*(steepness * deviation for deviation in deviations), by_heat, by_poisson, by_bias)

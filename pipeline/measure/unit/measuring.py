@@ -10,27 +10,42 @@ from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE
-from cad.theory.contrast_law import ContrastLaw, Matrix, stiffened
+from cad.quantity import validation_error
+from cad.theory.contrast_law import ContrastLaw, Matrix, saddle_contrast, stiffened
+from cad.theory.contrast_rise import RiseLaw, RollingDomes
 from cad.theory.pair_line import ratio_modulus
 from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
 from pipeline.measure.unit.ripeness import RipenessClasses
-from pipeline.reading.read_out import corrected
+from pipeline.reading.read_out import LevelReading, corrected
+from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
 from pipeline.report.stored import StoredReport
 from solve.contact.domes.large_strain import large_strain
 
 Floats = NDArray[np.float64]
 
 PAIR_TILT_DEG = 2.0  # beyond it a press of a pair is told to be crooked, where the design names no tilt
+LEAST_CURVATURE_SPREAD = 0.25
+"""Standard deviation of the mean curvature of a skin that is not told, over that of the design.
+
+The cheek of a mango has principal radii of about 47 and 110 mm, so a mean curvature of 1/66 per mm. Where its design
+says 35 mm, that is 47 % less: two standard deviations.
+"""
+UNKNOWN_SADDLE = 0.4
+"""Difference of the principal curvatures of a skin that is not told, over their sum: that of 47 and 110 mm."""
 _ALLOWED_OVER_SCALE = 20.0  # a force beyond so many full scales is none of this sensor's, or in another unit
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuringUnit:
-    """A design's report with one printed unit of it, and the ripeness classes that its readings fall in, if any."""
+    """A design's report with one printed unit of it, and the ripeness classes that its readings fall in, if any.
+
+    `radii_mm` are the principal radii of the fruit under the sensor, where they are told.
+    """
 
     report: StoredReport
     unit: PrintedUnit
     classes: RipenessClasses | None = None
+    radii_mm: tuple[float, float] | None = None
 
     @property
     def design(self) -> Design:
@@ -44,12 +59,54 @@ class MeasuringUnit:
         return stiffened(nominal, np.multiply(self.unit.stiffnesses, np.diag(nominal)).tolist())
 
     @cached_property
-    def law(self) -> ContrastLaw | None:
-        """Return the contrast law of the unit; None for a pair."""
+    def rise_law(self) -> RiseLaw | None:
+        """Return the law by which the unit reads a press; None for a pair."""
         designed = self.report.read_out.contrast_on(self.C)
         if designed is None:
             return None
-        return replace(designed, gaps=tuple(np.subtract(designed.gaps, self.unit.height_mm).tolist()))
+        contrast = replace(designed, gaps=tuple(np.subtract(designed.gaps, self.unit.height_mm).tolist()))
+        return rise_law(self.design, contrast, self._told_curvatures)
+
+    @property
+    def law(self) -> ContrastLaw | None:
+        """Return the contrast law of the unit; None for a pair."""
+        return None if self.rise_law is None else self.rise_law.contrast
+
+    @property
+    def _told_curvatures(self) -> Curvatures | None:
+        return None if self.radii_mm is None else (1.0 / self.radii_mm[0], 1.0 / self.radii_mm[1])
+
+    @cached_property
+    def domes(self) -> RollingDomes | None:
+        """Return the domes of a line or a square on the fruit that is told, or on that of the design."""
+        weights = self.report.read_out.weights
+        return None if weights is None else rolling_domes(self.design, weights, self._told_curvatures)
+
+    @property
+    def curvature_deviation(self) -> float:
+        """Return the standard deviation of the mean curvature of the skin [1/mm]; 0 where it is told.
+
+        The spread of radii that the design names is a bound: its standard deviation is that over the root of three.
+        """
+        if self.radii_mm is not None:
+            return 0.0
+        asked = self.design.reading
+        named = 0.0 if asked is None else asked.radius_spread / math.sqrt(3.0)
+        return 0.5 * math.fsum(design_curvatures(self.design)) * max(named, LEAST_CURVATURE_SPREAD)
+
+    @cached_property
+    def saddle_contrast(self) -> float:
+        """Return the standard deviation of the contrast of the gaps that the saddle of the skin makes [mm].
+
+        Its directions are not known; where the radii are not told, how large it is neither.
+        """
+        weights = self.report.read_out.weights
+        if weights is None:
+            return 0.0
+        mean = 0.5 * math.fsum(design_curvatures(self.design))
+        unknown = (mean * (1.0 + UNKNOWN_SADDLE), mean * (1.0 - UNKNOWN_SADDLE))
+        radius = self.design.tips.dome_radius_mm or 0.0
+        return saddle_contrast(weights, self.design.tips.axes_mm, self._told_curvatures or unknown, radius)
 
     @property
     def own_less_other(self) -> float:
@@ -129,11 +186,27 @@ class MeasuringUnit:
         logs = np.log([(row.E_MPa, row.read_MPa) for row in level])
         return E * math.exp(np.interp(math.log(E), logs[:, 0], logs[:, 1] - logs[:, 0]))
 
+    def rise_corrected(self, read: float) -> float:
+        """Return the modulus [MPa] that a whole press of a level sensor reads as `read` [MPa]."""
+        return corrected(read, self.report.read_out.rise_level)
+
+    def refuse_without_rise_level(self) -> None:
+        """Raise InputError where the report has no level readings of whole presses: none before 0.2 has."""
+        if not self.report.read_out.rise_level:
+            hint = "run the design again"
+            raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
+
     def steepness(self, E: float) -> float:
         """Return by which fraction the modulus moves at E [MPa] per fraction of what is read [1]: 1 without a skin."""
+        return self._steepness(E, self.report.read_out.level)
+
+    def rise_steepness(self, E: float) -> float:
+        """Return the same of a whole press that is read by its rise."""
+        return self._steepness(E, self.report.read_out.rise_level)
+
+    def _steepness(self, E: float, rows: Sequence[LevelReading]) -> float:
         if self.design.fruit.skin_mm is None:
             return 1.0
-        rows = self.report.read_out.level
         logs = np.log([row.E_MPa for row in rows])
         slopes = np.gradient(logs, np.log([row.read_MPa for row in rows]))
         return float(np.interp(math.log(E), logs, slopes))

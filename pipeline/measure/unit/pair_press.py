@@ -101,7 +101,7 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     yielded = float(np.subtract(sensor.C[0], sensor.C[1]) @ forces)  # farther by the low spring than by the high one
     sensitivity = ratio_sensitivity(sensor, forces)
     deviations = [sensitivity.by_noise(sensor, forces), sensor.ratio_tilt_deviation(yielded)]
-    u = half_width(sensor, E, [*deviations, *sensitivity.by_unit(sensor)])
+    u = half_width(sensor, E, sensor.steepness(E), [*deviations, *sensitivity.by_unit(sensor)])
     return checked_reading(sensor, E, u, forces)
 
 
@@ -126,7 +126,8 @@ def _line_reading(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> FruitRe
         return _line(unit, gained).modulus
 
     E = sensor.corrected(line.modulus)
-    u = half_width(sensor, E, [line.error, *_sensitivity(sensor, modulus).by_unit(sensor)])
+    deviations = [line.error, *_sensitivity(sensor, modulus).by_unit(sensor)]
+    u = half_width(sensor, E, sensor.steepness(E), deviations)
     reading = checked_reading(sensor, E, u, deepest, lead=line.lead)
     reading = reading.of_samples(sums.count, sensor.steepness(E) * line.error)
     try:

@@ -127,10 +127,12 @@ class _Press:
 
     def __init__(self, sensor: MeasuringUnit) -> None:
         self._sensor = sensor
-        self._pair = PairPress(sensor)
-        self._contrast = None if sensor.law is None else ContrastPress(sensor, sensor.law)
+        self._pair = PairPress(sensor) if sensor.rise_law is None else None
+        self._contrast = None
         self._relaxing = None
-        if sensor.design.fruit.relaxation is not None:
+        if sensor.design.fruit.relaxation is None:
+            self._contrast = None if sensor.rise_law is None else ContrastPress(sensor, sensor.rise_law)
+        else:
             from pipeline.measure.unit.timed_reading import RelaxingPress  # loads SciPy, which few readings need
 
             self._relaxing = RelaxingPress(sensor, Relaxation(sensor.design.fruit.relaxation))
@@ -138,10 +140,10 @@ class _Press:
         self._deepest = Sample(0, 0.0, None, ())
 
     def add(self, sample: Sample, forces: Floats) -> None:
-        if self._contrast is None:
+        if self._pair is not None:
             low, high = forces.tolist()
             self._pair.add(low, high, sample.x)
-        else:
+        if self._contrast is not None:
             self._contrast.add(forces)
         if self._relaxing is not None:
             self._relaxing.add(sample.t, forces)
@@ -151,13 +153,16 @@ class _Press:
 
     def so_far(self, sample: Sample) -> FruitReading:
         """Return what the last sample tells by itself, for a pair the press up to it."""
-        is_pair = self._contrast is None
-        reading = self._pair.reading() if is_pair else reading_of(self._sensor, sample.forces)
+        reading = reading_of(self._sensor, sample.forces) if self._pair is None else self._pair.reading()
         return replace(reading, t=sample.t)
 
     def reading(self) -> FruitReading:
         """Return what the press tells; of flesh that relaxes, the chosen moment."""
-        reading = self._pair.reading() if self._contrast is None else self._contrast.reading()
+        reading = FruitReading()
+        if self._pair is not None:
+            reading = self._pair.reading()
+        if self._contrast is not None:
+            reading = self._contrast.reading()
         if self._relaxing is not None:
             reading = self._relaxing.reading(reading)
         return replace(reading, t=self._deepest.t)

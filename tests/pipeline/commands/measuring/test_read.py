@@ -138,6 +138,7 @@ def test_firmware_is_written_and_not_over_another_file(paper, capsys, tmp_path):
         ["--forces", "-0.5,1"],
         ["--forces", "0.2,0.5", "--unit", "nowhere.toml"],
         ["--forces", "0.2,0.5", "--classes", "ripe:0.8"],
+        ["--forces", "0.2,0.5", "--radius", "47,110"],
     ],
     ids=" ".join,
 )

@@ -31,7 +31,7 @@ from solve.contact.poses import Pose
 GRAM = 9.80665e-3  # [N]
 UNITS = 1000  # each with a fruit of its own
 COVERED = 0.95  # of the readings, within their bar
-DEPTHS = (0.4, 0.7, 1.0, 0.8)  # of the travel: into the fruit, and out again
+DEPTHS = (*np.linspace(0.05, 1.0, 20).tolist(), 0.8)  # of the travel: into the fruit, and out again
 AGREES = 1e-5
 MAIN = """
 #include <stdio.h>
@@ -156,6 +156,12 @@ def free(electronics, zero=0.0):
     return electronics.counts(np.zeros((TARE_SAMPLES, len(electronics.zero))), zero=zero)
 
 
+def into_the_fruit(measured, E, factors=1.0):
+    """Return the forces [N] of a level press to full travel."""
+    travel = measured.design.press.travel_mm
+    return measured.forces([Pose(E=E, travel=share * travel) for share in DEPTHS[:-1]], factors)
+
+
 def covered(measured, rng, calibrate, on_plate=False):
     """Return the share of fruit whose modulus lies in the bar of its reading, each pressed by a unit of its own."""
     inside = []
@@ -199,8 +205,7 @@ def test_a_plate_takes_off_what_a_dial_is_wrong_by(seated, rng, calibrate):
     table = weights(seated, factors, electronics, dial=seated.design.tips.each(1.02, 0.98))
     plate = plate_press(seated, factors, electronics)
     E = seated.design.largest_E_MPa
-    forces = seated.forces([Pose(E=E, travel=seated.design.press.travel_mm)], factors)
-    rows = np.concatenate([free(electronics), electronics.counts(forces)])
+    rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(seated, E, factors))])
     readings = []
     for calibration in (calibrate(seated.report, table), calibrate(seated.report, table, plate)):
         readings += read(MeasuringUnit(report=seated.report, unit=calibration.unit), rows)
@@ -251,9 +256,7 @@ def test_a_travel_that_is_rounded_is_so_for_all_tips(seated, rng, calibrate):
     """A dial of 0.01 mm: E is off by at most 1.5 of what a slope by it is, and the bar hardly grows."""
     electronics = Electronics(seated, rng)
     E = seated.design.largest_E_MPa
-    rows = np.concatenate(
-        [free(electronics), electronics.counts(seated.forces([Pose(E=E, travel=seated.design.press.travel_mm)]))]
-    )
+    rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(seated, E))])
     readings = []
     for digits in (3, 2):
         plate = plate_press(seated, 1.0, electronics, digits=digits)
@@ -354,13 +357,13 @@ def test_counts_that_tell_no_force_are_refused(mango, rng, calibrate):
     electronics = Electronics(mango, rng)
     unit = calibrate(mango.report, weights(mango, 1.0, electronics)).unit
     sensor = MeasuringUnit(report=mango.report, unit=unit)
-    forces = mango.forces([Pose(E=1.5, travel=0.5)])
+    forces = into_the_fruit(mango, 1.5)
     rows = np.concatenate([free(electronics), electronics.counts(forces)])
     beyond = rows.copy()
     beyond[-1, 0] = 8388607
     unsteady = rows.copy()
     unsteady[3] += rows[-1] - rows[0]
-    pressed = np.concatenate([electronics.counts(1.5 * np.repeat(forces, TARE_SAMPLES, axis=0)), rows])
+    pressed = np.concatenate([electronics.counts(1.5 * np.repeat(forces[-1:], TARE_SAMPLES, axis=0)), rows])
     for bad in (beyond, unsteady, pressed, rows[:4]):
         with pytest.raises(InputError):
             read(sensor, bad)
@@ -369,7 +372,9 @@ def test_counts_that_tell_no_force_are_refused(mango, rng, calibrate):
     with pytest.raises(InputError):
         forces_of_counts(sensor, beyond[-1].tolist(), None)
     above_tare = forces_of_counts(sensor, rows[-1].tolist(), rows[:TARE_SAMPLES].mean(axis=0).tolist())
-    assert pytest.approx(read(sensor, rows)[0].E, rel=1e-12) == reading_of(sensor, above_tare).E
+    (*_, last) = readings_of(sensor, Signal(signal_of(rows), "press.csv", 4), every_sample=True)
+    assert pytest.approx(last.E, rel=1e-12) == reading_of(sensor, above_tare).E
+    assert pytest.approx(1.5, rel=0.05) == read(sensor, rows)[0].E
 
 
 def in_c(folder, sensor, rows):
@@ -442,8 +447,7 @@ def test_numbers_of_a_kiwifruit_become_a_sensor_that_three_readers_read_alike(
     report = read_report(Path("kiwi"))
     sensor = MeasuringUnit(report=report, unit=read_unit(Path("unit.toml"), report))
     for E in (0.35, 0.8, 1.9):
-        forces = measured.forces([Pose(E=E, travel=measured.design.press.travel_mm)], factors)
-        rows = np.concatenate([free(electronics), electronics.counts(forces)])
+        rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(measured, E, factors))])
         Path("press.csv").write_text("\n".join(signal_of(rows)), encoding="utf-8")
         capsys.readouterr()
         assert main(["read", "kiwi", "press.csv", "--unit", "unit.toml", "--json"]) == 0

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import printed_by_header
+from measured_units import MeasuredDesign, printed_by_header
 
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.firmware import micropython
@@ -97,31 +97,85 @@ def test_square_agrees_over_the_range_and_on_odd_forces(square, rng, tmp_path, i
     np.testing.assert_allclose(interpreted, np.column_stack([E, E * sensor.reduced(1.0), flags]), rtol=1e-12)
 
 
-@pytest.mark.parametrize("each", [1, 100])
-def test_press_of_a_square_agrees_sample_for_sample(each, mango, rng, tmp_path, in_c):
-    """There and back, with noise, and air before and after; single precision holds over a thousand samples."""
-    sensor = mango.measuring(FACTORS["mango"])
-    travels = np.concatenate([np.linspace(0.2, 0.48, 8), [0.4, 0.3]]).tolist()
-    for E in (0.6, 3.3):
-        forces = mango.forces([Pose(E=E, travel=x, tilt_deg=(1.0, 0.5)) for x in travels], FACTORS["mango"])
-        rows = np.repeat(forces, each, axis=0) * rng.normal(1.0, 1e-3, (10 * each, 4))
+def both(sensor, rows, tmp_path):
+    """Return what the command reads of a press whose rows touch, and what the MicroPython module does: E and flags."""
+    press = ContrastPress(sensor, sensor.rise_law)
+    module = module_of(tmp_path, sensor)["Press"]()
+    for row in rows.astype(float):
+        if (sensor.gained(row) > sensor.least_forces).all():
+            press.add(sensor.gained(row))
+        module.add(row.tolist())
+    expected = press.reading()
+    E, _, flags = module.read()
+    return (expected.E, bits(expected.flags)), (E, flags)
+
+
+@pytest.mark.parametrize("samples", [10, 100, 1000])
+def test_press_of_a_square_agrees_sample_for_sample(samples, square, rng, tmp_path, in_c):
+    """Random poses and heights, there and back, with noise and air beside; single precision over a thousand samples."""
+    sensor = square.measuring(FACTORS["mango"])
+    travel = square.design.press.travel_mm
+    flags = set()
+    for E in np.exp(rng.uniform(math.log(0.5), math.log(3.5), 4)).tolist():
+        x = np.concatenate([np.linspace(0.15, 1.0, samples), np.linspace(0.9, 0.5, 3)]) * travel
+        tilt = tuple(rng.uniform(-2.0, 2.0, 2))
+        steps = np.linspace(0.15, 1.0, 60) * travel
+        forces = square.forces([Pose(E=E, travel=at, tilt_deg=tilt) for at in steps.tolist()], FACTORS["mango"])
+        rows = np.column_stack([np.interp(x, steps, row) for row in forces.T])
+        rows = rows + rng.normal(size=rows.shape) * sensor.noises
         rows = np.concatenate([np.zeros((3, 4)), rows, np.zeros((3, 4))]).astype(np.float32)
-        press = ContrastPress(sensor, sensor.law)
+        higher = replace(sensor, unit=replace(sensor.unit, height_mm=tuple(rng.uniform(-0.03, 0.03, 4).tolist())))
+        (expected, bit), module = both(higher, rows, tmp_path)
+        assert module == (pytest.approx(expected, rel=1e-9), bit)
+        found, reduced, found_bits = in_c(higher, rows, PRESS)[-1].tolist()
+        assert (found, found_bits) == (pytest.approx(expected, rel=AGREES), bit)
+        assert reduced == pytest.approx(expected * higher.reduced(1.0), rel=AGREES)
+        flags.add(bit)
+    assert 0 in flags
+
+
+def test_presses_that_tell_nothing_have_their_flags_in_firmware(mango, tmp_path, in_c):
+    sensor = mango.measuring()
+    travels = (np.linspace(0.1, 1.0, 20) * mango.design.press.travel_mm).tolist()
+    forces = mango.forces([Pose(E=1.0, travel=x) for x in travels])
+    for rows, bit in (
+        (forces[-5:], 32),
+        (np.repeat(forces[-1:], 30, axis=0), 64),
+        (forces[-6:], 64),
+        (forces[:, [1, 0, 3, 2]], 4),
+        (np.concatenate([forces[:3], np.zeros((1, 4)), forces[3:6]]), 32),
+    ):
+        rows = rows.astype(np.float32)
+        assert in_c(sensor, rows, PRESS)[-1, 2] == bit
         module = module_of(tmp_path, sensor)["Press"]()
-        for row in rows.astype(float):
-            if (sensor.gained(row) > sensor.least_forces).all():
-                press.add(sensor.gained(row))
-            module.add(row.tolist())
-        expected = press.reading()
-        assert pytest.approx(E, rel=0.03) == expected.E
-        assert in_c(sensor, rows, PRESS)[-1].tolist() == [
-            pytest.approx(expected.E, rel=AGREES),
-            pytest.approx(expected.reduced, rel=AGREES),
-            0.0,
-        ]
-        assert module.read() == (pytest.approx(expected.E, rel=1e-12), pytest.approx(expected.reduced, rel=1e-12), 0)
-    assert in_c(sensor, rows[:3], PRESS)[-1, 2] == 2.0
+        for row in rows.tolist():
+            module.add(row)
+        assert module.read() == (None, None, bit)
+    loud = replace(sensor.report, read_out=replace(sensor.report.read_out, signal=None))
+    noisy = replace(sensor, report=loud, unit=sensor.unit)
+    noisy = replace(
+        noisy,
+        report=replace(loud, design=replace(loud.design, reading=replace(loud.design.reading, noise_percent=5.0))),
+    )
+    rows = forces.astype(np.float32)
+    (E, bit), module = both(noisy, rows, tmp_path)
+    assert (E, bit) == module == (None, 64)
+    assert in_c(noisy, rows, PRESS)[-1, 2] == 64
+    assert in_c(sensor, np.zeros((3, 4), dtype=np.float32), PRESS)[-1, 2] == 2
     assert module_of(tmp_path, sensor)["Press"]().read() == (None, None, 2)
+
+
+@pytest.mark.study
+def test_press_of_a_line_of_flat_tips_agrees(rng, tmp_path, in_c):
+    line = MeasuredDesign("docs/examples/fouly.toml", assessed=False)
+    sensor = line.measuring()
+    travels = (np.linspace(0.1, 1.0, 40) * line.design.press.travel_mm).tolist()
+    for E in (0.6, 3.0):
+        rows = line.forces([Pose(E=E, travel=x) for x in travels])
+        rows = (rows + rng.normal(size=rows.shape) * sensor.noises).astype(np.float32)
+        (expected, bit), module = both(sensor, rows, tmp_path)
+        assert module == (pytest.approx(expected, rel=1e-9), bit)
+        assert in_c(sensor, rows, PRESS)[-1].tolist()[::2] == [pytest.approx(expected, rel=AGREES), bit]
 
 
 def test_flags_of_a_pair_agree_on_odd_forces(paper, rng, tmp_path, in_c):

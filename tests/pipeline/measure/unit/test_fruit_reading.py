@@ -16,12 +16,15 @@ from solve.contact.poses import Pose
 FULL = 0.5  # [mm] travel of the square
 
 
+BALL = (35.0, 35.0)  # told, so that no saddle is in the bar
+
+
 def pressed(mango, E, **pose):
     return mango.forces([Pose(E=E, travel=FULL, **pose)])[0].tolist()
 
 
 def test_level_square_reads_what_it_presses(mango):
-    sensor = mango.measuring(classes=ripeness_classes("ripe:0.8,unripe"))
+    sensor = replace(mango.measuring(classes=ripeness_classes("ripe:0.8,unripe")), radii_mm=BALL)
     for E in (0.5, 0.81, 1.5, 3.5):
         reading = reading_of(sensor, pressed(mango, E))
         assert pytest.approx(E, rel=1e-3) == reading.E
@@ -34,14 +37,14 @@ def test_level_square_reads_what_it_presses(mango):
 def test_tilt_and_its_direction_are_read(mango):
     for direction in (0.0, 90.0, -135.0):
         tilt = tuple(3.0 * np.array([math.cos(math.radians(direction)), math.sin(math.radians(direction))]))
-        reading = reading_of(mango.measuring(), pressed(mango, 1.0, tilt_deg=tilt))
+        reading = reading_of(replace(mango.measuring(), radii_mm=BALL), pressed(mango, 1.0, tilt_deg=tilt))
         assert reading.tilt == pytest.approx(3.0, rel=0.05)
         assert reading.direction == pytest.approx(direction, abs=2.0)
         assert reading.flags == ()
 
 
 def test_planted_causes_raise_their_flags(mango):
-    sensor = mango.measuring()
+    sensor = replace(mango.measuring(), radii_mm=BALL)
     upright = replace(mango.design, reading=replace(mango.design.reading, tilt_deg=1.0))
     narrow = replace(sensor, report=replace(sensor.report, design=upright))
     forces = pressed(mango, 1.0, tilt_deg=(3.5, 0.0))
@@ -75,6 +78,19 @@ def test_bruise_is_told_at_the_pressure_of_the_pressed_contact(off, bruises, man
     tender = replace(mango.design, fruit=replace(mango.design.fruit, bruise_limit_MPa=limit))
     bruised = replace(sensor, report=replace(sensor.report, design=tender))
     assert bruised.bruises(domes.F[0], 0.8) is bruises
+
+
+def test_saddle_that_is_not_told_is_in_the_bar_of_a_single_moment(mango):
+    """A square feels 2 a^2 k sin 2 azimuth between its diagonals, with k = 0.4 / 35 per mm under domes that roll."""
+    sensor = mango.measuring()
+    forces = pressed(mango, 1.0)
+    untold, ball = reading_of(sensor, forces), reading_of(replace(sensor, radii_mm=BALL), forces)
+    assert (untold.flags, ball.flags) == (("uncertain",), ())
+    contrast = 2.0 * 3.0**2 * 0.4 / 35.0 / math.sqrt(2.0) / (1.0 + 10.0 / 35.0) ** 2
+    step = 1e-5
+    higher = replace(sensor.unit, height_mm=(0.0, step, 0.0, step))
+    moved = abs(reading_of(replace(sensor, unit=higher), forces).E / untold.E - 1.0) / step
+    assert np.sqrt(untold.u**2 - ball.u**2) == pytest.approx(2.0 * contrast * moved, rel=0.01)
 
 
 @pytest.mark.parametrize("calibrated_by", ["weights", "plate"])

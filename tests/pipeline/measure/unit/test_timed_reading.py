@@ -97,7 +97,7 @@ def test_square_of_domes_reads_the_first_instant(square, E):
     late = reading.others["apparent"]
     assert 0.6 * E < late < 0.9 * E
     assert 0.7 < reading.relaxation < 0.9
-    assert reading.flags == ()
+    assert reading.flags == ("uncertain",)  # a single moment: the skin may be a saddle
 
 
 @pytest.mark.parametrize("lead", [0.0, 0.05, -0.05])
