@@ -83,6 +83,20 @@ class Fruit:
         return (1.0 - self.poisson**2) / (math.pi * self.E)
 
 
+def random_fruits(count, seed):
+    """Return fruits of the new mango: any azimuth, tilts up to 4 degrees evenly over all slopes."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        yield Fruit(
+            E=math.exp(rng.uniform(math.log(0.5), math.log(3.5))),
+            R1=rng.uniform(42.0, 53.0),
+            R2=rng.uniform(86.0, 144.0),
+            azimuth=rng.uniform(-90.0, 90.0),
+            tilt=4.0 * math.sqrt(rng.uniform()),
+            tilt_azimuth=rng.uniform(0.0, 360.0),
+        )
+
+
 def love(cells):
     """Return the transform of the deflections of cells of side 1 by a unit pressure on one cell, times pi E*."""
     i = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))

@@ -19,11 +19,10 @@ from scipy.special import stdtrit
 from cad.arrays import Floats
 from cad.quantity import validation_error
 from pipeline.measure.measured_table import FORCE, MODULUS, MeasuredTable, Quantity, numbers_of, place_of, read_csv
-from pipeline.measure.unit.fruit_reading import FruitReading
+from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import PairPress
-from pipeline.measure.unit.presses import reading_of
 from pipeline.measure.unit.signals import force_keys
 
 FEWEST_FRUIT = 6
@@ -130,27 +129,24 @@ def fitted_scale(source: str, names: tuple[str, ...], read: Floats, firmness: Fl
 
 
 def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
-    """Return the modulus [MPa] that each row reads: its own, or of a pair that of all rows of its fruit, one press."""
+    """Return the modulus [MPa] that each row reads: that of all rows of its fruit, the samples of one press."""
     if sensor.design.fruit.relaxation is not None:
         bound = "left out where presses of fruit are calibrated: a row has no time"
         raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
     fruit = table.texts["fruit"]
+    law = sensor.rise_law
+    presses = {name: PairPress(sensor) if law is None else ContrastPress(sensor, law) for name in fruit}
     forces = np.column_stack([table.numbers[key] for key in force_keys(len(sensor.report.tips))])
-    readings: list[FruitReading] = []
-    if sensor.law is None:
-        presses = {name: PairPress(sensor) for name in fruit}
-        for name, row in zip(fruit, forces.tolist(), strict=True):
-            presses[name].add(*sensor.gained(row).tolist())
-        by_name = {name: press.reading() for name, press in presses.items()}
-        readings = [by_name[name] for name in fruit]
-    else:
-        readings = [reading_of(sensor, row) for row in forces.tolist()]
+    for name, row in zip(fruit, forces.tolist(), strict=True):
+        presses[name].add(sensor.gained(row))
+    readings = {name: press.reading() for name, press in presses.items()}
     moduli = []
-    for line, name, reading in zip(table.lines, fruit, readings, strict=True):
+    for line, name in zip(table.lines, fruit, strict=True):
+        reading = readings[name]
         if reading.E is None:
             bound = "a reading of a modulus"
             place = f"{place_of(table.source, line)}: fruit {name}"
-            raise validation_error(place, ", ".join(reading.flags), "", bound, "press farther, or leave the row out")
+            raise validation_error(place, ", ".join(reading.flags), "", bound, "press farther, or leave the fruit out")
         moduli.append(reading.E)
     return np.array(moduli)
 

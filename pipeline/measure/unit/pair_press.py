@@ -59,8 +59,9 @@ class PairPress:
         self._forces = Blocks()
         self._strokes = Blocks()
 
-    def add(self, low: float, high: float, x: float | None = None) -> None:
+    def add(self, forces: Floats, x: float | None = None) -> None:
         """Take the forces of both tips [N] in the next sample, and the travel x [mm] where it is measured."""
+        low, high = forces.tolist()
         self._forces.add(low, high)
         if x is not None:
             skin = self._sensor.report.contact.compliance_per_mm[-1]

@@ -141,8 +141,7 @@ class _Press:
 
     def add(self, sample: Sample, forces: Floats) -> None:
         if self._pair is not None:
-            low, high = forces.tolist()
-            self._pair.add(low, high, sample.x)
+            self._pair.add(forces, sample.x)
         if self._contrast is not None:
             self._contrast.add(forces)
         if self._relaxing is not None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reference.ellipsoid_presses import Fruit, press, square
+from reference.ellipsoid_presses import Fruit, press, random_fruits, square
 from scipy.optimize import root
 
 from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, smallest_root, stiffened
@@ -257,20 +257,6 @@ def test_the_offset_tells_where_the_contacts_are():
         unheard = reading(blind(dome_law()), forces).E / E - 1.0
         heard = reading(dome_law(), forces).E / E - 1.0
         assert abs(heard) < 0.015 < abs(unheard) < 0.05
-
-
-def random_fruits(count, seed):
-    """Return fruits of the new mango: any azimuth, tilts up to 4 degrees evenly over all slopes."""
-    rng = np.random.default_rng(seed)
-    for _ in range(count):
-        yield Fruit(
-            E=math.exp(rng.uniform(math.log(0.5), math.log(3.5))),
-            R1=rng.uniform(42.0, 53.0),
-            R2=rng.uniform(86.0, 144.0),
-            azimuth=rng.uniform(-90.0, 90.0),
-            tilt=4.0 * math.sqrt(rng.uniform()),
-            tilt_azimuth=rng.uniform(0.0, 360.0),
-        )
 
 
 @pytest.mark.study

@@ -8,14 +8,17 @@ from measured_units import MeasuredDesign, random_pose
 
 from cad.quantity import COVERAGE, InputError
 from pipeline.measure.calibrating.fruit_presses import fitted_scale, measured_fruit, scale_of_presses
+from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_reading import reading_as_mapping
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.presses import reading_of
 from pipeline.measure.unit.printed_unit import read_unit, unit_as_toml
-from solve.contact.poses import Pose
+from pipeline.response.scene_press import scene_of
+from solve.contact.poses import Pose, pose_forces
 
 HEADER = "fruit,E_MPa,F_1_N,F_2_N,F_3_N,F_4_N"
 SETS = 60
+SHARES = np.linspace(0.3, 1.0, 14)  # of the travel, in a press
 CHECKED = 50  # fruit that each set is tried on
 SCALE = FruitScale(unit="N", curve="power", percent=10.0, E_MPa=(0.5, 2.0), firmness=(10.0, 30.0))
 
@@ -41,21 +44,31 @@ def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, measured, rng)
     skinned = MeasuredDesign("mango", assessed=False, **SKIN)
     sensor = mango.measuring(percent=0.5)
 
-    def forces(moduli):
+    def presses(moduli):
+        """Return noisy forces [N] of whole presses, (fruit, samples, tips)."""
         travel = skinned.design.press.travel_mm
-        pressed = skinned.forces([random_pose(skinned.design, rng, E, travel) for E in moduli])
-        return (pressed + sensor.noises * rng.normal(size=pressed.shape)).tolist()
+        poses = []
+        for E in moduli:
+            pose = random_pose(skinned.design, rng, E, travel)
+            poses += [replace(pose, travel=float(share) * travel) for share in SHARES]
+        pressed = skinned.forces(poses)
+        noisy = pressed + sensor.noises * rng.normal(size=pressed.shape)
+        return noisy.reshape(len(moduli), len(SHARES), -1)
 
     lines = [HEADER]
-    moduli = np.repeat(np.geomspace(0.5, 3.5, 12), 2).tolist()
-    for E, row in zip(moduli, forces(moduli), strict=True):
-        lines.append(",".join([f"mango {E:.3f}", f"{E:.6f}", *(f"{force:.6f}" for force in row)]))
+    moduli = np.geomspace(0.5, 3.5, 24).tolist()
+    for E, rows in zip(moduli, presses(moduli), strict=True):
+        for row in rows.tolist():
+            lines.append(",".join([f"mango {E:.3f}", f"{E:.6f}", *(f"{force:.6f}" for force in row)]))
     fit = scale_of_presses(measured("\n".join(lines)), sensor)
-    assert (fit.fruit, fit.scale.unit) == (12, "MPa")
+    assert (fit.fruit, fit.scale.unit) == (24, "MPa")
 
     scaled = replace(sensor, unit=replace(sensor.unit, scale=fit.scale))
     fresh = np.exp(rng.uniform(np.log(0.55), np.log(3.2), 300)).tolist()
-    readings = [reading_of(scaled, row) for row in forces(fresh)]
+    every = [read_press(scaled, rows) for rows in presses(fresh)]
+    fresh = [E for E, reading in zip(fresh, every, strict=True) if reading.firmness is not None]
+    readings = [reading for reading in every if reading.firmness is not None]
+    assert len(fresh) > 0.95 * len(every)  # in the others a tip touches late
     off = np.log([reading.firmness.value for reading in readings]) - np.log(fresh)
     held = np.abs(np.expm1(-off)) <= [COVERAGE * reading.firmness.relative for reading in readings]
     assert np.mean(held) >= 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / len(fresh))
@@ -64,6 +77,28 @@ def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, measured, rng)
     assert (
         abs(off.mean()) < 3.0 * deviation < np.mean([np.log(reading.E) for reading in readings]) - np.log(fresh).mean()
     )
+
+
+def read_press(sensor, rows):
+    press = ContrastPress(sensor, sensor.rise_law)
+    for row in rows:
+        press.add(row)
+    return press.reading()
+
+
+def test_square_reads_all_rows_of_a_fruit_as_one_press(mango, measured):
+    """Fruit of a saddle of its own each: heights that are off by random millimetres stand for it."""
+    heights = np.random.default_rng(3).uniform(-0.04, 0.04, (7, 4))
+    sensor = mango.measuring()
+    lines = [HEADER]
+    travels = (np.linspace(0.2, 1.0, 12) * mango.design.press.travel_mm).tolist()
+    for E, high in zip(np.geomspace(0.5, 3.5, 7).tolist(), heights.tolist(), strict=True):
+        scene = scene_of(mango.design, tuple(high), mango.sideways)
+        rows = pose_forces(scene, mango.contact, mango.C, [Pose(E=E, travel=x) for x in travels]).F
+        lines += [",".join([f"{E:.2f}", f"{2.0 * E}", *(f"{force:.9f}" for force in row)]) for row in rows.tolist()]
+    fit = scale_of_presses(measured("\n".join(lines)), sensor)
+    assert fit.scale.curve == "factor"
+    assert np.divide(fit.scale.firmness, fit.scale.E_MPa) == pytest.approx(2.0, rel=0.02)
 
 
 LAWS = {

@@ -22,9 +22,9 @@ def press(paper, E, tilt=0.0, factors=1.0):
 
 def read(sensor, forces, travels=None):
     found = PairPress(sensor)
-    for place, (soft, stiff) in enumerate(forces.tolist()):
-        if min(soft, stiff) > 0.0:
-            found.add(soft, stiff, None if travels is None else travels[place])
+    for place, row in enumerate(forces):
+        if row.min() > 0.0:
+            found.add(row, None if travels is None else travels[place])
     return found.reading()
 
 
@@ -53,7 +53,7 @@ def test_line_reads_through_a_tilt_that_the_force_ratio_does_not(paper, E, tilt)
 def test_memory_of_a_press_does_not_grow(paper):
     found = PairPress(paper.measuring())
     for place in range(5000):
-        found.add(0.2 + 4e-5 * place, 0.4 + 16e-5 * place)
+        found.add(np.array([0.2 + 4e-5 * place, 0.4 + 16e-5 * place]))
     blocks = found._forces.sums
     assert 0.5 * MOST_BLOCKS <= len(blocks) < MOST_BLOCKS
     assert sum(block.count for block in blocks) == 5000

@@ -50,9 +50,9 @@ def coverage(measured, rng, units, read=reading_of, travels=(1.0,), wrong=1.0, e
 
 def read_press(sensor, press):
     samples = PairPress(sensor)
-    for low, high in press:
-        if low > sensor.least_forces[0] and high > sensor.least_forces[1]:
-            samples.add(low, high)
+    for row in np.array(press):
+        if (row > sensor.least_forces).all():
+            samples.add(row)
     return samples.reading()
 
 
