@@ -135,6 +135,8 @@ def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
         raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
     fruit = table.texts["fruit"]
     law = sensor.rise_law
+    if law is not None:
+        sensor.refuse_without_rise_level()
     presses = {name: PairPress(sensor) if law is None else ContrastPress(sensor, law) for name in fruit}
     forces = np.column_stack([table.numbers[key] for key in force_keys(len(sensor.report.tips))])
     for name, row in zip(fruit, forces.tolist(), strict=True):

@@ -35,8 +35,7 @@ class ContrastPress:
     """
 
     def __init__(self, sensor: MeasuringUnit, law: RiseLaw) -> None:
-        """Begin a press; raises InputError where the report has no readings of whole presses."""
-        sensor.refuse_without_rise_level()
+        """Begin a press."""
         self._sensor = sensor
         self._law = law
         self._press = RisingPress(law, sensor.noises, sensor.least_forces)

@@ -36,6 +36,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
     return {
         "design": sensor.design.name,
         "method": sensor.unit.method,
+        "radii": " and ".join(f"{radius:g}" for radius in sensor.radii_mm or ()),
         "tips": [tip.name for tip in sensor.report.tips],
         "gains": sensor.unit.gain,
         "newtons": [slope for row in sensor.unit.newtons_per_count for slope in row],

@@ -31,8 +31,11 @@ def reading_of(sensor: MeasuringUnit, channels: Sequence[float]) -> FruitReading
 def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False) -> Iterator[FruitReading]:
     """Yield one reading for each press of a signal as it ends, or one for each sample in which all tips touch.
 
-    A signal without a press yields one reading, flagged as lifted off. Raises InputError at a line that is no sample.
+    A signal without a press yields one reading, flagged as lifted off. Raises InputError at a line that is no sample,
+    and for a line or a square whose report has no readings of whole presses.
     """
+    if sensor.rise_law is not None and sensor.design.fruit.relaxation is None:
+        sensor.refuse_without_rise_level()
     press: _Press | None = None
     pressed = False
     samples = counted_in_newtons(sensor, signal) if signal.counted else signal

@@ -17,6 +17,7 @@ from reference.ellipsoid_presses import press, random_fruits, square
 from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.measure.unit.contrast_press import ContrastPress, contrast_reading
+from pipeline.measure.unit.firmware import c_header, micropython
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.signals import Signal
 from solve.contact.poses import Pose
@@ -250,9 +251,13 @@ def test_a_press_that_tells_nothing_has_its_flag_and_no_number(mango, going_in):
 def test_a_report_without_readings_of_presses_is_refused(mango):
     sensor = mango.measuring()
     old = replace(sensor.report, read_out=replace(sensor.report.read_out, rise_level=()))
-    with pytest.raises(InputError) as refused:
-        ContrastPress(replace(sensor, report=old), sensor.rise_law)
-    assert refused.value.field == "read_out.rise_level"
+    sensor = replace(sensor, report=old)
+    signal = Signal(["t_s,F_1_N,F_2_N,F_3_N,F_4_N", "0,0,0,0,0"], "press.csv", 4)
+    for work in (lambda: list(readings_of(sensor, signal)), lambda: c_header(sensor), lambda: micropython(sensor)):
+        with pytest.raises(InputError) as refused:
+            work()
+        assert refused.value.field == "read_out.rise_level"
+    assert contrast_reading(sensor, sensor.law, np.array([0.05, 0.4, 0.05, 0.4])).E is not None
 
 
 def test_a_signal_is_read_whole_once_a_press(noisy, going_in):

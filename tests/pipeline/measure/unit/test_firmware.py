@@ -165,6 +165,17 @@ def test_presses_that_tell_nothing_have_their_flags_in_firmware(mango, tmp_path,
     assert module_of(tmp_path, sensor)["Press"]().read() == (None, None, 2)
 
 
+def test_radii_that_are_told_are_in_the_firmware(mango, tmp_path, in_c):
+    plain = mango.measuring()
+    sensor = replace(plain, radii_mm=(47.0, 110.0))
+    travels = (np.linspace(0.1, 1.0, 30) * mango.design.press.travel_mm).tolist()
+    rows = mango.forces([Pose(E=1.0, travel=x) for x in travels]).astype(np.float32)
+    (expected, bit), module = both(sensor, rows, tmp_path)
+    assert abs(expected / both(plain, rows, tmp_path)[0][0] - 1.0) > 0.01
+    assert module == (pytest.approx(expected, rel=1e-9), bit)
+    assert in_c(sensor, rows, PRESS)[-1, 0] == pytest.approx(expected, rel=AGREES)
+
+
 @pytest.mark.study
 def test_press_of_a_line_of_flat_tips_agrees(rng, tmp_path, in_c):
     line = MeasuredDesign("docs/examples/fouly.toml", assessed=False)
