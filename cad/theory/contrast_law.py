@@ -18,12 +18,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import validation_error
 from cad.theory.bisection import last_holding
 
-Floats = NDArray[np.float64]
 Matrix = Sequence[Sequence[float]]
 Place = tuple[float, float]
 

@@ -51,7 +51,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.theory.contrast_law import ContrastLaw, Floats, Matrix, Place, ReadingError, smallest_root
+from cad.arrays import Floats
+from cad.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, smallest_root
 from cad.theory.hertz import hertz_factor
 
 FEWEST = 5

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import (
     ContrastLaw,
@@ -23,8 +23,6 @@ from pipeline.measure.unit.fruit_reading import (
     half_width,
 )
 from pipeline.measure.unit.measuring import MeasuringUnit
-
-Floats = NDArray[np.float64]
 
 
 class ContrastPress:

@@ -6,13 +6,11 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import COVERAGE, Estimate
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.storage.plain import Plain
-
-Floats = NDArray[np.float64]
 
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
 IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise")

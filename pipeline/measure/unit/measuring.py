@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE
 from cad.quantity import validation_error
@@ -20,8 +20,6 @@ from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
 from pipeline.report.stored import StoredReport
 from solve.contact.domes.large_strain import large_strain
-
-Floats = NDArray[np.float64]
 
 PAIR_TILT_DEG = 2.0  # beyond it a press of a pair is told to be crooked, where the design names no tilt
 LEAST_CURVATURE_SPREAD = 0.25

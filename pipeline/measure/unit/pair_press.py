@@ -10,8 +10,8 @@ from dataclasses import replace
 from functools import reduce
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.pair_line import FEWEST, PairLine, PressSums, line_of_sums
@@ -23,8 +23,6 @@ from pipeline.measure.unit.fruit_reading import (
     half_width,
 )
 from pipeline.measure.unit.measuring import MeasuringUnit
-
-Floats = NDArray[np.float64]
 
 MOST_BLOCKS = 64
 """What is kept of a press of any length."""

@@ -6,8 +6,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.quantity import validation_error
 from cad.theory.relaxation import Relaxation
 from pipeline.measure.unit.contrast_press import ContrastPress, contrast_reading
@@ -15,8 +15,6 @@ from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import PairPress, single_reading
 from pipeline.measure.unit.signals import Sample, Signal
-
-Floats = NDArray[np.float64]
 
 TARE_SAMPLES = 10
 """Of a signal of counts, at its start, of a sensor that hangs free."""

@@ -9,8 +9,8 @@ from dataclasses import replace
 from functools import reduce
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cad.arrays import Floats
 from cad.theory.contrast_law import ContrastLaw
 from cad.theory.pair_line import PressSums
 from cad.theory.relaxation import Relaxation
@@ -19,8 +19,6 @@ from pipeline.measure.unit.fruit_reading import FruitReading, checked_reading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import Blocks
 from solve.contact.relaxing import Memory
-
-Floats = NDArray[np.float64]
 
 LATE = 0.95  # of the hold: at its end the sensor may already be on its way out
 SEATED = 0.25  # of the deepest: from there on the faces of a pair are seated
