@@ -193,7 +193,7 @@ def _tell(reading: "FruitReading", *, indent: int | None, as_json: bool) -> None
         towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
         parts.append(f"tilt {reading.tilt:.2g} deg{towards}")
     if reading.offset is not None and reading.offset_u is not None:
-        parts.append(f"high tips nearer to the skin by {reading.offset:.3f} +- {reading.offset_u:.2g} mm")
+        parts.append(f"high tips nearer to the skin by {reading.offset:.2g} +- {reading.offset_u:.2g} mm")
     parts += [f"by {name.replace('_', ' ')} {value:.4g} MPa" for name, value in reading.others.items()]
     if reading.relaxation is not None:
         parts.append(f"relaxes to {reading.relaxation:.3g}")
