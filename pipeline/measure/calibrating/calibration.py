@@ -53,7 +53,7 @@ class Calibration:
     table: tuple[UnitRow, ...]
     verdicts: list[Verdict]
     trims: list[float | None]
-    assumed: tuple[str, ...]
+    assumed: list[str]
     error_by: str
     scale: ScaleFit | None = None
     channels: ChannelCalibration | None = None
@@ -101,12 +101,11 @@ def calibrated(
     )
     if channels is not None:
         unit = _with_channels(unit, channels, report)
-    assumed: tuple[str, ...] = ()
     reading = report.design.reading
+    counts_on_plate = reading is not None and reading.calibrated_by == "plate"
+    assumed = [WITHOUT_PLATE] if counts_on_plate and plate is None else []
     if plate is not None:
         unit = _on_plate(unit, plate, table, channels, springs, report)
-    elif reading is not None and reading.calibrated_by == "plate":
-        assumed = (WITHOUT_PLATE,)
     sensor = MeasuringUnit(report=report, unit=unit)
     scale = None if fruit is None else scale_of_presses(fruit, sensor)
     nominal = as_designed.unit.stiffnesses
