@@ -263,11 +263,15 @@ class RisingPress:
         self._to_deepest = RiseSums()
         self._before: float | None = None
         self._touch = 0.0
+        self._touch_of_deepest = 0.0
         self._largest = 0.0
         self.deepest: Samples | None = None
 
     def add(self, forces: Samples) -> None:
-        """Take the forces of all tips [N] in the next sample, (tips,)."""
+        """Take the forces of all tips [N] in the next sample, (tips,).
+
+        A lift ends a press: what comes after it has an offset of its own, and is read if it goes deeper.
+        """
         whole = forces.sum()
         if self._before is not None and (forces > 0.0).all():
             if self._sums.count == 0:
@@ -276,13 +280,18 @@ class RisingPress:
             if whole >= self._largest:
                 self._largest = whole
                 self._to_deepest = self._sums
+                self._touch_of_deepest = self._touch
                 self.deepest = forces
-        self._before = whole if (forces > self._least).all() else None
+        if (forces > self._least).all():
+            self._before = whole
+        else:
+            self._before = None
+            self._sums = RiseSums()
 
     def reading(self) -> RiseReading:
         """Return what the press tells; raises RiseError."""
         sums = self._to_deepest
-        touch = float(self._touch / self._largest) if self._largest > 0.0 else 1.0
+        touch = float(self._touch_of_deepest / self._largest) if self._largest > 0.0 else 1.0
         if sums.count < FEWEST:
             hint = "press farther, or more slowly"
             message = f"samples with all tips on the fruit = {sums.count}: must be at least {FEWEST}; {hint}"
@@ -290,7 +299,8 @@ class RisingPress:
         if touch > LATEST_TOUCH:
             message = f"the whole force where the last tip touches = {touch:.2g} of the largest: must be at most "
             raise RiseError("no_rise", f"{message}{LATEST_TOUCH:g}; press farther, or more level")
-        rise = math.sqrt(sums.spread / sums.count)
+        # The standard deviation of an even rise: a hold at the end, which adds nothing, does not count against it.
+        rise = float(self._largest - self._touch_of_deepest) / math.sqrt(12.0)
         least = LEAST_OVER_NOISE * float(np.linalg.norm(self._noises))
         if not rise > least:
             message = f"rise of the whole force = {rise:.2g} N: must be above {least:.2g} N, ten times its noise"

@@ -41,15 +41,18 @@ def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | Non
     """Return the law by which a press is read, of a contrast on the design's fruit.
 
     Where the principal curvatures of the fruit are told [1/mm], h goes with R*^(-1/3), contacts are as far from each
-    other as domes roll, and gaps are those of a ball of the mean curvature more than one of the design's.
+    other as domes roll, and gaps are those of a ball of the mean curvature in place of those of the design's fruit.
     """
     designed = rolling_domes(design, contrast.weights)
     rolling = rolling_domes(design, contrast.weights, curvatures)
     if designed is None or rolling is None:
         return RiseLaw(contrast=contrast)
     if curvatures is not None:
-        falls = [domes.mean_curvature / domes.rolled for domes in (rolling, designed)]
-        gaps = 0.5 * (falls[0] - falls[1]) * np.square(design.tips.axes_mm).sum(axis=1)
+        axes = np.array(design.tips.axes_mm)
+        principal = np.stack(design.fruit.to_principal(*axes.T), axis=1)
+        of_design = np.square(principal) @ [1.0 / (radius + rolling.dome_radius) for radius in design.fruit.radii_mm]
+        of_ball = rolling.mean_curvature / rolling.rolled * np.square(axes).sum(axis=1)
+        gaps = 0.5 * (of_ball - of_design)
         contrast = replace(
             contrast,
             gaps=tuple((contrast.gaps + gaps).tolist()),

@@ -65,14 +65,17 @@ class ContrastPress:
 def _alike_in_all_samples(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     """Return what no number of samples lowers of the modulus of a press [1], each one standard deviation.
 
-    A zero may be off from the first sample on, or drift by as much from the first sample to the last.
+    A zero may be off from the first sample on, or drift by as much from the first sample to the last. Heights that are
+    off count as a saddle, which moves the points of contact.
     """
+    weights = np.array(sensor.law.weights) if sensor.law is not None else np.zeros(1)
     domes = sensor.domes
     by_curvature = 0.0
     if domes is not None:
         by_curvature = slopes.mean_curvature(domes.relative_radius) * sensor.curvature_deviation
     return [
         by_curvature,
+        *(slopes.offset * weights * sensor.unit.height_error_mm).tolist(),
         *np.multiply(slopes.zeros, sensor.zero_drifts).tolist(),
         *np.multiply(slopes.drifts, sensor.zero_drifts).tolist(),
         *Sensitivity(np.array(slopes.springs), np.array(slopes.gains)).by_unit(sensor),

@@ -189,9 +189,12 @@ class MeasuringUnit:
         return corrected(read, self.report.read_out.rise_level)
 
     def refuse_without_rise_level(self) -> None:
-        """Raise InputError where the report has no level readings of whole presses: none before 0.2 has."""
+        """Raise InputError where the report has no level readings of whole presses.
+
+        A report before 0.2 has none, nor one of a design whose travel is too short for a rise.
+        """
         if not self.report.read_out.rise_level:
-            hint = "run the design again"
+            hint = "run the design again; where that does not help, press.travel_mm is too short for a rise"
             raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
 
     def steepness(self, E: float) -> float:

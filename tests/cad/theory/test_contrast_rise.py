@@ -228,6 +228,24 @@ def test_presses_that_tell_nothing_are_refused():
     assert flag_of(np.full((20, 4), math.nan)) == "few_samples"
 
 
+def test_a_hold_does_not_hide_a_rise():
+    law, forces = level_press(1.0, samples=15)
+    held = np.concatenate([forces, np.repeat(forces[-1:], 5000, axis=0)])
+    assert pytest.approx(1.0, rel=1e-3) == reading(law, held, np.full(4, 1e-3)).E
+
+
+def test_of_two_touches_the_deeper_one_is_read():
+    """Each has an offset of its own; their samples together would be read as another modulus."""
+    law, forces = level_press(1.0, samples=15)
+    other = law_press(law.contrast, 1.0, [0.05, -0.05, 0.05, -0.05], travels=np.linspace(0.2, 0.7, 15))
+    lift = np.zeros((1, 4))
+    alone = reading(law, forces)
+    assert other.sum(axis=1).max() < forces.sum(axis=1).max()
+    assert reading(law, np.concatenate([other, lift, forces])) == alone
+    assert reading(law, np.concatenate([forces, lift, other])) == alone
+    assert abs(reading(law, np.concatenate([other, forces])).E - 1.0) > 0.1
+
+
 def test_samples_after_the_deepest_are_left_out():
     law, forces = level_press(1.0, samples=15)
     yielding = forces[-1] * np.array([0.99, 0.95, 0.99, 0.95])

@@ -33,6 +33,15 @@ def test_a_radius_that_is_told_makes_the_law_of_that_ball(designs):
     assert same.contrast.hertz == pytest.approx(contrast.hertz)
 
 
+def test_a_ball_that_is_told_has_no_saddle_of_the_design(designs):
+    """Of a design on a turned ellipsoid: the gaps are those of a design on that ball."""
+    fruit = {"fruit.shape": "ellipsoid", "fruit.radius_across_mm": 110.0, "fruit.azimuth_deg": 45.0}
+    turned = MeasuredDesign("mango", assessed=False, **fruit, **{"fruit.radius_mm": 47.0})
+    told = rise_law(turned.design, turned.report.read_out.contrast, (1.0 / 50.0, 1.0 / 50.0))
+    assert told.contrast.gaps == pytest.approx(designs[1].report.read_out.contrast.gaps, abs=1e-12)
+    assert np.ptp(turned.report.read_out.contrast.gaps) > 0.05
+
+
 def test_only_domes_on_a_square_and_a_round_fruit_roll(designs):
     design = designs[0].design
     contrast = designs[0].report.read_out.contrast

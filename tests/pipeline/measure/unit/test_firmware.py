@@ -134,6 +134,31 @@ def test_press_of_a_square_agrees_sample_for_sample(samples, square, rng, tmp_pa
     assert 0 in flags
 
 
+def test_of_two_touches_firmware_reads_the_deeper_one(mango, tmp_path, in_c):
+    """Whichever comes first, and with a long hold behind: as the command reads that press alone."""
+    sensor = mango.measuring(FACTORS["mango"])
+    travels = np.linspace(0.1, 1.0, 20) * mango.design.press.travel_mm
+    tilted, level = (
+        mango.forces([Pose(E=1.0, travel=x, tilt_deg=tilt) for x in (part * travels).tolist()], FACTORS["mango"])
+        for part, tilt in ((0.6, (2.0, 0.0)), (1.0, (0.0, 0.0)))
+    )
+    higher = replace(sensor, unit=replace(sensor.unit, height_mm=(0.03, 0.0, 0.03, 0.0)))
+    lift = np.zeros((2, 4))
+    held = np.concatenate([level, np.repeat(level[-1:], 500, axis=0)])
+    for parts, alone in (((tilted, lift, level), level), ((level, lift, tilted), level), ((tilted, lift, held), held)):
+        rows = np.concatenate(parts).astype(np.float32)
+        press = ContrastPress(higher, higher.rise_law)
+        module = module_of(tmp_path, higher)["Press"]()
+        for row in rows.astype(float).tolist():
+            press.add(higher.gained(row))
+            module.add(row)
+        (expected, bit), _ = both(higher, alone.astype(np.float32), tmp_path)
+        assert bit == 0
+        assert pytest.approx(expected, rel=1e-12) == press.reading().E
+        assert module.read()[::2] == (pytest.approx(expected, rel=1e-9), 0)
+        assert in_c(higher, rows, PRESS)[-1, ::2].tolist() == [pytest.approx(expected, rel=AGREES), 0]
+
+
 def test_presses_that_tell_nothing_have_their_flags_in_firmware(mango, tmp_path, in_c):
     sensor = mango.measuring()
     travels = (np.linspace(0.1, 1.0, 20) * mango.design.press.travel_mm).tolist()
