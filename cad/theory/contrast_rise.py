@@ -316,7 +316,8 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
     if by_noise > LARGEST_NOISE:
         message = f"standard uncertainty of E by noise = {by_noise:.2g} of it: must be at most a third; press farther"
         raise RiseError("no_rise", message)
-    gains, springs, zeros, drifts = (tuple(row.tolist()) for row in rise.per_tip())
+    gains, springs, zeros, drifts = rise.per_tip()
+    zeros = rise.with_saddle(zeros, law.per_offset(offset))
     return RiseReading(
         E=E,
         offset=offset,
@@ -326,10 +327,10 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
         samples=sums.count,
         touch=math.nan,
         slopes=RiseSlopes(
-            gains=gains,
-            springs=springs,
-            zeros=zeros,
-            drifts=drifts,
+            gains=tuple(gains.tolist()),
+            springs=tuple(springs.tolist()),
+            zeros=tuple(zeros.tolist()),
+            drifts=tuple(drifts.tolist()),
             hertz=rise.per_hertz,
             body=rise.per_S(np.array(contrast.S)),
             offset=rise.per_S(law.per_offset(offset)),
@@ -402,6 +403,17 @@ class _Rise:
         zeros = self._dome / 1.5 * self._inverse_roots
         drifts = self._by_force() * self._sums.with_count / (self._sums.count - 1)
         return gains / self._falling, springs / self._falling, zeros / self._falling, drifts / self._falling
+
+    def with_saddle(self, zeros: Floats, per_offset: Floats) -> Floats:
+        """Return the slopes over zeros [1/N], (tips,), with what they do by the saddle that the offset is taken for.
+
+        A zero that is off moves the offset, by up to 4 mm/N, the offset moves S, and S the modulus. The other causes
+        move the offset less than they move the modulus.
+        """
+        by_offset = self.per_S(per_offset)
+        felt_again = -float(self._weights @ per_offset @ self._sums.means[0]) * self._z**3
+        offset = (self.mean_per_log_E * zeros - self._by_force()) / (1.0 - felt_again - self.mean_per_log_E * by_offset)
+        return np.asarray(zeros + by_offset * offset)
 
     def _by_force(self) -> Floats:
         """Return c_t, the slope of the residual over each force [mm/N], (tips,), at the mean of F^(-1/3)."""

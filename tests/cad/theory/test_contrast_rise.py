@@ -173,6 +173,19 @@ def test_slopes_are_those_of_small_changes(slopes_at):
         assert found.slopes.drifts[tip] == pytest.approx(drift, rel=0.1)
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.05])
+def test_a_zero_that_is_off_moves_the_reading_by_the_saddle_too(offset):
+    """On a saddle and without one; what the offset does by itself is a quarter of it for low tips."""
+    law = dome_law()
+    forces = law_press(blind(law).contrast, 1.0, [0.0, offset, 0.0, offset])
+    found = reading(law, forces).slopes.zeros
+    by_itself = reading(blind(law), forces).slopes.zeros
+    for tip, one in enumerate(np.eye(4)):
+        slope = relative_slope(lambda step, one=one: reading(law, forces + step * one).E)
+        assert found[tip] == pytest.approx(slope, rel=0.01)
+    assert found[0] > 1.1 * by_itself[0]
+
+
 def test_slopes_over_the_flesh_are_those_of_small_changes(slopes_at):
     law, forces, found = slopes_at
     contrast = law.contrast
