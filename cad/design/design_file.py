@@ -61,7 +61,7 @@ def refuse_former_keys(names: Iterable[str]) -> None:
 
 
 def former_keys(data: Mapping[str, Any]) -> list[str]:
-    """Return the keys that left, TABLE.KEY, among those of nested tables."""
+    """Return the removed keys, TABLE.KEY, that nested tables hold."""
     tables = {table: values for table, values in data.items() if isinstance(values, Mapping)}
     return [f"{table}.{key}" for table, values in tables.items() for key in values if f"{table}.{key}" in FORMER_KEYS]
 

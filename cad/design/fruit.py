@@ -254,14 +254,14 @@ class Fruit:
         return not self.azimuth_deg or self.azimuth_deg % 90.0 == 0.0
 
     def to_principal(self, x: Coordinate, y: Coordinate) -> tuple[Coordinate, Coordinate]:
-        """Return coordinates along and across the tips in those of the principal directions, in the same unit."""
+        """Return the principal coordinates of a place along and across the tips, in its unit."""
         if not self.azimuth_deg:
             return x, y
         cosine, sine = self._turn
         return cosine * x + sine * y, cosine * y - sine * x
 
     def from_principal(self, u: Coordinate, v: Coordinate) -> tuple[Coordinate, Coordinate]:
-        """Return coordinates in the principal directions in those along and across the tips, in the same unit."""
+        """Return the place along and across the tips that has these principal coordinates, in their unit."""
         if not self.azimuth_deg:
             return u, v
         cosine, sine = self._turn

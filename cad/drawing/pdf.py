@@ -76,7 +76,7 @@ class PdfPage(Recorder):
         self._operators.append(f"{self._at(first)} m {lines} h f")
 
     def _at(self, *points: Vec2) -> str:
-        """Return points of the drawing in those of the page."""
+        """Return the page coordinates of points of the drawing."""
         on_page = [self._unit * (Vec2(point) - self._corner) for point in points]
         return " ".join(f"{point.x:.2f} {point.y:.2f}" for point in on_page)
 

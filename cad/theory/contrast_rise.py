@@ -99,7 +99,7 @@ class RollingDomes:
 
     @property
     def hears_saddle(self) -> bool:
-        """Say whether the contrast holds the saddle of a skin: of a square it does, of a line or a pair it does not."""
+        """Say whether the contrast holds the saddle k_xy: that of a square does; a line holds k_xx and k_yy alone."""
         return abs(self.felt) > SETTLED * float(np.abs(self.positions).max()) ** 2
 
     @property
@@ -184,7 +184,7 @@ class RiseSums:
     def with_sample(self, instrument: float, forces: Samples) -> "RiseSums":
         """Return the sums with one sample more: its instrument [N] and its forces [N], (tips,), each above 0.
 
-        The precision is that of the forces.
+        Sums are kept in the precision of the forces.
         """
         roots = np.cbrt(forces)
         values = np.stack([forces, roots * roots, 1.0 / roots])
@@ -289,7 +289,7 @@ class RisingPress:
             self._sums = RiseSums()
 
     def reading(self) -> RiseReading:
-        """Return what the press tells; raises RiseError."""
+        """Return the reading of the press; raises RiseError."""
         sums = self._to_deepest
         touch = float(self._touch_of_deepest / self._largest) if self._largest > 0.0 else 1.0
         if sums.count < FEWEST:
