@@ -26,9 +26,6 @@ NUMBERS = HERE / "numbers"
 RUNS: dict[str, list[str]] = {
     "paper": ["--nl", "0.05"],
     "mango": ["--design", "mango"],
-    "mango-sharp": ["--design", "mango-sharp"],
-    "compact": ["--design", "compact"],
-    "compact-sharp": ["--design", "compact-sharp"],
     "fouly": ["--design", "docs/examples/fouly.toml"],
     "paper-on-mango": ["--design", "paper-on-mango"],
     "pla": ["--process", "fdm-pla"],

@@ -1,4 +1,4 @@
-"""Fourteen scenes answer what they answered before: a number that moves is a fault, or a correction with its reason."""
+"""Eleven scenes answer what they answered before: a number that moves is a fault, or a correction with its reason."""
 
 import json
 import math

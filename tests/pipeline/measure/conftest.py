@@ -14,9 +14,9 @@ def mango():
 
 
 @pytest.fixture(scope="session")
-def seated():
-    """Return the square whose domes stand outward of their tips, its readings assessed."""
-    return MeasuredDesign("mango-sharp")
+def on_plate():
+    """Return the square of domes whose design counts on a press on a hard plate, its readings assessed."""
+    return MeasuredDesign("mango", **{"reading.calibrated_by": "plate"})
 
 
 @pytest.fixture(scope="session")

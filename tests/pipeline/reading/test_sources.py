@@ -4,12 +4,8 @@ import numpy as np
 import pytest
 from square_stand_ins import square_contact, square_design, square_springs
 
-from pipeline import load_design
-from pipeline.reading.analysis import slopes_under
-from pipeline.reading.measurement import PRESS_TRAVELS, LineModel, measurement_model, pressed_sensor
+from pipeline.reading.measurement import PRESS_TRAVELS, LineModel, measurement_model
 from pipeline.reading.uncertainty import noise_to_reach, uncertainty_sources
-from pipeline.response.contact import contact_compliance
-from solve.contact.poses import Pose
 
 E = 2.0
 COUNT = 4000
@@ -110,35 +106,3 @@ def test_noise_for_an_uncertainty_gives_it(model):
     loud = noise_to_reach(0.1, found)
     assert sources_of(model, press, noise_percent=loud).total == pytest.approx(0.1, rel=1e-6)
     assert noise_to_reach(1e-6, found) is None
-
-
-@pytest.mark.parametrize("name", ["mango", "mango-sharp"])
-def test_domes_beside_their_places_move_the_reading_as_two_spheres_do(name):
-    """Each dome moved by itself along each axis, its gap that between two spheres, the forces those of a press."""
-    beside = 0.02
-    design = load_design(name, {"reading.tip_place_mm": beside})
-    contact = contact_compliance(design.fruit, design.tips)
-    C = np.diag([1.0 / 0.15, 1.0 / 1.4] * 2)
-    at_place = pressed_sensor(design, contact, C)
-    pose = Pose(E=E, travel=design.press.travel_mm)
-    level = at_place.in_poses([pose]).F
-    reach = design.fruit.radius_mm + design.tips.dome_radius_mm
-
-    def fall(places):
-        return reach - np.sqrt(reach**2 - np.square(places).sum(axis=1))
-
-    changes = []
-    places = np.array(design.tips.axes_mm)
-    for move in beside * np.eye(places.size):
-        farther = fall(places + move.reshape(places.shape)) - fall(places)
-        moved = pressed_sensor(design, contact, C, tuple(-farther)).in_poses([pose]).F
-        changes.append(at_place.model.modulus(moved) / at_place.model.modulus(level) - 1.0)
-    found = uncertainty_sources(
-        at_place.model, design.reading, level, level.max(axis=0), {}, skin_slopes=slopes_under(design)
-    )
-    assert found.contributions["tip_place"] == pytest.approx(np.linalg.norm(changes), rel=0.05)
-    assert found.contributions["tip_place"] > 0.005
-
-
-def test_domes_in_their_places_have_no_such_source(model):
-    assert "tip_place" not in sources_of(model, level_press()).contributions

@@ -236,7 +236,7 @@ def test_fronts_of_the_documents_are_studies_whose_spans_hold_their_base(name):
     assert len(study.front) >= 4
     for value in study.front:
         design_of(study, {study.goal.front: value})
-    base = load_design("mango-sharp")
+    base = load_design("mango")
     for key, span in study.vary.items():
         table, _, field = key.partition(".")
         assert key == study.goal.front or 0.0 < span.fraction_of(getattr(getattr(base, table), field)) < 1.0

@@ -58,9 +58,9 @@ def module_of(folder, sensor):
     return runpy.run_path(str(path))
 
 
-@pytest.fixture(params=["mango", "seated"])
-def square(request):
-    return request.getfixturevalue(request.param)
+@pytest.fixture
+def square(mango):
+    return mango
 
 
 def over_the_range(measured, rng):
