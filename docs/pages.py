@@ -36,11 +36,11 @@ unit; one without is a plain number.
     height_mm = 20.0
 
 Use it with `pipeline run --design mine.toml`. One key can also be set on the command line, on top of the file:
-`pipeline run --set fruit.height_mm=20`. The presets `paper`, `paper-on-mango`, `mango`,
-`mango-sharp`, `compact` and `compact-sharp` are the files in [designs](../designs), each number with its source;
-`--design mango` uses one, and [presets](presets.md) says which to take. Every output folder holds a `design.toml`
-that repeats its run. Three tips in a line have no housing, as [fouly.toml](examples/fouly.toml). They are judged by
-their readings, or by their force ratio where the design has no `[reading]`; [layouts](layouts.md) says more.
+`pipeline run --set fruit.height_mm=20`. The presets `paper`, `paper-on-mango` and `mango` are the files in
+[designs](../designs), each number with its source; `--design mango` uses one, and [presets](presets.md) says which to
+take. Every output folder holds a `design.toml` that repeats its run. Three tips in a line have no housing, as
+[fouly.toml](examples/fouly.toml). They are judged by their readings, or by their force ratio where the design has no
+`[reading]`; [layouts](layouts.md) says more.
 
 `name` is text of 1 to 64 letters, digits, `-` or `_`; it names the output folder and is engraved in the part. A file
 without a name is named after the file.
@@ -59,8 +59,6 @@ DESIGN_TAIL = """\
 - The printed tips are sharp squares, or domes on squares. Another shape or a fillet is refused unless
   `tips.socket = "pin"`: ground pins have any shape.
 - Half the face of a dome holds the contact, or the verdict `geometry.tip_face` fails.
-- `tips.seat_radius_mm` and `low_outward_mm` are for printed domes of a square or a line on a block or a sphere. The
-  lowest point of each dome stays on its face.
 - A square is printed as two equal plates back to back: `tips.spacing_mm` holds a plate as deep as a tip is wide, and
   the pads between the plates, 0.4 or 0.5 mm.
 - A line of three has no housing: its springs are those of `[springs]`, and `pipeline design` refuses it.

@@ -38,8 +38,7 @@ def _edge_errors(part: Part, housing: Housing, arm: Arm) -> list[float]:
     top = 0.0
     radius = housing.dome_radius
     if radius:
-        along, across = housing.dome_beside(arm)
-        to_corner = min(radius, math.hypot(half + abs(along), half + abs(across)))
+        to_corner = min(radius, math.hypot(half, half))
         top = min(BALL_SHARE * radius, _cap_level(radius, to_corner))
         half = min(half, math.sqrt(top * (2.0 * radius - top)))  # a cap that ends inside the square is round there
     every = part.shape.Faces()
@@ -63,12 +62,10 @@ def _cap_errors(part: Part, housing: Housing, arm: Arm) -> list[float]:
     """Return how far a cap is off its sphere along the press [mm], at nine places of the round face."""
     lines = solid_lines(part.shape)
     step = _ON_CAP * min(0.5 * housing.tip_side, housing.dome_radius)
-    axis_along, axis_across = housing.dome_beside(arm)
     errors = []
     for along, across in itertools.product((-step, 0.0, step), repeat=2):
         level = open_ahead(lines, (arm.centre + along, across, -1.0), UP) - 1.0
-        from_axis = math.hypot(along - axis_along, across - axis_across)
-        errors.append(abs(level - _cap_level(housing.dome_radius, from_axis)))
+        errors.append(abs(level - _cap_level(housing.dome_radius, math.hypot(along, across))))
     return errors
 
 

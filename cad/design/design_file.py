@@ -35,19 +35,23 @@ TABLE_TYPES: dict[str, Any] = {
 
 
 class FormerKey(NamedTuple):
-    """A key that left: what to do instead, the value at which it did nothing, and the key that it stood behind."""
+    """A key that left: what to do instead, and if it was always set, its default and the key that it stood behind."""
 
     hint: str
-    default: object
-    after: str
+    default: object = None
+    after: str = ""
 
 
+_BY_RISE = "a press is read by the rise of its contrast, in which the places and heights of tips drop out."
 FORMER_KEYS = {
     "press.strain": FormerKey(
         hint="Leave it out: notes and error bars say how far large strain moves the force of a tip.",
         default="linear",
         after="attitude",
     ),
+    "tips.seat_radius_mm": FormerKey(hint=f"Leave it out: {_BY_RISE}"),
+    "tips.low_outward_mm": FormerKey(hint=f"Leave it out: {_BY_RISE}"),
+    "reading.tip_place_mm": FormerKey(hint=f"Leave it out: {_BY_RISE}"),
 }
 """The keys that are gone since 0.2, by TABLE.KEY."""
 
@@ -82,7 +86,7 @@ def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
     tables = dict(data)
     for name, former in FORMER_KEYS.items():
         table, _, key = name.partition(".")
-        if table in tables:
+        if table in tables and former.default is not None:
             items = list(tables[table].items())
             place = [known for known, _ in items].index(former.after) + 1
             tables[table] = dict([*items[:place], (key, former.default), *items[place:]])
@@ -247,7 +251,6 @@ def parsed_setting(text: str) -> object:
 
 _TIPS_FIRST = (
     *("layout", "order", "outer_mm", "shape", "dome_radius_mm", "side_mm", "fillet_mm"),
-    *("seat_radius_mm", "low_outward_mm"),
     *("spacing_mm", "offset_mm", "gap_mm", "socket"),
 )
 

@@ -27,8 +27,7 @@ class Reading:
     `radius_spread` by how much of it the fruit's radius may differ. `noise_percent` is a share of the largest force of
     each tip. `stiffness_percent` and `gain_percent` are what calibration leaves: by weights of each spring and of each
     force; by a hard plate too, which moves all tips alike, of each force at a known deflection and of each deflection.
-    `tip_place_mm` is how far making leaves each tip of a square or line beside its place, which a flat plate does not
-    show. `bias_limit` bounds the largest |E read / E - 1| without noise, `uncertainty_limit` its standard deviation.
+    `bias_limit` bounds the largest |E read / E - 1| without noise, `uncertainty_limit` its standard deviation.
     """
 
     tilt_deg: float = quantity(
@@ -94,13 +93,6 @@ class Reading:
         default=0.1,
         hint="give a fraction, for 10 % write 0.1",
         meaning="largest standard deviation of the modulus, all causes together",
-    )
-    tip_place_mm: float | None = quantity(
-        "mm",
-        _PLACE,
-        default=None,
-        hint="a printer keeps within some 0.05",
-        meaning="how far a tip of a square or line may be beside its place, along each axis, one sigma",
     )
     at_s: float | None = quantity(
         "s",

@@ -86,7 +86,6 @@ class Tips(ShapeKeys):
             raise validation_error("tips.spacing_mm", self.spacing_mm, "mm", bound, "the tips overlap, move them apart")
         self._check_order()
         tip_shape(self.shape, self.side_mm, self)
-        self._check_axes()
 
     def _check_order(self) -> None:
         """Refuse a layout without its order of springs, and an order or outer tips of another layout."""
@@ -102,30 +101,6 @@ class Tips(ShapeKeys):
             if value is not None:
                 bound = f"left out for tips.layout = {self.layout!r}"
                 raise validation_error(name, value, "", bound, "drop it, or take the layout it is for")
-
-    def _check_axes(self) -> None:
-        """Refuse domes moved outward on pins, of a pair, or so far that a flat plate meets them beside their faces."""
-        for name, value in self.outward_mm.items():
-            if self.tip_layout.is_pair:
-                bound = "left out for tips.layout = 'pair'"
-                raise validation_error(name, value, "mm", bound, "drop it, or take a square or a line")
-            if self.socket == "pin":
-                bound = "left out for tips.socket = 'pin'"
-                raise validation_error(name, value, "mm", bound, "drop it: a pin has its dome on its axis")
-            beside = [abs(length) for point in self.beside_mm for length in point]
-            if max(beside) >= 0.5 * self.side_mm:
-                farthest = 0.5 * self.side_mm
-                bound = (
-                    f"such that each dome is lowest within {farthest:.3g} mm of its tip's middle, not {max(beside):.3g}"
-                )
-                hint = "a flat plate would touch the edges of the tips: take a larger seat or a smaller dome radius"
-                raise validation_error(name, value, "mm", bound, hint)
-
-    @property
-    def outward_mm(self) -> dict[str, float]:
-        """Return the keys that move domes outward from their tips, with their values [mm]; none where unset."""
-        keys = {"tips.seat_radius_mm": self.seat_radius_mm, "tips.low_outward_mm": self.low_outward_mm}
-        return {name: value for name, value in keys.items() if value is not None}
 
     @property
     def tip_layout(self) -> Layout:
@@ -169,26 +144,6 @@ class Tips(ShapeKeys):
             Position(self.offset_mm + self.spacing_mm * x, self.spacing_mm * y) for x, y in self.tip_layout.positions
         )
 
-    @cached_property
-    def axes_mm(self) -> tuple[Position, ...]:
-        """Return x and y of the middle of each tip's shape, of a dome's sphere, from the apex of the fruit [mm].
-
-        Domes that stand outward of their tips have it beside `places_mm`.
-        """
-        shape = self.tip_shape
-        axes = []
-        for position, spring in zip(self.tip_layout.positions, self.springs, strict=True):
-            along = shape.axis_mm(self.spacing_mm * position.x, spring)
-            across = shape.axis_mm(self.spacing_mm * position.y, spring)
-            axes.append(Position(self.offset_mm + along, across))
-        return tuple(axes)
-
-    @cached_property
-    def beside_mm(self) -> tuple[Position, ...]:
-        """Return where the axis of each tip's shape stands from the middle of its face [mm]."""
-        both = zip(self.axes_mm, self.places_mm, strict=True)
-        return tuple(Position(axis.x - place.x, axis.y - place.y) for axis, place in both)
-
     @property
     def centres_mm(self) -> tuple[float, ...]:
         """Return x of each tip from the apex of the fruit [mm]."""
@@ -208,10 +163,8 @@ class Tips(ShapeKeys):
 
     @property
     def per_spring(self) -> "Tips":
-        """Return two of these tips, one on each spring, each shape on the axis of its tip."""
-        return dataclasses.replace(
-            self, layout=PAIR.name, order=None, outer_mm=None, seat_radius_mm=None, low_outward_mm=None
-        )
+        """Return two of these tips, one on each spring."""
+        return dataclasses.replace(self, layout=PAIR.name, order=None, outer_mm=None)
 
     @property
     def flat(self) -> "Tips":
@@ -291,11 +244,6 @@ def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
         part = "" if layout.length == 1.0 else f" over {layout.length:g} spacings"
         bound = f"at most fruit.length_mm - side - 2 |offset|{part} = {along:g} mm"
         raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, hint)
-    along_radius, across_radius = fruit.radii_mm
-    if along_radius != across_radius:
-        for name, value in tips.outward_mm.items():
-            bound = f"left out for fruit.shape = {fruit.shape!r}"
-            raise validation_error(name, value, "mm", bound, "drop it, or take a sphere between its radii")
     if tips.side_mm > fruit.width_mm:
         bound = f"at most fruit.width_mm = {fruit.width_mm:g} mm"
         raise validation_error("tips.side_mm", tips.side_mm, "mm", bound, hint)

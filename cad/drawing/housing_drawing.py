@@ -285,9 +285,8 @@ def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None
         lengths += _hall_lengths(canvas, housing, shown.hall, plate.right)
     draw_lengths(canvas, lengths, Box(start, -out, plate.right, top))
     if housing.dome_radius:
-        _, outward = housing.dome_beside(housing.arms[0])
-        centre = (middle - outward, housing.dome_radius)  # +y is to the left there
-        angle = 270.0 + math.degrees(0.5 * (tip + outward) / housing.dome_radius)  # at its edge
+        centre = (middle, housing.dome_radius)
+        angle = 270.0 + math.degrees(0.5 * tip / housing.dome_radius)  # at its edge
         beside = (middle + tip, -1.2 * canvas.text_height)
         label = measured["tip"].label(f"2x S{MEASURED}")
         canvas.callout("radius", centre, housing.dome_radius, beside, "right", label, angle=angle)
@@ -387,15 +386,6 @@ def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: floa
     canvas.words(f"{arm.name.upper()} UPPER LEAF", (0.5 * (left + right), leaf.top + height), 0.7 * height)
 
 
-def centres_of_domes(housing: Housing) -> list[str]:
-    """Return where the sphere of each dome stands beside its tip [mm], in words; x and y are those of the plate."""
-    places = []
-    for arm in housing.arms:
-        along, across = housing.dome_beside(arm)
-        places.append(f"{arm.name} x {along:+.3f}, y {across:+.3f}")
-    return places
-
-
 def _notes(shown: _Shown, process: Process) -> list[str]:
     """Return the notes of the sheet, from above."""
     housing = shown.housing
@@ -416,8 +406,6 @@ def _notes(shown: _Shown, process: Process) -> list[str]:
     if housing.dowels:
         notes.append("MAKE TWO: one is turned half round the press axis, pads on pads.")
         notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6: ream their holes {DOWEL_MM:g} H7.")
-    if housing.domes_beside:
-        notes += [f"Centre of a dome from the middle of its tip: {place}." for place in centres_of_domes(housing)]
     if shown.hall is not None:
         notes.append(f"Magnets {DISC_MM:g} x {DISC_HEIGHT_MM:g}, flush in the FRONT of each shuttle, over its tip.")
         notes.append("The small circle before them is the middle of their Hall sensor.")

@@ -64,8 +64,7 @@ class Housing:
     what holds the frame; its covers reach down to `cover_level`. A plate that is made `back_to_back` with its like,
     which is turned half round the press axis, has a frame of equal halves, pads on its back face y = depth / 2 that
     rest on those of the other, and holes of the diameter `dowel_hole` for two dowels. A printed tip ends in a cap of
-    the radius `dome_radius`, or in a flat face where that is 0; the caps of the low and the high tip have their axes
-    `domes_beside` the middles of their faces, along x and y, on them where it is empty.
+    the radius `dome_radius`, or in a flat face where that is 0.
     """
 
     low: Flexure
@@ -93,7 +92,6 @@ class Housing:
     pocket_side: float = 0.0
     pocket_depth: float = 0.0
     dome_radius: float = 0.0
-    domes_beside: tuple[Point, ...] = ()
     back_to_back: bool = False
     pad_height: float = 0.0
     dowel_hole: float = 0.0
@@ -148,10 +146,6 @@ class Housing:
             top_level=top_level,
             holes=(lower_hole, upper_hole),
         )
-
-    def dome_beside(self, arm: Arm) -> Point:
-        """Return x and y of the axis of the cap on an arm's tip, from the middle of its face [mm]."""
-        return self.domes_beside[0 if arm.sign < 0.0 else 1] if self.domes_beside else (0.0, 0.0)
 
     def with_flexures(self, flexures: Mapping[str, Flexure]) -> "Housing":
         """Return the housing with other flexures [mm] on the named arms."""

@@ -63,8 +63,7 @@ def domed(part: Part, housing: Housing) -> Part:
     shape = part.shape
     for arm in housing.arms:
         around = cq.Solid.makeBox(width, depth, height, cq.Vector(arm.centre - 0.5 * width, -0.5 * depth, -_BESIDE_TIP))
-        beside, across = housing.dome_beside(arm)
-        centre = cq.Vector(arm.centre + beside, across, housing.dome_radius)
+        centre = cq.Vector(arm.centre, 0.0, housing.dome_radius)
         ball = cq.Solid.makeSphere(housing.dome_radius, centre, along, -90.0, 90.0, 360.0)
         shape = shape.cut(around.cut(ball))
     return named_housing(shape, housing)

@@ -10,7 +10,6 @@ from cad.design.tips import Tips
 from cad.parts.cover import cover_level
 from cad.parts.housing import DOWEL_MM, TILT_DEG, Housing
 from cad.theory.leaf_spring import Flexure
-from cad.tips.layouts import SPRINGS, Position
 
 LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest tip that prints without support
 CLEARANCE = 0.5  # frame above the fruit in the worst press
@@ -74,7 +73,6 @@ def housing_for(
         cover_level=cover_level(protrusion, design.press),
         gauges=design.print.gauges,
         dome_radius=0.0 if pocket else tips.dome_radius_mm or 0.0,
-        domes_beside=_domes_beside(tips),
     )
     if layout.is_back_to_back:
         dowel = round(DOWEL_MM - process.accuracy_mm, 3)  # as much too small as a hole may be off: never loose
@@ -103,20 +101,10 @@ def _tip_side(tips: Tips, depth: float) -> float:
     return depth if tips.tip_layout.is_back_to_back and 0.0 <= depth - side < LEDGE else side
 
 
-def _domes_beside(tips: Tips) -> tuple[Position, ...]:
-    """Return where the domes of one plate have their axes, from the middles of their faces [mm]; none on these."""
-    if tips.axes_mm == tips.places_mm:
-        return ()
-    return tips.beside_mm[: len(SPRINGS)]  # the other plate is the same one, turned half round
-
-
 def _cap_height(tips: Tips, side: float) -> float:
     """Return how far the corners of a square tip lie above the top of its dome [mm], in steps of 0.1; 0 without."""
     radius = tips.dome_radius_mm or 0.0
-    corner = math.sqrt(0.5) * side
-    for along, across in _domes_beside(tips):
-        corner = max(corner, math.hypot(0.5 * side + abs(along), 0.5 * side + abs(across)))
-    corner = min(radius, corner)
+    corner = min(radius, math.sqrt(0.5) * side)
     return math.ceil(10.0 * (radius - math.sqrt(radius**2 - corner**2)) - 1e-9) / 10.0
 
 

@@ -6,7 +6,6 @@ from typing import ClassVar
 
 from cad.quantity import LENGTH, quantity, validation_error
 from cad.theory.hertz import contact_radius, relative_radius
-from cad.tips.layouts import Spring
 from cad.tips.tip_shape import Meridian, TipShape, arc
 
 
@@ -16,26 +15,6 @@ class DomeKeys:
 
     dome_radius_mm: float | None = quantity(
         "mm", LENGTH, default=None, hint="a gentle dome has 10", meaning="radius of the cap of a dome"
-    )
-    seat_radius_mm: float | None = quantity(
-        "mm",
-        LENGTH,
-        default=None,
-        hint="the radius of the fruit",
-        meaning=(
-            "radius of the fruit on which every dome of a level sensor touches in the middle of its face: its sphere "
-            "then stands farther out than its tip; without it on the axis of the tip"
-        ),
-    )
-    low_outward_mm: float | None = quantity(
-        "mm",
-        LENGTH,
-        default=None,
-        hint="some 0.07 for domes of 16 mm",
-        meaning=(
-            "by how much more, along and across, the spheres on low springs stand out: on a rounder fruit they then "
-            "fall behind, which takes off what its curvature adds to a reading"
-        ),
     )
 
 
@@ -74,8 +53,6 @@ class Dome(Sphere):
     obeys_hertz: ClassVar[bool] = True
 
     dome_radius_mm: float
-    seat_radius_mm: float | None = None
-    low_outward_mm: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse a face that is wider than the sphere."""
@@ -87,14 +64,6 @@ class Dome(Sphere):
     def radius_mm(self) -> float:
         """Return the radius of the sphere [mm]."""
         return self.dome_radius_mm
-
-    def axis_mm(self, place: float, spring: Spring) -> float:
-        """Return where the centre of the sphere stands [mm]: two spheres touch on the line of their centres."""
-        if place == 0.0:
-            return 0.0
-        seated = 0.0 if self.seat_radius_mm is None else place * self.dome_radius_mm / self.seat_radius_mm
-        farther = (self.low_outward_mm or 0.0) if spring == "low" else 0.0
-        return place + seated + math.copysign(farther, place)
 
     @property
     def is_printed(self) -> bool:

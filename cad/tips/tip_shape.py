@@ -10,8 +10,6 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from cad.tips.layouts import Spring
-
 
 class MeridianPoint(NamedTuple):
     """A point of a meridian [mm]: distance from the axis, height above the lowest point of the tip."""
@@ -81,10 +79,6 @@ class TipShape(ABC):
     def is_flat(self) -> bool:
         """Say whether the tip ends in a plane with sharp edges: on a flat fruit it then touches whole or not at all."""
         return self.has_flat_face and len(self.meridian) == 1
-
-    def axis_mm(self, place: float, _spring: Spring) -> float:
-        """Return where the axis of the shape stands whose tip has a place along or across, from the middle [mm]."""
-        return place
 
     @property
     def is_printed(self) -> bool:

@@ -150,14 +150,11 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     level = presses.F[:, 0]
     errors = _modulus_errors(sensor, presses.moduli, level, presses.error[:, 0])
     poses = _pose_contributions(biases, presses.placements)
-    skin_slopes = slopes_under(sensor.design)
     rows = []
     try:
         for i, E in enumerate(presses.moduli):
             worst = _largest_bias(biases[i].tolist())
-            sources = uncertainty_sources(
-                model, reading, level[i], presses.full_scale, poses[i], sensor.signal, skin_slopes
-            )
+            sources = uncertainty_sources(model, reading, level[i], presses.full_scale, poses[i], sensor.signal)
             placement = presses.placements[worst]
             rows.append(ModulusReading(E=E, bias=float(biases[i, worst]), worst=placement, sources=sources))
     except ReadingError as error:  # tips or springs that the fruit hardly moves
@@ -183,13 +180,6 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
         face_mm=face_mm,
         presses=presses,
     )
-
-
-def slopes_under(design: Design) -> Floats:
-    """Return how much the gap of each tip to the fruit grows per length away from the apex [1], (tips,)."""
-    reach = np.add(design.fruit.radii_mm, design.tips.dome_radius_mm or 0.0)
-    principal = np.stack(design.fruit.to_principal(*np.array(design.tips.axes_mm).T), axis=1)
-    return np.asarray(np.linalg.norm(principal / reach, axis=1))
 
 
 def _biases(model: MeasurementModel, presses: Presses, least: Floats, side_mm: float) -> tuple[Floats, str | None]:

@@ -102,7 +102,7 @@ def measurement_model(
     tips = design.tips
     if tips.tip_layout.is_pair:
         return LineModel(C=rows_of(C), own_less_other=1.0 / contact.K_m_over_E())
-    weights = contrast_weights(tips.axes_mm, tips.springs)
+    weights = contrast_weights(tips.places_mm, tips.springs)
     if tips.dome_radius_mm is None:
         fall = [design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
         gaps = tuple(np.subtract(fall, tips.height_offset_mm).tolist())
@@ -119,7 +119,7 @@ def _dome_law(scene: Scene, contact: FruitCompliance, C: Floats, weights: tuple[
     middle = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
     contrast = dome_contrast(scene, contact, C, middle)
     reach = (tips.dome_radius_mm or 0.0) + np.array(scene.fruit.radii_mm)
-    principal = np.stack(scene.fruit.to_principal(*np.array(tips.axes_mm).T), axis=1)
+    principal = np.stack(scene.fruit.to_principal(*np.array(tips.places_mm).T), axis=1)
     fall = 0.5 * (np.square(principal) / reach).sum(axis=1)
     return ContrastLaw(
         weights=weights,

@@ -29,7 +29,7 @@ def rolling_domes(
     if radius is None:
         return None
     return RollingDomes(
-        positions=tuple((place.x, place.y) for place in design.tips.axes_mm),
+        positions=tuple((place.x, place.y) for place in design.tips.places_mm),
         weights=weights,
         dome_radius=radius,
         mean_curvature=0.5 * math.fsum(curvatures or design_curvatures(design)),
@@ -48,7 +48,7 @@ def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | Non
     if designed is None or rolling is None:
         return RiseLaw(contrast=contrast)
     if curvatures is not None:
-        axes = np.array(design.tips.axes_mm)
+        axes = np.array(design.tips.places_mm)
         principal = np.stack(design.fruit.to_principal(*axes.T), axis=1)
         of_design = np.square(principal) @ [1.0 / (radius + rolling.dome_radius) for radius in design.fruit.radii_mm]
         of_ball = rolling.mean_curvature / rolling.rolled * np.square(axes).sum(axis=1)

@@ -21,15 +21,13 @@ class UncertaintySources:
 
     `stiffness_slope` is that per relative error of each spring, apart from the others [1]; `noise_slope` that per cent
     of noise in forces, and in the heights that they give [1/%]; `contrast_slope` that per mm by which high tips stand
-    out before low ones, 0 where no height matters [1/mm]; `place_slope` that per mm by which each tip stands beside its
-    place [1/mm]; `by_noise` what noise in forces makes in all [1].
+    out before low ones, 0 where no height matters [1/mm]; `by_noise` what noise in forces makes in all [1].
     """
 
     contributions: Mapping[str, float]
     stiffness_slope: float
     noise_slope: float
     contrast_slope: float
-    place_slope: float
     by_noise: float
 
     @property
@@ -63,14 +61,12 @@ def uncertainty_sources(
     full_scale: Floats,
     poses: Mapping[str, float],
     signal: SignalPath | None = None,
-    skin_slopes: Floats | None = None,
 ) -> UncertaintySources:
     """Return the sources at one modulus of a level sensor in the middle of its fruit.
 
     `press` (samples, tips) [N] are its forces; `poses` are the contributions of tilt, position and radius [1].
     `full_scale` (tips,) [N] is the largest force of each channel. The heights of the tips are those that the mean of a
-    hundred readings on a flat hard plate gives: its noise is what is left. A tip beside its place is right there, not
-    on a fruit that falls away under it by `skin_slopes` (tips,) [1]. Raises ReadingError.
+    hundred readings on a flat hard plate gives: its noise is what is left. Raises ReadingError.
     """
     E = model.modulus(press)
     tips = press.shape[1]
@@ -113,16 +109,12 @@ def uncertainty_sources(
         "gain": 0.01 * reading.gain_percent * _norm(gains),
         "tip_height": math.hypot(_norm(zeroed * by_percent), _norm(zeroed * by_force)),
     }
-    place_slope = 0.0 if skin_slopes is None else _norm(heights * skin_slopes)
-    if reading.tip_place_mm:
-        contributions["tip_place"] = reading.tip_place_mm * place_slope
     return UncertaintySources(
         contributions={**contributions, **poses},
         stiffness_slope=_norm(springs),
         noise_slope=noise_slope,
         # The weights of the high tips add up to one, as those of the low ones do.
         contrast_slope=0.5 * float(heights.sum()),
-        place_slope=place_slope,
         by_noise=by_noise,
     )
 

@@ -83,13 +83,6 @@ def _of_the_reading(design: Design, readings: Readings) -> Iterator[str]:
     if readings.plates > 0.0:
         percent = 100.0 * readings.plates
         yield f"plates: mounted as far off as their holes allow they move E by {percent:.2g} %: zero the tips"
-    place_slope = max((row.sources.place_slope for row in readings.moduli), default=0.0)
-    if place_slope > 0.0 and design.reading is not None and not design.reading.tip_place_mm:
-        percent = 100.0 * 0.02 * place_slope
-        yield (
-            f"tips that stand 0.02 mm off their places, one sigma, move E by {percent:.2g} %: this is left out, "
-            "`reading.tip_place_mm` counts it"
-        )
     if readings.flesh > 0.0:
         percent = 100.0 * readings.flesh
         yield f"law of the flesh: E is that of neo-Hookean flesh; by Hencky or as foam it is within {percent:.2g} %"

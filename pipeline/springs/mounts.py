@@ -86,11 +86,8 @@ def sideways_give(
     lever = housing.dome_radius - housing.pin_out
     half = coarse_half(housing, E, poisson, rough=rough)
     compliance = lever_compliance(half, lever)
-    over_faces = compliance[..., 2, 2].copy()
-    error = float(np.abs(np.diag(over_faces) * K - 1.0).max())
-    if housing.domes_beside:
-        compliance = lever_compliance(half, lever, housing.domes_beside)
-    compliance[..., 2, 2] -= over_faces
+    error = float(np.abs(np.diag(compliance[..., 2, 2]) * K - 1.0).max())
+    compliance[..., 2, 2] = 0.0
     return SidewaysGive(compliance, error)
 
 

@@ -216,9 +216,7 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     """
     tips = design.tips
     radius = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
-    slopes = []
-    for axis, beside in zip(tips.axes_mm, tips.beside_mm, strict=True):
-        slopes.append(_slope_under(design, axis, Position(beside.x / radius, beside.y / radius)))
+    slopes = [_slope_under(design, place) for place in tips.places_mm]
     farthest = 0.0
     forces_at_full_travel = press.table.F[:, -1]
     for E, forces in zip(press.table.E, forces_at_full_travel, strict=True):
@@ -236,17 +234,16 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     return margin_verdict("geometry.tip_face", Estimate(farthest, 0.0, "mm"), half_face, words, at_most=True)
 
 
-def _slope_under(design: Design, axis: Position, face: Position) -> float:
-    """Return the slope [1] of the fruit against a tip whose axis is at x, y [mm], tilt and roll of the press added.
+def _slope_under(design: Design, place: Position) -> float:
+    """Return the slope [1] of the fruit against a tip at x, y [mm], tilt and roll of the press added.
 
-    `face` is the slope along and across that its dome has in the middle of its face, 0 unless it is seated. It is the
-    steepest slope, or for a printed tip that towards a side of its square.
+    It is the steepest slope, or for a printed tip that towards a side of its square.
     """
     radius, radius_across = design.fruit.radii_mm
-    u, v = design.fruit.to_principal(axis.x, axis.y)
+    u, v = design.fruit.to_principal(place.x, place.y)
     slope_along, slope_across = design.fruit.from_principal(u / radius, v / radius_across)
-    along = abs(slope_along - face.x) + abs(math.tan(math.radians(design.press.tilt_deg)))
-    across = abs(slope_across - face.y) + abs(math.tan(math.radians(design.press.roll_deg)))
+    along = abs(slope_along) + abs(math.tan(math.radians(design.press.tilt_deg)))
+    across = abs(slope_across) + abs(math.tan(math.radians(design.press.roll_deg)))
     return max(along, across) if design.tips.socket == "none" else math.hypot(along, across)
 
 

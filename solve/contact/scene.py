@@ -4,7 +4,6 @@ Travel x counts from the first touch of a level sensor.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -29,8 +28,7 @@ class SidewaysGive:
     """How far forces that lean move tips on their springs, beside what moves along the press.
 
     `compliance` (tips, tips, 3, 3) [mm/N] is along the tips, across and up the sensor: of flat faces, or of the centres
-    of the spheres of domes. From up to up it is what the turning of a tip adds to its spring, 0 unless a sphere stands
-    beside its tip; `error` [1] is its relative error.
+    of the spheres of domes. From up to up it is 0, as the springs have it; `error` [1] is its relative error.
     """
 
     compliance: Floats
@@ -67,17 +65,9 @@ class Scene:
 
     @cached_property
     def centres(self) -> tuple[Point, ...]:
-        """Return x and y of the axes of the tips' shapes from the apex [mm]."""
-        return self._off_centre(self.tips.axes_mm)
-
-    @cached_property
-    def face_centres(self) -> tuple[Point, ...]:
-        """Return x and y of the middles of the tips' faces from the apex [mm]."""
-        return self._off_centre(self.tips.places_mm)
-
-    def _off_centre(self, positions: Sequence[Point]) -> tuple[Point, ...]:
+        """Return x and y of the middles of the tips from the apex [mm]."""
         along, across = self.off_centre_mm
-        return tuple((x + along, y + across) for x, y in positions)
+        return tuple((x + along, y + across) for x, y in self.tips.places_mm)
 
     @property
     def height_offsets_mm(self) -> tuple[float, ...]:
@@ -88,12 +78,12 @@ class Scene:
     @property
     def slopes_deg(self) -> tuple[float, ...]:
         """Return the slope of the fruit along the tips under each of them [deg]; it falls where positive."""
-        return tuple(float(np.degrees(np.arctan(self._fruit_slope(centre)[0]))) for centre in self.face_centres)
+        return tuple(float(np.degrees(np.arctan(self._fruit_slope(centre)[0]))) for centre in self.centres)
 
     @property
     def steepest_deg(self) -> float:
         """Return the largest angle between a tip's face and the fruit's top under its centre [deg]."""
-        slopes = np.array([self._fruit_slope(centre) for centre in self.face_centres]) - self.turn
+        slopes = np.array([self._fruit_slope(centre) for centre in self.centres]) - self.turn
         return float(np.degrees(np.arctan(np.hypot(*slopes.T))).max())
 
     @cached_property
@@ -131,8 +121,7 @@ class Scene:
         dome = self.tips.dome_radius_mm
         radius, across = self.fruit.radii_mm
         farthest = max(math.hypot(*point) for point in self.centres)
-        is_seated = self.centres != self.face_centres  # it then touches near the middle of its face
-        if dome is not None and radius == across and (is_seated or dome * farthest < 0.5 * side * (radius + dome)):
+        if dome is not None and radius == across and dome * farthest < 0.5 * side * (radius + dome):
             # The contact of a level dome on a sphere or a plane lies on its cap: two spheres touch.
             both = dome + radius
             return 0.0 if math.isinf(both) else both - math.sqrt(both**2 - math.hypot(*centre) ** 2)

@@ -105,7 +105,7 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     across = 1.0 / (1.0 + tips.dome_radius_mm / radius_across)
     side = DOME_CIRCLE * tips.side_mm
     footprints = []
-    for axis in tips.axes_mm:
+    for axis in tips.places_mm:
         u, v = fruit.to_principal(*axis)
         footprints.append(Footprint(*fruit.from_principal(along * u, across * v), side, circle_punch))
     return tuple(footprints)

@@ -232,26 +232,21 @@ def sideways_stiffness(mesh: Mesh, E: float, poisson: float, attached: Sequence[
     return tip_stiffnesses(mean.T @ u)
 
 
-def lever_compliance(half: ClampedHalf, lever: float, beside: Sequence[tuple[float, float]] = ()) -> Floats:
+def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     """Return the compliance [mm/N] of points above the middles of the tips' faces, (tips, tips, 3, 3).
 
     They move with the faces, a lever [mm] up the press: entry (i, j, a, b) is how far point i moves along axis a for
-    1 N along b at point j. Points that are not above the middles are `beside` them, along and across [mm], where a face
-    that slopes lifts them; that it turns about the press is left out. The half is one of a load along the press. Raises
-    SolveError as `tip_compliance` does.
+    1 N along b at point j. That a face turns about the press is left out. The half is one of a load along the press.
+    Raises SolveError as `tip_compliance` does.
     """
     compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
     for part, level in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
         slopes = [face_mean(part.basis, tip_face(spring), PRESS, slope=level) for spring in SPRINGS]
         tilts = np.column_stack(slopes)
-        # A face that slopes turns: a point swings by its lever, and rises by how far it stands beside the middle.
-        swing = tip_means(part.basis, level) - lever * tilts
-        risen = tilts * [point[level] for point in beside] if beside else None
+        # A face that slopes turns: a point swings by its lever.
+        moves = {level: tip_means(part.basis, level) - lever * tilts}
         if level == LENGTHWISE:
-            rise = tip_means(part.basis, PRESS)
-            moves = {level: swing, PRESS: rise if risen is None else rise + risen}
-        else:
-            moves = {level: swing} if risen is None else {level: swing, PRESS: risen}
+            moves[PRESS] = tip_means(part.basis, PRESS)
         axes = tuple(moves)
         point = np.column_stack(list(moves.values()))
         u = part.factor.solve(0.5 * point)

@@ -87,16 +87,6 @@ def read_report(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def seated_report():
-    """Return what the report of a sensor has of its housing where its domes stand beside the middles of their faces."""
-    result = result_of()
-    fitted = result.springs.fitted
-    housing = replace(fitted.housing, domes_beside=((-1.0, -1.0), (1.0, -1.0)))
-    springs = replace(result.springs, fitted=replace(fitted, housing=housing))
-    return {"housing": report_mapping(replace(result, springs=springs))["housing"]}
-
-
-@pytest.fixture(scope="module")
 def timed_report():
     """Return what the report of a sensor has beside the others' keys where its fruit relaxes and a file is stale."""
     design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
@@ -107,13 +97,13 @@ def timed_report():
 
 
 @pytest.mark.slow
-def test_every_key_is_explained(report, read_report, seated_report, timed_report):
-    assert unexplained(all_leaves(report, read_report, seated_report, timed_report), "key") == set()
+def test_every_key_is_explained(report, read_report, timed_report):
+    assert unexplained(all_leaves(report, read_report, timed_report), "key") == set()
 
 
 @pytest.mark.slow
-def test_no_explained_key_is_missing(report, read_report, seated_report, timed_report):
-    found = all_leaves(report, read_report, seated_report, timed_report)
+def test_no_explained_key_is_missing(report, read_report, timed_report):
+    found = all_leaves(report, read_report, timed_report)
     assert [key for key in explained("key") if not any(pattern(key).fullmatch(path) for path in found)] == []
     assert {key.split(".")[0].split("[")[0] for key in explained("key")} == {*report, *timed_report}
 

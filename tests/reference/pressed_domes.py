@@ -32,8 +32,7 @@ class Press:
     """Balls at the corners of a square on a piece of a ball: E of the flesh in MPa, stiffness of the springs in N/mm.
 
     The first axis runs through two balls that stand across from each other, on springs `K[0]`; the others stand on
-    `K[1]`. Each pair stands farther out than the corners by `outward` along its diagonal. `tilt_deg` lowers the ball on
-    the positive side of that axis, `off_centre` moves all of them along it.
+    `K[1]`. `tilt_deg` lowers the ball on the positive side of that axis, `off_centre` moves all of them along it.
     """
 
     E: float
@@ -44,7 +43,6 @@ class Press:
     radius: float = 35.0
     ball: float = 10.0
     side: float = 6.0
-    outward: tuple[float, float] = (0.0, 0.0)
     plan: float = 24.0
     thickness: float = 12.0
     poisson: float = 0.3
@@ -64,12 +62,12 @@ class Press:
 
     def balls(self):
         """Return the centres of balls where a level sensor first touches, their springs, and which part is solved."""
-        reach, beside = self.side * np.sqrt(0.5) + np.array(self.outward)
-        away = (abs(self.off_centre - reach), abs(self.off_centre + reach), np.hypot(self.off_centre, beside))
+        reach = self.side * np.sqrt(0.5)
+        away = (abs(self.off_centre - reach), abs(self.off_centre + reach), np.hypot(self.off_centre, reach))
         both = self.radius + self.ball
         fall = both - np.sqrt(both**2 - min(away) ** 2)
         along = np.array([self.axis[2], 0.0, -self.axis[0]])
-        places = np.stack([reach * along, [0.0, beside, 0.0], -reach * along])
+        places = np.stack([reach * along, [0.0, reach, 0.0], -reach * along])
         centres = places + self.ball * self.axis + [self.off_centre, 0.0, -fall]
         springs = np.array([self.K[0], self.K[1], self.K[0]])
         if self.level:

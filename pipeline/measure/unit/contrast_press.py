@@ -115,7 +115,7 @@ def _with_pose(
     An offset of the contrast is no plane, so that it does not change the tilt.
     """
     lowered = lowered_tips(law, forces.tolist(), read)
-    _, along, across = plane_through(sensor.design.tips.axes_mm, lowered)
+    _, along, across = plane_through(sensor.design.tips.places_mm, lowered)
     # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
     rolling = 1.0 if sensor.domes is None else sensor.domes.rolled
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))

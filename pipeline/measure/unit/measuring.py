@@ -104,7 +104,7 @@ class MeasuringUnit:
         mean = 0.5 * math.fsum(design_curvatures(self.design))
         unknown = (mean * (1.0 + UNKNOWN_SADDLE), mean * (1.0 - UNKNOWN_SADDLE))
         radius = self.design.tips.dome_radius_mm or 0.0
-        return saddle_contrast(weights, self.design.tips.axes_mm, self._told_curvatures or unknown, radius)
+        return saddle_contrast(weights, self.design.tips.places_mm, self._told_curvatures or unknown, radius)
 
     @property
     def own_less_other(self) -> float:

@@ -145,7 +145,7 @@ def skin_body(report: StoredReport, scene: Scene) -> Plain:
     if not max(forces) > 0.0:
         msg = "no tip is on the fruit"
         raise ValueError(msg)
-    centres = np.array(scene.face_centres)
+    centres = np.array(scene.centres)
     reach = _SKIN_REACH * report.design.tips.spacing_mm
     middle = centres.mean(axis=0)
     line = np.linspace(-reach, reach, _SKIN_CELLS + 1)

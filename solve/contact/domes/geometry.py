@@ -6,7 +6,7 @@ would enter it; its springs let it move in the frame of the sensor: along the ti
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,7 +52,6 @@ class DomePoses:
     `centres` (poses, tips, 3) [mm] are those of the domes' spheres, `frame` (poses, 3, 3) [1] has in its rows how the
     sensor stands: along the tips, across, and up its axis. `semi_axes` (poses, 3) [mm] are those of the fruit, infinite
     for a flat one; `principal` (poses, 3, 3) [1] has their directions in its rows, None where no fruit is turned.
-    `face_middles` (tips, 2) [mm] are those of the faces from the axes of the spheres, along and across.
     """
 
     dome_radius: float
@@ -60,7 +59,6 @@ class DomePoses:
     frame: Floats
     semi_axes: Floats
     sideways: SidewaysGive | None = None
-    face_middles: Floats = field(default_factory=lambda: np.zeros(2))
     principal: Floats | None = None
 
     def some(self, poses: Ints) -> "DomePoses":
@@ -93,7 +91,7 @@ class DomePoses:
     def from_face_middle(self, approach: DomeApproach) -> Floats:
         """Return how far across the axis of a dome it touches from the middle of its face [mm], (poses, tips)."""
         touching = -self.dome_radius * approach.direction[..., :2]  # from the axis of the sphere
-        return np.asarray(np.linalg.norm(touching - self.face_middles, axis=-1))
+        return np.asarray(np.linalg.norm(touching, axis=-1))
 
     def _feet(self, centres: Floats) -> tuple[Floats, Floats]:
         """Return the nearest points of the fruit and its normals there, both (poses, tips, 3)."""
@@ -177,5 +175,4 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
         semi_axes=np.array(semi_axes),
         principal=principal if any(scene.fruit.azimuth_deg for scene in scenes) else None,
         sideways=scenes[0].sideways,
-        face_middles=-np.array(scenes[0].tips.beside_mm),
     )

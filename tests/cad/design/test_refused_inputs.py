@@ -8,7 +8,6 @@ from cad.quantity import InputError
 SPHERE = {"shape": "sphere", "radius_mm": 35.0}
 SPRINGS = {"K_l_N_per_m": 1200.0, "K_h_N_per_m": 20000.0}
 SQUARE = {"layout": "square", "spacing_mm": 6.0}
-SEATED = {**SQUARE, "shape": "dome", "dome_radius_mm": 10.0, "side_mm": 5.0, "seat_radius_mm": 35.0}
 ELLIPSOID = {"shape": "ellipsoid", "radius_mm": 35.0, "radius_across_mm": 30.0}
 PLAN = {"length_mm": 24.0, "width_mm": 24.0, "thickness_mm": 12.0}
 LINE = {"layout": "line", "order": "LHL"}
@@ -62,15 +61,6 @@ LINE = {"layout": "line", "order": "LHL"}
         ({"tips": SQUARE}, "springs.K_l_N_per_m"),
         ({"tips": {**LINE, "spacing_mm": 9.8}, "springs": SPRINGS}, "tips.spacing_mm"),
         ({"tips": SQUARE, "springs": SPRINGS, "fruit": {"width_mm": 5.0}}, "tips.spacing_mm"),
-        ({"tips": {"seat_radius_mm": 35.0}}, "tips.seat_radius_mm"),
-        ({"tips": {"shape": "dome", "dome_radius_mm": 4.0, "seat_radius_mm": 35.0}}, "tips.seat_radius_mm"),
-        ({"tips": {**SEATED, "socket": "pin"}, "springs": SPRINGS}, "tips.seat_radius_mm"),
-        ({"tips": {**SEATED, "dome_radius_mm": 31.0}, "springs": SPRINGS}, "tips.seat_radius_mm"),
-        (
-            {"tips": {**SEATED, "seat_radius_mm": None, "low_outward_mm": 2.6}, "springs": SPRINGS},
-            "tips.low_outward_mm",
-        ),
-        ({"tips": SEATED, "springs": SPRINGS, "fruit": ELLIPSOID}, "tips.seat_radius_mm"),
         ({"reading": {}, "press": {"tilt_deg": 2.0}}, "press.tilt_deg"),
         ({"reading": {}, "springs": SPRINGS, "targets": {}}, "targets.P_max"),
         ({"print": {"process_file": "own.toml"}}, "print.process_file"),

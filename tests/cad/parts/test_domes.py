@@ -1,7 +1,6 @@
 """Domes at the ends of printed tips, and what the flat tips of the solve leave out by them."""
 
 import math
-from dataclasses import replace
 
 import pytest
 from squares import gentle, square_housing, square_sensor
@@ -46,35 +45,6 @@ def test_flat_tip_where_a_dome_is_declared_fails():
     found = tip_verdict(housing_part(housing), housing)
     assert found.passed is False
     assert found.value == pytest.approx(10.0 - math.sqrt(100.0 - 0.5 * housing.tip_side**2), rel=1e-6)
-
-
-def seated() -> Design:
-    return gentle(side_mm=5.4, dome_radius_mm=14.0, seat_radius_mm=35.0, low_outward_mm=0.1)
-
-
-def test_seated_domes_lean_outward_away_from_the_other_plate():
-    """The lowest point of each cap lies r / R of its tip's place farther out: along the tips and to the front."""
-    housing = square_housing(seated())
-    part = domed(housing_part(housing), housing)
-    assert part.shape.isValid()
-    assert tip_verdict(part, housing).passed is True
-    outward = 3.0 * 14.0 / 35.0
-    for arm, farther in zip(housing.arms, (outward + 0.1, outward), strict=True):
-        (index,) = part.faces[f"{arm.name}_tip"]
-        lowest = min(part.shape.Faces()[index].Vertices(), key=lambda vertex: vertex.Z)
-        assert lowest.X * arm.sign > 3.0  # a corner
-        assert lowest.Y < 0.0
-        assert housing.dome_beside(arm) == pytest.approx((arm.sign * farther, -farther), rel=1e-12)
-        centre = (arm.centre + arm.sign * farther, -farther, 14.0)
-        away = math.dist(centre, (lowest.X, lowest.Y, lowest.Z))
-        assert away == pytest.approx(14.0, rel=1e-6)
-
-
-def test_dome_on_the_axis_of_its_tip_fails_where_a_seated_one_is_declared():
-    housing = square_housing(seated())
-    on_axis = replace(housing, domes_beside=())
-    found = tip_verdict(domed(housing_part(on_axis), on_axis), housing)
-    assert found.passed is False
 
 
 @pytest.mark.slow

@@ -118,23 +118,6 @@ def test_point_above_the_tips_is_reciprocal_and_without_a_lever_their_faces(coar
     np.testing.assert_allclose(1.0 / np.diag(faces[..., 1, 1]), sideways_stiffness(coarse_mesh, *PETG), rtol=ROUND_OFF)
 
 
-@pytest.mark.parametrize(("level", "lean"), [(0, 0.2), (0, -0.15), (1, 0.2), (1, -0.1)])
-def test_force_may_be_moved_along_its_line_to_a_point_beside_a_tip(coarse_mesh, level, lean):
-    """A rigid tip yields along a force as much at each point of the line that the force acts on."""
-    half = clamped_half(coarse_mesh, *PETG)
-    lever = 10.0
-    direction = np.array([0.0, 0.0, 1.0])
-    direction[level] = lean
-    beside = np.zeros((2, 2))
-    beside[:, level] = -lever * lean  # where the line through the point above the middle meets the face's level
-    above = np.einsum("a,ijab,b->ij", direction, lever_compliance(half, lever), direction)
-    at_level = lever_compliance(half, 0.0, [tuple(point) for point in beside.tolist()])
-    moved = np.einsum("a,ijab,b->ij", direction, at_level, direction)
-    np.testing.assert_allclose(moved, above, rtol=1e-6, atol=1e-6 * np.abs(above).max())
-    upright = lever_compliance(half, 0.0)
-    assert np.all(np.diag(at_level[..., 2, 2]) > 1.001 * np.diag(upright[..., 2, 2]))
-
-
 def test_loads_that_are_not_reciprocal_or_not_carried_are_refused():
     even, carried = np.eye(2), np.array([-0.5, -0.5])
     check_tips(even, carried)

@@ -60,6 +60,17 @@ def square(tilt=0.0, roll=0.0, size=1.0, fruit="sphere"):
     return Scene(fruit=Fruit(thickness_mm=12.0 if curved else None, **curved), tips=tips, press=press)
 
 
+def test_level_domes_touch_a_ball_on_the_line_of_both_centres():
+    """R / (R + r) of a tip's place from the apex, so r / (R + r) of it from the middle of its face."""
+    scene = square()
+    poses = dome_poses([scene], np.array([0.0]))
+    found = approach(poses)
+    places = np.array(scene.tips.places_mm)
+    np.testing.assert_allclose(found.foot[0, :, :2], 35.0 / (35.0 + DOME) * places, rtol=1e-12)
+    beside = DOME / (35.0 + DOME) * np.linalg.norm(places, axis=1)
+    np.testing.assert_allclose(poses.from_face_middle(found)[0], beside, rtol=1e-9)
+
+
 def test_sensor_turns_as_a_rigid_body():
     level, turned = (dome_poses([scene], np.array([0.4])) for scene in (square(), square(5.0, -3.0)))
     np.testing.assert_allclose(turned.frame[0] @ turned.frame[0].T, np.eye(3), atol=1e-12)
