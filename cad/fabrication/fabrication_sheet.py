@@ -22,7 +22,7 @@ from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.hall_places import hall_places
-from cad.parts.housing import DOWEL_MM, mounting_error
+from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import Sensor
 from cad.quantity import COVERAGE, STANDARD_GRAVITY
 from cad.theory.strain_gauge import GAUGES
@@ -86,7 +86,7 @@ def fabrication_sheet(
         dowel=dowel_length(housing),
         pin_fit=PIN_FIT,
         dowel_diameter=DOWEL_MM,
-        mounting=mounting_error(housing, process.accuracy_mm),
+        travel_mm=sensor.press.travel_mm,
         gauge=GAUGES[housing.gauges],
         springs=springs,
         amplifier=HX711,

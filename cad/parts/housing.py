@@ -202,36 +202,6 @@ def solid_size(housing: Housing) -> PartSize:
     return housing_part(housing).size
 
 
-@dataclass(frozen=True, kw_only=True)
-class MountingError:
-    """How far one plate of a square may be off against the other by the places of its holes for dowels.
-
-    A plate that is higher by `height_mm` rolls the square by `roll` [rad], and a reading that drops every rigid pose
-    does not see it. One that is turned in its plane by `turn` [rad] moves the mean of the high tips against that of the
-    low ones by `contrast_mm`.
-    """
-
-    height_mm: float
-    roll: float
-    turn: float
-    contrast_mm: float
-
-
-def mounting_error(housing: Housing, accuracy: float) -> MountingError:
-    """Return the largest error of mounting where each hole for a dowel is off by at most the accuracy [mm].
-
-    Two holes, one in each plate, meet at each dowel. All is 0 for a single plate.
-    """
-    if not housing.dowels:
-        return MountingError(height_mm=0.0, roll=0.0, turn=0.0, contrast_mm=0.0)
-    height = 2.0 * accuracy
-    (left, _), (right, _) = housing.dowels
-    turn = 2.0 * height / (right - left)
-    return MountingError(
-        height_mm=height, roll=height / housing.spacing, turn=turn, contrast_mm=0.5 * housing.spacing * turn
-    )
-
-
 def press_tilt(press: Press) -> float:
     """Return the angle [deg] between the press and the normal of the fruit, from tilt and roll."""
     cosine = math.cos(math.radians(press.tilt_deg)) * math.cos(math.radians(press.roll_deg))

@@ -11,7 +11,6 @@ from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE, Reading
 from cad.fabrication.bridges import SignalPath, signal_path
-from cad.parts.housing import mounting_error
 from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
 from pipeline.reading.measurement import (
@@ -76,10 +75,9 @@ class Readings:
     those of the others, None where a level press has no reading.
     `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
     `full_scale` is the largest force of each channel over all poses [N], (tips,). `pressures` are those on the skin at
-    each modulus. `plates` is by how much E moves where the two plates of a square are mounted as far off as their holes
-    allow, before the tips are zeroed on a hard plate [1]; 0 for one plate. `flesh` is by how much E moves to either
-    side where the flesh under domes obeys the law of Hencky or of Storakers [1]. `face_mm` is how wide the face of a
-    dome must be to hold the contact in every pose, 0 for other tips. `presses` are those of all poses.
+    each modulus. `flesh` is by how much E moves to either side where the flesh under domes obeys the law of Hencky or
+    of Storakers [1]. `face_mm` is how wide the face of a dome must be to hold the contact in every pose, 0 for other
+    tips. `presses` are those of all poses.
     """
 
     method: str
@@ -91,7 +89,6 @@ class Readings:
     refused: str | None = None
     full_scale: tuple[float, ...] | None = None
     pressures: tuple[SkinPressure, ...] = ()
-    plates: float = 0.0
     flesh: float = 0.0
     face_mm: float = 0.0
     presses: Presses | None = field(default=None, repr=False, compare=False)
@@ -118,11 +115,7 @@ def analyse_readings(design: Design, contact: FruitCompliance, springs: FittedSp
     sensor = pressed_sensor(design, contact, springs.C, offsets, springs.sideways)
     sensor = replace(sensor, signal=design_signal(design, springs))
     analysis = error_analysis(sensor, design.reading)
-    contrast_slope = max((row.sources.contrast_slope for row in analysis.moduli), default=0.0)
-    contrast_mm = 0.0  # how far the high tips may stand out before the low ones by the mounting of two plates
-    if springs.housing is not None:
-        contrast_mm = mounting_error(springs.housing, springs.process.accuracy_mm).contrast_mm
-    return replace(analysis, pressures=skin_pressures(sensor), plates=contrast_mm * contrast_slope)
+    return replace(analysis, pressures=skin_pressures(sensor))
 
 
 def design_signal(design: Design, springs: FittedSprings) -> SignalPath | None:

@@ -20,14 +20,12 @@ class UncertaintySources:
     """The relative standard deviation of the modulus by each source [1].
 
     `stiffness_slope` is that per relative error of each spring, apart from the others [1]; `noise_slope` that per cent
-    of noise in forces, and in the heights that they give [1/%]; `contrast_slope` that per mm by which high tips stand
-    out before low ones, 0 where no height matters [1/mm]; `by_noise` what noise in forces makes in all [1].
+    of noise in forces, and in the heights that they give [1/%]; `by_noise` what noise in forces makes in all [1].
     """
 
     contributions: Mapping[str, float]
     stiffness_slope: float
     noise_slope: float
-    contrast_slope: float
     by_noise: float
 
     @property
@@ -113,8 +111,6 @@ def uncertainty_sources(
         contributions={**contributions, **poses},
         stiffness_slope=_norm(springs),
         noise_slope=noise_slope,
-        # The weights of the high tips add up to one, as those of the low ones do.
-        contrast_slope=0.5 * float(heights.sum()),
         by_noise=by_noise,
     )
 

@@ -228,7 +228,6 @@ def reading_keys(readings: Readings) -> Plain:
         "sources": {} if uncertainty is None else _percent(readings.worst_uncertainty.sources.contributions),
         "method": readings.method,
         "lift_deg": readings.lift.value,
-        "plates_before_zeroing_percent": 100.0 * readings.plates,
         "noise_for_10_percent": readings.noise_percent,
         "refused": readings.refused,
         "moduli": moduli,

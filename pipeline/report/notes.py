@@ -80,9 +80,6 @@ def _of_the_reading(design: Design, readings: Readings) -> Iterator[str]:
     noise = readings.noise_percent
     loud = "even without noise it is above" if noise is None else f"noise of {noise:.2g} % of full scale brings it to"
     yield f"uncertainty of E: {loud} 10 %"
-    if readings.plates > 0.0:
-        percent = 100.0 * readings.plates
-        yield f"plates: mounted as far off as their holes allow they move E by {percent:.2g} %: zero the tips"
     if readings.flesh > 0.0:
         percent = 100.0 * readings.flesh
         yield f"law of the flesh: E is that of neo-Hookean flesh; by Hencky or as foam it is within {percent:.2g} %"

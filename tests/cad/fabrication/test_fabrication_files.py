@@ -123,9 +123,9 @@ SQUARE = (
     (
         "Make housing.stl twice", "Ream the holes of 2.95 mm in the bar to 3 H7", "3 m6 x 10 mm (ISO 8734)", "M3 x 25",
         "17.6 mm to grip (two plates 11.6 + two covers of 3)", "domes of radius 10 mm",
-        "g = (F_H1 + F_H2) / (2 K_h) - (F_L1 + F_L2) / (2 K_l)",
+        "## Check the tips",
     ),
-    ("Do not round or sand the tip faces", "The front one hides the marks"),
+    ("Zero the tips", "Do not round or sand the tip faces", "The front one hides the marks"),
 )  # fmt: skip
 
 
@@ -163,15 +163,12 @@ def test_process_without_a_known_cycle_or_printer_is_told_no_other_ones(sensor):
     assert_tells(sheet_of(sensor, replace(TITLE, process=milled)), (("## Make",), ("Nozzle",)))
 
 
-def test_sheet_of_a_square_says_how_two_plates_are_put_together_and_zeroed():
-    """Holes 0.05 mm off: 0.1 mm of height over 6 mm is a roll; 0.2 mm over the distance of the dowels is a turn."""
+def test_sheet_of_a_square_says_how_two_plates_are_put_together_and_checked():
     square = square_sensor()
-    (left, _), (right, _) = sorted(square.housing.dowels)
-    turn = 0.2 / (right - left)
-    off = ("up to 0.1 mm higher", f"{math.degrees(0.1 / 6.0):.2g} degrees", f"is {3.0 * turn:.2g} mm in the reading")
     words, absent = SQUARE
     title = Title(name="gentle-square", process=RESIN)
-    assert_tells(sheet_of(square, title), ((*words, *off, f"{math.degrees(turn):.2g} degrees"), absent))
+    tenth = f"a tenth of the travel, {0.1 * square.press.travel_mm:.2g} mm"
+    assert_tells(sheet_of(square, title), ((*words, tenth), absent))
     told = (("11.6 mm between their washers",), ("cover.stl",))
     assert_tells(sheet_of(variant(square, mount="washers"), title), told)
 

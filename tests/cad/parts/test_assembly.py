@@ -1,17 +1,15 @@
-"""Two equal plates back to back: where tips, holes and bodies stand, and what a mounting error does."""
+"""Two equal plates back to back: where tips, holes and bodies stand."""
 
 import itertools
 import math
 from dataclasses import replace
 
 import cadquery as cq
-import numpy as np
 import pytest
 from squares import GENTLE, RESIN, square_housing, square_sensor
 
 from cad.design.parameters import Print
 from cad.parts.assembly import assembly_bodies, dowel_length, finished_part, grip, screw_length, turned_twin
-from cad.parts.housing import mounting_error
 from cad.parts.pose import in_place
 
 KERNEL = 1e-6  # [mm] and [mm^3] of the geometry kernel
@@ -110,22 +108,3 @@ def test_plates_between_washers_have_no_covers_and_pins_stand_in_both_plates():
     names = {body.name for body in assembly_bodies(square_sensor(design=design))}
     assert {"plate 1", "plate 2", "low pin 1", "low pin 2", "high pin 1", "high pin 2"} <= names
     assert not {"front cover", "back cover"} & names
-
-
-def test_mounting_error_is_that_of_a_plate_moved_as_a_rigid_body(square):
-    """Two dowels off by twice the accuracy against each other lift a plate, or turn it about the middle between them.
-
-    What is left of the heights of the four tips after the best plane is what the contrast of the kinds reads.
-    """
-    error = mounting_error(square.housing, 0.05)
-    (left, _), (right, _) = sorted(square.housing.dowels)
-    places = np.array(GENTLE.tips.places_mm)
-    weights = np.array([-0.5 if kind == "low" else 0.5 for kind in GENTLE.tips.springs])
-    of_twin = places[:, 1] > 0.0
-    lifted = np.where(of_twin, 0.1, 0.0)
-    assert error.height_mm == pytest.approx(0.1)
-    assert weights @ lifted == pytest.approx(0.0, abs=1e-15)
-    assert error.roll == pytest.approx(np.polyfit(places[:, 1], lifted, 1)[0])
-    turned = np.where(of_twin, np.interp(places[:, 0], [left, right], [-0.1, 0.1]), 0.0)
-    assert abs(weights @ turned) == pytest.approx(error.contrast_mm, rel=1e-12)
-    assert error.turn == pytest.approx(0.2 / (right - left), rel=1e-12)
