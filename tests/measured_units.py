@@ -106,6 +106,20 @@ class MeasuredDesign:
         )
 
 
+def with_heights(sensor, heights):
+    """Return a unit whose report says that each tip stands out by so much more [mm]."""
+    read_out = sensor.report.read_out
+    gaps = tuple(np.subtract(read_out.gaps_mm, heights).tolist())
+    return replace(sensor, report=replace(sensor.report, read_out=replace(read_out, gaps_mm=gaps)))
+
+
+def with_exact_tips(sensor):
+    """Return a unit of a process that makes tips as high as designed."""
+    process = replace(sensor.design.process, name="exact", accuracy_mm=1e-6)
+    design = replace(sensor.design, print=replace(sensor.design.print, process=process.name), printer=process)
+    return replace(sensor, report=replace(sensor.report, design=design))
+
+
 def stated_and_moved(sensor, forces, read, field, tip):
     """Return what one per cent of a spring or a gain adds to the uncertainty of a reading, and how far it moves E.
 

@@ -2,6 +2,8 @@
 
 import math
 
+from cad.design.processes import Process
+from cad.design.tips import Tips
 from cad.parts.housing import Housing
 from cad.quantity import Estimate
 
@@ -14,6 +16,11 @@ _BONDED_SIDES = 3.0  # the gable leaves the fourth side of a pocket without glue
 # processes and pins of 0.7 to 1.4 mm, by solids of foot, glue and pin less a solid foot.
 FOOT_GIVE = 0.01
 FOOT_SPREAD = 0.08
+
+
+def tip_accuracy_mm(tips: Tips, process: Process) -> float:
+    """Return how far a tip may be off in side, edge and height [mm], two sigma: by its process, or as a ground pin."""
+    return GROUND_MM if tips.socket == "pin" else process.accuracy_mm
 
 
 def pin_compliance(housing: Housing, E: float, poisson: float) -> Estimate:

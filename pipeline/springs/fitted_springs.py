@@ -16,7 +16,7 @@ from cad.design.tips import Attitude, Tips
 from cad.fabrication.bridges import Spring
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
-from cad.parts.pin import GROUND_MM, pin_mass
+from cad.parts.pin import pin_mass
 from cad.quantity import STANDARD_GRAVITY, Estimate, InputError
 from cad.theory.leaf_spring import Flexure
 from cad.theory.strain_gauge import FOIL
@@ -106,10 +106,6 @@ class FittedSprings:
     def monolithic(self) -> bool:
         """Say whether the springs are of one piece: no gauges glued on, no pins."""
         return self.housing is None or (self.housing.gauges == "none" and not self.housing.pin_side)
-
-    def tip_accuracy_mm(self, tips: Tips) -> float:
-        """Return how far a tip may be off in side, edge and height [mm]: by its process, or as a ground pin."""
-        return GROUND_MM if tips.socket == "pin" else self.process.accuracy_mm
 
     @property
     def stiffnesses(self) -> Springs:

@@ -75,7 +75,7 @@ def _alike_in_all_samples(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[flo
         by_curvature = slopes.mean_curvature(domes.relative_radius) * sensor.curvature_deviation
     return [
         by_curvature,
-        *(slopes.offset * weights * sensor.unit.height_error_mm).tolist(),
+        *(slopes.offset * weights * sensor.height_deviation).tolist(),
         *np.multiply(slopes.zeros, sensor.zero_drifts).tolist(),
         *np.multiply(slopes.drifts, sensor.zero_drifts).tolist(),
         *Sensitivity(np.array(slopes.springs), np.array(slopes.gains)).by_unit(sensor),
@@ -99,7 +99,7 @@ def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats) ->
     by_noise = float(np.linalg.norm(by_force * sensor.noises))
     by_drift = float(np.linalg.norm(by_force * sensor.zero_drifts))
     by_unit = Sensitivity(np.array(slopes.springs), by_force * forces).by_unit(sensor)
-    by_heights = np.multiply(slopes.heights, sensor.unit.height_error_mm).tolist()
+    by_heights = np.multiply(slopes.heights, sensor.height_deviation).tolist()
     by_shape = slopes.contrast * sensor.saddle_contrast
     E = sensor.corrected(read)
     steepness = sensor.steepness(E)

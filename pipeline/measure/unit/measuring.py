@@ -10,6 +10,7 @@ import numpy as np
 from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE
+from cad.parts.pin import tip_accuracy_mm
 from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw, Matrix, saddle_contrast, stiffened
 from cad.theory.contrast_rise import RiseLaw, RollingDomes
@@ -62,8 +63,7 @@ class MeasuringUnit:
         designed = self.report.read_out.contrast_on(self.C)
         if designed is None:
             return None
-        contrast = replace(designed, gaps=tuple(np.subtract(designed.gaps, self.unit.height_mm).tolist()))
-        return rise_law(self.design, contrast, self._told_curvatures)
+        return rise_law(self.design, designed, self._told_curvatures)
 
     @property
     def law(self) -> ContrastLaw | None:
@@ -105,6 +105,11 @@ class MeasuringUnit:
         unknown = (mean * (1.0 + UNKNOWN_SADDLE), mean * (1.0 - UNKNOWN_SADDLE))
         radius = self.design.tips.dome_radius_mm or 0.0
         return saddle_contrast(weights, self.design.tips.places_mm, self._told_curvatures or unknown, radius)
+
+    @property
+    def height_deviation(self) -> float:
+        """Return the standard deviation of how far each tip stands out [mm], as its process makes it."""
+        return 0.5 * tip_accuracy_mm(self.design.tips, self.design.process)
 
     @property
     def own_less_other(self) -> float:

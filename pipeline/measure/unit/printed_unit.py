@@ -19,11 +19,12 @@ from pipeline.storage.plain import from_plain, to_plain
 
 _HINT = "take the numbers that pipeline calibrate wrote"
 _STIFFNESS = Bounds(above=0.0, at_most=1e9)
-_HEIGHT = Bounds(at_least=-5.0, at_most=5.0)
 _GAIN = Bounds(at_least=0.1, at_most=10.0)
 _SPRING_ERROR = Bounds(above=0.0, at_most=100.0)  # no spring is known exactly
 _ERROR = Bounds(at_least=0.0, at_most=100.0)
 _MOST_COUNTS = 2**31 - 1  # firmware holds counts in 32 bits
+_FORMER_KEYS = ("height_mm", "height_error_mm")
+"""Keys of version 0.1, whose heights of tips drop out of a press."""
 _PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # it stands in comments of the firmware
 
 
@@ -33,11 +34,10 @@ class PrintedUnit:
 
     `design_sha256` is the digest of the design that it is a print of. Each reading of a channel [N] times its gain is
     the force; `gain_percent` is of that, or of the deflection where the unit is `calibrated_by` a hard plate.
-    `height_mm` is how far a tip stands out more than designed, after zeroing. `classes` are ripeness classes as in
-    `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found. Where counts were calibrated, forces
-    of all tips [N] are `newtons_per_count` (tips, channels) times the counts of all channels less their tare;
-    `zero_counts` are those of the calibration, and counts of `saturation_counts` or more are none. `scale` is
-    what another instrument shows of fruit that it reads.
+    `classes` are ripeness classes as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found.
+    Where counts were calibrated, forces of all tips [N] are `newtons_per_count` (tips, channels) times the counts of
+    all channels less their tare; `zero_counts` are those of the calibration, and counts of `saturation_counts` or more
+    are none. `scale` is what another instrument shows of fruit that it reads.
     """
 
     design: str
@@ -46,8 +46,6 @@ class PrintedUnit:
     method: str
     K_N_per_m: tuple[float, ...] = quantity("N/m", _STIFFNESS, hint=_HINT)
     K_percent: tuple[float, ...] = quantity("%", _SPRING_ERROR, hint=_HINT)
-    height_mm: tuple[float, ...] = quantity("mm", _HEIGHT, hint=_HINT)
-    height_error_mm: tuple[float, ...] = quantity("mm", _ERROR, hint=_HINT)
     gain: tuple[float, ...] = quantity("1", _GAIN, hint="a channel that needs no correction has 1")
     gain_percent: tuple[float, ...] = quantity("%", _ERROR, hint=_HINT)
     newtons_per_count: tuple[tuple[float, ...], ...] = ()
@@ -139,14 +137,12 @@ def unit_of(
 ) -> PrintedUnit:
     """Return a unit of a report's design with springs [N/mm] and their standard deviations [%].
 
-    Its gains are as certain as the design asks. Its tips are zeroed on a flat hard plate: what is left of their heights
-    is the noise of a hundred readings.
+    Its gains are as certain as the design asks.
     """
     count = len(report.tips)
     gain_percent = (report.design.reading or Reading()).gain_percent
     signal = report.read_out.signal
     drifts = [0.0] * count if signal is None else signal.gain_drift_percent
-    noises = channel_noises(report)
     return PrintedUnit(
         design=report.design.name,
         design_sha256=design_digest(report.design),
@@ -154,8 +150,6 @@ def unit_of(
         method=method,
         K_N_per_m=tuple(1e3 * K for K in stiffnesses),
         K_percent=tuple(percent),
-        height_mm=(0.0,) * count,
-        height_error_mm=tuple(0.1 * noise / K for noise, K in zip(noises, stiffnesses, strict=True)),
         gain=(1.0,) * count,
         gain_percent=tuple(math.hypot(gain_percent, drift / math.sqrt(3.0)) for drift in drifts),
     )
@@ -163,7 +157,7 @@ def unit_of(
 
 def read_unit(path: Path, report: StoredReport) -> PrintedUnit:
     """Return the unit of a file; raises InputError, in one line, for a file that is none, or one of another design."""
-    tables = read_toml(path, "--unit")
+    tables = {key: value for key, value in read_toml(path, "--unit").items() if key not in _FORMER_KEYS}
     try:
         unit = from_plain(PrintedUnit, tables, "unit")
     except ValueError as error:

@@ -12,6 +12,7 @@ import numpy as np
 
 from cad.design.parameters import Design
 from cad.parts.housing import ENGRAVED_MM
+from cad.parts.pin import tip_accuracy_mm
 from cad.quantity import COVERAGE
 from cad.theory.free_fruit import roll
 from cad.theory.rounded_edge import edge_loss
@@ -256,7 +257,7 @@ def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
 def _scatter_of_tips(sensor: LevelSensor, depths: PerTip) -> Iterator[Effect]:
     """Yield the effects of how accurately tips are made: side, edge, at their depths in the fruit [mm], and height."""
     side = sensor.design.tips.side_mm
-    off = sensor.springs.tip_accuracy_mm(sensor.design.tips)
+    off = tip_accuracy_mm(sensor.design.tips, sensor.springs.process)
     wider = min(LARGEST_CHANGE, off / side)
     reason = f"tips {off:g} mm off; the fruit's goes with the side"
     yield Effect(name="tip side", reason=reason, fruit=(wider, wider), scatters=True)

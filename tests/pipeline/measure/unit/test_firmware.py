@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign, printed_by_header
+from measured_units import MeasuredDesign, printed_by_header, with_heights
 
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.firmware import micropython
@@ -124,7 +124,7 @@ def test_press_of_a_square_agrees_sample_for_sample(samples, square, rng, tmp_pa
         rows = np.column_stack([np.interp(x, steps, row) for row in forces.T])
         rows = rows + rng.normal(size=rows.shape) * sensor.noises
         rows = np.concatenate([np.zeros((3, 4)), rows, np.zeros((3, 4))]).astype(np.float32)
-        higher = replace(sensor, unit=replace(sensor.unit, height_mm=tuple(rng.uniform(-0.03, 0.03, 4).tolist())))
+        higher = with_heights(sensor, rng.uniform(-0.03, 0.03, 4))
         (expected, bit), module = both(higher, rows, tmp_path)
         assert module == (pytest.approx(expected, rel=1e-9), bit)
         found, reduced, found_bits = in_c(higher, rows, PRESS)[-1].tolist()
@@ -142,7 +142,7 @@ def test_of_two_touches_firmware_reads_the_deeper_one(mango, tmp_path, in_c):
         mango.forces([Pose(E=1.0, travel=x, tilt_deg=tilt) for x in (part * travels).tolist()], FACTORS["mango"])
         for part, tilt in ((0.6, (2.0, 0.0)), (1.0, (0.0, 0.0)))
     )
-    higher = replace(sensor, unit=replace(sensor.unit, height_mm=(0.03, 0.0, 0.03, 0.0)))
+    higher = with_heights(sensor, (0.03, 0.0, 0.03, 0.0))
     lift = np.zeros((2, 4))
     held = np.concatenate([level, np.repeat(level[-1:], 500, axis=0)])
     for parts, alone in (((tilted, lift, level), level), ((level, lift, tilted), level), ((tilted, lift, held), held)):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import stated_and_moved
+from measured_units import stated_and_moved, with_exact_tips, with_heights
 
 from pipeline.measure.unit.presses import reading_of
 from pipeline.measure.unit.ripeness import ripeness_classes
@@ -23,8 +23,13 @@ def pressed(mango, E, **pose):
     return mango.forces([Pose(E=E, travel=FULL, **pose)])[0].tolist()
 
 
+def on_ball(sensor):
+    """Return a unit with tips as high as designed, on a fruit that is told to be the ball of its design."""
+    return replace(with_exact_tips(sensor), radii_mm=BALL)
+
+
 def test_level_square_reads_what_it_presses(mango):
-    sensor = replace(mango.measuring(classes=ripeness_classes("ripe:0.8,unripe")), radii_mm=BALL)
+    sensor = on_ball(mango.measuring(classes=ripeness_classes("ripe:0.8,unripe")))
     for E in (0.5, 0.81, 1.5, 3.5):
         reading = reading_of(sensor, pressed(mango, E))
         assert pytest.approx(E, rel=1e-3) == reading.E
@@ -37,15 +42,15 @@ def test_level_square_reads_what_it_presses(mango):
 def test_tilt_and_its_direction_are_read(mango):
     for direction in (0.0, 90.0, -135.0):
         tilt = tuple(3.0 * np.array([math.cos(math.radians(direction)), math.sin(math.radians(direction))]))
-        reading = reading_of(replace(mango.measuring(), radii_mm=BALL), pressed(mango, 1.0, tilt_deg=tilt))
+        reading = reading_of(on_ball(mango.measuring()), pressed(mango, 1.0, tilt_deg=tilt))
         assert reading.tilt == pytest.approx(3.0, rel=0.05)
         assert reading.direction == pytest.approx(direction, abs=2.0)
         assert reading.flags == ()
 
 
 def test_planted_causes_raise_their_flags(mango):
-    sensor = replace(mango.measuring(), radii_mm=BALL)
-    upright = replace(mango.design, reading=replace(mango.design.reading, tilt_deg=1.0))
+    sensor = on_ball(mango.measuring())
+    upright = replace(sensor.design, reading=replace(mango.design.reading, tilt_deg=1.0))
     narrow = replace(sensor, report=replace(sensor.report, design=upright))
     forces = pressed(mango, 1.0, tilt_deg=(3.5, 0.0))
     assert reading_of(narrow, forces).flags == ("tilt_beyond_design",)
@@ -53,7 +58,7 @@ def test_planted_causes_raise_their_flags(mango):
     soft = reading_of(sensor, pressed(mango, 0.3))
     assert soft.flags == ("out_of_range",)
     assert pytest.approx(0.3, rel=0.01) == soft.E
-    tender = replace(mango.design, fruit=replace(mango.design.fruit, bruise_limit_MPa=0.04))
+    tender = replace(sensor.design, fruit=replace(mango.design.fruit, bruise_limit_MPa=0.04))
     bruised = replace(sensor, report=replace(sensor.report, design=tender))
     assert reading_of(bruised, pressed(mango, 0.6)).flags == ("press_over_bruise_limit",)
     for forces, flags in (
@@ -82,14 +87,13 @@ def test_bruise_is_told_at_the_pressure_of_the_pressed_contact(off, bruises, man
 
 def test_saddle_that_is_not_told_is_in_the_bar_of_a_single_moment(mango):
     """A square feels 2 a^2 k sin 2 azimuth between its diagonals, with k = 0.4 / 35 per mm under domes that roll."""
-    sensor = mango.measuring()
+    sensor = with_exact_tips(mango.measuring())
     forces = pressed(mango, 1.0)
-    untold, ball = reading_of(sensor, forces), reading_of(replace(sensor, radii_mm=BALL), forces)
+    untold, ball = reading_of(sensor, forces), reading_of(on_ball(sensor), forces)
     assert (untold.flags, ball.flags) == (("uncertain",), ())
     contrast = 2.0 * 3.0**2 * 0.4 / 35.0 / math.sqrt(2.0) / (1.0 + 10.0 / 35.0) ** 2
     step = 1e-5
-    higher = replace(sensor.unit, height_mm=(0.0, step, 0.0, step))
-    moved = abs(reading_of(replace(sensor, unit=higher), forces).E / untold.E - 1.0) / step
+    moved = abs(reading_of(with_heights(sensor, (0.0, step, 0.0, step)), forces).E / untold.E - 1.0) / step
     assert np.sqrt(untold.u**2 - ball.u**2) == pytest.approx(2.0 * contrast * moved, rel=0.01)
 
 
@@ -102,16 +106,15 @@ def test_springs_and_gains_widen_the_uncertainty_by_what_they_move(field, calibr
     assert stated == pytest.approx(moved, rel=0.02)
 
 
-def test_heights_widen_the_uncertainty_by_what_they_move(mango):
-    """A micrometre of tip 2 against an error of 10 of them there."""
+def test_heights_of_tips_widen_the_uncertainty_by_what_they_move(mango):
+    """A process of 0.05 mm, two sigma, leaves each tip 0.025 mm; a micrometre of each moves E by so much less."""
     sensor = mango.measuring()
     forces = pressed(mango, 1.0)
-    unit = replace(sensor.unit, height_error_mm=(0.0,) * 4)
-    higher = replace(unit, height_mm=(0.0, 1e-3, 0.0, 0.0))
-    uncertain = replace(unit, height_error_mm=(0.0, 1e-2, 0.0, 0.0))
-    plain, moved, wider = (reading_of(replace(sensor, unit=one), forces) for one in (unit, higher, uncertain))
-    expected = 2.0 * 10.0 * abs(moved.E / plain.E - 1.0)
-    assert np.sqrt(wider.u**2 - plain.u**2) == pytest.approx(expected, rel=0.02)
+    plain = reading_of(sensor, forces)
+    moved = [reading_of(with_heights(sensor, 1e-3 * tip), forces).E / plain.E - 1.0 for tip in np.eye(4)]
+    without = reading_of(with_exact_tips(sensor), forces)
+    expected = 2.0 * 25.0 * np.linalg.norm(moved)
+    assert np.sqrt(plain.u**2 - without.u**2) == pytest.approx(expected, rel=0.02)
 
 
 def test_bias_of_a_design_is_in_the_uncertainty_as_a_bound(mango):
