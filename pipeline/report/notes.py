@@ -124,9 +124,11 @@ def _weight(result: SensorResult) -> Iterator[str]:
     """Yield how far the weight of the moving parts sets the tips off level, where springs are made."""
     sags = [sag.value for sag in weight_sag(result.springs, "down")]
     if sags:
+        is_read = result.readings is not None
+        then = "a press that is read whole does not see it" if is_read else "zero them in the one in which they press"
         yield (
             f"weight: with the tips down they hang {max(sags) - min(sags):.2g} mm off level; solved for the attitude "
-            f"{result.design.press.attitude!r}, zero them in the one in which they press"
+            f"{result.design.press.attitude!r}, {then}"
         )
 
 
