@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk", "matplotlib", "trimesh", "meshio"}
 HEAVY |= {"rich"}
 # Lines through forces and sums over tables take NumPy: readings and errors need them, no help does.
-NUMERICAL = {"contrast_law", "contrast_rise", "pair_line", "rounded_edge", "sloped_skin", "soft_tissue"}
+NUMERICAL = {"contrast_law", "contrast_rise", "rounded_edge", "sloped_skin", "soft_tissue"}
 ROOMS = [path for room in ("theory", "design") for path in sorted((ROOT / "cad" / room).glob("[a-z]*.py"))]
 SIZING = ["quantity", "verdict", *(f"{path.parent.name}.{path.stem}" for path in ROOMS if path.stem not in NUMERICAL)]
 HELP = """from pipeline.cli import COMMANDS, main

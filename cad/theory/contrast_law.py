@@ -29,6 +29,11 @@ Place = tuple[float, float]
 _LEVEL = 1e-9  # of the largest coordinate: how far the weights may let a tilt through
 
 
+OF_ANOTHER_SENSOR = (
+    "the forces belong to no modulus: must be those of this sensor, pressed on a fruit; calibrate it anew"
+)
+
+
 class ReadingError(ValueError):
     """Forces that give no modulus; the message says why."""
 
@@ -73,6 +78,28 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
         hint = "one reading of a pair cannot tell tilt from stiffness"
         raise validation_error("tips.layout", "pair", "", bound, hint)
     return tuple(weights)
+
+
+def pair_law(C: Matrix, own_less_other: float) -> ContrastLaw:
+    """Return the contrast of a pair, its low tip first, on springs C [mm/N]: a tilt moves it, unlike other contrasts.
+
+    Of flat tips it needs s11 - s12 times E [1/mm], `own_less_other`, alone.
+    """
+    S = ((own_less_other, 0.0), (0.0, own_less_other))
+    return ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=C, S=S)
+
+
+def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float], lead: float = 0.0) -> float:
+    """Return the modulus [MPa] that the forces of the low and the high tip [N] tell where the high one has a lead [mm].
+
+    This is (4) of the paper with springs that are coupled; C [mm/N] and s11 - s12 [1/mm] as in `pair_law`.
+    Raises ReadingError where the forces tell nothing.
+    """
+    low, high = forces
+    difference = (C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high - lead
+    if not (difference > 0.0 and high > low):
+        raise ReadingError(OF_ANOTHER_SENSOR)
+    return own_less_other * (high - low) / difference
 
 
 def read_modulus(law: ContrastLaw, forces: Sequence[float]) -> float:
@@ -193,8 +220,7 @@ def smallest_root(rigid: float, dome: float, body: float) -> float:
     turn = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
     end = turn if turn > 0.0 else _beyond_root(rigid, dome, body)
     if not rigid * contrast(end) < 0.0:
-        msg = "the forces belong to no modulus: must be those of this sensor, pressed on a fruit; calibrate it anew"
-        raise ReadingError(msg)
+        raise ReadingError(OF_ANOTHER_SENSOR)
     return last_holding(lambda z: rigid * contrast(z) > 0.0, 0.0, end)
 
 

@@ -4,10 +4,12 @@
 
     a + b z^2 + d z^3 + gamma = 0,    a = w.(C F),  b = h w.F^(2/3),  d = w.(S F),  z = E^(-1/3),
 
-with weights w whose contrast of any travel and tilt is 0. The weights of a pair drop the travel alone, so its tilt must
-not change during the press. The offset gamma [mm] is the contrast of the gaps under the tips. It holds all that the
-sensor cannot know: the saddle of the skin, the heights and places of the tips, their mount. It is unknown, and the
-same in all samples of one press. A reading of the forces at one moment takes it for known.
+with weights w whose contrast of any travel and tilt is 0. The offset gamma [mm] is the contrast of the gaps under the
+tips. It holds all that the sensor cannot know: the saddle of the skin, the heights and places of the tips, their mount.
+It is unknown, and the same in all samples of one press. A reading of the forces at one moment takes it for known.
+
+**A pair.** Its weights (-1, 1) drop the travel alone, so its tilt must not change during the press: gamma is by how
+much the low tip travels farther than the high one. Without domes the law is a straight line of a over d.
 
 **The estimator.** An instrument u is any quantity that rises with the press. Its covariance with the law has no gamma:
 
@@ -56,6 +58,7 @@ from cad.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, sm
 from cad.theory.hertz import hertz_factor
 
 FEWEST = 5
+FEWEST_EXACT = 3  # of samples without noise
 LATEST_TOUCH = 0.7  # of the whole force: where the last tip touches later, too little of a rise is left
 LEAST_OVER_NOISE = 10.0  # of the instrument: noise in it then costs less than one per cent of the information
 LARGEST_NOISE = 1.0 / 3.0  # of E: beyond, the root of the cubic scatters too far for its slope
@@ -288,14 +291,23 @@ class RisingPress:
             self._before = None
             self._sums = RiseSums()
 
-    def reading(self) -> RiseReading:
-        """Return the reading of the press; raises RiseError."""
+    def reading(self, *, whole: bool = True) -> RiseReading:
+        """Return the reading of the press; raises RiseError.
+
+        A `whole` press has to rise far enough after its last tip touched. What is read of a part of one need not: its
+        uncertainty tells how far it rose.
+        """
         sums = self._to_deepest
         touch = float(self._touch_of_deepest / self._largest) if self._largest > 0.0 else 1.0
         if sums.count < FEWEST:
             hint = "press farther, or more slowly"
             message = f"samples with all tips on the fruit = {sums.count}: must be at least {FEWEST}; {hint}"
             raise RiseError("few_samples", message)
+        if whole:
+            self._refuse_short_rise(touch)
+        return replace(rise_reading(self._law, sums, self._noises), touch=touch)
+
+    def _refuse_short_rise(self, touch: float) -> None:
         if touch > LATEST_TOUCH:
             message = f"the whole force where the last tip touches = {touch:.2g} of the largest: must be at most "
             raise RiseError("no_rise", f"{message}{LATEST_TOUCH:g}; press farther, or more level")
@@ -305,7 +317,6 @@ class RisingPress:
         if not rise > least:
             message = f"rise of the whole force = {rise:.2g} N: must be above {least:.2g} N, ten times its noise"
             raise RiseError("no_rise", f"{message}; press farther")
-        return replace(rise_reading(self._law, sums, self._noises), touch=touch)
 
 
 def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
@@ -336,6 +347,24 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
             offset=rise.per_S(law.per_offset(offset)),
         ),
     )
+
+
+def exact_modulus(law: ContrastLaw, presses: Samples) -> float:
+    """Return the modulus [MPa] that the rise of forces without noise tells, (samples, tips) [N], of flat tips.
+
+    Samples in which a tip is off the fruit are left out. Without noise the instrument may be of the same sample, and
+    that of least variance is the contrast of what the body gives. Raises ReadingError.
+    """
+    weights, _, S = law.arrays
+    sums = RiseSums()
+    for forces in presses[(presses > 0.0).all(axis=1)]:
+        sums = sums.with_sample(float(weights @ S @ forces), forces)
+    if sums.count < FEWEST_EXACT:
+        hint = "press farther"
+        message = f"samples with all tips on the fruit = {sums.count}: must be at least {FEWEST_EXACT}; {hint}"
+        raise RiseError("few_samples", message)
+    E, _, _ = _solved(RiseLaw(contrast=law), sums)
+    return E
 
 
 def _solved(law: RiseLaw, sums: RiseSums) -> tuple[float, float, ContrastLaw]:

@@ -10,9 +10,17 @@ import numpy as np
 from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.fabrication.bridges import SignalPath
-from cad.theory.contrast_law import ContrastLaw, Matrix, ReadingError, contrast_weights, read_modulus, stiffened
-from cad.theory.contrast_rise import RisingPress
-from cad.theory.pair_line import line_over_press, ratio_modulus
+from cad.theory.contrast_law import (
+    ContrastLaw,
+    Matrix,
+    ReadingError,
+    contrast_weights,
+    pair_law,
+    ratio_modulus,
+    read_modulus,
+    stiffened,
+)
+from cad.theory.contrast_rise import RisingPress, exact_modulus
 from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.reading.rise import rise_law
@@ -74,7 +82,7 @@ class LineModel:
 
     def modulus(self, press: Floats) -> float:
         """Return the modulus [MPa] of forces [N], shape (samples, tips); raises ReadingError."""
-        return corrected(line_over_press(self.C, self.own_less_other, press.tolist()).modulus, self.level)
+        return corrected(exact_modulus(pair_law(self.C, self.own_less_other), press), self.level)
 
     def with_springs(self, factors: Floats) -> "LineModel":
         """Return the model that takes each spring for stiffer by a factor [1], shape (tips,)."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.fabrication.bridges import SignalPath
-from cad.theory.contrast_law import ContrastLaw
+from cad.theory.contrast_law import ContrastLaw, pair_law
 
 Matrix = tuple[tuple[float, ...], ...]
 
@@ -31,7 +31,7 @@ def corrected(read: float, level: Sequence[LevelReading]) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadOut:
-    """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line through a press.
+    """What turns forces into a modulus, in the terms of the contrast law; that of a pair needs fewer.
 
     `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, the largest force of each
     channel, `weights` [1] and `gaps_mm` (tips,). A pair has `own_less_other_per_mm` and None for the terms of a
@@ -57,14 +57,19 @@ class ReadOut:
     rise_level: tuple[LevelReading, ...] = ()
 
     @property
-    def contrast(self) -> ContrastLaw | None:
-        """Return the contrast law of the tips with the springs as designed; None for a pair."""
+    def is_pair(self) -> bool:
+        """Say whether the constants are those of a pair."""
+        return self.weights is None
+
+    @property
+    def contrast(self) -> ContrastLaw:
+        """Return the contrast law of the tips with the springs as designed."""
         return self.contrast_on(self.springs_mm_per_N)
 
-    def contrast_on(self, springs: Sequence[Sequence[float]]) -> ContrastLaw | None:
-        """Return the contrast law of the tips on springs of a compliance [mm/N], (tips, tips); None for a pair."""
+    def contrast_on(self, springs: Sequence[Sequence[float]]) -> ContrastLaw:
+        """Return the contrast law of the tips on springs of a compliance [mm/N], (tips, tips)."""
         if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:
-            return None
+            return pair_law(springs, self.own_less_other_per_mm or 0.0)
         return ContrastLaw(
             weights=self.weights,
             gaps=self.gaps_mm,

@@ -148,7 +148,7 @@ def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
         forces = forces_of_counts(sensor, counts, tare)
     refuse_out_of_scale(sensor, forces, lambda tip: f"--forces: tip {tips[tip].name}")
     reading = reading_of(sensor, forces)
-    is_pair = sensor.law is None
+    is_pair = sensor.is_pair
     cause = "of a pair is its force ratio, right only for a level press" if is_pair else "knows no saddle of the skin"
     if is_pair or sensor.saddle_contrast > 0.0:
         print_error(f"note: one reading {cause}; read a press instead")

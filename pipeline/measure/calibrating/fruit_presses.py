@@ -22,7 +22,6 @@ from pipeline.measure.measured_table import FORCE, MODULUS, MeasuredTable, Quant
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.pair_press import PairPress
 from pipeline.measure.unit.signals import force_keys
 
 FEWEST_FRUIT = 6
@@ -134,10 +133,8 @@ def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
         bound = "left out where presses of fruit are calibrated: a row has no time"
         raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
     fruit = table.texts["fruit"]
-    law = sensor.rise_law
-    if law is not None:
-        sensor.refuse_without_rise_level()
-    presses = {name: PairPress(sensor) if law is None else ContrastPress(sensor, law) for name in fruit}
+    sensor.refuse_without_rise_level()
+    presses = {name: ContrastPress(sensor) for name in fruit}
     forces = np.column_stack([table.numbers[key] for key in force_keys(len(sensor.report.tips))])
     for name, row in zip(fruit, forces.tolist(), strict=True):
         presses[name].add(sensor.gained(row))

@@ -65,7 +65,7 @@ def level_forces(sensor: MeasuringUnit, E: float) -> Floats:
     travel = sensor.design.press.travel_mm
     law = sensor.law
     modulus = sensor.read_as(E)
-    if law is None:
+    if sensor.is_pair:
         S = sensor.report.compliance.at(E).S  # a skin has another one at each modulus
         law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
         modulus = E
@@ -82,13 +82,13 @@ def level_forces(sensor: MeasuringUnit, E: float) -> Floats:
 
 def _read_level(sensor: MeasuringUnit, forces: Floats) -> float:
     """Return the modulus [MPa] that a unit reads of the forces [N] of a level press; raises ReadingError."""
-    read = sensor.ratio_modulus(forces) if sensor.law is None else read_modulus(sensor.law, forces.tolist())
+    read = sensor.ratio_modulus(forces) if sensor.is_pair else read_modulus(sensor.law, forces.tolist())
     return sensor.corrected(read)
 
 
 def _by_unit(sensor: MeasuringUnit, forces: Floats, E: float) -> list[float]:
     """Return what springs leave open of E, on a plate channels too [1], each one standard deviation."""
-    if sensor.law is None:
+    if sensor.is_pair:
         sensitivity = ratio_sensitivity(sensor, forces)
     else:
         slopes = contrast_slopes(sensor.law, forces.tolist(), sensor.read_as(E))

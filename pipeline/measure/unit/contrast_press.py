@@ -1,4 +1,4 @@
-"""A line or a square: a press by the rise of the contrast of its tips, a single moment by the state of it."""
+"""Presses of a unit by the rise of the contrast of its tips, and single moments of a line or a square by its state."""
 
 import math
 
@@ -14,7 +14,7 @@ from cad.theory.contrast_law import (
     plane_through,
     read_modulus,
 )
-from cad.theory.contrast_rise import RiseError, RiseLaw, RiseSlopes, RisingPress
+from cad.theory.contrast_rise import RiseError, RiseReading, RiseSlopes
 from pipeline.measure.unit.fruit_reading import (
     FruitReading,
     Sensitivity,
@@ -23,6 +23,8 @@ from pipeline.measure.unit.fruit_reading import (
     half_width,
 )
 from pipeline.measure.unit.measuring import MeasuringUnit
+from pipeline.measure.unit.pair_press import Stroke, with_force_ratio
+from pipeline.measure.unit.seating import SeatedPress
 
 
 class ContrastPress:
@@ -32,34 +34,47 @@ class ContrastPress:
     out of the modulus: the saddle of the skin, the heights and places of the tips, how the sensor stands.
     """
 
-    def __init__(self, sensor: MeasuringUnit, law: RiseLaw) -> None:
+    def __init__(self, sensor: MeasuringUnit) -> None:
         """Begin a press."""
         self._sensor = sensor
-        self._law = law
-        self._press = RisingPress(law, sensor.noises, sensor.least_forces)
+        self._press = SeatedPress(sensor, sensor.rise_law)
+        self._stroke = Stroke(sensor) if sensor.is_pair else None
 
-    def add(self, forces: Floats) -> None:
-        """Take the forces of all tips [N] in the next sample."""
+    def add(self, forces: Floats, x: float | None = None) -> None:
+        """Take the forces of all tips [N] in the next sample, and the travel x [mm] where it is measured."""
         self._press.add(forces)
+        if self._stroke is not None and x is not None:
+            self._stroke.add(forces, x)
 
     def reading(self) -> FruitReading:
-        """Return what the press tells, with the flag of its cause where that is nothing."""
+        """Return what the press tells, with the flag of its cause where that is nothing.
+
+        Beside it, in `others`, a pair has what the force ratio and the stroke tell.
+        """
         sensor = self._sensor
         try:
-            found = self._press.reading()
+            load, found = self._press.reading()
         except RiseError as error:
             return FruitReading(flags=(error.flag,))
         E = sensor.rise_corrected(found.E)
         steepness = sensor.rise_steepness(E)
         u = half_width(sensor, E, steepness, [found.noise, *_alike_in_all_samples(sensor, found.slopes)])
+        if self._stroke is None:
+            reading = self._with_offset(found, E, u)
+        else:
+            reading = checked_reading(sensor, E, u, self._press.deepest, lead=found.offset)
+            reading = self._stroke.beside(with_force_ratio(sensor, reading, found, self._press.deepest), load)
+        return reading.of_samples(found.samples, steepness * found.noise)
 
-        deepest = np.asarray(self._press.deepest)
-        law = self._law.with_offset(found.offset)
-        reading = _with_pose(sensor, law, deepest, found.E, E, u)
-        reading = reading.of_samples(found.samples, steepness * found.noise)
-        by_modulus = found.offset_per_log_E * (reading.left or 0.0)
+    def _with_offset(self, found: RiseReading, E: float, u: float) -> FruitReading:
+        """Return a reading E [MPa] +- u [1] of a line or a square with its pose and its offset, which is no tilt."""
+        law = self._sensor.rise_law.with_offset(found.offset)
+        reading = _with_pose(self._sensor, law, self._press.deepest, found.E, E, u)
+        steepness = self._sensor.rise_steepness(E)
+        left = reading.of_samples(found.samples, steepness * found.noise).left or 0.0
         # A gap of the high tips above that of the low ones is what they stand farther from the skin.
-        return reading.with_offset(-found.offset, math.hypot(COVERAGE * found.offset_noise, by_modulus))
+        offset_u = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * left)
+        return reading.with_offset(-found.offset, offset_u)
 
 
 def _alike_in_all_samples(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
@@ -68,7 +83,7 @@ def _alike_in_all_samples(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[flo
     A zero may be off from the first sample on, or drift by as much from the first sample to the last. Heights that are
     off count as a saddle, which moves the points of contact.
     """
-    weights = np.array(sensor.law.weights) if sensor.law is not None else np.zeros(1)
+    weights = np.array(sensor.law.weights)
     domes = sensor.domes
     by_curvature = 0.0
     if domes is not None:

@@ -10,6 +10,7 @@ from pipeline.measure.template import rendered
 from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES
+from pipeline.measure.unit.seating import ROUNDS, seating_of
 from pipeline.reading.read_out import LevelReading
 
 SADDLE_STEPS = 12
@@ -30,9 +31,11 @@ def micropython(sensor: MeasuringUnit) -> str:
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return what the templates name: forces [N], lengths [mm], moduli [MPa]."""
     least, largest = sensor.range_MPa
-    law = _pair_constants(sensor) if sensor.rise_law is None else _contrast_constants(sensor, sensor.rise_law)
     read_out = sensor.report.read_out
-    signal = sensor.report.read_out.signal
+    signal = read_out.signal
+    levels = {"rise": _level(sensor.rise_level)}
+    if not sensor.is_pair:
+        levels["level"] = _level(read_out.level)  # of single samples
     return {
         "design": sensor.design.name,
         "method": sensor.unit.method,
@@ -49,8 +52,9 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "least_E": least * (1.0 - AT_THE_EDGE),
         "largest_E": largest * (1.0 + AT_THE_EDGE),
         "reduced": sensor.reduced(1.0),
-        "levels": {"level": _level(read_out.level), "rise": _level(read_out.rise_level)},
-        **law,
+        "levels": levels,
+        **_contrast_constants(sensor, sensor.rise_law),
+        **_seating_constants(sensor),
     }
 
 
@@ -60,6 +64,18 @@ def _level(rows: Sequence[LevelReading]) -> dict[str, object]:
         "logs": [math.log(row.read_MPa) for row in rows],
         "shifts": [math.log(row.E_MPa / row.read_MPa) for row in rows],
         "factor": rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
+    }
+
+
+def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return from which loads [N/mm] and forces [N] on a press is summed, and what seats the tips."""
+    seating = seating_of(sensor)
+    return {
+        "loads": seating.loads,
+        "load_forces": [force for forces in seating.least_forces for force in forces.tolist()],
+        "per_offset": seating.per_offset,
+        "by_skin": seating.by_skin,
+        "rounds": ROUNDS,
     }
 
 
@@ -74,7 +90,7 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
     sensor.refuse_without_rise_level()
     weights, C, S = law.contrast.arrays
     constants = {
-        "pair": False,
+        "pair": sensor.is_pair,
         "springs": (weights @ C).tolist(),
         "fruit": (weights @ S).tolist(),
         "domes": (law.contrast.hertz * weights).tolist(),
@@ -85,7 +101,7 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
         "least_rise": LEAST_OVER_NOISE * float(np.linalg.norm(sensor.noises)),
         "largest_noise": LARGEST_NOISE,
         "rolling": law.rolling is not None,
-        "saddle_steps": SADDLE_STEPS,
+        "saddle_steps": SADDLE_STEPS if law.rolling is not None else 1,
         "settled": SETTLED,
     }
     if law.rolling is None:
@@ -100,21 +116,4 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
         "felt": domes.felt,
         "body": (1.0 - domes.poisson**2) / math.pi,
         "still": (weights @ (S - domes.S())).tolist(),  # what the body adds to a half-space
-    }
-
-
-def _pair_constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return what fits a line y over x to a press, as in `cad/theory/pair_line.py`."""
-    relative = np.subtract(sensor.C[0], sensor.C[1])
-    x_and_y = np.array([[-1.0, 1.0], relative])
-    (noise_xx, noise_xy), (_, noise_yy) = (x_and_y @ np.diag(sensor.noises**2) @ x_and_y.T).tolist()
-    return {
-        "pair": True,
-        "rolling": False,
-        "relative": relative.tolist(),
-        "noise_xx": noise_xx,
-        "noise_xy": noise_xy,
-        "noise_yy": noise_yy,
-        "own_less_other": sensor.own_less_other,
-        "spacing": sensor.design.tips.spacing_mm,
     }

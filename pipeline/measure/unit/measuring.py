@@ -12,9 +12,8 @@ from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE
 from cad.parts.pin import tip_accuracy_mm
 from cad.quantity import validation_error
-from cad.theory.contrast_law import ContrastLaw, Matrix, saddle_contrast, stiffened
+from cad.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, saddle_contrast, stiffened
 from cad.theory.contrast_rise import RiseLaw, RollingDomes
-from cad.theory.pair_line import ratio_modulus
 from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import LevelReading, corrected
@@ -57,18 +56,23 @@ class MeasuringUnit:
         nominal = self.report.read_out.springs_mm_per_N
         return stiffened(nominal, np.multiply(self.unit.stiffnesses, np.diag(nominal)).tolist())
 
+    @property
+    def is_pair(self) -> bool:
+        """Say whether the unit has two tips, whose contrast a tilt moves."""
+        return self.report.read_out.is_pair
+
     @cached_property
-    def rise_law(self) -> RiseLaw | None:
-        """Return the law by which the unit reads a press; None for a pair."""
+    def rise_law(self) -> RiseLaw:
+        """Return the law by which the unit reads a press; that of a pair is right whatever the heights of its tips."""
         designed = self.report.read_out.contrast_on(self.C)
-        if designed is None:
-            return None
+        if self.is_pair:
+            return RiseLaw(contrast=designed)
         return rise_law(self.design, designed, self._told_curvatures)
 
     @property
-    def law(self) -> ContrastLaw | None:
-        """Return the contrast law of the unit; None for a pair."""
-        return None if self.rise_law is None else self.rise_law.contrast
+    def law(self) -> ContrastLaw:
+        """Return the contrast law of the unit."""
+        return self.rise_law.contrast
 
     @property
     def _told_curvatures(self) -> Curvatures | None:
@@ -191,14 +195,20 @@ class MeasuringUnit:
 
     def rise_corrected(self, read: float) -> float:
         """Return the modulus [MPa] that a whole press of a level sensor reads as `read` [MPa]."""
-        return corrected(read, self.report.read_out.rise_level)
+        return corrected(read, self.rise_level)
+
+    @property
+    def rise_level(self) -> Sequence[LevelReading]:
+        """Return the level readings by which a whole press is corrected; those of a pair are of any press."""
+        read_out = self.report.read_out
+        return read_out.level if self.is_pair else read_out.rise_level
 
     def refuse_without_rise_level(self) -> None:
         """Raise InputError where the report has no level readings of whole presses.
 
         A report before 0.2 has none, nor one of a design whose travel is too short for a rise.
         """
-        if not self.report.read_out.rise_level:
+        if not self.is_pair and not self.rise_level:
             hint = "run the design again; where that does not help, press.travel_mm is too short for a rise"
             raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
 
@@ -208,7 +218,7 @@ class MeasuringUnit:
 
     def rise_steepness(self, E: float) -> float:
         """Return the same of a whole press that is read by its rise."""
-        return self._steepness(E, self.report.read_out.rise_level)
+        return self._steepness(E, self.rise_level)
 
     def _steepness(self, E: float, rows: Sequence[LevelReading]) -> float:
         if self.design.fruit.skin_mm is None:

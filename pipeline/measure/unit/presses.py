@@ -13,7 +13,7 @@ from cad.theory.relaxation import Relaxation
 from pipeline.measure.unit.contrast_press import ContrastPress, contrast_reading
 from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.pair_press import PairPress, single_reading
+from pipeline.measure.unit.pair_press import single_reading
 from pipeline.measure.unit.signals import Sample, Signal
 
 TARE_SAMPLES = 10
@@ -23,7 +23,7 @@ TARE_SAMPLES = 10
 def reading_of(sensor: MeasuringUnit, channels: Sequence[float]) -> FruitReading:
     """Return what one reading tells: forces [N] as the channels show them, in the order of the tips."""
     forces = sensor.gained(channels)
-    return single_reading(sensor, forces) if sensor.law is None else contrast_reading(sensor, sensor.law, forces)
+    return single_reading(sensor, forces) if sensor.is_pair else contrast_reading(sensor, sensor.law, forces)
 
 
 def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False) -> Iterator[FruitReading]:
@@ -32,7 +32,7 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
     A signal without a press yields one reading, flagged as lifted off. Raises InputError at a line that is no sample,
     and for a line or a square whose report has no readings of whole presses.
     """
-    if sensor.rise_law is not None and sensor.design.fruit.relaxation is None:
+    if sensor.design.fruit.relaxation is None:
         sensor.refuse_without_rise_level()
     press: _Press | None = None
     pressed = False
@@ -128,23 +128,21 @@ class _Press:
 
     def __init__(self, sensor: MeasuringUnit) -> None:
         self._sensor = sensor
-        self._pair = PairPress(sensor) if sensor.rise_law is None else None
-        self._contrast = None
+        self._elastic = None
         self._relaxing = None
-        if sensor.design.fruit.relaxation is None:
-            self._contrast = None if sensor.rise_law is None else ContrastPress(sensor, sensor.rise_law)
-        else:
+        relaxation = sensor.design.fruit.relaxation
+        if relaxation is None or sensor.is_pair:
+            self._elastic = ContrastPress(sensor)
+        if relaxation is not None:
             from pipeline.measure.unit.timed_reading import RelaxingPress  # loads SciPy, which few readings need
 
-            self._relaxing = RelaxingPress(sensor, Relaxation(sensor.design.fruit.relaxation))
+            self._relaxing = RelaxingPress(sensor, Relaxation(relaxation))
         self._largest = 0.0
         self._deepest = Sample(0, 0.0, None, ())
 
     def add(self, sample: Sample, forces: Floats) -> None:
-        if self._pair is not None:
-            self._pair.add(forces, sample.x)
-        if self._contrast is not None:
-            self._contrast.add(forces)
+        if self._elastic is not None:
+            self._elastic.add(forces, sample.x)
         if self._relaxing is not None:
             self._relaxing.add(sample.t, forces)
         if forces.sum() > self._largest:  # above 0 from the first sample on
@@ -153,16 +151,13 @@ class _Press:
 
     def so_far(self, sample: Sample) -> FruitReading:
         """Return what the last sample tells by itself, for a pair the press up to it."""
-        reading = reading_of(self._sensor, sample.forces) if self._pair is None else self._pair.reading()
-        return replace(reading, t=sample.t)
+        if self._elastic is None or not self._sensor.is_pair:
+            return replace(reading_of(self._sensor, sample.forces), t=sample.t)
+        return replace(self._elastic.reading(), t=sample.t)
 
     def reading(self) -> FruitReading:
         """Return what the press tells; of flesh that relaxes, the chosen moment."""
-        reading = FruitReading()
-        if self._pair is not None:
-            reading = self._pair.reading()
-        if self._contrast is not None:
-            reading = self._contrast.reading()
+        reading = FruitReading() if self._elastic is None else self._elastic.reading()
         if self._relaxing is not None:
             reading = self._relaxing.reading(reading)
         return replace(reading, t=self._deepest.t)

@@ -6,22 +6,20 @@ whatever the speed of the press was.
 
 import math
 from dataclasses import replace
-from functools import reduce
 
 import numpy as np
 
 from cad.arrays import Floats
-from cad.theory.contrast_law import ContrastLaw
-from cad.theory.pair_line import PressSums
+from cad.theory.contrast_law import ContrastLaw, ReadingError, pair_law, ratio_modulus
+from cad.theory.contrast_rise import RiseError, RiseLaw
 from cad.theory.relaxation import Relaxation
 from pipeline.measure.unit.contrast_press import contrast_reading
 from pipeline.measure.unit.fruit_reading import FruitReading, checked_reading
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.pair_press import Blocks
+from pipeline.measure.unit.seating import SeatedPress
 from solve.contact.relaxing import Memory
 
 LATE = 0.95  # of the hold: at its end the sensor may already be on its way out
-SEATED = 0.25  # of the deepest: from there on the faces of a pair are seated
 
 
 class RelaxingPress:
@@ -41,7 +39,7 @@ class RelaxingPress:
         self._before: tuple[float, Floats] | None = None
         self._largest = 0.0
         self._stop = 0.0
-        self._line = Blocks()
+        self._pair = SeatedPress(sensor, _pair_over_time(sensor), beside=2) if sensor.is_pair else None
 
     def add(self, t: float, forces: Floats) -> None:
         """Take the forces of the next sample [N] and its time [s]."""
@@ -62,8 +60,8 @@ class RelaxingPress:
                 part = (due - t_before) / (t - t_before) if t > t_before else 1.0
                 self._found[moment] = before + part * (both - before)
         self._before = (t, both)
-        if self._sensor.law is None and self._moments[-1] not in self._found:
-            self._line.add(float(elastic[-1] - elastic[0]), self._deflection(forces))
+        if self._pair is not None:
+            self._pair.add(both.ravel())
 
     def reading(self, press: FruitReading) -> FruitReading:
         """Return what the press tells, of a pair with the uncertainty of its `press` read as elastic.
@@ -74,40 +72,50 @@ class RelaxingPress:
         stop, at, late = self._moments
         if at not in self._found:
             return FruitReading(flags=("released_early",))
-        law = self._sensor.law
+        sensor = self._sensor
+        forces, elastic = self._found[at]
         lead = 0.0
-        if law is None:
+        if self._pair is not None:
             if press.E is None or press.u is None:
                 return press
-            slope, lead = self._slope_and_lead()
-            E = self._sensor.own_less_other / slope
-            reading = checked_reading(self._sensor, E, press.u, self._found[at][0], lead=lead)
+            try:
+                _, found = self._pair.reading()
+            except RiseError as error:
+                return FruitReading(flags=(error.flag,))
+            lead = found.offset
+            reading = checked_reading(sensor, sensor.rise_corrected(found.E), press.u, forces, lead=lead)
             reading = replace(reading, samples=press.samples, noise=press.noise)
         else:
-            forces, elastic = self._found[at]
+            law = sensor.law
             bent = np.array(law.C) @ (forces - elastic)  # springs are bent by the forces that there are
-            reading = contrast_reading(self._sensor, replace(law, gaps=tuple((law.gaps + bent).tolist())), elastic)
-        apparent = {moment: self._apparent(law, lead, both[0]) for moment, both in self._found.items()}
+            reading = contrast_reading(sensor, replace(law, gaps=tuple((law.gaps + bent).tolist())), elastic)
+        apparent = {moment: self._apparent(lead, both[0]) for moment, both in self._found.items()}
         reading = replace(reading, others={"apparent": apparent[at]})
         return replace(reading, relaxation=apparent[late] / apparent[stop]) if late in apparent else reading
 
-    def _deflection(self, forces: Floats) -> float:
-        """Return by how much farther the low spring of a pair is bent than the high one [mm]."""
-        return float(np.subtract(self._sensor.C[0], self._sensor.C[1]) @ forces)
-
-    def _slope_and_lead(self) -> tuple[float, float]:
-        """Return the slope [mm/N] and the lead [mm] of the line of a pair, straight over elastic forces."""
-        deepest = max(block.stiff for block in self._line.sums)
-        sums = reduce(PressSums.joined, [block for block in self._line.sums if block.stiff > SEATED * deepest])
-        slope = sums.soft_stiff / sums.soft_soft
-        return slope, sums.stiff - slope * sums.soft
-
-    def _apparent(self, law: ContrastLaw | None, lead: float, forces: Floats) -> float:
+    def _apparent(self, lead: float, forces: Floats) -> float:
         """Return the modulus [MPa] that forces [N] tell as if the flesh were elastic; nan where they tell none.
 
         The high tip of a pair stands before the low one by a lead [mm].
         """
-        if law is None:
-            return self._sensor.own_less_other * float(forces[1] - forces[0]) / (self._deflection(forces) - lead)
-        reading = contrast_reading(self._sensor, law, forces)
-        return math.nan if reading.E is None else reading.E
+        sensor = self._sensor
+        if not sensor.is_pair:
+            reading = contrast_reading(sensor, sensor.law, forces)
+            return math.nan if reading.E is None else reading.E
+        try:
+            return ratio_modulus(sensor.C, sensor.own_less_other, forces.tolist(), lead)
+        except ReadingError:
+            return math.nan
+
+
+def _pair_over_time(sensor: MeasuringUnit) -> RiseLaw:
+    """Return the law of a pair whose channels are its forces, which bend the springs, and those of elastic flesh."""
+    contrast = pair_law(sensor.C, sensor.own_less_other)
+    still = np.zeros((2, 2))
+    law = ContrastLaw(
+        weights=contrast.weights * 2,
+        gaps=contrast.gaps * 2,
+        C=np.block([[np.array(contrast.C), still], [still, still]]).tolist(),
+        S=np.block([[still, still], [still, np.array(contrast.S)]]).tolist(),
+    )
+    return RiseLaw(contrast=law)

@@ -10,7 +10,7 @@ import numpy as np
 from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.theory.contrast_law import ReadingError, read_modulus
-from cad.theory.pair_line import line_over_press, ratio_modulus
+from cad.theory.contrast_rise import exact_modulus
 from pipeline.reading.analysis import Readings
 from pipeline.reading.poses import FEWEST_MODULI
 from pipeline.reading.read_out import ReadOut, corrected
@@ -179,12 +179,9 @@ def _reading(read_out: ReadOut, press: Floats) -> tuple[float, float]:
 def _modulus(read_out: ReadOut, press: Floats) -> float:
     """Return the modulus [MPa] of a press [N], (samples, tips), before the correction by level readings.
 
-    Several tips are read by the contrast of the last sample, a pair by the line through its samples, by the ratio of
-    its forces where there is one sample. Raises ReadingError.
+    A pair is read by the rise of its contrast where there are several samples; all else by the contrast of the last
+    sample. Raises ReadingError.
     """
-    if read_out.contrast is not None:
-        return read_modulus(read_out.contrast, press[-1].tolist())
-    own_less_other = read_out.own_less_other_per_mm or 0.0  # a pair has one
-    if len(press) == 1:
-        return ratio_modulus(read_out.springs_mm_per_N, own_less_other, press[0].tolist())
-    return line_over_press(read_out.springs_mm_per_N, own_less_other, press.tolist()).modulus
+    if read_out.is_pair and len(press) > 1:
+        return exact_modulus(read_out.contrast, press)
+    return read_modulus(read_out.contrast, press[-1].tolist())

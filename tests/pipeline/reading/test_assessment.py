@@ -15,7 +15,7 @@ from square_stand_ins import (
 
 from cad.design.parameters import Design
 from cad.design.tips import Tips
-from cad.theory.pair_line import line_over_press
+from cad.theory.contrast_law import ratio_modulus
 from pipeline.reading import measurement
 from pipeline.reading.analysis import error_analysis, lift_tilt, skin_pressures
 from pipeline.reading.poses import Placement, occurring, radii, read_moduli
@@ -106,7 +106,7 @@ def test_level_readings_of_a_pair_off_the_middle_undo_what_its_line_makes_of_the
     sensor = measurement.pressed_sensor(design, contact, C)
     for E in (0.5, 1.3, 3.5):
         F = np.linalg.solve(C + S / E, [0.6, 0.6])
-        by_line = line_over_press(C.tolist(), sensor.model.own_less_other, [F / 3, F / 2, F]).modulus
+        by_line = ratio_modulus(C.tolist(), sensor.model.own_less_other, F.tolist())
         assert abs(by_line / E - 1.0) > 0.01
         assert sensor.model.modulus(np.array([F / 3, F / 2, F])) == pytest.approx(E, rel=1e-4)
 

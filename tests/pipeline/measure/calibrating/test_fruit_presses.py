@@ -80,7 +80,7 @@ def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, measured, rng)
 
 
 def read_press(sensor, rows):
-    press = ContrastPress(sensor, sensor.rise_law)
+    press = ContrastPress(sensor)
     for row in rows:
         press.add(row)
     return press.reading()
@@ -149,8 +149,9 @@ def test_pair_reads_all_rows_of_a_fruit_as_one_press(paper, tmp_path):
     sensor = paper.measuring()
     lines = ["fruit,firmness_N,F_l_N,F_h_N"]
     moduli = np.geomspace(0.5, 3.5, 7).tolist()
+    travels = np.linspace(0.15, 0.6, 10).tolist()
     for E in moduli:
-        rows = paper.forces([Pose(E=E, travel=travel, tilt_deg=(0.5, 0.0)) for travel in (0.4, 0.5, 0.6)]).tolist()
+        rows = paper.forces([Pose(E=E, travel=travel, tilt_deg=(0.5, 0.0)) for travel in travels]).tolist()
         lines += [f"{E:.2f},{20.0 * E},{low:.9f},{high:.9f}" for low, high in rows]
     path = tmp_path / "fruit.csv"
     path.write_text("\n".join(lines), encoding="utf-8")

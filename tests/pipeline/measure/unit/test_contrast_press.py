@@ -46,7 +46,7 @@ def going_in(mango):
 
 
 def read(sensor, forces):
-    pressed = ContrastPress(sensor, sensor.rise_law)
+    pressed = ContrastPress(sensor)
     for row in forces:
         pressed.add(row)
     return pressed.reading()

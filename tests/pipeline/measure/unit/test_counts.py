@@ -61,7 +61,7 @@ SQUARE = BEGIN | {
 }
 PAIR = BEGIN | {
     "EACH": f"const float E = 0.0f;\n{ADD}",
-    "AFTER": END.replace("LEAD", "%.9g").replace("FLAGS", f"{FLAGS}, (double)found.lead"),
+    "AFTER": END.replace("LEAD", "%.9g").replace("FLAGS", f"{FLAGS}, (double)found.offset"),
 }
 
 
@@ -382,7 +382,7 @@ def test_counts_that_tell_no_force_are_refused(mango, rng, calibrate):
 def in_c(folder, sensor, rows):
     """Return modulus and flags that the compiled header prints for rows of counts."""
     program = MAIN
-    for word, code in (SQUARE if sensor.law else PAIR).items():
+    for word, code in (PAIR if sensor.is_pair else SQUARE).items():
         program = program.replace(word, code)
     return printed_by_header(folder, sensor, program, rows.astype(np.int32))
 
@@ -398,7 +398,7 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
     script = tmp_path / "unit.py"
     script.write_text(micropython(sensor), encoding="utf-8")
     module = runpy.run_path(str(script))
-    shares = np.linspace(0.5, 1.0, 12)  # a pair's line is told from the seated part of its press
+    shares = np.linspace(0.15, 1.0, 20)
     for E in (0.6, 1.4, 3.3):
         full = measured.design.press.travel_mm
         forces = measured.forces([Pose(E=E, travel=share * full, tilt_deg=(0.5, 0.0)) for share in shares], factors)
@@ -416,9 +416,12 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
         ((found, reduced, flags),) = module["readings"](rows.tolist())
         assert (found, flags) == (pytest.approx(expected.E, rel=AGREES), 0)
         assert reduced == pytest.approx(sensor.reduced(found), rel=1e-12)
+        air = electronics.counts(np.zeros((3, len(measured.K))))
+        twice = np.concatenate([rows, air, electronics.counts(forces), air])
+        assert [flags for _, _, flags in module["readings"](twice.tolist())] == [0, 0]
 
     recorded = tmp_path / "counts.csv"
-    odd = ["", ",", "x,y,x,y", "7", "--5,--5,--5,--5", "\xb2,\xb2,\xb2,\xb2", "1,2,a,4,5", ",".join(4 * [5000 * "9"])]
+    odd = ["", ",", "x,y,x,y", "7", "--5,--5,--5,--5", "\xb2,\xb2,\xb2,\xb2", "1,2,4,a,5", ",".join(4 * [5000 * "9"])]
     recorded.write_text("\n".join([*odd, *signal_of(rows), *odd]), encoding="latin-1")
     ended = subprocess.run([sys.executable, script, recorded], capture_output=True, check=True, timeout=600)
     assert float(ended.stdout.split()[1]) == pytest.approx(expected.E, rel=AGREES)

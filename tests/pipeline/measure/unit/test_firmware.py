@@ -45,7 +45,7 @@ def in_c(tmp_path):
 
     def run(sensor, rows, reads=None):
         program = MAIN
-        for word, code in (reads or (SQUARE if sensor.law else PRESS)).items():
+        for word, code in (reads or (PRESS if sensor.is_pair else SQUARE)).items():
             program = program.replace(word, code)
         return printed_by_header(tmp_path, sensor, program, np.asarray(rows, dtype=np.float32))
 
@@ -98,12 +98,11 @@ def test_square_agrees_over_the_range_and_on_odd_forces(square, rng, tmp_path, i
 
 
 def both(sensor, rows, tmp_path):
-    """Return what the command reads of a press whose rows touch, and what the MicroPython module does: E and flags."""
-    press = ContrastPress(sensor, sensor.rise_law)
+    """Return what the command reads of a press, and what the MicroPython module does: E and flags."""
+    press = ContrastPress(sensor)
     module = module_of(tmp_path, sensor)["Press"]()
     for row in rows.astype(float):
-        if (sensor.gained(row) > sensor.least_forces).all():
-            press.add(sensor.gained(row))
+        press.add(sensor.gained(row))
         module.add(row.tolist())
     expected = press.reading()
     E, _, flags = module.read()
@@ -147,7 +146,7 @@ def test_of_two_touches_firmware_reads_the_deeper_one(mango, tmp_path, in_c):
     held = np.concatenate([level, np.repeat(level[-1:], 500, axis=0)])
     for parts, alone in (((tilted, lift, level), level), ((level, lift, tilted), level), ((tilted, lift, held), held)):
         rows = np.concatenate(parts).astype(np.float32)
-        press = ContrastPress(higher, higher.rise_law)
+        press = ContrastPress(higher)
         module = module_of(tmp_path, higher)["Press"]()
         for row in rows.astype(float).tolist():
             press.add(higher.gained(row))
@@ -212,6 +211,47 @@ def test_press_of_a_line_of_flat_tips_agrees(rng, tmp_path, in_c):
         (expected, bit), module = both(sensor, rows, tmp_path)
         assert module == (pytest.approx(expected, rel=1e-9), bit)
         assert in_c(sensor, rows, PRESS)[-1].tolist()[::2] == [pytest.approx(expected, rel=AGREES), bit]
+
+
+@pytest.fixture(scope="module")
+def curved():
+    """Return the pair on a round fruit."""
+    return MeasuredDesign("paper-on-mango", assessed=False)
+
+
+@pytest.fixture(params=["paper", "curved"])
+def pair(request):
+    return request.getfixturevalue(request.param)
+
+
+@pytest.mark.parametrize("samples", [10, 100, 1000])
+def test_press_of_a_pair_agrees_sample_for_sample(samples, pair, rng, tmp_path, in_c):
+    """Random tilts, there and back, with noise and air beside; of tips that lean the part in which they are seated."""
+    sensor = pair.measuring(FACTORS["paper"])
+    travel = pair.design.press.travel_mm
+    flags = set()
+    seated = 0
+    for E in np.exp(rng.uniform(math.log(0.5), math.log(3.5), 4)).tolist():
+        x = np.concatenate([np.linspace(0.15, 1.0, samples), np.linspace(0.9, 0.5, 3)]) * travel
+        steps = np.linspace(0.15, 1.0, 30) * travel
+        tilt = (rng.uniform(-1.0, 1.0), 0.0)
+        forces = pair.forces([Pose(E=E, travel=at, tilt_deg=tilt) for at in steps.tolist()], FACTORS["paper"])
+        rows = np.column_stack([np.interp(x, steps, row) for row in forces.T])
+        rows = rows + 0.3 * rng.normal(size=rows.shape) * sensor.noises
+        rows = np.concatenate([np.zeros((3, 2)), rows, np.zeros((3, 2))]).astype(np.float32)
+        (expected, bit), module = both(sensor, rows, tmp_path)
+        assert module == (pytest.approx(expected, rel=1e-9), bit)
+        found, _, found_bits = in_c(sensor, rows, PRESS)[-1].tolist()
+        assert (found, found_bits) == (pytest.approx(expected or math.nan, rel=AGREES, nan_ok=True), bit)
+        flags.add(bit)
+        touching = [row for row in rows.astype(float) if (row > sensor.least_forces).all()]
+        press = ContrastPress(sensor)
+        for row in touching:
+            press.add(row)
+        count = press.reading().samples
+        seated += count is not None and count < len(touching) - 4  # those on the way back and the first one
+    assert 0 in flags
+    assert seated or samples == 10
 
 
 def test_flags_of_a_pair_agree_on_odd_forces(paper, rng, tmp_path, in_c):
