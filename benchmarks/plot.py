@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from benchmarks.harness import Measurement
 
 # Without a fixed salt the names inside the file differ from run to run; text stays text.
-_STYLE: Any = {"svg.hashsalt": "twintip", "svg.fonttype": "none", "font.size": 8.0}
+STYLE: Any = {"svg.hashsalt": "twintip", "svg.fonttype": "none", "font.size": 8.0}
 _WIDTH, _HEIGHT = 6.4, 4.0  # of a panel [inch]
 _COLOURS = mpl.color_sequences["tab20"]
 
@@ -23,7 +23,7 @@ def error_over_cost(panels: Mapping[str, Sequence[Measurement]]) -> str:
     An error of 0 has no place on a logarithmic axis and is left out.
     """
     drawing = io.StringIO()
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
         for place, (title, rows) in enumerate(panels.items(), start=1):
             axes = figure.add_subplot(1, len(panels), place)

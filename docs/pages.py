@@ -36,11 +36,11 @@ unit; one without is a plain number.
     height_mm = 20.0
 
 Use it with `pipeline run --design mine.toml`. One key can also be set on the command line, on top of the file:
-`pipeline run --set fruit.height_mm=20`. The presets `paper`, `paper-on-mango` and `mango` are the files in
-[designs](../designs), each number with its source; `--design mango` uses one, and [presets](presets.md) says which to
-take. Every output folder holds a `design.toml` that repeats its run. Three tips in a line have no housing, as
-[fouly.toml](examples/fouly.toml). They are judged by their readings, or by their force ratio where the design has no
-`[reading]`; [layouts](layouts.md) says more.
+`pipeline run --set fruit.height_mm=20`. The presets `paper`, `paper-on-mango` and `mango`, those of `kiwi`, `apple`,
+`peach`, `avocado` and `tomato`, and that of all six, `fruit`, are the files in [designs](../designs), each number with
+its source; `--design mango` uses one, and [presets](presets.md) says which to take. Every output folder holds a
+`design.toml` that repeats its run. Three tips in a line have no housing, as [fouly.toml](examples/fouly.toml). They are
+judged by their readings, or by their force ratio where the design has no `[reading]`; [layouts](layouts.md) says more.
 
 `name` is text of 1 to 64 letters, digits, `-` or `_`; it names the output folder and is engraved in the part. A file
 without a name is named after the file.

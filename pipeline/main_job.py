@@ -49,7 +49,7 @@ def run(
         with timed.stage("solids"):
             solids = begin_solids(design, springs, folder, executor)
         with timed.stage("fabrication"):
-            fabrication = begin_fabrication(design, springs, options, folder, executor)
+            fabrication = begin_fabrication(design, contact, springs, options, folder, executor)
 
         result = evaluate(design, options, contact=contact, sizing=sizing, springs=springs, timed=timed)
         with timed.stage("fields"):

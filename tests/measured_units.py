@@ -140,16 +140,22 @@ def stated_and_moved(sensor, forces, read, field, tip):
 
 
 def random_pose(design, rng, E, travel):
-    """Return a pose at random among those that a design's [reading] allows."""
+    """Return a pose at random, at a travel from its first touch, among those that a design's [reading] allows."""
     asked = design.reading
     tilt, place = (
         length * np.sqrt(rng.random()) * np.array([np.cos(angle), np.sin(angle)])
         for length, angle in zip((asked.tilt_deg, asked.off_centre_mm), rng.uniform(0.0, 2.0 * np.pi, 2), strict=True)
     )
-    radius = None
-    if design.fruit.radius_mm is not None and asked.radius_spread > 0.0:
+    fruit = {}
+    if asked.radius_mm is not None:
+        fruit["radii_mm"] = (rng.uniform(*asked.radius_mm), rng.uniform(*asked.radius_across_mm))
+        fruit["azimuth_deg"] = rng.uniform(0.0, 180.0)
+    elif design.fruit.radius_mm is not None and asked.radius_spread > 0.0:
         radius = design.fruit.radius_mm * (1.0 + asked.radius_spread * rng.uniform(-1.0, 1.0))
-    return Pose(E=E, travel=travel, tilt_deg=tuple(tilt), off_centre_mm=tuple(place), radius_mm=radius)
+        fruit["radii_mm"] = (radius, radius)
+    if asked.thickness_mm is not None:
+        fruit["thickness_mm"] = rng.uniform(*asked.thickness_mm)
+    return Pose(E=E, travel=travel, tilt_deg=tuple(tilt), off_centre_mm=tuple(place), from_touch=True, **fruit)
 
 
 def printed_by_header(folder, sensor, program, rows):

@@ -40,18 +40,27 @@ def square_springs():
 
 
 def linear_pose_forces(scene, contact, C, poses):
-    """Return the forces of flat tips that follow any tilt; a tip that would be pulled is off."""
+    """Return the forces of flat tips that follow any tilt; a tip that would be pulled is off.
+
+    All may be off as on a fruit that gives way by `FORCE_ERROR` more than it does.
+    """
     places = np.array(scene.tips.places_mm)
-    rows = []
+    rows, errors = [], []
     for pose in poses:
-        lowered = pose.travel + places @ np.tan(np.radians(pose.tilt_deg))
-        F = np.linalg.solve(np.asarray(C) + contact.S / pose.E, lowered)
+        lowered = pose.travel + places @ np.tan(np.radians(np.add(pose.tilt_deg, pose.turned_deg)))
+        if pose.from_touch:
+            lowered = lowered - (places @ np.tan(np.radians(pose.tilt_deg))).max()
+        compliance = np.asarray(C) + contact.S / pose.E
+        F = np.linalg.solve(compliance, lowered)
+        softer = np.linalg.solve(compliance, contact.S / pose.E @ F)
         rows.append(np.where(F > 0.0, F, 0.0))
+        errors.append(np.where(F > 0.0, FORCE_ERROR * softer, 0.0))
     F = np.array(rows)
     shape = F.shape
     return PoseForces(
         F=F,
         F_error=FORCE_ERROR * F,
+        error_alike=np.array(errors),
         F_flesh=np.zeros(shape),
         error=np.full(len(F), FORCE_ERROR),
         touching=F > 0.0,

@@ -2,6 +2,7 @@
 
 import functools
 from dataclasses import replace
+from pathlib import Path
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings, Print
@@ -12,6 +13,8 @@ from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.parts.sensor import Sensor
 
+BALL = Path(__file__).with_name("designs") / "ball.toml"
+"""A square of domes on a ball of a mango's size, for which presses by finite elements were found."""
 RESIN = PROCESSES["sla-resin"]
 GENTLE = Design(
     name="gentle-square",

@@ -195,6 +195,7 @@ class Design:
             raise validation_error("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
         self._check_what_sizes()
         self._check_what_judges()
+        self._check_what_occurs()
         self._check_time()
         self._check_readout()
 
@@ -243,14 +244,40 @@ class Design:
                 "targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]"
             )
 
+    def _check_what_occurs(self) -> None:
+        """Refuse ranges of a reading that the fruit or the tips do not have, and limits for other moduli."""
+        if self.reading is None:
+            return
+        fruit = self.fruit
+        if self.reading.radius_mm is not None and fruit.shape != "ellipsoid":
+            bound = f"left out for fruit.shape = {fruit.shape!r}"
+            hint = "take fruit.shape = 'ellipsoid', or reading.radius_spread"
+            raise validation_error("reading.radius_mm", list(self.reading.radius_mm), "mm", bound, hint)
+        if self.reading.radius_mm is not None and fruit.whole:
+            bound = "given with fruit.width_mm where reading.radius_mm is: only a piece of a fruit is turned"
+            raise validation_error("fruit.length_mm", None, "mm", bound, "give both, some 4 tips.spacing_mm")
+        is_dome = self.tips.dome_radius_mm is not None
+        if self.reading.thickness_mm is not None and not (is_dome and fruit.radius_mm is not None):
+            bound = "left out but for domes on a sphere or an ellipsoid"
+            hint = "drop it, or choose that shape"
+            raise validation_error("reading.thickness_mm", list(self.reading.thickness_mm), "mm", bound, hint)
+        limits = self.reading.uncertainty_limit
+        if isinstance(limits, tuple) and len(limits) != len(fruit.E_MPa):
+            bound = f"one number, or one for each of fruit.E_MPa, {len(fruit.E_MPa)}"
+            raise validation_error("reading.uncertainty_limit", list(limits), "1", bound, "list as many limits")
+
     def _check_readout(self) -> None:
-        """Refuse foil without its gauges, gauges beside another transducer, and a process whose drift is not known."""
+        """Refuse gauges that are not those of the transducer, delays of other tips, and a process of unknown drift."""
         if self.readout is None:
             return
         gauges = "foil" if self.readout.transducer == "foil" else "none"
         if self.print.gauges != gauges:
             bound = f"{gauges!r} beside readout.transducer = {self.readout.transducer!r}"
             raise validation_error("print.gauges", self.print.gauges, "", bound, "set both alike")
+        delays = self.readout.delay_ms
+        if delays is not None and len(delays) != len(self.tips.springs):
+            bound = f"a list of {len(self.tips.springs)} numbers, one for each tip"
+            raise validation_error("readout.delay_ms", list(delays), "ms", bound, "write them in the order of the tips")
         if self.process.E_per_K is None:
             raise validation_error(
                 "printer.E_per_K", None, "1/K", "given beside [readout]", "0.003 is usual of a plastic"
@@ -329,13 +356,13 @@ class Design:
     def full_travels_mm(self) -> tuple[float, float]:
         """Return how far the farthest low and high tip travel at full press [mm]; negative for one that stays off.
 
-        With a reading the sensor may be tilted towards any tip.
+        With a reading travel counts from the first touch in its pose, and the tilt may change towards any tip.
         """
         centres = self.tips.centres_mm
         slope = math.tan(math.radians(self.press.tilt_deg))
         middle = sum(centres) / len(centres)
         farthest = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
-        tilted = 0.0 if self.reading is None else farthest * math.tan(math.radians(self.reading.tilt_deg))
+        tilted = 0.0 if self.reading is None else farthest * math.tan(math.radians(self.reading.tilt_change_deg))
         travels = [self.press.travel_mm + tilted + (x - middle) * slope for x in centres]
         low, high = (max(travels[tip] for tip in kind) for kind in self.tips.spring_groups)
         return low, high

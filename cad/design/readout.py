@@ -13,6 +13,7 @@ from cad.quantity import Bounds, Sourced, check_fields, choice, quantity, valida
 _POSITIVE = Bounds(above=0.0, at_most=1e12)
 _SIZE = Bounds(at_least=0.0, at_most=1e12)
 _BITS = Bounds(at_least=8.0, at_most=32.0)
+_DELAY = Bounds(at_least=0.0, at_most=1e4)
 _KELVIN = Bounds(at_least=0.0, at_most=50.0)
 _AS_SOLD = "leave it out to have that of the amplifier's data sheet"
 
@@ -21,7 +22,8 @@ _AS_SOLD = "leave it out to have that of the amplifier's data sheet"
 class Amplifier(Sourced):
     """An amplifier with its converter: input range +-`full_scale_mV` in `bits` bits, and its noise, one sigma.
 
-    `rate_Hz` is that of one channel, of which it has `channels`.
+    `rate_Hz` is that of one channel, of which it has `channels`: several are converted one after the other. The time of
+    a conversion is known to +-`time_error_periods` of the time between two samples.
     """
 
     LABEL: ClassVar[str] = "amplifier"
@@ -34,6 +36,7 @@ class Amplifier(Sourced):
     offset_nV_per_K: float = quantity("nV/K", _SIZE)
     gain_ppm_per_K: float = quantity("ppm/K", _SIZE)
     channels: float = quantity("1", _POSITIVE)
+    time_error_periods: float = quantity("1", Bounds(at_least=0.0, at_most=1.0))
 
     @property
     def saturation(self) -> int:
@@ -93,6 +96,7 @@ USUAL = {"foil": "HX711", "displacement": "ADS1220"}
 class Readout:
     """The signal path of a design; a number that is not set is that of the amplifier or of the sensor named.
 
+    A sample holds one conversion of each channel: that of a channel is `delay_ms` later than the first one.
     `drift_K` is how far the temperature may be from that of the calibration, `tare_K` from that of the last taring.
     """
 
@@ -127,6 +131,20 @@ class Readout:
     )
     noise_nV: float | None = quantity(
         "nV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="noise at the amplifier's input, one sigma, at its rate"
+    )
+    delay_ms: tuple[float, ...] | None = quantity(
+        "ms",
+        _DELAY,
+        default=None,
+        hint="leave it out to have the order of the amplifier's inputs",
+        meaning="how much later each channel of a sample is converted than its first one, a list in the order of tips",
+    )
+    time_error_ms: float | None = quantity(
+        "ms",
+        _DELAY,
+        default=None,
+        hint=_AS_SOLD,
+        meaning="bound by which the time of a conversion may be off beside its delay",
     )
     sensitivity_mV_per_mm: float | None = quantity(
         "mV/mm",
@@ -168,6 +186,17 @@ class Readout:
                 bound = f"left out beside readout.transducer = {self.transducer!r}"
                 key = f"readout.{name}"
                 raise validation_error(key, value, "", bound, "it belongs to the other transducer")
+        period_ms = 1e3 / self.circuit.rate_Hz
+        if self.delay_ms is not None and max(self.delay_ms) > period_ms:
+            bound = f"at most the {period_ms:g} ms between two samples"
+            raise validation_error("readout.delay_ms", max(self.delay_ms), "ms", bound, "lower rate_Hz too")
+
+    @property
+    def largest_time_error_ms(self) -> float:
+        """Return the bound by which the time of a conversion may be off beside its delay [ms]."""
+        amplifier = self.circuit
+        typical = 1e3 / amplifier.rate_Hz * amplifier.time_error_periods
+        return typical if self.time_error_ms is None else self.time_error_ms
 
     @property
     def circuit(self) -> Amplifier:

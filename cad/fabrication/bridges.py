@@ -92,6 +92,8 @@ class SignalPath:
     counts of the largest force. Noise is one sigma of a sample; drifts are bounds, after a change of the temperature
     as [readout] allows: zeros since the last taring, all else since the calibration. `modulus_drift_percent` is that of
     all forces together, by the modulus of the leaves; `self_heating_K` is by how much gauges warm their leaf, at most.
+    `delay_ms` is how much later each channel of a sample is converted than its first one, none where all are at once;
+    `time_error_ms` bounds what the time of each conversion may be off beside it.
     """
 
     transducer: str
@@ -109,6 +111,8 @@ class SignalPath:
     modulus_drift_percent: float
     self_heating_K: float
     self_heating_percent: float
+    delay_ms: tuple[float, ...] = ()
+    time_error_ms: float = 0.0
 
     @property
     def quanta_N(self) -> tuple[float, ...]:
@@ -122,9 +126,57 @@ class SignalPath:
         return tuple(math.hypot(noise, quantum / math.sqrt(12.0)) for noise, quantum in rows)  # JCGM 100:2008, F.2.2.1
 
     @property
+    def delays(self) -> tuple[float, ...]:
+        """Return the delay of each channel over the time between two samples [1]; none where all are at once."""
+        return tuple(1e-3 * self.rate_Hz * delay for delay in self.delay_ms) if any(self.delay_ms) else ()
+
+    @property
+    def time_deviation(self) -> float:
+        """Return the standard deviation of the time of a channel over that between two samples [1].
+
+        Its error may lie anywhere within its bound (JCGM 100:2008, 4.3.7).
+        """
+        return 1e-3 * self.rate_Hz * self.time_error_ms / math.sqrt(3.0)
+
+    @property
+    def conversion_order(self) -> tuple[int, ...]:
+        """Return the channels of a sample in the order of their conversion, from 0."""
+        return tuple(sorted(range(len(self.counts_per_N)), key=lambda tip: (*self.delay_ms[tip : tip + 1], tip)))
+
+    @property
     def errors_N(self) -> tuple[float, ...]:
         """Return what a force of each tip may be off by without a touch [N]: noise and drift of zero together."""
         return tuple(math.hypot(noise, zero) for noise, zero in zip(self.noises_N, self.zero_drift_N, strict=True))
+
+
+def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
+    """Return an order of conversion in which the mean time of the channels of both kinds of springs is the same.
+
+    One kind is split about the other: what a delay does to their contrast then cancels on a level sensor. A pair has no
+    such order.
+    """
+    even = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]
+    if not even:
+        return tuple(range(len(kinds)))
+    outer = [tip for tip, kind in enumerate(kinds) if kind == even[0]]
+    inner = [tip for tip, kind in enumerate(kinds) if kind != even[0]]
+    half = len(outer) // 2
+    return (*outer[:half], *inner, *outer[half:])
+
+
+def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
+    """Return how much later each channel of a sample is converted than its first one [ms]; none where all are at once.
+
+    An amplifier of several inputs takes one after the other, all of them in each sample.
+    """
+    amplifier = readout.circuit
+    if readout.delay_ms is not None:
+        return readout.delay_ms
+    inputs = int(amplifier.channels)
+    if inputs == 1:
+        return ()
+    order = balanced_order(kinds)
+    return tuple(1e3 / amplifier.rate_Hz * (order.index(tip) % inputs) / inputs for tip in range(len(kinds)))
 
 
 def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, kinds: Sequence[str]) -> SignalPath:
@@ -187,4 +239,6 @@ def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, k
         modulus_drift_percent=per_K * readout.drift_K,
         self_heating_K=heating,
         self_heating_percent=per_K * heating,
+        delay_ms=channel_delays(readout, kinds),
+        time_error_ms=readout.largest_time_error_ms,
     )

@@ -34,11 +34,16 @@ class MakerFiles:
 
 
 def write_fabrication(
-    sensor: Sensor, title: Title, springs: Sequence[Spring], folder: Path, readout: Readout | None = None
+    sensor: Sensor,
+    title: Title,
+    springs: Sequence[Spring],
+    folder: Path,
+    readout: Readout | None = None,
+    fastest_s: float | None = None,
 ) -> MakerFiles:
     """Write the drawing, coupon, cover, bracket, bom.csv and fabrication.md; return what was written.
 
-    With a read-out its wiring plan, wiring.svg, too.
+    With a read-out its wiring plan, wiring.svg, too, and on the sheet the shortest duration of a press by hand [s].
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
@@ -71,7 +76,7 @@ def write_fabrication(
         write_wiring(paths[-1], readout.transducer, sensor.tips.names, plates, resistor)
     texts = {
         "bom.csv": bill_csv(bill),
-        "fabrication.md": fabrication_sheet(sensor, title, bill, springs, signal),
+        "fabrication.md": fabrication_sheet(sensor, title, bill, springs, signal, fastest_s),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

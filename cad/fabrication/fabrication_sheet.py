@@ -44,9 +44,17 @@ def last_digit(full: float) -> float:
 
 
 def fabrication_sheet(
-    sensor: Sensor, title: Title, bill: Sequence[Row], springs: Sequence[Spring], signal: SignalPath | None = None
+    sensor: Sensor,
+    title: Title,
+    bill: Sequence[Row],
+    springs: Sequence[Spring],
+    signal: SignalPath | None = None,
+    fastest_s: float | None = None,
 ) -> str:
-    """Return the sheet in Markdown: dimensions, the bill, and the read-out by bridges or by a signal path."""
+    """Return the sheet in Markdown: dimensions, the bill, and the read-out by bridges or by a signal path.
+
+    `fastest_s` is the shortest duration of a press by hand with that path [s], where it is known.
+    """
     process = title.process
     housing = sensor.housing
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()
@@ -95,6 +103,7 @@ def fabrication_sheet(
         largest_excitation=largest_excitation(process),
         resistor=series_resistor(process),
         signal=signal,
+        fastest_s=fastest_s,
         hall=hall_places(housing, sensor.press),
         jig_presses=jig_presses,
         last_digit=last_digit,

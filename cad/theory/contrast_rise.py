@@ -9,37 +9,49 @@ tips. It holds all that the sensor cannot know: the saddle of the skin, the heig
 It is unknown, and the same in all samples of one press. A reading of the forces at one moment takes it for known.
 
 **A pair.** Its weights (-1, 1) drop the travel alone, so its tilt must not change during the press: gamma is by how
-much the low tip travels farther than the high one. Without domes the law is a straight line of a over d.
+much the low tip travels farther than the high one. Of flat tips, b = 0, a plotted against d is a line of slope -1/E.
 
-**The estimator.** An instrument u is any quantity that rises with the press. Its covariance with the law has no gamma:
+**The estimator.** An instrument u is any quantity that rises with the press; here it is the total force, of an earlier
+sample. Its covariance with the law has no gamma:
 
     G(z) = cov(u, a) + cov(u, b) z^2 + cov(u, d) z^3 = 0,
 
-the cubic of a single reading, with covariances in the place of values. Its smallest root is the reading.
+the same cubic as of one sample, with covariances for a, b and d. Its smallest root z above 0 gives E = 1 / z^3.
 
 **No bias by noise.** The instrument of a sample is the sum of all forces in the sample before. Where noise is white
 from sample to sample, u and F are then independent, and cov(u, F) has the mean that it has without noise. The sample's
 own sum would not do: its noise is part of F (errors in variables). A sample counts where the sample before has all tips
-on the fruit: chosen by its own forces, samples whose noise is upwards would count more often.
+on the fruit: chosen by its own forces, samples whose noise is upwards would count more often. What is left is of second
+order: F^(2/3) of a noisy force has another mean, which leaves E some 0.2 % high at a noise of 0.5 % of full scale.
+
+Channels that were brought to one time by interpolation share the noise of two neighbours. The instrument is then the
+total force two samples earlier. Summed over many samples, interpolated noise has the variance of white noise, so the
+standard uncertainty of E is the same.
 
 **Least variance.** Tips on springs have one contrast that travel and tilt leave alone, so w is given. What is free is
 how samples count. With independent noises sigma_t of the forces, the residual r of a sample has the variance
 
     s^2 = sum_t c_t^2 sigma_t^2,    c_t = dr/dF_t = (w C)_t + 2/3 h w_t z^2 F_t^(-1/3) + (w S)_t z^3 .
 
-The true forces are unknown on an unknown path, so r is all that a sample tells of z and gamma. The information on z is
-sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, means weighted by 1 / s^2: this is the Cramer-Rao bound. An
-instrument u leaves s^2 var(u) / n / (dG/dz)^2 for the variance of z. By the inequality of Cauchy and Schwarz it is
-least for u = q / s^2, and it is larger by 1 / corr(u, q)^2 for another u where s is constant. Both q and the whole
-force rise together: their correlation is above 0.98, so the whole force comes within some per cent of the bound.
+Nothing is known of the path of the true forces, so a sample tells of z and gamma by its residual r alone, the left side
+of the law. The information on z is sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, means weighted by
+1 / s^2; its inverse is the Cramer-Rao bound of the variance of z. Where s is constant, an instrument u leaves the
+variance s^2 var(u) / n / (dG/dz)^2. By the inequality of Cauchy and Schwarz it is least for u = q / s^2, and it is
+larger by 1 / corr(u, q)^2 for another u. Both q and the total force rise together: their correlation is above 0.98, so
+the total force comes within some per cent of the bound.
 
-**What E moves by.** A cause that changes the law by dG moves ln E by 3 dG / (z dG/dz). All causes that are the same in
-every sample have a dG of the covariances that are kept. A change of u moves nothing to first order, as G = 0 for all u.
+**What E moves by.** A cause that changes the law by dG moves ln E by 3 dG / (z dG/dz). For an error that is the same in
+every sample, dG follows from the covariances that are kept. A change of u moves nothing to first order, as G = 0 for
+all u.
+
+**Time.** A channel whose time is off by dt has a force that is off by dt dF/dt. Its part of dG is the covariance of u
+with that, c_t dt cov(u, dF_t/dt): nothing in a steady press, and the more the faster a press slows to its end. So the
+covariance of u with the increments of each force is kept, each over the time that it took.
 
 **The saddle.** Domes roll on the skin, so their contacts are nearer to each other than their axes, the more the skin is
 curved. The offset tells the saddle, and the saddle the distances of the contacts: S becomes S(gamma), and the cubic is
-solved anew until gamma rests. Heights that are off count as a saddle then, in S alone: `RiseSlopes.offset` says what
-that moves.
+solved anew until gamma rests. An error of a tip's height is mistaken for a saddle there. It moves E through S alone,
+by `RiseSlopes.offset` per mm.
 
 Only means and co-moments are kept, each from its mean: a press of any length needs the same memory, and single
 precision is enough. W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is not
@@ -47,6 +59,7 @@ white, as behind a filter, must be thinned out before. mm, N, MPa.
 """
 
 import math
+from collections import deque
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -60,8 +73,9 @@ from cad.theory.hertz import hertz_factor
 FEWEST = 5
 FEWEST_EXACT = 3  # of samples without noise
 LATEST_TOUCH = 0.7  # of the whole force: where the last tip touches later, too little of a rise is left
-LEAST_OVER_NOISE = 10.0  # of the instrument: noise in it then costs less than one per cent of the information
+LEAST_OVER_NOISE = 5.0  # of the instrument: noise in it then costs less than four per cent of the information
 LARGEST_NOISE = 1.0 / 3.0  # of E: beyond, the root of the cubic scatters too far for its slope
+LARGEST_BY_TIME = 0.02  # of E, one standard deviation: a standard uncertainty of 5 % becomes 5.4 % by it
 SETTLED = 1e-12
 MOST_STEPS = 50
 STEP = 1e-4  # of an offset [mm], for its slope
@@ -91,22 +105,22 @@ class RollingDomes:
     poisson: float
 
     @property
-    def rolled(self) -> float:
+    def rolling_factor(self) -> float:
         """Return 1 + r H, by which domes stand farther from each other than their contacts on a ball [1]."""
         return 1.0 + self.dome_radius * self.mean_curvature
 
     @property
     def relative_radius(self) -> float:
         """Return R* of 1 / R* = 1 / r + H [mm]."""
-        return self.dome_radius / self.rolled
+        return self.dome_radius / self.rolling_factor
 
     @property
-    def hears_saddle(self) -> bool:
+    def contrast_sees_saddle(self) -> bool:
         """Say whether the contrast holds the saddle k_xy: that of a square does; a line holds k_xx and k_yy alone."""
-        return abs(self.felt) > SETTLED * float(np.abs(self.positions).max()) ** 2
+        return abs(self.contrast_of_xy) > SETTLED * float(np.abs(self.positions).max()) ** 2
 
     @property
-    def felt(self) -> float:
+    def contrast_of_xy(self) -> float:
         """Return the contrast of x y under the axes [mm^2]."""
         return float(np.dot(self.weights, np.prod(self.positions, axis=1)))
 
@@ -115,12 +129,17 @@ class RollingDomes:
 
         A sphere that rolls makes of it the gap k_xy x y / ((1 + r H)^2 - (r k_xy)^2).
         """
-        of_gaps = offset / self.felt
-        return 2.0 * of_gaps * self.rolled**2 / (1.0 + math.hypot(1.0, 2.0 * self.dome_radius * of_gaps * self.rolled))
+        of_gaps = offset / self.contrast_of_xy
+        return (
+            2.0
+            * of_gaps
+            * self.rolling_factor**2
+            / (1.0 + math.hypot(1.0, 2.0 * self.dome_radius * of_gaps * self.rolling_factor))
+        )
 
     def S(self, offset: float = 0.0) -> Floats:
         """Return the compliance between the contacts, times E [1/mm], (tips, tips), on a saddle of an offset [mm]."""
-        along = self.rolled
+        along = self.rolling_factor
         across = self.dome_radius * (self.saddle(offset) if offset else 0.0)
         feet = np.array(self.positions) @ np.linalg.inv([[along, across], [across, along]])
         apart = np.linalg.norm(feet[:, None] - feet[None], axis=-1)
@@ -136,7 +155,7 @@ class RollingDomes:
             S=_rows(self.S()),
             hertz=hertz_factor(self.relative_radius, self.poisson),
         )
-        return RiseLaw(contrast=contrast, rolling=self if self.hears_saddle else None)
+        return RiseLaw(contrast=contrast, rolling=self if self.contrast_sees_saddle else None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,8 +192,9 @@ class RiseSums:
     """Samples of a press as means and as co-moments with the instrument u, in a memory that does not grow.
 
     Rows of `means` and `with_instrument` (3, tips) are the forces F [N], F^(2/3) and F^(-1/3). `spread` [N^2] is the
-    co-moment of u with itself, `with_count` [N] that with the number of the sample. Co-moments are sums over samples of
-    products of what both differ by from their means.
+    co-moment of u with itself, `with_count` [N] that with the number of the sample, `with_rates` (tips,) [N^2/s] that
+    with the rates at which the forces rise, whose means are `rates` [N/s]. Co-moments are sums over samples of products
+    of what both differ by from their means.
     """
 
     count: int = 0
@@ -183,10 +203,13 @@ class RiseSums:
     with_count: float = 0.0
     means: Samples = field(default_factory=lambda: np.zeros((3, 1)))
     with_instrument: Samples = field(default_factory=lambda: np.zeros((3, 1)))
+    rates: Samples = field(default_factory=lambda: np.zeros(1))
+    with_rates: Samples = field(default_factory=lambda: np.zeros(1))
 
-    def with_sample(self, instrument: float, forces: Samples) -> "RiseSums":
+    def with_sample(self, instrument: float, forces: Samples, rates: Samples | float = 0.0) -> "RiseSums":
         """Return the sums with one sample more: its instrument [N] and its forces [N], (tips,), each above 0.
 
+        `rates` (tips,) [N/s] are those at which the forces rise, 0 where that is not asked.
         Sums are kept in the precision of the forces.
         """
         roots = np.cbrt(forces)
@@ -196,6 +219,7 @@ class RiseSums:
         mean = self.instrument + step / count
         before = self.means.astype(forces.dtype, copy=False)
         means = before + (values - before) / forces.dtype.type(count)
+        mean_rates = self.rates + (rates - self.rates) / count
         return RiseSums(
             count=count,
             instrument=mean,
@@ -203,22 +227,28 @@ class RiseSums:
             with_count=self.with_count + step * 0.5 * self.count,
             means=means,
             with_instrument=self.with_instrument.astype(forces.dtype, copy=False) + step * (values - means),
+            rates=mean_rates,
+            with_rates=self.with_rates + step * (rates - mean_rates),
         )
 
 
 @dataclass(frozen=True, kw_only=True)
 class RiseSlopes:
-    """By which fraction of E a reading moves with causes that are the same in all samples.
+    """By which fraction of E a reading moves with the causes of its error.
 
-    Per tip: relative change of the gain of its channel and of the stiffness of its spring [1], a zero that is off
-    [1/N], a zero that drifts evenly by so much from the first sample to the last [1/N]. Alike for all tips: relative
-    change of the Hertz term and of S [1], and an offset that is no saddle of the skin [1/mm].
+    `noise` is that of noise in each force which is independent from sample to sample, one standard deviation [1/N].
+    All others are the same in all samples. Per tip: relative change of the gain of its channel and of the stiffness of
+    its spring [1], a zero that is off [1/N], a zero that drifts evenly by so much from the first sample to the last
+    [1/N], a time of its channel that is later than told [1/s]. Alike for all tips: relative change of the Hertz term
+    and of S [1], and an offset that is no saddle of the skin [1/mm].
     """
 
+    noise: tuple[float, ...]
     gains: tuple[float, ...]
     springs: tuple[float, ...]
     zeros: tuple[float, ...]
     drifts: tuple[float, ...]
+    times: tuple[float, ...]
     hertz: float
     body: float
     offset: float
@@ -253,42 +283,49 @@ class RiseReading:
 class RisingPress:
     """One press, sample by sample, up to the deepest one; after it flesh may have yielded.
 
-    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. A sample counts where
-    every force of the sample before is above `least_forces` (tips,) [N], some times its noise, and its own above 0.
+    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. The instrument is that
+    of the sample before, or of as many before as the `lag` says: 2 where channels were brought to one time. A sample
+    counts where every force of the samples up to there is above `least_forces` (tips,) [N], some times its noise, and
+    its own above 0.
     """
 
-    def __init__(self, law: RiseLaw, noises: Floats, least_forces: Floats | float = 0.0) -> None:
+    def __init__(self, law: RiseLaw, noises: Floats, least_forces: Floats | float = 0.0, *, lag: int = 1) -> None:
         """Begin a press."""
         self._law = law
         self._noises = noises
         self._least = least_forces
         self._sums = RiseSums()
         self._to_deepest = RiseSums()
-        self._before: float | None = None
+        self._before: deque[float] = deque(maxlen=lag)
+        self._forces_before: Samples = np.zeros(len(noises))
         self._touch = 0.0
         self._touch_of_deepest = 0.0
         self._largest = 0.0
         self.deepest: Samples | None = None
 
-    def add(self, forces: Samples) -> None:
-        """Take the forces of all tips [N] in the next sample, (tips,).
+    def add(self, forces: Samples, elapsed: float | None = None) -> None:
+        """Take the forces of all tips [N] in the next sample, (tips,), and the time elapsed since the one before [s].
 
+        What times do is told where they are given.
         A lift ends a press: what comes after it has an offset of its own, and is read if it goes deeper.
         """
         whole = forces.sum()
-        if self._before is not None and (forces > 0.0).all():
+        if len(self._before) == self._before.maxlen and (forces > 0.0).all():
+            instrument = self._before[0]
             if self._sums.count == 0:
-                self._touch = self._before
-            self._sums = self._sums.with_sample(self._before, forces)
+                self._touch = instrument
+            rates = (forces - self._forces_before) / elapsed if elapsed else 0.0 * forces
+            self._sums = self._sums.with_sample(instrument, forces, rates)
             if whole >= self._largest:
                 self._largest = whole
                 self._to_deepest = self._sums
                 self._touch_of_deepest = self._touch
                 self.deepest = forces
+        self._forces_before = forces
         if (forces > self._least).all():
-            self._before = whole
+            self._before.append(whole)
         else:
-            self._before = None
+            self._before.clear()
             self._sums = RiseSums()
 
     def reading(self, *, whole: bool = True) -> RiseReading:
@@ -315,7 +352,7 @@ class RisingPress:
         rise = float(self._largest - self._touch_of_deepest) / math.sqrt(12.0)
         least = LEAST_OVER_NOISE * float(np.linalg.norm(self._noises))
         if not rise > least:
-            message = f"rise of the whole force = {rise:.2g} N: must be above {least:.2g} N, ten times its noise"
+            message = f"rise of the whole force = {rise:.2g} N: must be above {least:.2g} N, five times its noise"
             raise RiseError("no_rise", f"{message}; press farther")
 
 
@@ -323,11 +360,11 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
     """Return what sums over a press tell, with `noises` (tips,) [N] of the forces; raises RiseError."""
     E, offset, contrast = _solved(law, sums)
     rise = _Rise(contrast, sums, E)
-    by_noise = rise.noise(noises)
+    by_noise = float(np.linalg.norm(rise.noise_per_force() * noises))
     if by_noise > LARGEST_NOISE:
         message = f"standard uncertainty of E by noise = {by_noise:.2g} of it: must be at most a third; press farther"
         raise RiseError("no_rise", message)
-    gains, springs, zeros, drifts = rise.per_tip()
+    gains, springs, zeros, drifts, times = rise.per_tip()
     zeros = rise.with_saddle(zeros, law.per_offset(offset))
     return RiseReading(
         E=E,
@@ -338,10 +375,12 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
         samples=sums.count,
         touch=math.nan,
         slopes=RiseSlopes(
+            noise=tuple(rise.noise_per_force().tolist()),
             gains=tuple(gains.tolist()),
             springs=tuple(springs.tolist()),
             zeros=tuple(zeros.tolist()),
             drifts=tuple(drifts.tolist()),
+            times=tuple(times.tolist()),
             hertz=rise.per_hertz,
             body=rise.per_S(np.array(contrast.S)),
             offset=rise.per_S(law.per_offset(offset)),
@@ -410,28 +449,29 @@ class _Rise:
         _, dome, body = _terms(contrast, sums.with_instrument)
         self._hertz = dome * self._z**2
         # z dG/dz / 3: a change dG of the co-moments moves ln E by dG over it
-        self._falling = (2.0 * self._hertz + 3.0 * body * self._z**3) / 3.0
+        self._dG_per_log_E = (2.0 * self._hertz + 3.0 * body * self._z**3) / 3.0
         _, mean_dome, mean_body = _terms(contrast, sums.means)
         self.mean_per_log_E = (2.0 * mean_dome * self._z**2 + 3.0 * mean_body * self._z**3) / 3.0
 
     @property
     def per_hertz(self) -> float:
         """Return d ln E / d ln h [1]."""
-        return self._hertz / self._falling
+        return self._hertz / self._dG_per_log_E
 
     def per_S(self, change: Floats) -> float:
         """Return the slope of ln E over a factor of a change of S, (tips, tips)."""
-        return float(self._weights @ change @ self._F) * self._z**3 / self._falling
+        return float(self._weights @ change @ self._F) * self._z**3 / self._dG_per_log_E
 
-    def per_tip(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return the slopes of ln E over gains, springs [1], zeros and drifts [1/N], each (tips,)."""
+    def per_tip(self) -> tuple[Floats, ...]:
+        """Return the slopes of ln E over gains, springs [1], zeros, drifts [1/N] and times [1/s], each (tips,)."""
         of_springs = self._weights @ self._C
         of_fruit = self._weights @ self._S * self._z**3
         gains = (of_springs + of_fruit) * self._F + self._dome / 1.5 * self._two_thirds
         springs = -0.5 * (self._weights * (self._C @ self._F) + of_springs * self._F)
         zeros = self._dome / 1.5 * self._inverse_roots
         drifts = self._by_force() * self._sums.with_count / (self._sums.count - 1)
-        return gains / self._falling, springs / self._falling, zeros / self._falling, drifts / self._falling
+        times = self._by_force() * self._sums.with_rates
+        return tuple(slopes / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
 
     def with_saddle(self, zeros: Floats, per_offset: Floats) -> Floats:
         """Return the slopes over zeros [1/N], (tips,), with what they do by the saddle that the offset is taken for.
@@ -440,8 +480,10 @@ class _Rise:
         move the offset less than they move the modulus.
         """
         by_offset = self.per_S(per_offset)
-        felt_again = -float(self._weights @ per_offset @ self._sums.means[0]) * self._z**3
-        offset = (self.mean_per_log_E * zeros - self._by_force()) / (1.0 - felt_again - self.mean_per_log_E * by_offset)
+        by_the_change = -float(self._weights @ per_offset @ self._sums.means[0]) * self._z**3
+        offset = (self.mean_per_log_E * zeros - self._by_force()) / (
+            1.0 - by_the_change - self.mean_per_log_E * by_offset
+        )
         return np.asarray(zeros + by_offset * offset)
 
     def _by_force(self) -> Floats:
@@ -453,6 +495,6 @@ class _Rise:
         """Return s, the standard deviation of the residual of a sample [mm]."""
         return float(np.linalg.norm(self._by_force() * noises))
 
-    def noise(self, noises: Floats) -> float:
-        """Return the relative standard uncertainty of E by noise [1]."""
-        return self.residual(noises) * math.sqrt(self._sums.spread) / abs(self._falling)
+    def noise_per_force(self) -> Floats:
+        """Return the relative standard uncertainty of E per noise of each force [1/N], (tips,)."""
+        return np.abs(self._by_force()) * math.sqrt(self._sums.spread) / abs(self._dG_per_log_E)

@@ -1,55 +1,65 @@
-"""The error analysis of readings over the poses that occur: bias, uncertainty, lift, and the pressure on the skin."""
+"""The error analysis of readings over the poses that occur: bias, uncertainty, touch, and the pressure on the skin."""
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from cad.arrays import Floats
+from cad.arrays import Flags, Floats
 from cad.design.parameters import Design
-from cad.design.reading import LEAST_OVER_NOISE, Reading
+from cad.design.reading import LEAST_OF_SCALE, LEAST_OVER_NOISE, PRESS_SAMPLES, Reading
 from cad.fabrication.bridges import SignalPath, signal_path
 from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
+from cad.theory.contrast_rise import RiseReading
 from pipeline.reading.measurement import (
+    RISE_TRAVELS,
     LineModel,
-    MeasurementModel,
     PressedSensor,
     Presses,
+    RiseModel,
     level_readings,
     pressed_sensor,
-    rise_level_readings,
+    rise_model,
     rows_of,
 )
-from pipeline.reading.poses import Placement, Vector, directed, occurring, read_moduli
+from pipeline.reading.poses import Placement, occurring, read_moduli
+from pipeline.reading.press_time import fastest_press
 from pipeline.reading.read_out import ReadOut
-from pipeline.reading.uncertainty import UncertaintySources, force_errors, noise_to_reach, uncertainty_sources
-from pipeline.response.scene_press import ScenePress, scene_of
+from pipeline.reading.uncertainty import Channels, UncertaintySources, mean_sources, noise_to_reach, uncertainty_sources
+from pipeline.response.scene_press import ScenePress
 from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
 from pipeline.storage.plain import first_largest
 from solve.contact.poses import Pose
-from solve.contact.scene import STEEPEST_DEG
 from solve.fruit.compliance import FruitCompliance
+from solve.halfspace.layered import base_compliance
 
+TILTS = 5
+_SMALL = 0.5
+_LARGEST_POISSON = 0.499
 NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stated
-LARGEST_TILT_DEG = 15.0  # up to which a lift is looked for
-_STEP = 1e-3  # of the modulus, by which forces are moved to weigh their errors
-_WITHIN_DEG = 0.1  # of the steepest scene that contact is solved for
-_RESOLVED_DEG = 0.05
-Stand = tuple[float, Vector]
-"""A modulus [MPa] and the direction of a tilt [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModulusReading:
-    """What is read at one modulus [MPa]: the largest error over all poses [1], where it is, and its spread."""
+    """What is read at one modulus [MPa]: the largest error over all poses [1] and where it is, and its uncertainty.
+
+    `sources` are those of a fruit and a pose that are drawn from all that occur; `uncertainty_limit` [1] is the limit
+    of all together.
+    """
 
     E: float
-    bias: float
+    bias: Estimate
     worst: Placement
     sources: UncertaintySources
+    uncertainty_limit: float
+
+    @property
+    def over_limit(self) -> float:
+        """Return the standard uncertainty over its limit [1]."""
+        return self.sources.total / self.uncertainty_limit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,39 +79,45 @@ class SkinPressure:
 
 @dataclass(frozen=True, kw_only=True)
 class Readings:
-    """How good readings are: at each modulus, the worst bias and uncertainty [1], the tilt of first lift [deg].
+    """How good readings of whole presses are: at each modulus, the worst bias and standard uncertainty [1].
 
-    `refused` says in how many poses there is no reading, and why, None where there always is: bias and uncertainty are
-    those of the others, None where a level press has no reading.
+    `touch` is the travel at which all tips touch over the whole one [1], the largest over all poses. `refused` says in
+    how many poses there is no reading, and why, None where there always is: bias and uncertainty are those of the
+    others, None where a level press has no reading.
     `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
     `full_scale` is the largest force of each channel over all poses [N], (tips,). `pressures` are those on the skin at
-    each modulus. `flesh` is by how much E moves to either side where the flesh under domes obeys the law of Hencky or
-    of Storakers [1]. `face_mm` is how wide the face of a dome must be to hold the contact in every pose, 0 for other
-    tips. `presses` are those of all poses.
+    each modulus. `heights` is by how much E moves per height contrast of the tips, which counts as a saddle of the skin
+    [1/mm]. `flesh` is by how much E moves to either side where the flesh under domes obeys the law of Hencky or of
+    Storakers [1]. `face_mm` is how wide the face of a dome must be to hold the contact in every pose, 0 for other tips.
+    `presses` are those of all poses, `tilted` those at tilts along the tips, at full travel of the middle, None without
+    one.
     """
 
     method: str
-    lift: Estimate
+    touch: Estimate
     moduli: tuple[ModulusReading, ...] = ()
     bias: Estimate | None = None
     uncertainty: Estimate | None = None
+    uncertainty_limit: float = math.inf
     noise_percent: float | None = None
     refused: str | None = None
     full_scale: tuple[float, ...] | None = None
     pressures: tuple[SkinPressure, ...] = ()
+    heights: float = 0.0
     flesh: float = 0.0
     face_mm: float = 0.0
     presses: Presses | None = field(default=None, repr=False, compare=False)
+    tilted: Presses | None = field(default=None, repr=False, compare=False)
 
     @property
     def worst_bias(self) -> ModulusReading:
         """Return the reading at the modulus of the largest bias."""
-        return self.moduli[_largest_bias([row.bias for row in self.moduli])]
+        return self.moduli[_largest([abs(row.bias.value) + row.bias.error for row in self.moduli])]
 
     @property
     def worst_uncertainty(self) -> ModulusReading:
-        """Return the reading at the modulus of the largest uncertainty."""
-        return self.moduli[first_largest(row.sources.total for row in self.moduli)]
+        """Return the reading at the modulus whose uncertainty is largest over its limit."""
+        return self.moduli[first_largest(row.over_limit for row in self.moduli)]
 
 
 def analyse_readings(design: Design, contact: FruitCompliance, springs: FittedSprings) -> Readings | None:
@@ -115,7 +131,7 @@ def analyse_readings(design: Design, contact: FruitCompliance, springs: FittedSp
     sensor = pressed_sensor(design, contact, springs.C, offsets, springs.sideways)
     sensor = replace(sensor, signal=design_signal(design, springs))
     analysis = error_analysis(sensor, design.reading)
-    return replace(analysis, pressures=skin_pressures(sensor))
+    return replace(analysis, pressures=skin_pressures(sensor), tilted=tilted_presses(sensor, design.reading))
 
 
 def design_signal(design: Design, springs: FittedSprings) -> SignalPath | None:
@@ -125,150 +141,238 @@ def design_signal(design: Design, springs: FittedSprings) -> SignalPath | None:
     return signal_path(design.readout, springs_to_read(design, springs), springs.process, design.tips.springs)
 
 
+def fastest_design_press(design: Design, contact: FruitCompliance, springs: FittedSprings) -> float | None:
+    """Return the shortest duration of a press by hand [s]; None without a read-out."""
+    offsets = tip_height_offsets(springs, design.press.attitude)
+    sensor = pressed_sensor(design, contact, springs.C, offsets, springs.sideways)
+    return fastest_press(replace(sensor, signal=design_signal(design, springs)))
+
+
 def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
-    """Return how good the readings of a sensor are.
+    """Return how good the readings of a sensor are, of whole presses by the rise of their contrast.
 
     Raises InputError where the poses are outside the domain of contact, SolveError when a solve is not exact.
     """
-    model = sensor.model
-    lift = lift_tilt(sensor, reading)
-    presses = sensor.presses(read_moduli(sensor.design.fruit), tuple(occurring(sensor.design, reading)))
-    least_forces = LEAST_OVER_NOISE * force_errors(reading, presses.full_scale, sensor.signal)
-    biases, refused = _biases(model, presses, least_forces, sensor.design.tips.side_mm)
-    face_mm = float(presses.face_mm.max())
-    level_has_no_reading = np.isnan(biases[:, 0]).any()
-    if level_has_no_reading or np.isnan(biases).all(axis=1).any():
-        return Readings(method=model.method, lift=lift, refused=refused, face_mm=face_mm, presses=presses)
-
-    level = presses.F[:, 0]
-    errors = _modulus_errors(sensor, presses.moduli, level, presses.error[:, 0])
-    poses = _pose_contributions(biases, presses.placements)
+    design = sensor.design
+    model = rise_model(sensor)
+    presses = sensor.presses(read_moduli(design.fruit), tuple(occurring(design, reading)), RISE_TRAVELS)
+    channels = Channels(reading=reading, full_scale=presses.full_scale, signal=sensor.signal)
+    read, refused = _read(model, presses, channels, design.tips.side_mm)
+    analysis = Readings(
+        method=model.method,
+        touch=touch_fraction(presses),
+        refused=refused,
+        face_mm=float(presses.face_mm.max()),
+        presses=presses,
+    )
     rows = []
-    try:
-        for i, E in enumerate(presses.moduli):
-            worst = _largest_bias(biases[i].tolist())
-            sources = uncertainty_sources(model, reading, level[i], presses.full_scale, poses[i], sensor.signal)
-            placement = presses.placements[worst]
-            rows.append(ModulusReading(E=E, bias=float(biases[i, worst]), worst=placement, sources=sources))
-    except ReadingError as error:  # tips or springs that the fruit hardly moves
-        refused = f"forces of a level press that are off by a ten-thousandth have no reading: {error}"
-        return Readings(method=model.method, lift=lift, refused=refused, face_mm=face_mm, presses=presses)
-    widest = first_largest(row.sources.total for row in rows)
-    largest = _largest_bias([row.bias for row in rows])
-    uncertainty = rows[widest].sources.total
+    for at_modulus in read:
+        if at_modulus.level is None:
+            return analysis
+        limit = reading.uncertainty_limit_at(at_modulus.E, design.fruit.E_MPa)
+        by_poisson = _by_poisson(sensor, model, at_modulus.F[0])
+        rows.append(at_modulus.judged(model, channels, by_poisson, limit))
+    largest = rows[_largest([abs(row.bias.value) + row.bias.error for row in rows])]
+    widest = rows[first_largest(row.over_limit for row in rows)]
     flesh = 0.0
     if presses.flesh.any():
-        for forces, more in zip(level, presses.flesh[:, 0], strict=True):
+        for forces, more in zip(presses.F[:, 0], presses.flesh[:, 0], strict=True):
             flesh = max(flesh, abs(model.modulus(forces + more) / model.modulus(forces) - 1.0))
-    return Readings(
-        method=model.method,
-        lift=lift,
+    return replace(
+        analysis,
         moduli=tuple(rows),
-        bias=Estimate(max(abs(row.bias) for row in rows), float(errors[largest])),
-        uncertainty=Estimate(uncertainty, float(errors[widest]) * uncertainty),
-        noise_percent=noise_to_reach(NOISE_LIMIT, rows[widest].sources),
-        refused=refused,
+        bias=Estimate(abs(largest.bias.value), largest.bias.error),
+        uncertainty=Estimate(widest.sources.total, widest.bias.error * widest.sources.total),
+        uncertainty_limit=widest.uncertainty_limit,
+        noise_percent=noise_to_reach(NOISE_LIMIT, widest.sources),
         full_scale=tuple(presses.full_scale.tolist()),
+        heights=max(at_modulus.per_height for at_modulus in read),
         flesh=flesh,
-        face_mm=face_mm,
-        presses=presses,
     )
 
 
-def _biases(model: MeasurementModel, presses: Presses, least: Floats, side_mm: float) -> tuple[Floats, str | None]:
-    """Return E read / E - 1 (moduli, placements), nan where there is no reading, and in words where there is none.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _ReadAtModulus:
+    """Presses on fruit of one modulus E [MPa], level first, and what they tell, None where that is nothing.
 
-    A force that is not over the `least` (tips,) [N] counts as none; a contact that needs more of a dome's face than
-    `side_mm` has no force.
+    Forces F [N] and their `error` [N] have shape (placements, samples, tips).
     """
-    biases = np.full(presses.F.shape[:2], np.nan)
-    forces = np.where(least < presses.F, presses.F, 0.0)
+
+    E: float
+    placements: tuple[Placement, ...]
+    F: Floats
+    error: Floats
+    found: tuple[RiseReading | None, ...]
+
+    @property
+    def level(self) -> RiseReading | None:
+        """Return the reading of a level press in the middle of the design's own fruit."""
+        return self.found[0]
+
+    @cached_property
+    def biases(self) -> Floats:
+        """Return E read / E - 1 in each placement, nan where there is none."""
+        return np.array([math.nan if reading is None else reading.E / self.E - 1.0 for reading in self.found])
+
+    @property
+    def per_height(self) -> float:
+        """Return by how much E moves per height contrast of the tips [1/mm], at most."""
+        return max(abs(reading.slopes.offset) for reading in self.found if reading is not None)
+
+    def judged(self, model: RiseModel, channels: Channels, by_poisson: float, limit: float) -> ModulusReading:
+        """Return the worst bias with its bar, and the standard uncertainty of what is drawn from all that occurs."""
+        errors = self._errors(model)
+        worst = _largest((np.abs(np.nan_to_num(self.biases)) + errors).tolist())
+        others = {"pose": self._by_pose, "thickness": self._by_thickness, "poisson": by_poisson}
+        drawn = []
+        for reading, placement in zip(self.found, self.placements, strict=True):
+            if reading is not None and (placement.is_drawn or placement == self.placements[0]):
+                drawn.append(uncertainty_sources(reading, channels, RISE_TRAVELS, others))
+        return ModulusReading(
+            E=self.E,
+            bias=Estimate(float(self.biases[worst]), float(errors[worst])),
+            worst=self.placements[worst],
+            sources=mean_sources(drawn),
+            uncertainty_limit=limit,
+        )
+
+    def _errors(self, model: RiseModel) -> Floats:
+        """Return how far what is left open of the forces moves E [1], (placements,); 0 where the bias is small.
+
+        Small is less than half of the largest. All that a bound leaves open of forces has one sign under all tips, as
+        the fruit is one.
+        """
+        biases = np.abs(np.nan_to_num(self.biases))
+        errors = np.zeros(len(biases))
+        for place, bias in enumerate(biases.tolist()):
+            if place and (self.found[place] is None or bias < _SMALL * biases.max()):
+                continue
+            moved = model.modulus(self.F[place] + self.error[place])
+            errors[place] = abs(moved / model.modulus(self.F[place]) - 1.0)
+        return errors
+
+    @property
+    def _by_pose(self) -> float:
+        """Return the standard uncertainty of a reading [1] by the shape of the fruit and by the pose."""
+        pairs = zip(self.biases.tolist(), self.placements, strict=True)
+        drawn = [bias for bias, placement in pairs if placement.is_drawn and math.isfinite(bias)]
+        return math.hypot(*drawn) / math.sqrt(max(len(drawn), 1))
+
+    @property
+    def _by_thickness(self) -> float:
+        """Return the standard uncertainty [1] by a thickness anywhere within its range (JCGM 100:2008, 4.3.7)."""
+        place_of = {placement: place for place, placement in enumerate(self.placements)}
+        most = 0.0
+        for placement, place in place_of.items():
+            if placement.thickness_mm is not None:
+                change = self.biases[place] - self.biases[place_of[replace(placement, thickness_mm=None)]]
+                most = max(most, abs(float(np.nan_to_num(change))))
+        return most / math.sqrt(3.0)
+
+
+def _read(
+    model: RiseModel, presses: Presses, channels: Channels, side_mm: float
+) -> tuple[list[_ReadAtModulus], str | None]:
+    """Return what presses tell at each modulus, and in words where and why some tell nothing.
+
+    A contact that needs more of a dome's face than `side_mm` has no force.
+    """
+    least_forces = np.maximum(LEAST_OVER_NOISE * channels.errors, LEAST_OF_SCALE * channels.full_scale)
+    # A press is solved in few samples; noise refuses one of as many as it has.
+    noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
     reasons = []
+    read = []
     for i, E in enumerate(presses.moduli):
+        found: list[RiseReading | None] = []
         for j, placement in enumerate(presses.placements):
             face = presses.face_mm[i, j]
-            if face > side_mm:
-                off_face = f"tips.side_mm = {side_mm:g} mm is less than the {face:.3g} mm that the contact needs"
-                reasons.append(f"as at {E:.3g} MPa, {placement}: {off_face}")
-                continue
+            reading = None
             try:
-                biases[i, j] = model.modulus(forces[i, j]) / E - 1.0
+                if face > side_mm:
+                    msg = f"tips.side_mm = {side_mm:g} mm is less than the {face:.3g} mm that the contact needs"
+                    raise ReadingError(msg)
+                reading = model.reading(presses.F[i, j], noises, least_forces)
             except ReadingError as refused:
                 reasons.append(f"as at {E:.3g} MPa, {placement}: {refused}")
+            found.append(reading)
+        at_modulus = _ReadAtModulus(
+            E=E, placements=presses.placements, F=presses.F[i], error=presses.error[i], found=tuple(found)
+        )
+        read.append(at_modulus)
     if not reasons:
-        return biases, None
-    return biases, f"{len(reasons)} of {biases.size} poses have no reading, {reasons[0]}"
+        return read, None
+    count = len(read) * len(presses.placements)
+    return read, f"{len(reasons)} of {count} poses have no reading, {reasons[0]}"
 
 
-def _largest_bias(biases: Sequence[float]) -> int:
+def _by_poisson(sensor: PressedSensor, model: RiseModel, press: Floats) -> float:
+    """Return the standard uncertainty of a reading [1] by Poisson's ratio, whose spread is two of its own.
+
+    What is felt is E / (1 - nu^2), and under domes also the stone, which flesh of another ratio feels otherwise.
+    """
+    fruit = sensor.design.fruit
+    poisson = fruit.poisson
+    other = poisson + 0.5 * fruit.poisson_spread
+    if other > _LARGEST_POISSON:
+        other = poisson - 0.5 * fruit.poisson_spread
+    reduced = (1.0 - poisson**2) / (1.0 - other**2)
+    if sensor.design.tips.dome_radius_mm is None:
+        return abs(reduced - 1.0)
+    axes = np.array(sensor.design.tips.places_mm)
+    apart = np.linalg.norm(axes[:, None] - axes, axis=-1)
+    change = reduced * base_compliance(fruit.depth_mm, other, apart) - base_compliance(fruit.depth_mm, poisson, apart)
+    contrast = model.law.contrast
+    law = replace(model.law, contrast=replace(contrast, S=rows_of(np.array(contrast.S) + change)))
+    by_base = replace(model, law=law).modulus(press) / model.modulus(press)
+    return abs(reduced / by_base - 1.0)
+
+
+def _largest(biases: Sequence[float]) -> int:
     """Return the index of the first of the largest biases [1]: less one, they keep the round-off of E read / E."""
     return first_largest(map(abs, biases), least=1.0)
 
 
-def _modulus_errors(sensor: PressedSensor, moduli: Sequence[float], forces: Floats, errors: Floats) -> Floats:
-    """Return by how much a modulus must move to move the forces at full travel as their errors may [1], (moduli,)."""
-    moved = sensor.presses([E * (1.0 + _STEP) for E in moduli], [Placement()]).F
-    change = np.abs(moved[:, 0, -1] / forces[:, -1] - 1.0).max(axis=1)
-    return np.asarray(_STEP * errors[:, -1] / change)
+def touch_fraction(presses: Presses) -> Estimate:
+    """Return the travel at which all tips touch over the whole one, the largest of all presses [1].
 
-
-def _pose_contributions(biases: Floats, placements: Sequence[Placement]) -> list[dict[str, float]]:
-    """Return the root mean square of the bias [1] over tilts, over positions and over radii, for each modulus."""
-    contributions: list[dict[str, float]] = [{} for _ in biases]
-    for source in ("tilt", "off_centre", "radius"):
-        alone = [placement.off_by == (source,) for placement in placements]
-        for row, of_modulus in zip(biases, contributions, strict=True):
-            read = row[alone][np.isfinite(row[alone])]  # nan has no reading
-            of_modulus[source] = float(np.sqrt(np.mean(read**2))) if read.size else 0.0
-    return contributions
-
-
-def lift_tilt(sensor: PressedSensor, reading: Reading) -> Estimate:
-    """Return the least tilt, of all directions and moduli, at which a tip is off the fruit at full travel [deg].
-
-    The sensor stands in the middle of the design's fruit. Where no tip lifts before, 15 deg or the steepest press that
-    contact is solved for. Raises as `pose_forces`.
+    It is 1 where a tip stays off. Each tip is followed back to where it has no force, on the travel left to it: that is
+    proportional to the force where its spring gives way, to its power 2/3 where the flesh under a dome does.
     """
-    design = sensor.design
-    steepest = min(LARGEST_TILT_DEG, STEEPEST_DEG - scene_of(design).steepest_deg - _WITHIN_DEG)
+    forces = np.nan_to_num(presses.F)
+    count = forces.shape[2]
+    worst = Estimate(0.0, 0.0)
+    for press in forces.reshape(-1, count, forces.shape[3]):
+        touching: Flags = np.all(press > 0.0, axis=1)
+        first = int(np.argmax(touching))
+        if not touching[first:].all() or first + 1 >= count:
+            return Estimate(1.0, 0.0)
+        by_flesh, by_spring = (_touched(press[first : first + 2] ** power) for power in (2.0 / 3.0, 1.0))
+        least, most = (first + np.clip(since, 0.0, 1.0).max() for since in (by_flesh, by_spring))
+        at = 0.5 * (least + most) / count
+        if at > worst.value:
+            worst = Estimate(float(at), float(0.5 * (most - least) / count))
+    return worst
 
-    def lifting(tilts: Sequence[float], stands: Sequence[Stand]) -> list[list[Stand]]:
-        """Return for each tilt [deg] in which stands a tip is off."""
-        poses = []
-        for tilt in tilts:
-            for E, (x, y) in stands:
-                poses.append(Placement(tilt_deg=(tilt * x, tilt * y)).pressed(E, design.press.travel_mm))
-        off = ~sensor.in_poses(poses).touching.all(axis=1).reshape(len(tilts), -1)
-        return [list(itertools.compress(stands, row)) for row in off]
 
-    stands = list(itertools.product(read_moduli(design.fruit), directed(1.0)))
-    is_alone = design.tips.tip_shape.obeys_hertz  # no pose of domes feels the others; those of cells share a grid
-    at_once = 2 if is_alone else 1
-    # The tilt that the design allows for is tried itself, so that a lift beyond it is never found below.
-    touching = 0.0
-    lifted = steepest
-    for tilt in (min(reading.tilt_deg, steepest), steepest):
-        if lifting([tilt], stands)[0]:
-            lifted = tilt
-            break
-        touching = tilt
-    while lifted - touching > _RESOLVED_DEG:
-        halvings = min(at_once, math.ceil(math.log2((lifted - touching) / _RESOLVED_DEG)))
-        tilts = np.linspace(touching, lifted, 2**halvings + 1)[1:-1].tolist()
-        for tilt, off in zip(tilts, lifting(tilts, stands), strict=True):
-            if off:
-                lifted = tilt
-                if is_alone:
-                    stands = off  # what touches at this tilt does so at a smaller one
-                break
-            touching = tilt
-    return Estimate(touching, lifted - touching, "deg")
+def _touched(depths: Floats) -> Floats:
+    """Return the samples since the one before the first at which tips touch, by depths in two samples, (2, tips)."""
+    grown = depths[1] - depths[0]
+    return np.asarray(1.0 - np.divide(depths[0], grown, out=np.full_like(grown, math.inf), where=grown > 0.0))
+
+
+def tilted_presses(sensor: PressedSensor, reading: Reading) -> Presses | None:
+    """Return presses at tilts along the tips up to the largest, to full travel of the middle; None without a tilt."""
+    if reading.tilt_deg == 0.0:
+        return None
+    tilts = np.linspace(-reading.tilt_deg, reading.tilt_deg, TILTS).tolist()
+    placements = [Placement(tilt_deg=(tilt, 0.0)) for tilt in tilts]
+    return sensor.presses(read_moduli(sensor.design.fruit), placements, 1)
 
 
 def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
     """Return the largest pressure at each modulus shown, at full travel; none where the fruit has no limit.
 
-    Where a reading allows for tilt, the sensor also stands tilted as far as it may be. Raises as `pose_forces`.
+    With a reading the sensor stands in all placements that occur. Raises as `pose_forces`.
     """
     design = sensor.design
     limits = design.fruit.bruise_limits_MPa
@@ -276,7 +380,7 @@ def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
         return ()
     placements = [Placement(tilt_deg=(design.press.tilt_deg, design.press.roll_deg))]
     if design.reading is not None:
-        placements += [Placement(tilt_deg=tilt) for tilt in directed(design.reading.tilt_deg)]
+        placements = list(occurring(design, design.reading))
     poses: list[Pose] = []
     for E in design.fruit.E_MPa:
         poses += [placement.pressed(E, design.press.travel_mm) for placement in placements]
@@ -307,13 +411,15 @@ def reading_constants(
             full_scale = np.array(readings.full_scale)
         if readings.bias is not None:
             error = max(error, readings.bias.error)
+    signal = design_signal(design, springs)
     constants = ReadOut(
         method=model.method,
         springs_mm_per_N=rows_of(springs.C),
         full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),
         model_error_percent=100.0 * error,
         level=model.level,
-        signal=design_signal(design, springs),
+        signal=signal,
+        fastest_press_s=fastest_press(replace(sensor, signal=signal)),
     )
     if isinstance(model, LineModel):
         return replace(constants, own_less_other_per_mm=model.own_less_other)
@@ -322,7 +428,7 @@ def reading_constants(
     return replace(
         constants,
         level=model.level or level_readings(sensor),
-        rise_level=rise_level_readings(sensor, law),
+        rise_level=rise_model(sensor).level,
         lean_mm_per_N=rows_of(lean) if lean.any() else None,
         weights=tuple(law.weights),
         gaps_mm=tuple(law.gaps),

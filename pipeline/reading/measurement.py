@@ -4,11 +4,13 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
 from cad.arrays import Floats
 from cad.design.parameters import Design
+from cad.design.reading import PRESS_S
 from cad.fabrication.bridges import SignalPath
 from cad.theory.contrast_law import (
     ContrastLaw,
@@ -18,9 +20,8 @@ from cad.theory.contrast_law import (
     pair_law,
     ratio_modulus,
     read_modulus,
-    stiffened,
 )
-from cad.theory.contrast_rise import RisingPress, exact_modulus
+from cad.theory.contrast_rise import RiseLaw, RiseReading, RisingPress, exact_modulus
 from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.reading.rise import rise_law
@@ -33,7 +34,7 @@ from solve.fruit.compliance import FruitCompliance
 
 PRESS_TRAVELS = 8  # samples of a press from which a line is read
 LEVEL_MODULI = 9
-RISE_TRAVELS = 24  # samples of a press from which a rise is read
+RISE_TRAVELS = 16  # samples of a press from which a rise is read
 SKIN_MODULI = 25  # straight lines between them miss a skin by less than 1e-4
 BEYOND = 1.25  # of the range, under a skin
 
@@ -50,20 +51,6 @@ class ContrastModel:
     def modulus(self, press: Floats) -> float:
         """Return the modulus [MPa] of forces [N], shape (samples, tips); raises ReadingError."""
         return corrected(read_modulus(self.law, press[-1].tolist()), self.level)
-
-    def with_springs(self, factors: Floats) -> "ContrastModel":
-        """Return the model that takes each spring for stiffer by a factor [1], shape (tips,)."""
-        return replace(self, law=replace(self.law, C=stiffened(self.law.C, factors.tolist())))
-
-    @property
-    def C(self) -> Matrix:
-        """Return the compliance of the springs [mm/N], shape (tips, tips)."""
-        return self.law.C
-
-    def with_heights(self, heights: Floats) -> "ContrastModel":
-        """Return the model that takes each tip for longer by a height [mm], shape (tips,)."""
-        gaps = tuple(gap - height for gap, height in zip(self.law.gaps, heights.tolist(), strict=True))
-        return replace(self, law=replace(self.law, gaps=gaps))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,16 +71,42 @@ class LineModel:
         """Return the modulus [MPa] of forces [N], shape (samples, tips); raises ReadingError."""
         return corrected(exact_modulus(pair_law(self.C, self.own_less_other), press), self.level)
 
-    def with_springs(self, factors: Floats) -> "LineModel":
-        """Return the model that takes each spring for stiffer by a factor [1], shape (tips,)."""
-        return replace(self, C=stiffened(self.C, factors.tolist()))
-
-    def with_heights(self, _heights: Floats) -> "LineModel":
-        """Return the same model: heights move the intercept of the line alone."""
-        return self
-
 
 MeasurementModel = ContrastModel | LineModel
+
+
+@dataclass(frozen=True, kw_only=True)
+class RiseModel:
+    """Reads a whole press by the rise of its contrast, corrected by level readings where there are any."""
+
+    law: RiseLaw
+    level: tuple[LevelReading, ...] = ()
+    method: ClassVar[str] = "rise of the contrast over a press"
+
+    def reading(self, press: Floats, noises: Floats, least_forces: Floats | float = 0.0) -> RiseReading:
+        """Return what forces [N], shape (samples, tips), tell; `noises` and `least_forces` as `RisingPress` has them.
+
+        Samples are at even steps of the travel; what times do is that of a press by hand of `PRESS_S`. E is corrected
+        by the level readings. Raises RiseError.
+        """
+        rising = RisingPress(self.law, noises, least_forces)
+        for sample, elapsed in zip(press, intervals_by_hand(len(press)).tolist(), strict=True):
+            rising.add(sample, elapsed)
+        found = rising.reading()
+        return replace(found, E=corrected(found.E, self.level))
+
+    def modulus(self, press: Floats) -> float:
+        """Return the modulus [MPa] of forces [N], shape (samples, tips); raises RiseError."""
+        return self.reading(press, np.zeros(press.shape[1])).E
+
+
+def intervals_by_hand(samples: int) -> Floats:
+    """Return the time before each of some samples at even steps of the travel X [s], of a press by hand of `PRESS_S`.
+
+    A hand slows to a stop: x = X (1 - (1 - t / T)^2).
+    """
+    left = np.sqrt(1.0 - np.linspace(0.0, 1.0, samples + 1))
+    return np.asarray(PRESS_S * -np.diff(left))
 
 
 def measurement_model(
@@ -105,7 +118,7 @@ def measurement_model(
 ) -> MeasurementModel:
     """Return the measurement model of a design on its fruit; C (tips, tips) [mm/N] is the compliance of the springs.
 
-    `height_offsets` is how far each tip stands before the foremost one by its weight [mm], known by zeroing.
+    `height_offsets` is how far each tip stands before the foremost one by its weight [mm].
     """
     tips = design.tips
     if tips.tip_layout.is_pair:
@@ -117,8 +130,9 @@ def measurement_model(
         law = ContrastLaw(weights=weights, gaps=gaps, C=rows_of(C), S=rows_of(contact.S))
     else:
         law = _dome_law(scene_of(design, (), sideways), contact, C, weights)
-    model = ContrastModel(law=law)
-    return model.with_heights(np.array(height_offsets)) if height_offsets else model
+    if height_offsets:
+        law = replace(law, gaps=tuple(np.subtract(law.gaps, height_offsets).tolist()))
+    return ContrastModel(law=law)
 
 
 def _dome_law(scene: Scene, contact: FruitCompliance, C: Floats, weights: tuple[float, ...]) -> ContrastLaw:
@@ -190,8 +204,12 @@ class PressedSensor:
         Raises as `pose_forces`.
         """
         samples = samples or self.model.samples
-        x = travels(self.design.press.travel_mm, samples).tolist()
-        poses = [placement.pressed(E, travel) for E in moduli for placement in placements for travel in x]
+        travel = self.design.press.travel_mm
+        x = travels(travel, samples).tolist()
+        poses = []
+        for E in moduli:
+            for placement in placements:
+                poses += [placement.pressed(E, each, each / travel) for each in x]
         forces = self.in_poses(poses)
         shape = (len(moduli), len(placements), samples)
         return Presses(
@@ -200,7 +218,7 @@ class PressedSensor:
             F=forces.F.reshape(*shape, -1),
             flesh=forces.F_flesh.reshape(*shape, -1),
             mean_pressure=forces.mean_pressure.reshape(*shape, -1),
-            error=forces.error.reshape(shape),
+            error=forces.error_alike.reshape(*shape, -1),
             face_mm=forces.face_mm.reshape(shape).max(axis=2),
         )
 
@@ -257,7 +275,20 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
     return tuple(rows)
 
 
-def rise_level_readings(sensor: PressedSensor, law: ContrastLaw) -> tuple[LevelReading, ...]:
+def rise_model(sensor: PressedSensor) -> RiseModel:
+    """Return the model that reads whole presses of a sensor, with what shape and skin of its fruit add taken off."""
+    model = RiseModel(law=sensor_rise_law(sensor))
+    return replace(model, level=rise_level_readings(sensor, model))
+
+
+def sensor_rise_law(sensor: PressedSensor) -> RiseLaw:
+    """Return the law by which whole presses of a sensor are read."""
+    if isinstance(sensor.model, ContrastModel):
+        return rise_law(sensor.design, sensor.model.law)
+    return RiseLaw(contrast=pair_law(sensor.model.C, sensor.model.own_less_other))
+
+
+def rise_level_readings(sensor: PressedSensor, model: RiseModel) -> tuple[LevelReading, ...]:
     """Return what the rise of whole presses of a level sensor tells at moduli, from the first touch to full travel.
 
     Under a skin they reach beyond the range of the fruit.
@@ -265,14 +296,10 @@ def rise_level_readings(sensor: PressedSensor, law: ContrastLaw) -> tuple[LevelR
     design = sensor.design
     moduli = _level_moduli(design) if sensor.contact.skin is None else _moduli_under_skin(design)
     forces = sensor.presses(moduli, [Placement()], RISE_TRAVELS).F
-    rising = rise_law(design, law)
     rows = []
-    for E, samples in zip(moduli, forces[:, 0], strict=True):
-        press = RisingPress(rising, np.zeros(len(law.weights)))
-        for sample in samples:
-            press.add(sample)
+    for E, press in zip(moduli, forces[:, 0], strict=True):
         with suppress(ReadingError):  # a press too short for its rise
-            rows.append(LevelReading(E_MPa=E, read_MPa=press.reading().E))
+            rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
     return tuple(rows)
 
 

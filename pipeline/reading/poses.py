@@ -21,32 +21,42 @@ Vector = tuple[float, float]
 
 LEVEL: Vector = (0.0, 0.0)
 DIRECTIONS = 8
+DRAWN = 48
+SEED = 21
 FEWEST_MODULI = 4
 _AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # by their angle to +x [deg]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Placement:
-    """How a sensor stands on a fruit: tilt [deg] and distance from the apex [mm] along and across, radius [mm]."""
+    """How a sensor stands on a fruit: tilt [deg] and distance from the apex [mm] along and across, and which fruit.
+
+    `radii_mm`, `azimuth_deg` and `thickness_mm` are those of the fruit, None for the design's own. Where `from_touch`,
+    a hand presses: see `Pose`. `turned_deg` is by how much the tilt changes during the press. `is_drawn` says that the
+    placement was drawn from all that occur, as often as they do.
+    """
 
     tilt_deg: Vector = LEVEL
     off_centre_mm: Vector = LEVEL
-    radius_mm: float | None = None
+    radii_mm: Vector | None = None
+    azimuth_deg: float | None = None
+    thickness_mm: float | None = None
+    turned_deg: Vector = LEVEL
+    from_touch: bool = False
+    is_drawn: bool = False
 
-    @property
-    def off_by(self) -> tuple[str, ...]:
-        """Return what is not as it should be: tilt, off_centre, radius."""
-        off = {"tilt": any(self.tilt_deg), "off_centre": any(self.off_centre_mm), "radius": self.radius_mm is not None}
-        return tuple(name for name, is_off in off.items() if is_off)
-
-    def pressed(self, E: float, travel: float) -> Pose:
-        """Return the pose on a fruit of a modulus [MPa] at a travel [mm]."""
+    def pressed(self, E: float, travel: float, fraction: float = 1.0) -> Pose:
+        """Return the pose on a fruit of a modulus [MPa] at a travel [mm], which is a fraction [1] of the whole one."""
         return Pose(
             E=E,
             travel=travel,
             tilt_deg=self.tilt_deg,
             off_centre_mm=self.off_centre_mm,
-            radius_mm=self.radius_mm,
+            radii_mm=self.radii_mm,
+            azimuth_deg=self.azimuth_deg,
+            thickness_mm=self.thickness_mm,
+            from_touch=self.from_touch,
+            turned_deg=(fraction * self.turned_deg[0], fraction * self.turned_deg[1]),
         )
 
     def __str__(self) -> str:
@@ -56,8 +66,13 @@ class Placement:
         parts = [f"tilted {tilt:.2g} deg down towards {_direction(self.tilt_deg)}" if tilt else "level"]
         if off:
             parts.append(f"{off:.2g} mm off the apex towards {_direction(self.off_centre_mm)}")
-        if self.radius_mm:
-            parts.append(f"on a radius of {self.radius_mm:.3g} mm")
+        if self.radii_mm and self.azimuth_deg is None:
+            parts.append(f"on a radius of {self.radii_mm[0]:.3g} mm")
+        elif self.radii_mm:
+            first, second = self.radii_mm
+            parts.append(f"on radii of {first:.3g} and {second:.3g} mm, the first at {self.azimuth_deg:.3g} deg")
+        if self.thickness_mm:
+            parts.append(f"on flesh of {self.thickness_mm:.3g} mm")
         return ", ".join(parts)
 
 
@@ -83,34 +98,116 @@ def read_moduli(fruit: Fruit) -> tuple[float, ...]:
     return tuple(np.geomspace(shown[0], shown[-1], FEWEST_MODULI).tolist())
 
 
-def radii(fruit: Fruit, reading: Reading) -> tuple[float | None, ...]:
-    """Return the radii of the fruits that occur [mm], the design's first; None stands for the design's own shape."""
-    spread = reading.radius_spread
-    if fruit.radius_mm is None or spread == 0.0:
-        return (None,)
-    return (None, fruit.radius_mm * (1.0 - spread), fruit.radius_mm * (1.0 + spread))
+@dataclass(frozen=True, kw_only=True)
+class FruitRange:
+    """The fruits that occur: ranges of their principal radii and of their flesh [mm]; None for those of the design.
+
+    Without a range across, the second radius is `aspect` times the first.
+    """
+
+    radius: Vector | None = None
+    across: Vector | None = None
+    thickness: Vector | None = None
+    azimuths: tuple[float, ...] = ()
+    aspect: float = 1.0
+
+    def extremes(self) -> Iterator[Placement]:
+        """Yield level placements on the fruits at the ends of all ranges but that of the flesh."""
+        if self.radius is None:
+            return
+        if self.across is None:
+            for radius in self.radius:
+                yield Placement(from_touch=True, radii_mm=(radius, self.aspect * radius))
+            return
+        for radii in itertools.product(self.radius, self.across):
+            for azimuth in self.azimuths:
+                yield Placement(from_touch=True, radii_mm=radii, azimuth_deg=azimuth)
+
+
+def fruits_of(fruit: Fruit, reading: Reading) -> FruitRange:
+    """Return the fruits that occur in a reading; of an ellipsoid the azimuth is any."""
+    if fruit.radius_mm is None:
+        return FruitRange()
+    if reading.radius_mm is not None:
+        return FruitRange(
+            radius=reading.radius_mm,
+            across=reading.radius_across_mm,
+            thickness=reading.thickness_mm,
+            azimuths=(0.0, 45.0, 135.0),
+        )
+    radius = None
+    if reading.radius_spread:
+        radius = (fruit.radius_mm * (1.0 - reading.radius_spread), fruit.radius_mm * (1.0 + reading.radius_spread))
+    along, across = fruit.radii_mm
+    return FruitRange(radius=radius, thickness=reading.thickness_mm, aspect=across / along)
 
 
 def occurring(design: Design, reading: Reading) -> Iterator[Placement]:
-    """Yield how the sensor may stand, level in the middle first: each radius with tilts and offsets in all directions.
+    """Yield how the sensor may stand: level on the design's own fruit, at the ends of all ranges, and drawn from them.
 
-    A sensor off the centre of a sphere stands as one that is tilted: with the tilt and against it are the extremes.
+    The ends are those of the flesh, and of radii at azimuths along the tips and along the diagonals between them. On
+    the diagonals the sensor is tilted towards each of four tips, up to the largest tilt at the end of the press, and
+    stands as far beside the apex as it may.
     """
-    for radius, fraction in itertools.product(radii(design.fruit, reading), (0.0, 0.5, 1.0)):
-        for tilt in directed(fraction * reading.tilt_deg) if fraction else [LEVEL]:
-            yield Placement(tilt_deg=tilt, radius_mm=radius)
-            for position in _off_centre(tilt, reading.off_centre_mm):
-                yield Placement(tilt_deg=tilt, off_centre_mm=position, radius_mm=radius)
+    fruits = fruits_of(design.fruit, reading)
+    level = Placement(from_touch=True)
+    yield level
+    for tilt in directed(reading.tilt_deg) if reading.tilt_deg else ():
+        yield replace(level, tilt_deg=tilt)
+    for shape in (level, *fruits.extremes()):
+        for thickness in (None, *(fruits.thickness or ())):
+            with_flesh = replace(shape, thickness_mm=thickness)
+            if with_flesh != level:
+                yield with_flesh
+            if shape != level and shape.azimuth_deg != 0.0:
+                yield from (_by_hand(with_flesh, reading, direction) for direction in directed(1.0)[1::2])
+    yield from _drawn(fruits, reading)
 
 
-def _off_centre(tilt: Vector, distance: float) -> list[Vector]:
-    """Return positions at a distance [mm] from the apex: along a tilt both ways, all directions for a level press."""
-    if distance == 0.0:
-        return []
-    length = math.hypot(*tilt)
-    if length == 0.0:
-        return directed(distance)
-    return [(sign * distance * tilt[0] / length, sign * distance * tilt[1] / length) for sign in (-1.0, 1.0)]
+def _by_hand(shape: Placement, reading: Reading, direction: Vector) -> Placement:
+    """Return a placement that ends at the largest tilt in a direction [1], beside the apex there."""
+    turned = min(reading.tilt_change_deg, reading.tilt_deg)
+    return replace(
+        shape,
+        tilt_deg=_times(direction, reading.tilt_deg - turned),
+        turned_deg=_times(direction, turned),
+        off_centre_mm=_times(direction, reading.off_centre_mm),
+    )
+
+
+def _drawn(fruits: FruitRange, reading: Reading) -> Iterator[Placement]:
+    """Yield placements that are drawn evenly from all ranges but that of the flesh, tilts and places evenly by area."""
+    rng = np.random.default_rng(SEED)
+    for _ in range(DRAWN):
+        radius, across, azimuth = rng.uniform(size=3).tolist()
+        tilt, place, turned = (_in_disc(*rng.uniform(size=2).tolist()) for _ in range(3))
+        radii = None
+        if fruits.radius is not None:
+            first = _between(fruits.radius, radius)
+            radii = (first, fruits.aspect * first if fruits.across is None else _between(fruits.across, across))
+        yield Placement(
+            from_touch=True,
+            is_drawn=True,
+            radii_mm=radii,
+            azimuth_deg=180.0 * azimuth if fruits.azimuths else None,
+            tilt_deg=_times(tilt, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),
+            off_centre_mm=_times(place, reading.off_centre_mm),
+            turned_deg=_times(turned, reading.tilt_change_deg),
+        )
+
+
+def _in_disc(area: float, direction: float) -> Vector:
+    """Return a point of the unit disc from two numbers between 0 and 1."""
+    angle = 2.0 * math.pi * direction
+    return math.sqrt(area) * math.cos(angle), math.sqrt(area) * math.sin(angle)
+
+
+def _times(vector: Vector, length: float) -> Vector:
+    return length * vector[0], length * vector[1]
+
+
+def _between(ends: Vector, fraction: float) -> float:
+    return ends[0] + fraction * (ends[1] - ends[0])
 
 
 def refuse_unsolvable_poses(design: Design) -> None:
@@ -131,10 +228,8 @@ def refuse_unsolvable_poses(design: Design) -> None:
             f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {posed.steepest_deg:.3g} "
             f"deg where the sensor is {placement}"
         )
-        remedy = "take less tilt, a place nearer to the apex, or a smaller spread of radius"
-        if reading.off_centre_mm and not any(placement.tilt_deg):
-            raise validation_error("reading.off_centre_mm", reading.off_centre_mm, "mm", bound, remedy)
-        raise validation_error("reading.tilt_deg", reading.tilt_deg, "deg", bound, remedy)
+        hint = "take less tilt, or fruits of larger radii"
+        raise validation_error("reading.tilt_deg", reading.tilt_deg, "deg", bound, hint)
     if not scene.tips.tip_shape.obeys_hertz:  # all poses are solved on the cells of the most tilted one
         tilted = replace(scene.press, tilt_deg=reading.tilt_deg)
         scene_footprints(replace(scene, press=tilted), design.press.travel_mm)

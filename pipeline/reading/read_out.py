@@ -39,7 +39,8 @@ class ReadOut:
     by, and a pair on a fruit with a skin: all other terms are those of flesh alone. `lean_mm_per_N` (tips, tips) is
     what the contrast of domes adds to the springs, for forces that lean; None for other tips. `signal` is what becomes
     of forces on the way to counts; None where the design names no read-out. `rise_level` are readings as in `level`, of
-    whole presses by the rise of their contrast; none for a pair.
+    whole presses by the rise of their contrast; none for a pair. `fastest_press_s` is the shortest duration of a press
+    by hand, from the first touch to its deepest point; None without a read-out.
     """
 
     method: str
@@ -55,6 +56,7 @@ class ReadOut:
     lean_mm_per_N: Matrix | None = None
     signal: SignalPath | None = None
     rise_level: tuple[LevelReading, ...] = ()
+    fastest_press_s: float | None = None
 
     @property
     def is_pair(self) -> bool:

@@ -51,7 +51,7 @@ def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | Non
         axes = np.array(design.tips.places_mm)
         principal = np.stack(design.fruit.to_principal(*axes.T), axis=1)
         of_design = np.square(principal) @ [1.0 / (radius + rolling.dome_radius) for radius in design.fruit.radii_mm]
-        of_ball = rolling.mean_curvature / rolling.rolled * np.square(axes).sum(axis=1)
+        of_ball = rolling.mean_curvature / rolling.rolling_factor * np.square(axes).sum(axis=1)
         gaps = 0.5 * (of_ball - of_design)
         contrast = replace(
             contrast,
@@ -60,4 +60,4 @@ def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | Non
             hertz=contrast.hertz * math.pow(designed.relative_radius / rolling.relative_radius, 1.0 / 3.0),
         )
     is_curved = rolling.mean_curvature > 0.0
-    return RiseLaw(contrast=contrast, rolling=rolling if is_curved and rolling.hears_saddle else None)
+    return RiseLaw(contrast=contrast, rolling=rolling if is_curved and rolling.contrast_sees_saddle else None)

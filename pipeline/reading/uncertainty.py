@@ -1,26 +1,26 @@
-"""What the standard deviation of a reading is made of, each source by itself."""
+"""What the standard uncertainty of a reading is made of, each source by itself."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from cad.arrays import Floats
-from cad.design.reading import Reading
+from cad.design.reading import PRESS_SAMPLES, Reading
 from cad.fabrication.bridges import SignalPath
-from pipeline.reading.measurement import MeasurementModel
+from cad.theory.contrast_rise import RiseReading, RiseSlopes
 
-_PLATE_READINGS = 100  # on a hard plate nothing moves: the mean of as many readings is taken
-_STEP = 1e-4  # of a force, a stiffness or a tip's height of 1 mm, for slopes of the modulus
+_BOUNDED = 1.0 / math.sqrt(3.0)
+"""Standard deviation of what lies anywhere within a bound, over that bound (JCGM 100:2008, 4.3.7)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class UncertaintySources:
-    """The relative standard deviation of the modulus by each source [1].
+    """The relative standard uncertainty of the modulus by each source [1].
 
     `stiffness_slope` is that per relative error of each spring, apart from the others [1]; `noise_slope` that per cent
-    of noise in forces, and in the heights that they give [1/%]; `by_noise` what noise in forces makes in all [1].
+    of noise in forces [1/%]; `by_noise` what noise in forces makes in all [1].
     """
 
     contributions: Mapping[str, float]
@@ -30,107 +30,149 @@ class UncertaintySources:
 
     @property
     def total(self) -> float:
-        """Return the standard deviation of all sources together [1]: they scatter apart, so their squares add."""
+        """Return the standard uncertainty of all sources together [1]: they are independent, so their squares add."""
         return math.hypot(*self.contributions.values())
 
 
-def force_errors(reading: Reading, full_scale: Floats, signal: SignalPath | None) -> Floats:
-    """Return what each force may be off by without a touch [N], (tips,), one sigma: by the read-out, or as is asked.
+@dataclass(frozen=True, kw_only=True)
+class Channels:
+    """What the channels of a sensor add to its forces, each (tips,): by their read-out, or as a reading asks.
 
-    The noise that a reading asks for is of the full scale [N] of each channel.
+    `full_scale` [N] is the largest force of each, of which the noise that is asked for is a share.
     """
-    if signal is not None:
-        return np.array(signal.errors_N)
-    return np.array([reading.force_noise(force) for force in full_scale.tolist()])
+
+    reading: Reading
+    full_scale: Floats
+    signal: SignalPath | None
+
+    @property
+    def noises(self) -> Floats:
+        """Return the standard deviation of the noise of each force [N], independent from sample to sample."""
+        if self.signal is None:
+            return np.array([self.reading.force_noise(force) for force in self.full_scale.tolist()])
+        return np.array(self.signal.noises_N)
+
+    @property
+    def errors(self) -> Floats:
+        """Return how far each force may be off without a touch [N], one standard deviation."""
+        return self.noises if self.signal is None else np.array(self.signal.errors_N)
+
+    @property
+    def left_open(self) -> "LeftOpen":
+        """Return what calibration leaves open, and what drifts after it, anywhere within its bound.
+
+        The times of channels count as in a press by hand of `PRESS_S`; a faster one is open to more in proportion.
+        """
+        tips = np.ones(len(self.full_scale))
+        gains = {"gain": 0.01 * self.reading.gain_percent * tips}
+        zeros = 0.0 * tips
+        time_s = 0.0
+        if self.signal is not None:
+            gains["gain_drift"] = _BOUNDED * 0.01 * np.array(self.signal.gain_drift_percent)
+            zeros = _BOUNDED * np.array(self.signal.zero_drift_N)
+            time_s = _BOUNDED * 1e-3 * self.signal.time_error_ms
+        return LeftOpen(
+            zeros=zeros,
+            gains=gains,
+            springs=0.01 * self.reading.stiffness_percent * tips,
+            time_s=time_s,
+            on_plate=self.reading.calibrated_by == "plate",
+        )
+
+    @property
+    def by_heat(self) -> dict[str, float]:
+        """Return what the temperature of the leaves leaves open of any modulus [1].
+
+        Leaves of another modulus have the same deflection under a force of another size: deflections are read right,
+        all forces are off by that fraction, and so is the modulus, which is proportional to forces.
+        """
+        if self.signal is None:
+            return {}
+        return {
+            "modulus_drift": _BOUNDED * 0.01 * self.signal.modulus_drift_percent,
+            "self_heating": _BOUNDED * 0.01 * self.signal.self_heating_percent,
+        }
+
+
+def mean_sources(sources: Sequence[UncertaintySources]) -> UncertaintySources:
+    """Return the root mean square of each source over readings that occur alike."""
+
+    def mean(values: Iterable[float]) -> float:
+        return math.sqrt(math.fsum(value**2 for value in values) / len(sources))
+
+    return UncertaintySources(
+        contributions={name: mean(each.contributions[name] for each in sources) for name in sources[0].contributions},
+        stiffness_slope=mean(each.stiffness_slope for each in sources),
+        noise_slope=mean(each.noise_slope for each in sources),
+        by_noise=mean(each.by_noise for each in sources),
+    )
 
 
 def noise_to_reach(limit: float, sources: UncertaintySources) -> float | None:
-    """Return the noise [% of full scale] at which a standard deviation [1] is reached; None where it is without."""
+    """Return the noise [% of full scale] at which a standard uncertainty [1] is reached; None where it is without."""
     rest = sources.total**2 - sources.by_noise**2
     if rest >= limit**2:
         return None
     return math.sqrt(limit**2 - rest) / sources.noise_slope
 
 
+@dataclass(frozen=True, kw_only=True)
+class LeftOpen:
+    """What is left open of the channels and springs of a design or of a unit, each a standard deviation, (tips,).
+
+    `zeros` [N] are those of each force, `gains` [1] those of each channel by their cause, `springs` [1] those of each
+    stiffness, `time_s` that of the time of each channel. Channels that were calibrated `on_plate` tell deflections.
+    """
+
+    zeros: Floats
+    gains: Mapping[str, Floats]
+    springs: Floats
+    time_s: float
+    on_plate: bool
+
+    def of_press(self, slopes: RiseSlopes) -> dict[str, float]:
+        """Return what each cause leaves open of the modulus of a press [1], as a standard uncertainty.
+
+        A zero may be off from the first sample on, or drift by as much during the press.
+        """
+        gains = np.array(slopes.gains)
+        # Where a channel tells a deflection, the force of a spring that is stiffer than known is larger too.
+        springs = np.array(slopes.springs) + (gains if self.on_plate else 0.0)
+        return {
+            "zero_drift": _norm(np.hypot(slopes.zeros, slopes.drifts) * self.zeros),
+            "times": self.time_s * _norm(np.array(slopes.times)),
+            "stiffness": _norm(springs * self.springs),
+            **{cause: _norm(gains * deviations) for cause, deviations in self.gains.items()},
+        }
+
+
 def uncertainty_sources(
-    model: MeasurementModel,
-    reading: Reading,
-    press: Floats,
-    full_scale: Floats,
-    poses: Mapping[str, float],
-    signal: SignalPath | None = None,
+    found: RiseReading, channels: Channels, samples: int, others: Mapping[str, float]
 ) -> UncertaintySources:
-    """Return the sources at one modulus of a level sensor in the middle of its fruit.
+    """Return the sources of the reading of one press of so many samples, with `others` that are known already [1].
 
-    `press` (samples, tips) [N] are its forces; `poses` are the contributions of tilt, position and radius [1].
-    `full_scale` (tips,) [N] is the largest force of each channel. The heights of the tips are those that the mean of a
-    hundred readings on a flat hard plate gives: its noise is what is left. Raises ReadingError.
+    Noise is that of a press of `PRESS_SAMPLES`.
     """
-    E = model.modulus(press)
-    tips = press.shape[1]
-
-    def slopes(modulus_at: Callable[[Floats], float]) -> Floats:
-        """Return the relative change of the modulus per unit of what is moved at each tip, (tips,)."""
-        moves = [modulus_at(step) - modulus_at(-step) for step in _STEP * np.eye(tips)]
-        return np.array(moves) / (2.0 * _STEP * E)
-
-    of_samples = []  # per force on each tip in each sample [1/N]
-    for sample in np.eye(len(press))[:, :, None]:
-
-        def with_noise(step: Floats, sample: Floats = sample) -> float:
-            return model.modulus(press + sample * step * press[-1])
-
-        of_samples.append(slopes(with_noise) / press[-1])
-    noise = np.linalg.norm(np.array(of_samples), axis=0)
-    springs = slopes(lambda step: model.with_springs(1.0 + step).modulus(press))
-    gains = slopes(lambda step: model.modulus(press * (1.0 + step)))
-    # Where a channel tells a deflection, the force of a spring that is stiffer than known is larger too.
-    calibrated = springs + gains if reading.calibrated_by == "plate" else springs
-    heights = np.abs(slopes(lambda step: model.with_heights(step).modulus(press)))
-    # A hard plate gives heights by the deflection of each spring under its force.
-    zeroed = heights * np.diag(model.C) / math.sqrt(_PLATE_READINGS)  # per noise in forces [1/N]
-
-    noise_slope = 0.01 * math.hypot(_norm(noise * full_scale), _norm(zeroed * full_scale))
+    slopes = found.slopes
+    reading = channels.reading
+    signal = channels.signal
+    per_force = np.array(slopes.noise) * math.sqrt(samples / PRESS_SAMPLES)
     if signal is None:
-        by_percent = 0.01 * reading.noise_percent * full_scale
-        by_force = np.full(tips, reading.noise_N)
-        by_signal = {"noise_percent": _norm(noise * by_percent), "noise_N": _norm(noise * by_force)}
-        by_noise = noise_slope * reading.noise_percent
+        by_noise = {
+            "noise_percent": _norm(per_force * 0.01 * reading.noise_percent * channels.full_scale),
+            "noise_N": _norm(per_force) * reading.noise_N,
+        }
     else:
-        by_percent = np.array(signal.noise_N)
-        by_force = np.array(signal.quanta_N) / math.sqrt(12.0)  # JCGM 100:2008, F.2.2.1
-        by_signal = _signal_sources(signal, noise, np.sum(of_samples, axis=0), gains)
-        by_noise = math.hypot(_norm(noise * by_percent), _norm(zeroed * by_percent))
-    contributions = {
-        **by_signal,
-        "stiffness": 0.01 * reading.stiffness_percent * _norm(calibrated),
-        "gain": 0.01 * reading.gain_percent * _norm(gains),
-        "tip_height": math.hypot(_norm(zeroed * by_percent), _norm(zeroed * by_force)),
-    }
+        by_noise = {
+            "readout_noise": _norm(per_force * signal.noise_N),
+            "quantisation": _norm(per_force * signal.quanta_N) / math.sqrt(12.0),
+        }
     return UncertaintySources(
-        contributions={**contributions, **poses},
-        stiffness_slope=_norm(springs),
-        noise_slope=noise_slope,
-        by_noise=by_noise,
+        contributions={**by_noise, **channels.left_open.of_press(slopes), **channels.by_heat, **others},
+        stiffness_slope=_norm(np.array(slopes.springs)),
+        noise_slope=0.01 * _norm(per_force * channels.full_scale),
+        by_noise=math.hypot(*by_noise.values()),
     )
-
-
-def _signal_sources(signal: SignalPath, noise: Floats, offsets: Floats, gains: Floats) -> dict[str, float]:
-    """Return what a read-out adds [1]: `noise` and `offsets` are slopes of the modulus [1/N], `gains` [1], (tips,).
-
-    A drift lies anywhere within its bound: its standard deviation is that over the root of three (JCGM 100:2008,
-    4.3.7). A zero is alike in all samples of a press. Leaves of another modulus give as before under a force of another
-    size: deflections are read right, all forces are off by that share, and so is the modulus, which is one of forces.
-    """
-    bounded = 1.0 / math.sqrt(3.0)
-    return {
-        "readout_noise": _norm(noise * signal.noise_N),
-        "quantisation": _norm(noise * signal.quanta_N) / math.sqrt(12.0),
-        "zero_drift": bounded * _norm(offsets * signal.zero_drift_N),
-        "gain_drift": bounded * 0.01 * _norm(gains * signal.gain_drift_percent),
-        "modulus_drift": bounded * 0.01 * signal.modulus_drift_percent,
-        "self_heating": bounded * 0.01 * signal.self_heating_percent,
-    }
 
 
 def _norm(values: Floats) -> float:

@@ -13,7 +13,7 @@ from pipeline.report.verdict_table import OUTCOME, reasons, verdict_table
 from pipeline.storage.digests import Json
 
 _TARGETS = (
-    *("reading.bias", "reading.uncertainty", "reading.lift", "reading.relaxation", "bruise"),
+    *("reading.bias", "reading.uncertainty", "reading.touch", "reading.relaxation", "bruise"),
     *("P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic"),
 )
 _REASONS = 3  # lines of what did not pass before the rest is counted

@@ -35,10 +35,16 @@ def write_solids(
 
 
 def write_fabrication_files(
-    inputs: Inputs, design: Design, housing: Housing, springs: "Sequence[Spring]", folder: Path
+    inputs: Inputs,
+    design: Design,
+    housing: Housing,
+    springs: "Sequence[Spring]",
+    folder: Path,
+    fastest_s: float | None,
 ) -> Verdicts:
     """Write the files for fabrication beside housing.stl [mm], return the verdicts on cover and bracket.
 
+    `fastest_s` is the shortest duration of a press by hand [s], where there is a read-out.
     Both are kept by the inputs. Raises OSError or ExportError.
     """
     from cad.checks.assembly_checks import cover_verdicts
@@ -51,7 +57,8 @@ def write_fabrication_files(
 
     def write() -> Written:
         sensor = sensor_of(design, housing)
-        files = write_fabrication(sensor, Title(name=design.name, process=process), springs, folder, design.readout)
+        title = Title(name=design.name, process=process)
+        files = write_fabrication(sensor, title, springs, folder, design.readout, fastest_s)
         cover = cover_verdicts(sensor, files.cover, process)
         return files.paths, (*cover, *mount_verdicts(sensor, files.mount, process))
 

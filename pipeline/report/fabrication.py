@@ -9,6 +9,7 @@ from cad.quantity import Estimate
 from cad.verdict import Verdict
 from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
+from pipeline.reading.analysis import fastest_design_press
 from pipeline.report.cad_tasks import write_fabrication_files
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_to_read
 from pipeline.springs.leaf_lengths import COARSE
@@ -17,13 +18,19 @@ from pipeline.storage.cache import cached
 from pipeline.storage.kept_files import Verdicts, kept_files
 from pipeline.storage.workers import finished, submit
 from pipeline.verdicts.rules import margin_verdict
+from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import sideways_stiffness
 
 SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
 
 
 def begin_fabrication(
-    design: Design, springs: FittedSprings, options: RunOptions, folder: Path, executor: Executor | None
+    design: Design,
+    contact: FruitCompliance,
+    springs: FittedSprings,
+    options: RunOptions,
+    folder: Path,
+    executor: Executor | None,
 ) -> Future[Verdicts]:
     """Let the files for fabrication be written beside the solids, where asked for; none where no housing can be made.
 
@@ -34,16 +41,18 @@ def begin_fabrication(
     if not options.fabrication or housing is None:
         return finished(())
     to_read = springs_to_read(design, springs)
+    fastest_s = None if design.readout is None else fastest_design_press(design, contact, springs)
     inputs = {
         "design": design_as_mapping(design),
         "process": springs.process,
         "housing": housing,
         "springs": to_read,
+        "fastest press": fastest_s,
     }
     kept = kept_files("maker files", inputs, folder)
     if kept is not None:
         return finished(kept)
-    return submit(executor, write_fabrication_files, inputs, design, housing, to_read, folder)
+    return submit(executor, write_fabrication_files, inputs, design, housing, to_read, folder, fastest_s)
 
 
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:

@@ -206,7 +206,7 @@ def reading_keys(readings: Readings) -> Plain:
     for row in readings.moduli:
         modulus = {
             "E_MPa": row.E,
-            "E_bias_percent": 100.0 * row.bias,
+            "E_bias_percent": 100.0 * row.bias.value,
             "worst": str(row.worst),
             "uncertainty_percent": 100.0 * row.sources.total,
             "sources": _percent(row.sources.contributions),
@@ -227,7 +227,7 @@ def reading_keys(readings: Readings) -> Plain:
         "uncertainty_percent": None if uncertainty is None else 100.0 * uncertainty.value,
         "sources": {} if uncertainty is None else _percent(readings.worst_uncertainty.sources.contributions),
         "method": readings.method,
-        "lift_deg": readings.lift.value,
+        "touch_fraction": readings.touch.value,
         "noise_for_10_percent": readings.noise_percent,
         "refused": readings.refused,
         "moduli": moduli,

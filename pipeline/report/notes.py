@@ -80,6 +80,15 @@ def _of_the_reading(design: Design, readings: Readings) -> Iterator[str]:
     noise = readings.noise_percent
     loud = "even without noise it is above" if noise is None else f"noise of {noise:.2g} % of full scale brings it to"
     yield f"uncertainty of E: {loud} 10 %"
+    if readings.heights > 0.0:
+        yield (
+            f"heights of the tips drop out of a press: 0.05 mm of contrast moves E by {5.0 * readings.heights:.2g} %"
+        )
+    if design.tips.dome_radius_mm is not None:
+        yield (
+            "left out of the bar: a skin that sticks to the domes reads E some 3 % high; flesh whose modulus rises or "
+            "falls by 30 % towards the stone reads some 5 % higher or lower than at the skin"
+        )
     if readings.flesh > 0.0:
         percent = 100.0 * readings.flesh
         yield f"law of the flesh: E is that of neo-Hookean flesh; by Hencky or as foam it is within {percent:.2g} %"

@@ -207,7 +207,7 @@ _CONVERTER = strict_converter(forbid_extra_keys=False)
 _CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(without_former_defaults(data)))
 _CONVERTER.register_unstructure_hook(Design, design_as_mapping)
 _CONVERTER.register_unstructure_hook_func(is_array, _finite_or_none)
-leave_out_default(_CONVERTER, ReadOut, "lean_mm_per_N", "signal", "rise_level")
+leave_out_default(_CONVERTER, ReadOut, "lean_mm_per_N", "signal", "rise_level", "fastest_press_s")
 
 
 def as_data(value: object) -> Any:  # noqa: ANN401 - JSON data of any kind

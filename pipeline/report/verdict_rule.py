@@ -11,7 +11,7 @@ ROUND_OFF = 1e-12
 """Below it a number says nothing in any unit that is shown: mm, N, MPa, N/m, %, fractions of numbers near 1."""
 
 _SENSES = (
-    ("reading.lift", "at least"), ("reading.*", "at most"), ("bruise", "at most"), ("sideways.*", "at least"),
+("reading.*", "at most"), ("bruise", "at most"), ("sideways.*", "at least"),
     ("geometry.*_clearance", "at least"), ("geometry.*_over_fruit", "at least"), ("geometry.stops_*", "at least"),
     ("geometry.deflected_gap_*", "at least"), ("geometry.fillets", "at least"), ("geometry.plates", "at least"),
     ("geometry.tip_face", "at most"),
@@ -59,5 +59,5 @@ def fails_unread(verdict: Verdict) -> bool:
     """Say whether a verdict on readings fails though its value keeps the limit: for poses that have no reading."""
     if verdict.passed is not False or verdict.value is None or not isinstance(verdict.limit, int | float):
         return False
-    at_most = verdict.name.startswith("reading.") and verdict.name != "reading.lift"
+    at_most = verdict.name.startswith("reading.")
     return at_most and verdict.limit - verdict.value > (verdict.error or 0.0)

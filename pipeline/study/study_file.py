@@ -44,7 +44,7 @@ class Goal:
     under: tuple[str, ...] = (
         "reading.bias",
         "reading.uncertainty",
-        "reading.lift",
+        "reading.touch",
         "bruise",
         "printable.low",
         "printable.high",

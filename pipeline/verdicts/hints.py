@@ -121,9 +121,12 @@ def _not_made(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str
     return "make both springs printable first: see printable.low and printable.high"
 
 
-def _less_tilt(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
-    tilt = 0.0 if verdict.value is None else _WITHIN * (verdict.value - (verdict.error or 0.0))
-    return f"would pass with `--set reading.tilt_deg={rounded(tilt, 0.0):g}`" if tilt > 0.0 else None
+def _farther(verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
+    if verdict.value is None or not isinstance(verdict.limit, float):
+        return None
+    travel = design.press.travel_mm
+    least = (verdict.value + (verdict.error or 0.0)) * travel / (_WITHIN * verdict.limit)
+    return f"would pass with more travel: `--set press.travel_mm={rounded(least, math.inf):g}`"
 
 
 def _steadier(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str:
@@ -153,7 +156,7 @@ HINTS: Mapping[str, Hint | str] = {
     "printable.high": _travel,
     "bruise": _travel,
     **dict.fromkeys(CLEARANCES, _travel),
-    "reading.lift": _less_tilt,
+    "reading.touch": _farther,
     "reading.relaxation": _steadier,
 }
 """The hint of each verdict, or what computes it; a verdict that is not listed, or gets None, is left to the search."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from cad.design.parameters import Design, Targets
-from cad.design.reading import Reading
+from cad.design.reading import LATEST_TOUCH, Reading
 from cad.quantity import Estimate
 from cad.theory.hertz import contact_reach, relative_radius
 from cad.tips.layouts import Position
@@ -264,7 +264,7 @@ def skin_verdict(pressures: Sequence[SkinPressure]) -> Verdict:
 
 
 def reading_verdicts(design: Design, readings: Readings | None) -> tuple[Verdict, ...]:
-    """Return the verdicts on bias, uncertainty, lift and bruising; none for a design that is checked by its ratio."""
+    """Return the verdicts on bias, uncertainty, touch and bruising; none for a design that is checked by its ratio."""
     if design.reading is None or readings is None:
         return ()
     bruise = (skin_verdict(readings.pressures),) if readings.pressures else ()
@@ -272,9 +272,9 @@ def reading_verdicts(design: Design, readings: Readings | None) -> tuple[Verdict
 
 
 def analysis_verdicts(readings: Readings, reading: Reading) -> tuple[Verdict, ...]:
-    """Return the verdicts reading.bias and reading.uncertainty [1], and reading.lift [deg]."""
-    bias_words = "largest |E read / E - 1| without noise"
-    uncertainty_words = "standard deviation of E read / E, level and in the middle"
+    """Return the verdicts reading.bias, reading.uncertainty and reading.touch, all [1]."""
+    bias_words = "largest |E read / E - 1| without noise, over all fruits and poses"
+    uncertainty_words = "standard uncertainty of E over all fruits and poses"
     if readings.moduli:
         worst = readings.worst_bias
         bias_words += f": at {worst.E:.3g} MPa, {worst.worst}"
@@ -283,13 +283,12 @@ def analysis_verdicts(readings: Readings, reading: Reading) -> tuple[Verdict, ..
         largest = list(sources)[first_largest(sources.values())]
         uncertainty_words += f", at {widest.E:.3g} MPa; largest source: {largest}"
     refused = readings.refused
-    lift_words = "tilt at which the first tip leaves the fruit, the worst direction and modulus; at least the limit"
+    touch_words = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
+    limit = readings.uncertainty_limit if readings.moduli else reading.least_uncertainty_limit
     return (
         _reading_verdict("reading.bias", readings.bias, reading.bias_limit, bias_words, refused),
-        _reading_verdict(
-            "reading.uncertainty", readings.uncertainty, reading.uncertainty_limit, uncertainty_words, refused
-        ),
-        margin_verdict("reading.lift", readings.lift, reading.tilt_deg, lift_words),
+        _reading_verdict("reading.uncertainty", readings.uncertainty, limit, uncertainty_words, refused),
+        margin_verdict("reading.touch", readings.touch, LATEST_TOUCH, touch_words, at_most=True),
     )
 
 

@@ -19,6 +19,7 @@ from solve.contact.scene import Point, Scene, check_scene
 from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, initial_gap, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
+from solve.fruit.curved_shape import fruit_slope
 
 # Order 1.5 of the cells' error in their number: what is left of the coarse grid's, over the step to the fine one.
 LEFT = 1.0 / (1.0 - (WHOLE_CELLS[0] / WHOLE_CELLS[1]) ** 1.5)
@@ -29,21 +30,43 @@ COMPARED = 8  # poses that are pressed on both grids
 class Pose:
     """One press: modulus E [MPa], travel [mm], tilt along and across [deg], shift off centre along and across [mm].
 
-    `radius_mm` is the radius of the fruit along the tips, whose radius across goes with it; None for that of the scene.
+    `radii_mm` are the principal radii of the fruit, the first at an azimuth [deg] from the line along the tips;
+    `thickness_mm` is its flesh. Where they are None the fruit is that of the scene.
+
+    Where `from_touch`, a hand presses: the tilt is against the normal of the skin where the sensor is set down, and the
+    travel counts from the first touch in this pose, since when the tilt has changed by `turned_deg`.
     """
 
     E: float
     travel: float
     tilt_deg: Point = (0.0, 0.0)
     off_centre_mm: Point = (0.0, 0.0)
-    radius_mm: float | None = None
+    radii_mm: Point | None = None
+    azimuth_deg: float | None = None
+    thickness_mm: float | None = None
+    from_touch: bool = False
+    turned_deg: Point = (0.0, 0.0)
+
+    @property
+    def stand(self) -> tuple[Any, ...]:
+        """Return all but modulus and travel."""
+        return (
+            self.tilt_deg,
+            self.off_centre_mm,
+            self.radii_mm,
+            self.azimuth_deg,
+            self.thickness_mm,
+            self.from_touch,
+            self.turned_deg,
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PoseForces:
     """Forces F of the tips [N], shape (poses, tips), nan in a pose whose contact runs off the face of a dome.
 
-    `F_error` [N] is how far each may be off; it leaves out `F_flesh` [N], what Hencky's law of flesh adds under domes
+    `F_error` [N] is how far each may be off, `error_alike` [N] how far all are off where the errors have one sign under
+    all tips; both leave out `F_flesh` [N], what Hencky's law of flesh adds under domes
     to the neo-Hookean one, and that of Storakers takes. `error` (poses,) is the
     largest relative error of a force above 0 [1]; `touching` (poses, tips) says which tips touch; `contact_radius` [mm]
     and `mean_pressure` [MPa], which may be off by `pressure_error` [MPa], all (poses, tips), are those of a round
@@ -53,6 +76,7 @@ class PoseForces:
 
     F: Floats
     F_error: Floats
+    error_alike: Floats
     F_flesh: Floats
     error: Floats
     touching: Flags
@@ -69,10 +93,10 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
     is too steep or outside the domain of contact, SolveError when a solve is not exact.
     """
     # Many poses share a scene: each is made, and its first touch found, once.
-    made: dict[tuple[Point, Point, float | None], Scene] = {}
+    made: dict[tuple[Any, ...], Scene] = {}
     scenes = []
     for pose in poses:
-        key = (pose.tilt_deg, pose.off_centre_mm, pose.radius_mm)
+        key = pose.stand
         if key not in made:
             made[key] = posed_scene(scene, pose)
             check_scene(made[key])
@@ -86,25 +110,38 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
 
 
 def posed_scene(scene: Scene, pose: Pose) -> Scene:
-    """Return the scene in a pose: its press turned, the sensor moved, the fruit of another radius."""
-    tilt, roll = pose.tilt_deg
-    press = dataclasses.replace(scene.press, tilt_deg=tilt, roll_deg=roll)
-    fruit = _of_radius(scene.fruit, pose.radius_mm)
+    """Return the scene in a pose: its press turned, the sensor moved, on the fruit that is met."""
+    fruit = _fruit_met(scene.fruit, pose.radii_mm, pose.azimuth_deg, pose.thickness_mm)
     off_centre = (scene.off_centre_mm[0] + pose.off_centre_mm[0], scene.off_centre_mm[1] + pose.off_centre_mm[1])
-    return dataclasses.replace(scene, fruit=fruit, press=press, off_centre_mm=off_centre)
+    tilt, roll = pose.tilt_deg
+    if pose.from_touch and any(off_centre) and scene.curved:
+        normal = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))
+        tilt, roll = tilt + float(normal[0]), roll + float(normal[1])
+    return dataclasses.replace(
+        scene,
+        fruit=fruit,
+        press=dataclasses.replace(scene.press, tilt_deg=tilt, roll_deg=roll),
+        off_centre_mm=off_centre,
+        from_touch=pose.from_touch,
+        turned_deg=pose.turned_deg,
+    )
 
 
-@functools.lru_cache(maxsize=8)
-def _of_radius(fruit: Fruit, radius_mm: float | None) -> Fruit:
-    """Return a fruit of another radius along the tips [mm], made once for the many poses on it."""
-    if radius_mm is None or fruit.radius_mm is None:
-        return fruit
-    changes: dict[str, Any] = {"radius_mm": radius_mm}
-    if fruit.radius_across_mm is not None:
-        changes["radius_across_mm"] = fruit.radius_across_mm * radius_mm / fruit.radius_mm
-    if fruit.whole:  # its plan follows from its radii
+@functools.lru_cache(maxsize=256)
+def _fruit_met(fruit: Fruit, radii: Point | None, azimuth: float | None, thickness: float | None) -> Fruit:
+    """Return a fruit of other radii [mm], azimuth [deg] and thickness [mm], made once for the many poses on it."""
+    changes: dict[str, Any] = {}
+    if radii is not None and fruit.radius_mm is not None:
+        changes["radius_mm"] = radii[0]
+        if fruit.shape == "ellipsoid":
+            changes["radius_across_mm"] = radii[1]
+    if azimuth is not None:
+        changes["azimuth_deg"] = azimuth
+    if thickness is not None:
+        changes["thickness_mm"] = thickness
+    if changes and fruit.whole:  # its plan follows from its radii and its thickness
         changes |= {"length_mm": None, "width_mm": None}
-    return dataclasses.replace(fruit, **changes)
+    return dataclasses.replace(fruit, **changes) if changes else fruit
 
 
 def _dome_forces(
@@ -118,6 +155,7 @@ def _dome_forces(
     return PoseForces(
         F=np.where(off_face[:, None], np.nan, domes.F),
         F_error=domes.error,
+        error_alike=domes.error_alike,
         F_flesh=domes.flesh,
         error=domes.relative_error.max(axis=1),
         touching=domes.F > 0.0,
@@ -144,10 +182,17 @@ def _cell_forces(
     finer, _ = _grid_forces(turned, fine, C, [poses[i] for i in chosen], [scenes[i] for i in chosen])
     steps = np.divide(np.abs(finer - F[chosen]), finer, out=np.zeros_like(finer), where=finer > 0.0)
     error = LEFT * float(steps.max(initial=0.0)) + compliance.error_pair
+    # A tip that has just touched has an error of its own, which is no matter of the flesh: the whole force counts.
+    moduli = np.array([pose.E for pose in poses])
+    whole = F.sum(axis=1)
+    largest = np.array([whole[moduli == E].max(initial=1e-300) for E in moduli[chosen]])
+    whole_step = float((np.abs(finer.sum(axis=1) - whole[chosen]) / largest).max())
+    alike = (LEFT * whole_step + compliance.error_pair) * _less_by_flesh(compliance, C, moduli, F)
     mean_pressure = F / np.where(area > 0.0, area, 1.0)
     return PoseForces(
         F=F,
         F_error=error * F,
+        error_alike=alike,
         F_flesh=np.zeros_like(F),
         error=np.full(len(F), error),
         touching=F > 0.0,
@@ -156,6 +201,23 @@ def _cell_forces(
         pressure_error=error * mean_pressure,
         face_mm=np.zeros(len(F)),
     )
+
+
+def _less_by_flesh(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
+    """Return by how much forces (poses, tips) [N] fall on softer flesh, where those of a level press fall by their sum.
+
+    At one modulus that is flesh which gives way by the same fraction more in all poses.
+    """
+    fractions = {}
+    for E in np.unique(moduli).tolist():
+        level = np.linalg.solve(C + compliance.S / E, np.ones(len(C)))
+        fractions[E] = level.sum() / np.linalg.solve(C + compliance.S / E, compliance.S / E @ level).sum()
+    fall = np.zeros_like(F)
+    for row, E, forces in zip(fall, moduli.tolist(), F, strict=True):
+        on = np.flatnonzero(forces > 0.0)
+        by_flesh = compliance.S[np.ix_(on, on)] / E
+        row[on] = fractions[E] * np.linalg.solve(C[np.ix_(on, on)] + by_flesh, by_flesh @ forces[on])
+    return fall
 
 
 def _grid_forces(

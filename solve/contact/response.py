@@ -110,7 +110,8 @@ def _dome_response(
     check_scene(scene)
     E, travel = (values.ravel() for values in np.meshgrid(moduli, x, indexing="ij"))
     domes = domes_on(scene, compliance, C, [scene] * len(E), E, travel)
-    widest = float(domes.face.max(initial=0.0))
+    # Flesh that is softer than any of the fruit is pressed for a limit alone.
+    widest = float(domes.face[min(scene.fruit.E_MPa) <= E].max(initial=0.0))
     if widest > scene.tips.side_mm:
         enough = math.ceil(100.0 * widest) / 100.0
         bound = f"at least {enough:g} mm, or the contact runs off the face of a dome"

@@ -43,6 +43,9 @@ class Scene:
     most 0: the foremost tip touches first; no entries stand for tips that are level. What tips stand out by design is
     in `tips`, and travel counts from where such tips touch. `off_centre_mm` is where the sensor was set down, along and
     across, from where it belongs on the fruit. Only domes are moved `sideways`, where that is given.
+
+    Where `from_touch`, travel is along the axis of the sensor and counts from its first touch in this pose, and the
+    tilt has changed by `turned_deg` along and across since then, about the middle of the tips.
     """
 
     fruit: Fruit
@@ -51,6 +54,8 @@ class Scene:
     height_offset_mm: tuple[float, ...] = ()
     off_centre_mm: Point = (0.0, 0.0)
     sideways: SidewaysGive | None = None
+    from_touch: bool = False
+    turned_deg: Point = (0.0, 0.0)
 
     @property
     def linear(self) -> bool:
@@ -89,6 +94,12 @@ class Scene:
     @cached_property
     def turn(self) -> Floats:
         """Return the tangents of tilt and roll [1], shape (2,)."""
+        tilt = np.radians([self.press.tilt_deg, self.press.roll_deg])
+        return np.asarray(np.tan(tilt + np.radians(self.turned_deg)))
+
+    @cached_property
+    def turn_at_touch(self) -> Floats:
+        """Return the tangents of tilt and roll at the first touch [1], shape (2,)."""
         return np.tan(np.radians([self.press.tilt_deg, self.press.roll_deg]))
 
     @property

@@ -58,7 +58,12 @@ class SceneCells:
 
     def interference(self, scene: Scene, x: float) -> Floats:
         """Return how far the undeformed tips would enter the fruit [mm] at travel x [mm]; -inf without a face."""
-        lever = (self.cells.points - self.middle) @ scene.turn
+        if scene.from_touch:
+            x -= float(self._entered(scene, scene.turn_at_touch, 0.0).max())
+        return self._entered(scene, scene.turn, x)
+
+    def _entered(self, scene: Scene, turn: Floats, x: float) -> Floats:
+        lever = (self.cells.points - self.middle) @ turn
         return np.asarray(x + lever - self.gap + np.array(scene.height_offsets_mm)[self.cells.owner])
 
 

@@ -25,6 +25,7 @@ from cad.arrays import Floats
 DEEPEST = 25.0  # k h beyond which T is 1 to rounding
 POINTS = 12  # of Gauss's rule on a panel, which holds a period of the fastest wave
 SHORTEST = 30.0  # k a beyond which an arching layer feels next to nothing: 1e-4 of it
+NEXT_TO_RIGID = 1e-7  # modulus of a layer over that of its base
 DISTANCES = 160  # of the table of l(r)
 EQUATIONS = 40  # at points of a radius
 RADII = 48
@@ -90,6 +91,15 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
     softening = np.array([layer.surface / math.pi * layer.softening(k * h) for layer in layers])
     added = (softening * weight) @ j0(np.outer(k, table))
     return np.asarray(CubicSpline(table, added, axis=1)(distances))
+
+
+def base_compliance(thickness: float, poisson: float, distances: Floats) -> Floats:
+    """Return what a rigid base under a layer [mm] changes of the half-space's compliance, times E [1/mm].
+
+    Below 0, at distances of point loads [mm], as whose shape.
+    """
+    layer = Layer(thickness=thickness, modulus=NEXT_TO_RIGID, poisson=poisson, poisson_below=poisson)
+    return np.asarray(NEXT_TO_RIGID * added_compliances([layer], distances)[0])
 
 
 @dataclass(frozen=True, eq=False)

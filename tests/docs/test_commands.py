@@ -50,11 +50,11 @@ SLOW = ("default", "own file", "compression tests")  # the others are studies
 
 OTHER_FRUIT = [
     'pipeline suggest --fruit "radius 26, E 0.3 to 2" --out kiwi.toml',
-    "pipeline run --design docs/examples/kiwi.toml",
-    "pipeline run --design docs/examples/apple.toml",
-    "pipeline run --design docs/examples/peach.toml",
-    "pipeline run --design docs/examples/avocado.toml",
-    "pipeline run --design docs/examples/tomato.toml",
+    "pipeline run --design kiwi",
+    "pipeline run --design apple",
+    "pipeline run --design peach",
+    "pipeline run --design avocado",
+    "pipeline run --design tomato",
 ]
 
 

@@ -60,6 +60,9 @@ FILES = [
     ("[fruit]\nheight_mm = -1\n", "fruit.height_mm = -1 mm"),
     ("[springs]\nK_l_N_per_m = 753\n", "springs.K_h_N_per_m is not set"),
     ("name = 3\n", "name = 3"),
+    ("[reading]\nradius_mm = [42, 53]\n", "reading.radius_across_mm is not set"),
+    ("[reading]\nthickness_mm = [20, 8]\n", "reading.thickness_mm = [20.0, 8.0] mm"),
+    ("[reading]\nuncertainty_limit = [0.1]\n", "reading.uncertainty_limit = [0.1]"),
 ]
 COMMANDS = [
     (["rnu"], "rnu: "),
@@ -145,8 +148,7 @@ def test_refusal_imports_nothing_heavy(flags):
         ("mango", ["tips.spacing_mm=5.8", "tips.side_mm=5.6"], "tips.spacing_mm = "),
         ("mango", ["tips.spacing_mm=5.5", "tips.side_mm=5.3"], "tips.spacing_mm = "),
         ("mango", ["tips.spacing_mm=5.8", "tips.side_mm=5.3", "tips.socket=pin"], "tips.spacing_mm = "),
-        ("mango", ["reading.tilt_deg=14"], "reading.tilt_deg = "),
-        ("mango", ["reading.off_centre_mm=9"], "reading.off_centre_mm = "),
+        ("mango", ["reading.tilt_deg=15", "reading.radius_mm=[22,30]"], "reading.tilt_deg = "),
         ("paper", ["reading.tilt_deg=4", "fruit.width_mm=3.9"], "gap from tip to side face = 1.45 mm"),
         ("paper", ["reading.tilt_deg=0", "fruit.length_mm=11.9"], "gap from tip to side face = 1.45 mm"),
     ],

@@ -18,8 +18,12 @@ DOMES = {
     "tips.side_mm": 2.4,
     "press.travel_mm": 0.4,
     "reading.tilt_deg": 1.5,
+    "reading.noise_percent": 0.3,
 }
-"""Domes are not solved on cells, so that they cost less than the cubes of the example, and read well at this tilt."""
+"""Domes are not solved on cells, so that they cost less than the cubes of the example, and read well at this tilt.
+
+At 0.5 MPa the whole force rises by 0.08 N in the most tilted press, which must be ten times its noise.
+"""
 
 
 def flags(**changes):
@@ -43,7 +47,7 @@ def test_line_that_reads_well_passes_by_its_readings_alone(line):
     code, folder = line
     report = report_of(folder)
     outcomes = {verdict["name"]: verdict["passed"] for verdict in report["verdicts"]}
-    assert outcomes == dict.fromkeys(("reading.bias", "reading.uncertainty", "reading.lift"), True)
+    assert outcomes == dict.fromkeys(("reading.bias", "reading.uncertainty", "reading.touch"), True)
     assert code == 0
 
 

@@ -55,8 +55,12 @@ def test_changes_are_numbers_lists_or_their_text():
     texts = {"targets.NL": "0.06", "fruit.E_MPa": "[1, 2]", "name": "mine", "print.process": "fdm-pla"}
     assert load_design("paper", texts) == given
     assert load_design("paper", {"fruit.E_MPa": (1.0, 2.0)}).fruit == Fruit(E_MPa=(1.0, 2.0))
-    block = {"fruit.radius_mm": None, "fruit.thickness_mm": None, "fruit.shape": "block"}
-    assert load_design("mango", block).fruit.radius_mm is None
+    block = {
+        **dict.fromkeys(("fruit.radius_mm", "fruit.radius_across_mm", "fruit.thickness_mm")),
+        "fruit.shape": "block",
+    }
+    ranges = ("reading.radius_mm", "reading.radius_across_mm", "reading.thickness_mm")
+    assert load_design("mango", {**block, **dict.fromkeys(ranges)}).fruit.radius_mm is None
 
 
 BAD = [

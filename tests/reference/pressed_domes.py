@@ -126,6 +126,30 @@ def shapes(points, edges):
     return np.array(values), np.array(slopes)
 
 
+def flesh(u, solid, slope, weight, poisson):
+    """Return the forces at the nodes of neo-Hookean elements and their stiffness, (m, 30) and (m, 30, 30).
+
+    `u` (n, 3) are displacements, `solid` (10, m) the elements, with slopes of their functions `slope` (m, points, 10,
+    3) and volumes `weight` (m, points) at their points. Raises ArithmeticError where one is turned inside out.
+    """
+    mu = 0.5 / (1.0 + poisson)
+    lam = poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+    F = np.eye(3) + np.einsum("nek,eqnd->eqkd", u[solid], slope)
+    J = np.linalg.det(F)
+    if J.min() <= 0.0:
+        raise ArithmeticError(J.min())
+    log = np.log(J)
+    now = slope @ np.linalg.inv(F)  # over the places where the flesh is now
+    P = mu * slope @ F.swapaxes(-1, -2) + (lam * log - mu)[..., None, None] * now
+    forces = np.einsum("eq,eqni->eni", weight, P).reshape(-1, 30)
+    flat = now.reshape(*J.shape, 30)
+    swelling = (flat * (lam * weight)[..., None]).swapaxes(1, 2) @ flat
+    turning = (flat * ((mu - lam * log) * weight)[..., None]).swapaxes(1, 2) @ flat
+    K = swelling.reshape(-1, 10, 3, 10, 3) + turning.reshape(-1, 10, 3, 10, 3).transpose(0, 1, 4, 3, 2)
+    K[:, :, range(3), :, range(3)] += np.einsum("eq,eqnk,eqmk->enm", mu * weight, slope, slope)
+    return forces, K.reshape(-1, 30, 30)
+
+
 class Pressed:
     """A piece of flesh under balls."""
 
@@ -165,26 +189,6 @@ class Pressed:
         self.free = np.flatnonzero(np.append(~held.ravel(), np.ones(len(springs), dtype=bool)))
         self.factor = None
 
-    def flesh(self, u):
-        """Return the forces at the nodes of elements and their stiffness, (m, 30) and (m, 30, 30)."""
-        nu = self.press.poisson
-        mu = 0.5 / (1.0 + nu)
-        lam = nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
-        F = np.eye(3) + np.einsum("nek,eqnd->eqkd", u[self.solid], self.slope)
-        J = np.linalg.det(F)
-        if J.min() <= 0.0:
-            raise ArithmeticError(J.min())
-        log = np.log(J)
-        slope = self.slope @ np.linalg.inv(F)  # over the places where the flesh is now
-        P = mu * self.slope @ F.swapaxes(-1, -2) + (lam * log - mu)[..., None, None] * slope
-        forces = np.einsum("eq,eqni->eni", self.weight, P).reshape(-1, 30)
-        flat = slope.reshape(*J.shape, 30)
-        swelling = (flat * (lam * self.weight)[..., None]).swapaxes(1, 2) @ flat
-        turning = (flat * ((mu - lam * log) * self.weight)[..., None]).swapaxes(1, 2) @ flat
-        K = swelling.reshape(-1, 10, 3, 10, 3) + turning.reshape(-1, 10, 3, 10, 3).transpose(0, 1, 4, 3, 2)
-        K[:, :, range(3), :, range(3)] += np.einsum("eq,eqnk,eqmk->enm", mu * self.weight, self.slope, self.slope)
-        return forces, K.reshape(-1, 30, 30)
-
     def contact(self, u, moved, penalty):
         """Return the forces of faces and their stiffness, by the dofs of each and its ball: (k, 19), (k, 19, 19)."""
         centres = self.centres - [0.0, 0.0, self.press.travel] + moved[:, None] * self.press.axis
@@ -208,7 +212,8 @@ class Pressed:
         own = np.append(np.zeros(self.x.size), self.springs)
         left = own * unknown
         slope = coo_matrix((self.springs, (np.flatnonzero(own),) * 2), shape=shape).tocsc()
-        parts = ((self.dofs, *self.flesh(u)), (self.face_dofs, *self.contact(u, moved, penalty)))
+        solid = flesh(u, self.solid, self.slope, self.weight, self.press.poisson)
+        parts = ((self.dofs, *solid), (self.face_dofs, *self.contact(u, moved, penalty)))
         for dofs, forces, stiffness in parts:
             left += np.bincount(dofs.ravel(), forces.ravel(), len(left))
             rows = np.repeat(dofs, dofs.shape[1], axis=1).ravel()

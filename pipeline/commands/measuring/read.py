@@ -28,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "signal",
         metavar="FILE.csv",
         nargs="?",
-        help="columns t_s, x_mm if it is there, a force or counts for each tip; or -",
+        help="columns t_s or a time for each channel, x_mm if it is there, a force or counts for each tip; or -",
     )
     add("--forces", metavar="F1,F2,...", help="one reading [N]; write --forces=-0.5,1 below 0")
     add("--counts", metavar="C1,C2,...", help="one reading in counts, of a unit whose counts were calibrated")
@@ -166,6 +166,8 @@ def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     signal = Signal(lines_of(arguments.signal), arguments.signal, len(sensor.report.tips))
     for note in signal.notes:
         print_error(f"note: {note}")
+    if not signal.timed and sensor.report.read_out.signal is None:
+        print_error("note: no time for each channel, and no [readout]: all channels of a line are taken as at once")
     for reading in readings_of(sensor, signal, every_sample=arguments.each):
         resolved = resolved or reading.E is not None
         _tell(reading, indent=None, as_json=arguments.json)

@@ -22,8 +22,13 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
     design = sensor.design
     if design.reading is None and design.targets is not None:
         return _target_verdicts(sensor)
-    worst = max(rows, key=lambda row: row.u)
-    limit = _USUAL_UNCERTAINTY if design.reading is None else design.reading.uncertainty_limit
+    reading = design.reading
+
+    def limit_at(E: float) -> float:
+        return _USUAL_UNCERTAINTY if reading is None else reading.uncertainty_limit_at(E, design.fruit.E_MPa)
+
+    worst = max(rows, key=lambda row: row.u / limit_at(row.E))
+    limit = limit_at(worst.E)
     words = f"{error_sources(sensor)}, at {worst.E:.3g} MPa"
     return [margin_verdict("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), limit, words, at_most=True)]
 

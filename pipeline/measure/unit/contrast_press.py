@@ -14,7 +14,7 @@ from cad.theory.contrast_law import (
     plane_through,
     read_modulus,
 )
-from cad.theory.contrast_rise import RiseError, RiseReading, RiseSlopes
+from cad.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseReading, RiseSlopes
 from pipeline.measure.unit.fruit_reading import (
     FruitReading,
     Sensitivity,
@@ -31,18 +31,23 @@ class ContrastPress:
     """The samples of one press of a unit, of whatever length, in a memory that does not grow.
 
     Samples after the deepest one are left out: by then flesh may have yielded. What is the same in all samples drops
-    out of the modulus: the saddle of the skin, the heights and places of the tips, how the sensor stands.
+    out of the modulus: the saddle of the skin, the heights and places of the tips, how the sensor stands. `lag` is from
+    how many samples before noise is independent, `time_deviation_s` the standard deviation of the time of each channel.
     """
 
-    def __init__(self, sensor: MeasuringUnit) -> None:
+    def __init__(self, sensor: MeasuringUnit, *, lag: int = 1, time_deviation_s: float = 0.0) -> None:
         """Begin a press."""
         self._sensor = sensor
-        self._press = SeatedPress(sensor, sensor.rise_law)
-        self._stroke = Stroke(sensor) if sensor.is_pair else None
+        self._time_deviation = time_deviation_s
+        self._press = SeatedPress(sensor, sensor.rise_law, lag=lag)
+        self._stroke = Stroke(sensor, lag) if sensor.is_pair else None
 
-    def add(self, forces: Floats, x: float | None = None) -> None:
-        """Take the forces of all tips [N] in the next sample, and the travel x [mm] where it is measured."""
-        self._press.add(forces)
+    def add(self, forces: Floats, x: float | None = None, elapsed: float | None = None) -> None:
+        """Take the forces of all tips [N] in the next sample, and the time elapsed since the one before [s].
+
+        The travel x [mm] is taken where it is measured.
+        """
+        self._press.add(forces, elapsed)
         if self._stroke is not None and x is not None:
             self._stroke.add(forces, x)
 
@@ -58,12 +63,16 @@ class ContrastPress:
             return FruitReading(flags=(error.flag,))
         E = sensor.rise_corrected(found.E)
         steepness = sensor.rise_steepness(E)
-        u = half_width(sensor, E, steepness, [found.noise, *_alike_in_all_samples(sensor, found.slopes)])
+        left_open = sensor.left_open(self._time_deviation).of_press(found.slopes)
+        shape = _by_shape(sensor, found.slopes)
+        u = half_width(sensor, E, steepness, [found.noise, *left_open.values(), *shape])
         if self._stroke is None:
             reading = self._with_offset(found, E, u)
         else:
             reading = checked_reading(sensor, E, u, self._press.deepest, lead=found.offset)
             reading = self._stroke.beside(with_force_ratio(sensor, reading, found, self._press.deepest), load)
+        if left_open["times"] > LARGEST_BY_TIME:
+            reading = reading.flagged("too_fast")
         return reading.of_samples(found.samples, steepness * found.noise)
 
     def _with_offset(self, found: RiseReading, E: float, u: float) -> FruitReading:
@@ -77,24 +86,17 @@ class ContrastPress:
         return reading.with_offset(-found.offset, offset_u)
 
 
-def _alike_in_all_samples(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
-    """Return what no number of samples lowers of the modulus of a press [1], each one standard deviation.
+def _by_shape(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
+    """Return what the shape of the fruit and the heights of the tips leave open of the modulus of a press [1].
 
-    A zero may be off from the first sample on, or drift by as much from the first sample to the last. Heights that are
-    off count as a saddle, which moves the points of contact.
+    Each is one standard deviation. Heights that are off count as a saddle, which moves the points of contact.
     """
     weights = np.array(sensor.law.weights)
     domes = sensor.domes
     by_curvature = 0.0
     if domes is not None:
         by_curvature = slopes.mean_curvature(domes.relative_radius) * sensor.curvature_deviation
-    return [
-        by_curvature,
-        *(slopes.offset * weights * sensor.height_deviation).tolist(),
-        *np.multiply(slopes.zeros, sensor.zero_drifts).tolist(),
-        *np.multiply(slopes.drifts, sensor.zero_drifts).tolist(),
-        *Sensitivity(np.array(slopes.springs), np.array(slopes.gains)).by_unit(sensor),
-    ]
+    return [by_curvature, *(slopes.offset * weights * sensor.height_deviation).tolist()]
 
 
 def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats) -> FruitReading:
@@ -132,7 +134,7 @@ def _with_pose(
     lowered = lowered_tips(law, forces.tolist(), read)
     _, along, across = plane_through(sensor.design.tips.places_mm, lowered)
     # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
-    rolling = 1.0 if sensor.domes is None else sensor.domes.rolled
+    rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     direction = None if across is None else math.degrees(math.atan2(across, along))
     return checked_reading(sensor, E, u, forces, tilt=tilt, direction=direction)

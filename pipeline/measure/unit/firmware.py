@@ -5,7 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cad.theory.contrast_rise import FEWEST, LARGEST_NOISE, LATEST_TOUCH, LEAST_OVER_NOISE, RiseLaw
+from cad.design.readout import AMPLIFIERS
+from cad.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, LATEST_TOUCH, LEAST_OVER_NOISE, RiseLaw
 from pipeline.measure.template import rendered
 from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
 from pipeline.measure.unit.measuring import MeasuringUnit
@@ -52,10 +53,24 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "least_E": least * (1.0 - AT_THE_EDGE),
         "largest_E": largest * (1.0 + AT_THE_EDGE),
         "reduced": sensor.reduced(1.0),
+        "later": [] if signal is None else list(signal.delays),
+        "rate": 0.0 if signal is None or not signal.time_deviation else signal.rate_Hz,
+        "time_deviation": 0.0 if signal is None else signal.time_deviation,
+        "largest_by_time": LARGEST_BY_TIME,
+        "inputs": _inputs(sensor),
         "levels": levels,
         **_contrast_constants(sensor, sensor.rise_law),
         **_seating_constants(sensor),
     }
+
+
+def _inputs(sensor: MeasuringUnit) -> list[int]:
+    """Return the inputs of the amplifier in the order of their conversion, those without a tip last."""
+    signal = sensor.report.read_out.signal
+    if signal is None:
+        return []
+    count = max(int(AMPLIFIERS[signal.amplifier].channels), len(sensor.report.tips))
+    return [*signal.conversion_order, *range(len(sensor.report.tips), count)]
 
 
 def _level(rows: Sequence[LevelReading]) -> dict[str, object]:
@@ -112,8 +127,8 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
         "weights": weights.tolist(),
         "places": [along for place in domes.positions for along in place],
         "dome_radius": domes.dome_radius,
-        "rolled": domes.rolled,
-        "felt": domes.felt,
+        "rolled": domes.rolling_factor,
+        "felt": domes.contrast_of_xy,
         "body": (1.0 - domes.poisson**2) / math.pi,
         "still": (weights @ (S - domes.S())).tolist(),  # what the body adds to a half-space
     }

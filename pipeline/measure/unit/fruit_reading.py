@@ -13,7 +13,7 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.storage.plain import Plain
 
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
-IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise")
+IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise", "too_fast")
 """Flags of firmware, from bit 0 on. The command refuses what firmware flags as bad, saturated or not tared."""
 UNCERTAIN = 0.5
 """Above this half width [1] a reading hardly tells the modulus, and no symmetric interval holds it."""

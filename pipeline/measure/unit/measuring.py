@@ -9,7 +9,7 @@ import numpy as np
 
 from cad.arrays import Floats
 from cad.design.parameters import Design
-from cad.design.reading import LEAST_OVER_NOISE
+from cad.design.reading import LEAST_OF_SCALE, LEAST_OVER_NOISE
 from cad.parts.pin import tip_accuracy_mm
 from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, saddle_contrast, stiffened
@@ -18,6 +18,7 @@ from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
+from pipeline.reading.uncertainty import LeftOpen
 from pipeline.report.stored import StoredReport
 from solve.contact.domes.large_strain import large_strain
 
@@ -86,13 +87,13 @@ class MeasuringUnit:
 
     @property
     def curvature_deviation(self) -> float:
-        """Return the standard deviation of the mean curvature of the skin [1/mm]; 0 where it is told.
+        """Return the standard deviation of the mean curvature of the skin [1/mm].
 
-        The spread of radii that the design names is a bound: its standard deviation is that over the root of three.
+        It is 0 where it is told, and where the design names the radii that occur: its bias is the largest over them.
         """
-        if self.radii_mm is not None:
-            return 0.0
         asked = self.design.reading
+        if self.radii_mm is not None or (asked is not None and asked.radius_mm is not None):
+            return 0.0
         named = 0.0 if asked is None else asked.radius_spread / math.sqrt(3.0)
         return 0.5 * math.fsum(design_curvatures(self.design)) * max(named, LEAST_CURVATURE_SPREAD)
 
@@ -142,6 +143,34 @@ class MeasuringUnit:
         return np.zeros(len(self.noises)) if signal is None else np.array(signal.zero_drift_N)
 
     @property
+    def delays_s(self) -> tuple[float, ...]:
+        """Return how much later each channel of a sample is converted than its first one [s]; none where at once."""
+        signal = self.report.read_out.signal
+        return () if signal is None else tuple(1e-3 * delay for delay in signal.delay_ms)
+
+    @property
+    def period_s(self) -> float:
+        """Return the time between two samples of the read-out [s]; 0 without one."""
+        signal = self.report.read_out.signal
+        return 0.0 if signal is None else 1.0 / signal.rate_Hz
+
+    @property
+    def time_deviation_s(self) -> float:
+        """Return the standard deviation of the time of a channel beside its delay [s]."""
+        signal = self.report.read_out.signal
+        return 0.0 if signal is None else signal.time_deviation / signal.rate_Hz
+
+    def left_open(self, time_s: float) -> LeftOpen:
+        """Return what is left open of its channels and springs, and of the time of each channel [s]."""
+        return LeftOpen(
+            zeros=self.zero_drifts,
+            gains={"gain": 0.01 * np.array(self.unit.gain_percent)},
+            springs=0.01 * np.array(self.unit.K_percent),
+            time_s=time_s,
+            on_plate=self.unit.calibrated_by == "plate",
+        )
+
+    @property
     def modulus_drift(self) -> float:
         """Return the standard deviation of a modulus [1] by the temperature of the leaves: a bound over root three."""
         signal = self.report.read_out.signal
@@ -152,7 +181,8 @@ class MeasuringUnit:
     @cached_property
     def least_forces(self) -> Floats:
         """Return the force of each channel below which its tip counts as off the fruit [N]."""
-        return LEAST_OVER_NOISE * self.force_errors
+        of_scale = LEAST_OF_SCALE * np.array(self.report.read_out.full_scale_N)
+        return np.maximum(LEAST_OVER_NOISE * self.force_errors, of_scale)
 
     @cached_property
     def largest_forces(self) -> Floats:
@@ -166,12 +196,9 @@ class MeasuringUnit:
 
     @property
     def steepest_deg(self) -> float:
-        """Return the largest tilt against the skin that the design allows for [deg], its place off centre included."""
+        """Return the largest tilt against the normal of the skin that the design allows for [deg]."""
         asked = self.design.reading
-        if asked is None:
-            return PAIR_TILT_DEG
-        least_radius = self.design.fruit.radii_mm[0] * (1.0 - asked.radius_spread)
-        return asked.tilt_deg + math.degrees(math.atan(asked.off_centre_mm / least_radius))
+        return PAIR_TILT_DEG if asked is None else asked.tilt_deg + asked.tilt_change_deg
 
     def ratio_tilt_deviation(self, offset_by_modulus: float) -> float:
         """Return the standard deviation of a modulus by a force ratio [1] by the tilts that the design allows for.
@@ -249,7 +276,7 @@ class MeasuringUnit:
         if not fruit.bruise_limits_MPa:
             return False
         tips = self.design.tips
-        radius = fruit.radii_mm[0]
+        radius = 2.0 / math.fsum(self._told_curvatures or design_curvatures(self.design))
         area_of = tips.tip_shape.contact_area_mm2
         areas = np.array([area_of(force, self.reduced(E), radius) for force in forces.tolist()])
         if tips.dome_radius_mm is not None:

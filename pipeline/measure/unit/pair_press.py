@@ -63,8 +63,8 @@ class Stroke:
     The travel x = (C F) + (S F) / E + lead of the high tip is a law of a rise, with x as a third channel.
     """
 
-    def __init__(self, sensor: MeasuringUnit) -> None:
-        """Begin a press."""
+    def __init__(self, sensor: MeasuringUnit, lag: int = 1) -> None:
+        """Begin a press; `lag` is from how many samples before noise is independent."""
         law = ContrastLaw(
             weights=(0.0, 1.0, 1.0),
             gaps=(0.0, 0.0, 0.0),
@@ -72,7 +72,7 @@ class Stroke:
             S=((0.0, 0.0, 0.0), (*sensor.report.contact.compliance_per_mm[-1], 0.0), (0.0, 0.0, 0.0)),
         )
         self._sensor = sensor
-        self._press = SeatedPress(sensor, RiseLaw(contrast=law), beside=1)
+        self._press = SeatedPress(sensor, RiseLaw(contrast=law), beside=1, lag=lag)
         self._before_first: float | None = None
 
     def add(self, forces: Floats, x: float) -> None:

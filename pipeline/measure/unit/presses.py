@@ -1,7 +1,7 @@
 """From signals to readings: a press is the samples from the touch of the last tip to the lift of the first one."""
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -13,6 +13,7 @@ from cad.theory.relaxation import Relaxation
 from pipeline.measure.unit.contrast_press import ContrastPress, contrast_reading
 from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
+from pipeline.measure.unit.one_time import AtOneTime
 from pipeline.measure.unit.pair_press import single_reading
 from pipeline.measure.unit.signals import Sample, Signal
 
@@ -36,13 +37,19 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
         sensor.refuse_without_rise_level()
     press: _Press | None = None
     pressed = False
-    samples = counted_in_newtons(sensor, signal) if signal.counted else signal
+    if signal.counted:
+        tare, counts = tare_of(sensor, signal)
+        at_one_time = sensor_times(sensor, counts, signal.source)
+        samples = counted_in_newtons(sensor, at_one_time, tare)
+    else:
+        at_one_time = sensor_times(sensor, signal, signal.source)
+        samples = iter(at_one_time)
     for sample in samples:
         forces = sensor.gained(sample.forces)
         refuse_out_of_scale(sensor, forces, partial(signal.place, sample))
         if (forces > sensor.least_forces).all():
             pressed = True
-            press = press or _Press(sensor)
+            press = press or _Press(sensor, at_one_time)
             press.add(sample, forces)
             if every_sample:
                 yield press.so_far(sample)
@@ -56,8 +63,19 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
         yield FruitReading(flags=("lift_off",))
 
 
-def counted_in_newtons(sensor: MeasuringUnit, signal: Signal) -> Iterator[Sample]:
-    """Yield the samples of a signal of counts with their forces [N]: its first ten, of a free sensor, are the tare.
+def sensor_times(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -> AtOneTime:
+    """Return samples whose channels have one time, by what the read-out of a unit tells of its times."""
+    return AtOneTime(samples, source, sensor.delays_s, sensor.time_deviation_s, sensor.period_s)
+
+
+def counted_in_newtons(sensor: MeasuringUnit, samples: Iterable[Sample], tare: Sequence[float]) -> Iterator[Sample]:
+    """Yield samples of counts with their forces [N] above a tare."""
+    for sample in samples:
+        yield replace(sample, forces=sensor.unit.forces_of_counts(sample.forces, tare))
+
+
+def tare_of(sensor: MeasuringUnit, signal: Signal) -> tuple[list[float], Iterator[Sample]]:
+    """Return the tare of a signal of counts, its first ten samples, of a free sensor, and the samples behind them.
 
     Raises InputError for a unit whose counts were not calibrated, for counts at the end of the converter's range, and
     for a tare that is no free sensor's: unsteady, or more than a full scale off that of the calibration.
@@ -86,8 +104,7 @@ def counted_in_newtons(sensor: MeasuringUnit, signal: Signal) -> Iterator[Sample
         if off.max() > 1.0:
             tip = int(off.argmax())
             raise validation_error(signal.place(sample, tip), sample.forces[tip], "counts", "steady", hint)
-    for sample in samples:
-        yield replace(sample, forces=unit.forces_of_counts(sample.forces, tare))
+    return tare, samples
 
 
 def forces_of_counts(sensor: MeasuringUnit, counts: Sequence[float], tare: Sequence[float] | None) -> tuple[float, ...]:
@@ -126,23 +143,25 @@ def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats,
 class _Press:
     """One press as it goes on."""
 
-    def __init__(self, sensor: MeasuringUnit) -> None:
+    def __init__(self, sensor: MeasuringUnit, at_one_time: AtOneTime) -> None:
         self._sensor = sensor
+        self._before: float | None = None
         self._elastic = None
         self._relaxing = None
         relaxation = sensor.design.fruit.relaxation
         if relaxation is None or sensor.is_pair:
-            self._elastic = ContrastPress(sensor)
+            self._elastic = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation)
         if relaxation is not None:
             from pipeline.measure.unit.timed_reading import RelaxingPress  # loads SciPy, which few readings need
 
-            self._relaxing = RelaxingPress(sensor, Relaxation(relaxation))
+            self._relaxing = RelaxingPress(sensor, Relaxation(relaxation), at_one_time.lag)
         self._largest = 0.0
         self._deepest = Sample(0, 0.0, None, ())
 
     def add(self, sample: Sample, forces: Floats) -> None:
         if self._elastic is not None:
-            self._elastic.add(forces, sample.x)
+            self._elastic.add(forces, sample.x, None if self._before is None else sample.t - self._before)
+        self._before = sample.t
         if self._relaxing is not None:
             self._relaxing.add(sample.t, forces)
         if forces.sum() > self._largest:  # above 0 from the first sample on

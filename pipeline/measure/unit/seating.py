@@ -60,18 +60,24 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
 class SeatedPress:
     """One press, sample by sample: a `RisingPress` from each load of the seating on."""
 
-    def __init__(self, sensor: MeasuringUnit, law: RiseLaw, beside: int = 0) -> None:
-        """Begin a press whose samples have so many channels beside the forces of the tips, without noise."""
+    def __init__(self, sensor: MeasuringUnit, law: RiseLaw, *, beside: int = 0, lag: int = 1) -> None:
+        """Begin a press whose samples have so many channels beside the forces of the tips, without noise.
+
+        `lag` is from how many samples before noise is independent.
+        """
         self._seating = seating_of(sensor)
         noises = np.concatenate([sensor.noises, np.zeros(beside)])
         self._presses = []
         for least in self._seating.least_forces:
-            self._presses.append(RisingPress(law, noises, np.concatenate([least, np.zeros(beside)])))
+            self._presses.append(RisingPress(law, noises, np.concatenate([least, np.zeros(beside)]), lag=lag))
 
-    def add(self, forces: Samples) -> None:
-        """Take the forces of all tips [N] and the channels beside them in the next sample."""
+    def add(self, forces: Samples, elapsed: float | None = None) -> None:
+        """Take the forces of all tips [N] and the channels beside them in the next sample.
+
+        What times do is told where the time elapsed since the sample before [s] is given.
+        """
         for press in self._presses:
-            press.add(forces)
+            press.add(forces, elapsed)
 
     @property
     def deepest(self) -> Floats:

@@ -21,12 +21,16 @@ COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**31)
 
 @dataclass(frozen=True)
 class Sample:
-    """One line of a signal: its number, time [s], travel [mm] or None, and forces in the order of the tips [N]."""
+    """One line of a signal: its number, time [s], travel [mm] or None, and forces in the order of the tips [N].
+
+    `times` are those of each channel [s], none where all have the one time.
+    """
 
     line: int
     t: float
     x: float | None
     forces: tuple[float, ...]
+    times: tuple[float, ...] = ()
 
 
 def force_keys(tips: int) -> tuple[str, ...]:
@@ -40,8 +44,15 @@ def count_keys(tips: int) -> tuple[str, ...]:
     return tuple(key.replace("F_", "counts_") for key in force_keys(tips))
 
 
+def time_keys(tips: int) -> tuple[str, ...]:
+    """Return the names of the times of the channels of a sensor of so many tips, as those of its forces."""
+    return tuple(key.replace("F_", "t_") for key in force_keys(tips))
+
+
 class Signal:
     """A signal that is read as its lines come; `notes` say which units were assumed.
+
+    A time for each channel may stand in place of the one time of a line, or beside it; that is then of the travel.
 
     Where its header names counts, `counted`, its samples have those in place of forces.
 
@@ -50,39 +61,49 @@ class Signal:
 
     def __init__(self, lines: Iterable[str], source: str, tips: int) -> None:
         """Read the header."""
+        self.source = source
         self._lines = enumerate(lines, start=1)
         _, header = next(self._lines, (1, ""))
         self.counted = "counts_" in header.lower()
         keys = count_keys(tips) if self.counted else force_keys(tips)
         measured = COUNTS if self.counted else Quantity(units=FORCE, default="N")
-        times = {"t": Quantity(units=TIME, default="s"), "x": Quantity(units=LENGTH, default="mm")}
+        of_channels = time_keys(tips)
+        times = {name: Quantity(units=TIME, default="s") for name in ("t", *of_channels)}
+        quantities = {**times, "x": Quantity(units=LENGTH, default="mm"), **dict.fromkeys(keys, measured)}
         example = ",".join(["t_s", *(key if self.counted else f"{key}_N" for key in keys)])
         self._form = format_of(source, [header])
         header_row = self._form.row(1, header)
-        columns = strict_columns(self._form, header_row, times | dict.fromkeys(keys, measured), ("t", *keys), example)
+        named = {column.name for column in strict_columns(self._form, header_row, quantities, keys, example)}
+        timed = not named.isdisjoint(of_channels)
+        needed = ("t",) if not timed else ("t", *of_channels) if "x" in named else of_channels
+        columns = strict_columns(self._form, header_row, quantities, (*needed, *keys), example)
         self._columns = {column.name: column for column in columns}
         self._force_columns = [self._columns[key] for key in keys]
+        self._time_columns = [self._columns[key] for key in ("t", *of_channels) if key in self._columns]
+        self.timed = timed
         self.notes = tuple(f"{source}: {column.note}" for column in columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the samples; blank lines are left out."""
         form = self._form
-        time = self._columns["t"]
         travel = self._columns.get("x")
-        before = -math.inf
+        before = [-math.inf] * len(self._time_columns)
         for number, line in self._lines:
             row = form.row(number, line)
             if row.empty:
                 continue
             refuse_other_length(form, row, len(self._columns))
-            t = form.number(row, time)
-            if t < before:
-                place = place_of(form.source, number, time.label)
-                raise validation_error(place, t, "s", f"at least the {before:g} s of the line before", "sort the lines")
-            before = t
+            times = [form.number(row, column) for column in self._time_columns]
+            for column, t, earlier in zip(self._time_columns, times, before, strict=True):
+                if t < earlier or (self.timed and t == earlier):
+                    place = place_of(form.source, number, column.label)
+                    bound = f"{'after' if self.timed else 'at least'} the {earlier:g} s of the line before"
+                    raise validation_error(place, t, "s", bound, "sort the lines")
+            before = times
             x = form.number(row, travel) if travel else None
-            yield Sample(number, t, x, tuple(form.number(row, column) for column in self._force_columns))
-        if before == -math.inf:
+            forces = tuple(form.number(row, column) for column in self._force_columns)
+            yield Sample(number, times[0], x, forces, tuple(times[-len(forces) :]) if self.timed else ())
+        if before[0] == -math.inf:
             bound = "at least one line of numbers below the header"
             raise validation_error(form.source, 0, "samples", bound, "record a press")
 

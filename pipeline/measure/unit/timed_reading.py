@@ -28,8 +28,8 @@ class RelaxingPress:
     Moments count from the deepest sample, which is when the press stops.
     """
 
-    def __init__(self, sensor: MeasuringUnit, relaxation: Relaxation) -> None:
-        """Begin a press."""
+    def __init__(self, sensor: MeasuringUnit, relaxation: Relaxation, lag: int = 1) -> None:
+        """Begin a press; `lag` is from how many samples before noise is independent."""
         design = sensor.design
         stop = design.stop_s
         self._sensor = sensor
@@ -39,7 +39,7 @@ class RelaxingPress:
         self._before: tuple[float, Floats] | None = None
         self._largest = 0.0
         self._stop = 0.0
-        self._pair = SeatedPress(sensor, _pair_over_time(sensor), beside=2) if sensor.is_pair else None
+        self._pair = SeatedPress(sensor, _pair_over_time(sensor), beside=2, lag=lag) if sensor.is_pair else None
 
     def add(self, t: float, forces: Floats) -> None:
         """Take the forces of the next sample [N] and its time [s]."""
@@ -85,6 +85,8 @@ class RelaxingPress:
             lead = found.offset
             reading = checked_reading(sensor, sensor.rise_corrected(found.E), press.u, forces, lead=lead)
             reading = replace(reading, samples=press.samples, noise=press.noise)
+            if "too_fast" in press.flags:
+                reading = reading.flagged("too_fast")
         else:
             law = sensor.law
             bent = np.array(law.C) @ (forces - elastic)  # springs are bent by the forces that there are

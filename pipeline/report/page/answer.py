@@ -18,7 +18,14 @@ _MASS = f" g{EACH}"  # ends the size of a printed part in the bill
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 _SCENE_TABLES = ("fruit", "tips", "press", "reading")
-_FRACTIONS = ("NL", "P_displacement_independent", "reading.bias", "reading.uncertainty", "reading.relaxation")
+_FRACTIONS = (
+    "NL",
+    "P_displacement_independent",
+    "reading.bias",
+    "reading.uncertainty",
+    "reading.touch",
+    "reading.relaxation",
+)
 _TOLD: tuple[str, ...] = (
     "fruit.shape", "fruit.radius_mm", "fruit.length_mm", "fruit.width_mm", "fruit.height_mm", "fruit.thickness_mm",
     "fruit.E_MPa", "fruit.E_max_MPa",
@@ -55,21 +62,33 @@ def answer_of(report: StoredReport) -> Answer:
     return Answer(outcome=outcome, headline=headline, not_passed=(*failed, *undecided))
 
 
+def _fruits_in_words(reading: Reading) -> str:
+    """Return which fruits occur."""
+    if reading.radius_mm is None or reading.radius_across_mm is None:
+        return f"on radii up to {100.0 * reading.radius_spread:g} % off"
+    ranges = [f"{low:g} to {high:g}" for low, high in (reading.radius_mm, reading.radius_across_mm)]
+    return f"on principal radii of {ranges[0]} and {ranges[1]} mm at any azimuth"
+
+
 def scene_in_words(design: Design) -> str:
     """Return what was asked for: tips, press, fruit and poses, and the other keys of the scene that were changed."""
     fruit = design.fruit
     tips = design.tips
-    radius = "," if fruit.radius_mm is None else f" of radius {fruit.radius_mm:g} mm, a piece of"
+    shape = f"a {fruit.shape},"
+    if fruit.radius_across_mm is not None:
+        shape = f"an ellipsoid of radii {fruit.radius_mm:g} and {fruit.radius_across_mm:g} mm, a piece of"
+    elif fruit.radius_mm is not None:
+        shape = f"a sphere of radius {fruit.radius_mm:g} mm, a piece of"
     poses = ""
     if design.reading is not None:
         poses = (
             f", at tilts up to {design.reading.tilt_deg:g} degrees, up to {design.reading.off_centre_mm:g} mm off the "
-            f"apex and on radii up to {100.0 * design.reading.radius_spread:g} % off"
+            f"apex and {_fruits_in_words(design.reading)}"
         )
     made = f"made by {design.print.process}" if tips.tip_layout.has_housing else "a line of tips has no housing"
     return (
         f"{len(tips.names)} tips ({tips.layout}, {tips.shape}, {tips.side_mm:g} mm, {tips.spacing_mm:g} mm apart), "
-        f"pressed {design.press.travel_mm:g} mm into a {fruit.shape}{radius} {fruit.length_mm:g} x "
+        f"pressed {design.press.travel_mm:g} mm into {shape} {fruit.length_mm:g} x "
         f"{fruit.width_mm:g} x {fruit.depth_mm:g} mm, of {min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa{poses}; "
         f"{made}.{_changes_in_words(design)}"
     )

@@ -143,21 +143,21 @@
     const asked = report.design.reading;
     const points = read.flatMap((row) => [
       { E: row.E_MPa, y: Math.abs(row.E_bias_percent), what: "bias, worst pose", worst: row.worst },
-      { E: row.E_MPa, y: row.uncertainty_percent, what: "deviation, level", worst: "all sources together" },
+      { E: row.E_MPa, y: row.uncertainty_percent, what: "standard uncertainty", worst: "all sources together" },
     ]).filter((one) => Number.isFinite(one.y));
     need(points.length, "no modulus is read in every pose");
     const own = Math.abs(errorOf(at(), setting.E));
     return {
       x: { label: "modulus of the fruit E [MPa]" }, y: { label: "error of the modulus read [%]", zero: true },
-      color: { domain: ["bias, worst pose", "deviation, level"], range: [colours[0], colours[1]], legend: true },
+      color: { domain: ["bias, worst pose", "standard uncertainty"], range: [colours[0], colours[1]], legend: true },
       marks: here([
         Plot.ruleY([100 * asked.bias_limit], { stroke: colours[0], strokeDasharray: "5 3" }),
-        Plot.ruleY([100 * asked.uncertainty_limit], { stroke: colours[1], strokeDasharray: "5 3" }),
+        Plot.line(report.design.fruit.E_MPa.map((E, i) => ({ E, y: 100 * ([].concat(asked.uncertainty_limit)[i] ?? asked.uncertainty_limit) })), { x: "E", y: "y", stroke: colours[1], strokeDasharray: "5 3" }),
         Plot.line(points, { x: "E", y: "y", stroke: "what" }), Plot.dot(points, { x: "E", y: "y", fill: "what" }),
         atSlider(setting.E, own, `bias at the sliders ${text(own, "%")}`),
         Plot.tip(points, Plot.pointer({ x: "E", y: "y", title: (one) => `E ${text(one.E, "MPa")}\n${one.what} ${text(one.y, "%")}\n${one.worst}` })),
       ]),
-      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. The first tip lifts off at ${text(report.reading.lift_deg)} degrees.${Number.isFinite(own) ? " Large dot: bias at the sliders." : ""}`,
+      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. All tips touch by ${text(report.reading.touch_fraction)} of the travel.${Number.isFinite(own) ? " Large dot: bias at the sliders." : ""}`,
     };
   }
 

@@ -20,7 +20,6 @@ from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
 
 _NOISE_PERCENT = 0.5  # where the design asks for no reading
-_ALONG_DEG = 1e-9  # across the tips, up to which a tilt is along them
 _STEP = 1e-4  # of a force, for slopes of the modulus
 
 
@@ -92,21 +91,15 @@ def _over_travel(design: Design, read_out: ReadOut, press: ScenePress) -> Plain:
 
 def _over_tilt(design: Design, read_out: ReadOut, readings: Readings | None) -> Plain | None:
     """Return the table over modulus and tilt at full travel; None without a reading that allows for tilt."""
-    if readings is None or readings.presses is None or design.press.roll_deg != 0.0:
+    if readings is None or readings.tilted is None or design.press.roll_deg != 0.0:
         return None
-    presses = readings.presses
-    columns = {}
-    for column, placement in enumerate(presses.placements):
-        along, across = placement.tilt_deg
-        if placement.off_by in ((), ("tilt",)) and abs(across) < _ALONG_DEG:
-            columns[along] = column
-    if len(columns) == 1 or len(presses.moduli) < FEWEST_MODULI:
+    presses = readings.tilted
+    if len(presses.moduli) < FEWEST_MODULI:
         return None
-    tilts = sorted(columns)
-    chosen = [columns[tilt] for tilt in tilts]
-    F = presses.F[:, chosen]
+    tilts = [placement.tilt_deg[0] for placement in presses.placements]
+    F = presses.F
     is_dome = design.tips.dome_radius_mm is not None
-    pressure = presses.mean_pressure[:, chosen, -1] if is_dome else F[:, :, -1] / design.tips.face_mm2
+    pressure = presses.mean_pressure[:, :, -1] if is_dome else F[:, :, -1] / design.tips.face_mm2
     return _table(
         read_out,
         axes=(np.array(presses.moduli), _axis("tilt", np.array(tilts))),

@@ -27,7 +27,7 @@ _SPRINGS = [f"springs.{item.name}" for item in dataclasses.fields(GivenSprings)]
 _TIPS = [f"tips.{key}" for key in ("dome_radius_mm", "side_mm", "spacing_mm")]
 _OF_THE_RATIO = {"P_max", "NL", "P_displacement_independent", "P_monotonic"}
 _OF_THE_SPRINGS = {"printable.low", "printable.high", "K_l", "K_h"}
-_OF_THE_READING = {"reading.bias", "reading.uncertainty", "reading.lift"}
+_OF_THE_READING = {"reading.bias", "reading.uncertainty", "reading.touch"}
 
 
 def changed(design: Design, changes: Changes) -> Design:
@@ -123,8 +123,10 @@ def _numbers(design: Design, failed: set[str], *, on_cells: bool) -> list[Sweep]
 
 
 def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sweep]:
-    """Return a number times the factors [1] of each direction; nothing for a key that is not set."""
+    """Return a number, or all of a list, times the factors [1] of each direction; nothing where none is set."""
     value = value_of(design, key)
+    if isinstance(value, tuple):
+        return [[{key: tuple(factor * each for each in value)} for factor in factors] for factors in directions]
     if not isinstance(value, float):
         return []
     return [[{key: factor * value} for factor in factors] for factors in directions]

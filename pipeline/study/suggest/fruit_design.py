@@ -17,19 +17,22 @@ from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.stopwatch import Progress, silent
 from pipeline.study.scenes import scene_compliance, unit_scene
-from pipeline.study.suggest.changes import Changes, changed, in_words, value_of
-from pipeline.study.suggest.fruit_range import FruitRange, bruise_limit, with_digits
+from pipeline.study.suggest.changes import Changes, Value, changed, in_words, value_of
+from pipeline.study.suggest.fruit_range import Ends, FruitRange, bruise_limit, with_digits
 from pipeline.study.suggest.suggestion import ROUGH, Suggestion
 from pipeline.verdicts.hints import least_travel
 from solve.fruit.compliance import FruitCompliance
 
 MOST_TRIALS = 30
 MOST_RUNS = 4
-_BEYOND_SIDE_MM = 0.4  # between two neighbouring tips, as in the preset
+_LEAST_SPACING_MM = 4.0
+_BEYOND_SIDE_MM = 0.5  # between two neighbouring tips, as in the preset
 _HALF_MM = 0.5
-_TRAVEL_STEP_MM = 0.05
-_OFF_CENTRE_STEP_MM = 0.1
+_DOME_STEP_MM = 0.1
+_SPACING_STEP_MM = 0.05
+_TRAVEL_STEP_MM = 0.01
 _SOFTER = 0.9  # factor of both springs that presses less hard
+_BY_BIAS = 0.04  # of the radii, by which the fruit of the design is rounder or flatter
 _STIFFER = 1.12  # factor of the high spring that tells firm fruit better
 
 
@@ -37,26 +40,66 @@ def scaled(fruit: FruitRange, preset: Design) -> Changes:
     """Return the changes of the preset that fit it to a fruit, in sizes that a maker can measure."""
     tips = preset.tips
     moduli = fruit.moduli_MPa
-    larger = fruit.radius_mm / (preset.fruit.radius_mm or fruit.radius_mm)
+    # As large as the fruit is, but no smaller than plates and leaves can be printed.
+    larger = max(_mean_curvature(preset) / fruit.mean_curvature, _LEAST_SPACING_MM / tips.spacing_mm)
     of_preset = math.sqrt(preset.fruit.E_MPa[0] * preset.fruit.E_max_MPa)
     firmer = math.sqrt(fruit.E_min_MPa * fruit.E_max_MPa) / of_preset
-    off_centre = 0.0 if preset.reading is None else preset.reading.off_centre_mm
-    spacing = max(4.0, _nearest(tips.spacing_mm * larger, _HALF_MM))
+    spacing = _nearest(tips.spacing_mm * larger, _SPACING_STEP_MM)
     return {
-        "fruit.radius_mm": fruit.radius_mm,
+        "fruit.thickness_mm": _nearest(preset.fruit.depth_mm * larger, _HALF_MM),
+        **_shape(fruit, preset),
         "fruit.length_mm": _nearest(preset.fruit.length_mm * larger, _HALF_MM),
         "fruit.width_mm": _nearest(preset.fruit.width_mm * larger, _HALF_MM),
-        "fruit.thickness_mm": _nearest(preset.fruit.depth_mm * larger, _HALF_MM),
         "fruit.E_max_MPa": fruit.E_max_MPa,
         "fruit.E_MPa": moduli,
         "fruit.bruise_limit_MPa": tuple(bruise_limit(E) for E in moduli),
         "tips.spacing_mm": spacing,
-        "tips.side_mm": round(spacing - _BEYOND_SIDE_MM, 1),
-        "tips.dome_radius_mm": _nearest((tips.dome_radius_mm or 0.0) * larger, _HALF_MM),
+        "tips.side_mm": round(spacing - _BEYOND_SIDE_MM, 2),
+        "tips.dome_radius_mm": _nearest((tips.dome_radius_mm or 0.0) * larger, _DOME_STEP_MM),
         "press.travel_mm": max(least_travel(preset), _nearest(preset.press.travel_mm * larger, _TRAVEL_STEP_MM)),
-        "reading.off_centre_mm": _nearest(min(1.0, larger) * off_centre, _OFF_CENTRE_STEP_MM),
         **_springs(preset, larger * firmer, larger * firmer),
     }
+
+
+def _shape(fruit: FruitRange, preset: Design) -> Changes:
+    """Return the changes of the shape of the fruit, and of which shapes occur: a ball, or principal radii.
+
+    The fruit of the design lies within the ranges where that of the preset lies within its own.
+    """
+    asked = preset.reading
+    if isinstance(fruit.radius_mm, float) or fruit.radius_across_mm is None or asked is None:
+        ball = {"fruit.shape": "sphere", "fruit.radius_mm": fruit.radius_mm, "fruit.radius_across_mm": None}
+        return {**ball, **dict.fromkeys(("reading.radius_mm", "reading.radius_across_mm", "reading.thickness_mm"))}
+    own = preset.fruit
+    changes: dict[str, Value] = {
+        "fruit.shape": "ellipsoid",
+        "fruit.radius_mm": _within(fruit.radius_mm, own.radii_mm[0], asked.radius_mm),
+        "fruit.radius_across_mm": _within(fruit.radius_across_mm, own.radii_mm[1], asked.radius_across_mm),
+        "reading.radius_mm": fruit.radius_mm,
+        "reading.radius_across_mm": fruit.radius_across_mm,
+        "reading.thickness_mm": fruit.thickness_mm,
+    }
+    if fruit.thickness_mm is not None:
+        changes["fruit.thickness_mm"] = _within(fruit.thickness_mm, own.depth_mm, asked.thickness_mm)
+    return changes
+
+
+def _within(ends: Ends, of_preset: float, ends_of_preset: Ends | None) -> float:
+    """Return the length that lies within its ends as that of the preset does, to three digits [mm]."""
+    fraction = 0.5
+    if ends_of_preset is not None:
+        least, most = ends_of_preset
+        fraction = math.log(of_preset / least) / math.log(most / least)
+    return with_digits(ends[0] * (ends[1] / ends[0]) ** fraction, 3)
+
+
+def _mean_curvature(design: Design) -> float:
+    """Return the mean curvature in the middle of all radii that occur [1/mm]."""
+    radii: tuple[float, ...] = design.fruit.radii_mm
+    asked = design.reading
+    if asked is not None and asked.radius_mm is not None and asked.radius_across_mm is not None:
+        radii = (*asked.radius_mm, *asked.radius_across_mm)
+    return math.fsum(1.0 / radius for radius in radii) / len(radii)
 
 
 def fruit_suggestion(
@@ -114,21 +157,30 @@ def _step(design: Design, result: Evaluation | None) -> Changes:
     failed = set() if result is None else {verdict.name for verdict in result.verdicts if verdict.passed is not True}
     off_the_face = readings is not None and readings.face_mm > design.tips.side_mm
     if result is None or off_the_face or "geometry.tip_face" in failed:
-        return {"tips.dome_radius_mm": (design.tips.dome_radius_mm or 0.0) - _HALF_MM}
+        return {"tips.dome_radius_mm": round((design.tips.dome_radius_mm or 0.0) - _HALF_MM, 1)}
     if "bruise" in failed:
         return _springs(design, _SOFTER, _SOFTER)
-    if "reading.lift" in failed or (readings is not None and readings.refused is not None):
+    if "reading.touch" in failed or (readings is not None and readings.refused is not None):
         return {"press.travel_mm": round(design.press.travel_mm + _TRAVEL_STEP_MM, 2)}
+    if "reading.bias" in failed and readings is not None and readings.moduli:
+        return _centred(design, readings.worst_bias.bias.value)
     if "reading.uncertainty" in failed:
         return {"springs.K_h_N_per_m": _springs(design, 1.0, _STIFFER)["springs.K_h_N_per_m"]}
     return {}
 
 
+def _centred(design: Design, bias: float) -> Changes:
+    """Return a fruit of the design that is nearer to that of the largest bias [1]: rounder fruit is read too soft."""
+    factor = 1.0 - _BY_BIAS if bias < 0.0 else 1.0 + _BY_BIAS
+    radii = {"fruit.radius_mm": design.fruit.radius_mm, "fruit.radius_across_mm": design.fruit.radius_across_mm}
+    return {key: with_digits(factor * radius, 3) for key, radius in radii.items() if radius is not None}
+
+
 def _springs(design: Design, low: float, high: float) -> Changes:
-    """Return the given springs of a design times two factors [1], with two digits."""
+    """Return the given springs of a design times two factors [1], with three digits."""
     return {
-        "springs.K_l_N_per_m": with_digits((design.springs.K_l_N_per_m or 0.0) * low, 2),
-        "springs.K_h_N_per_m": with_digits((design.springs.K_h_N_per_m or 0.0) * high, 2),
+        "springs.K_l_N_per_m": with_digits((design.springs.K_l_N_per_m or 0.0) * low, 3),
+        "springs.K_h_N_per_m": with_digits((design.springs.K_h_N_per_m or 0.0) * high, 3),
     }
 
 

@@ -1,6 +1,7 @@
 """A fruit as a person measured it, in words or in a file of `pipeline modulus`, and what its skin bears."""
 
 import json
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,14 +14,30 @@ from pipeline.verdicts.hints import rounded
 
 BRUISE_MPA = 0.1  # of flesh of 1 MPa: an assumption, as the exponent; apple flesh of 3.5 MPa fails at 0.29
 BRUISE_EXPONENT = 0.85
-_FORM = "as in 'radius 26, E 0.3 to 2' [mm, MPa], or a file of pipeline modulus --json that ends in .json"
+_FORM = (
+    "as in 'radius 26, E 0.3 to 2' or 'radius 24 to 31 by 40 to 51, flesh 14 to 27, E 0.3 to 2' [mm, MPa], or a file "
+    "of pipeline modulus --json that ends in .json"
+)
+_NUMBER = r"(\S+?)"
+_RANGE = rf"{_NUMBER} to {_NUMBER}"
+_BALL = re.compile(rf"\s*radius {_NUMBER}(?: mm)?, E {_RANGE}(?: MPa)?\s*")
+_ANY_SHAPE = re.compile(rf"\s*radius {_RANGE} by {_RANGE}(?: mm)?, flesh {_RANGE}(?: mm)?, E {_RANGE}(?: MPa)?\s*")
+
+Ends = tuple[float, float]
+"""From and to."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FruitRange:
-    """A fruit as it was measured: its radius where it is pressed [mm], its softest and firmest flesh [MPa]."""
+    """Fruits as they were measured: radii where they are pressed and flesh [mm], softest and firmest flesh [MPa].
 
-    radius_mm: float = quantity("mm", LENGTH, hint="measure the fruit")
+    A fruit of one `radius_mm` is a ball; with `radius_across_mm` its principal radii and its `thickness_mm` lie
+    anywhere between from and to.
+    """
+
+    radius_mm: float | Ends = quantity("mm", LENGTH, hint="measure the fruit")
+    radius_across_mm: Ends | None = quantity("mm", LENGTH, default=None, hint="measure the fruit")
+    thickness_mm: Ends | None = quantity("mm", LENGTH, default=None, hint="cut the fruit")
     E_min_MPa: float = quantity("MPa", MODULUS, hint="measure the fruit")
     E_max_MPa: float = quantity("MPa", MODULUS, hint="measure the fruit")
 
@@ -30,6 +47,18 @@ class FruitRange:
         if self.E_min_MPa >= self.E_max_MPa:
             bound = f"less than the largest, {self.E_max_MPa:g} MPa"
             raise validation_error("--fruit.E_min_MPa", self.E_min_MPa, "MPa", bound, "give the softest fruit first")
+        for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
+            ends = getattr(self, key)
+            if isinstance(ends, tuple) and ends[0] > ends[1]:
+                name = f"--fruit.{key}"
+                raise validation_error(name, list(ends), "mm", "two numbers that rise", "give the lesser first")
+
+    @property
+    def mean_curvature(self) -> float:
+        """Return the mean curvature in the middle of all radii [1/mm]."""
+        radii = self.radius_mm if isinstance(self.radius_mm, tuple) else (self.radius_mm,)
+        radii = (*radii, *(self.radius_across_mm or radii))
+        return math.fsum(1.0 / radius for radius in radii) / len(radii)
 
     @property
     def moduli_MPa(self) -> tuple[float, ...]:
@@ -39,27 +68,47 @@ class FruitRange:
 
 
 def fruit_range(text: str) -> FruitRange:
-    """Return the fruit that a text or a file of `pipeline modulus --json` describes; raises InputError."""
+    """Return the fruits that a text or a file of `pipeline modulus --json` describes; raises InputError."""
     if text.endswith(".json"):
         return _measured_range(Path(text))
-    found = re.fullmatch(r"\s*radius (\S+?)(?: mm)?, E (\S+) to (\S+?)(?: MPa)?\s*", text)
+    ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
+    found = ball or any_shape
     numbers = [] if found is None else [written_number(word) for word in found.groups()]
-    radius, softest, firmest = numbers or (None, None, None)
-    if radius is None or softest is None or firmest is None:
-        raise validation_error("--fruit", text, "", _FORM, "write all three numbers")
-    return FruitRange(radius_mm=radius, E_min_MPa=softest, E_max_MPa=firmest)
+    if not numbers or None in numbers:
+        raise validation_error("--fruit", text, "", _FORM, "write all numbers")
+    *lengths, softest, firmest = (number for number in numbers if number is not None)
+    if ball is not None:
+        return FruitRange(radius_mm=lengths[0], E_min_MPa=softest, E_max_MPa=firmest)
+    return FruitRange(
+        radius_mm=(lengths[0], lengths[1]),
+        radius_across_mm=(lengths[2], lengths[3]),
+        thickness_mm=(lengths[4], lengths[5]),
+        E_min_MPa=softest,
+        E_max_MPa=firmest,
+    )
 
 
 def _measured_range(path: Path) -> FruitRange:
-    """Return the range of the specimens in a file, each with its error bar, and the radius that was given for them."""
+    """Return the range of the specimens in a file, each with its error bar, and the radii that were given for them."""
     try:
         rows = json.loads(read_bytes(path, "--fruit"))
         lowest = min(row["E_MPa"] * (1.0 - 0.01 * row["u_percent"]) for row in rows)
         highest = max(row["E_MPa"] * (1.0 + 0.01 * row["u_percent"]) for row in rows)
-        radius = float(rows[0]["geometry"]["radius_mm"])
+        radii = [float(row["geometry"]["radius_mm"]) for row in rows]
+        across = [
+            float(row["geometry"].get("radius_across_mm") or radius) for row, radius in zip(rows, radii, strict=True)
+        ]
     except (ValueError, LookupError, TypeError, OverflowError, RecursionError) as error:
         raise validation_error("--fruit", str(path), "", _FORM, "give the radius to pipeline modulus too") from error
-    return FruitRange(radius_mm=radius, E_min_MPa=with_digits(lowest, 2), E_max_MPa=with_digits(highest, 2))
+    E_min, E_max = with_digits(lowest, 2), with_digits(highest, 2)
+    if radii == across:
+        return FruitRange(radius_mm=radii[0], E_min_MPa=E_min, E_max_MPa=E_max)
+    return FruitRange(
+        radius_mm=(min(radii), max(radii)),
+        radius_across_mm=(min(across), max(across)),
+        E_min_MPa=E_min,
+        E_max_MPa=E_max,
+    )
 
 
 def bruise_limit(E: float) -> float:

@@ -134,7 +134,7 @@ def _bands(curve: SensorResponse, rows: Sequence[ModulusReading], spring_error: 
     widths = []
     for row in rows:
         two_sigma = math.hypot(2.0 * row.sources.total, spring_error * row.sources.stiffness_slope)
-        widths.append(abs(row.bias) + two_sigma)
+        widths.append(abs(row.bias.value) + two_sigma)
     E_read = [row.E for row in rows]
     E = curve.E[1:]  # without the softest fruit, which is a limit
     width = np.interp(np.log(E), np.log(E_read), widths)

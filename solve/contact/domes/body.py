@@ -1,20 +1,23 @@
 """The fruit under domes: what it adds to the half-space, from its compliance under small flat circles."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cad.arrays import Floats, Ints
+from cad.design.fruit import Fruit
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import half_space_compliance
 from solve.fruit.skin import layer_on
 from solve.fruit.split import contact_footprints
-from solve.halfspace.layered import RoundContact, round_contact
+from solve.halfspace.layered import RoundContact, base_compliance, round_contact
 
 # Of what the shape of a fruit changes, by how much less or more it may be for another radius than by its curvature: by
 # 1.2 less between opposite domes of a square of 6 mm where a fruit of 28 mm instead of 35 is solved anew.
 OTHER_RADIUS = 1.25
+OTHER_THICKNESS = 0.25  # of what the thickness changes: a piece that is solved ends at its sides, a layer does not
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,17 +42,15 @@ class Body:
         return replace(self, remainder=self.remainder[poses], bound=self.bound[poses])
 
 
-def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
-    """Return the body of the scene's fruit in poses on fruits of `radii` (poses,) [mm] along the tips.
+def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> Body:
+    """Return the body of the scene's fruit in poses on other `fruits` (poses,), which differ in shape or thickness.
 
-    `compliance` is that of the scene's own fruit. What its shape changes goes with the curvature of each fruit; how far
-    that may be off is in the bound.
+    `compliance` is that of the scene's own fruit. What its shape changes is proportional to the mean curvature of each
+    fruit, what its thickness changes is that of a layer on a rigid base; how far either may be off is in the bound.
     """
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)
     half_space = half_space_compliance(footprints, block.poisson)
-    curvature_ratio = scene.fruit.radii_mm[0] / radii if scene.curved else np.ones(len(radii))
-    change = np.multiply.outer(curvature_ratio - 1.0, compliance.shape_change)
     skinned = None
     if compliance.flesh_E is not None:
         half_space = half_space.copy()
@@ -58,12 +59,52 @@ def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
             # the bare half-space under a flat circle gives (1 - nu^2) / side
             own = 1.0 / skinned.flat_stiffness(0.5 * footprint.side)
             half_space[tip, tip] += own - (1.0 - block.poisson**2) / footprint.side
+    feet = np.array([(footprint.x, footprint.y) for footprint in footprints])
+    change, off = _changes(scene, compliance, feet, fruits)
     error = max(compliance.error_pair, compliance.error_own)
     return Body(
         poisson=block.poisson,
         remainder=compliance.S - half_space + change,
-        bound=error * np.abs(compliance.S) + OTHER_RADIUS * np.abs(change),
+        bound=error * np.abs(compliance.S) + off,
         size=min(block.height_mm, *(footprint.room(block) for footprint in footprints)),
-        feet=np.array([(footprint.x, footprint.y) for footprint in footprints]),
+        feet=feet,
         skinned=skinned,
     )
+
+
+def _changes(scene: Scene, compliance: FruitCompliance, feet: Floats, fruits: Sequence[Fruit]) -> tuple[Floats, Floats]:
+    """Return what other fruits change of the compliance, and how far that may be off, (poses, tips, tips) [1/mm]."""
+    made: dict[int, tuple[Floats, Floats]] = {}
+    changes = []
+    for fruit in fruits:
+        if id(fruit) not in made:
+            made[id(fruit)] = _change(scene, compliance, feet, fruit)
+        changes.append(made[id(fruit)])
+    change, off = zip(*changes, strict=True)
+    return np.array(change), np.array(off)
+
+
+def _change(scene: Scene, compliance: FruitCompliance, feet: Floats, fruit: Fruit) -> tuple[Floats, Floats]:
+    solved = scene.fruit
+    change = np.zeros_like(compliance.S)
+    off = np.zeros_like(compliance.S)
+    if scene.curved:
+        mean, saddle = _mean_and_saddle(solved)
+        mean_met, saddle_met = _mean_and_saddle(fruit)
+        change = (mean_met / mean - 1.0) * compliance.shape_change
+        off = OTHER_RADIUS * np.abs(change)
+        if fruit.radii_mm != solved.radii_mm or fruit.azimuth_deg != solved.azimuth_deg:
+            off = off + (saddle + saddle_met) / mean * np.abs(compliance.shape_change)
+    if fruit.depth_mm != solved.depth_mm:
+        apart = np.linalg.norm(feet[:, None] - feet, axis=-1)
+        by_base = base_compliance(fruit.depth_mm, solved.poisson, apart)
+        by_base = by_base - base_compliance(solved.depth_mm, solved.poisson, apart)
+        change = change + by_base
+        off = off + OTHER_THICKNESS * np.abs(by_base)
+    return change, off
+
+
+def _mean_and_saddle(fruit: Fruit) -> tuple[float, float]:
+    """Return the mean and half the difference of the principal curvatures [1/mm]."""
+    first, second = (1.0 / radius for radius in fruit.radii_mm)
+    return 0.5 * (first + second), 0.5 * abs(first - second)

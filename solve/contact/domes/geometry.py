@@ -13,7 +13,10 @@ import numpy as np
 from cad.arrays import Floats, Ints
 from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.curved_shape import ellipsoid_curvatures
+from solve.linear import SolveError
 
+TOUCH_STEPS = 12  # Newton steps to a first touch: two on a plane, some five on an ellipsoid
+TOUCH_LIMIT = 1e-10  # [mm]
 FOOT_STEPS = 8  # Newton steps: one is exact on a sphere, four on an ellipsoid of 2 : 1
 
 
@@ -147,14 +150,56 @@ def _dot(a: Floats, b: Floats) -> Floats:
 
 
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
-    """Return the domes of scenes of one sensor, each at its own travel [mm] of the mean of its centres, (poses,)."""
+    """Return the domes of scenes of one sensor, each at its own travel [mm], (poses,).
+
+    Raises SolveError where a first touch is not found.
+    """
+    axis = _axes(np.array([scene.turn for scene in scenes]))
+    origin = np.zeros((len(scenes), 3))
+    from_touch = np.array([scene.from_touch for scene in scenes])
+    if not from_touch.all():
+        first_touch = np.array([0.0 if scene.from_touch else scene.first_touch_mm for scene in scenes])
+        middle = np.array([scene.centres for scene in scenes]).mean(axis=1)
+        origin = np.column_stack([middle, -(travel + first_touch)])
+    if from_touch.any():
+        # Many poses share a scene, whose first touch is found once.
+        unique = {id(scene): scene for scene in scenes if scene.from_touch}
+        touching = dict(zip(unique, _first_touches(list(unique.values())), strict=True))
+        skin = np.array([touching.get(id(scene), np.zeros(4)) for scene in scenes])
+        from_skin = skin[:, :3] - (travel + skin[:, 3])[:, None] * axis
+        origin = np.where(from_touch[:, None], from_skin, origin)
+    return _standing(scenes, axis, origin)
+
+
+def _axes(turn: Floats) -> Floats:
+    """Return the axes of sensors [1], (poses, 3), from the tangents of their tilts, (poses, 2)."""
+    axis = np.column_stack([turn, np.ones(len(turn))])
+    return np.asarray(axis / np.linalg.norm(axis, axis=1, keepdims=True))
+
+
+def _first_touches(scenes: Sequence[Scene]) -> Floats:
+    """Return the points of the skin that sensors aim at, and how far past each they first touch [mm], (scenes, 4)."""
+    axis = _axes(np.array([scene.turn_at_touch for scene in scenes]))
+    middle = np.array([scene.centres for scene in scenes]).mean(axis=1)
+    fall = np.array([scene.fruit.fall_mm(x, y) for scene, (x, y) in zip(scenes, middle.tolist(), strict=True)])
+    aimed = np.column_stack([middle, -fall])
+    lowered = np.zeros(len(scenes))
+    for _ in range(TOUCH_STEPS):
+        domes = _standing(scenes, axis, aimed - lowered[:, None] * axis)
+        approach = domes.approach(np.zeros(domes.centres.shape))
+        entered = (approach.interference / approach.cosine).max(axis=1)
+        lowered = lowered - entered
+        if np.abs(entered).max() <= TOUCH_LIMIT:
+            return np.column_stack([aimed, lowered])
+    msg = f"first touch of domes: {np.abs(entered).max():.1e} mm off; must be at most {TOUCH_LIMIT:g} mm"
+    raise SolveError(msg)
+
+
+def _standing(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePoses:
+    """Return domes whose sensors have an axis [1] and the middle of their level faces at an origin [mm], (poses, 3)."""
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
     centres = np.array([scene.centres for scene in scenes])
-    axis = np.array([[*scene.turn, 1.0] for scene in scenes])
-    axis = axis / np.linalg.norm(axis, axis=1, keepdims=True)
     middle = centres.mean(axis=1)
-    lowered = travel + np.array([scene.first_touch_mm for scene in scenes])
-    origin = np.column_stack([middle, -lowered])
     stand = radius - np.array([scene.height_offsets_mm for scene in scenes])
 
     # Level vectors are turned as the vertical is to the axis, the shortest way.

@@ -53,15 +53,17 @@ RESIDUAL_LIMIT = 1e-11  # of the largest interference: round-off of coordinates 
 class DomeForces:
     """Forces F of the domes along their springs [N], (poses, tips), and what they do, each as F.
 
-    `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off in neo-Hookean flesh, `flesh`
-    [N] what Hencky's law adds and that of Storakers takes. `contact_radius` [mm] and `mean_pressure` [MPa] are those of
-    the contacts as they are pressed, `pressure_error` [1] is how far the latter may be off by the edge of the contact
-    alone; `face` [mm] is the width of a face that would hold each.
+    `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off in neo-Hookean flesh.
+    `error_alike` [N] is how far all are off together where what is left open has one sign under all domes, as where the
+    fruit sinks otherwise. `flesh` [N] is what Hencky's law adds and that of Storakers takes. `contact_radius` [mm] and
+    `mean_pressure` [MPa] are those of the contacts as they are pressed, `pressure_error` [1] is how far the latter may
+    be off by the edge of the contact alone; `face` [mm] is the width of a face that would hold each.
     """
 
     F: Floats
     rates: Floats
     error: Floats
+    error_alike: Floats
     flesh: Floats
     contact_radius: Floats
     mean_pressure: Floats
@@ -96,8 +98,8 @@ def domes_on(
 
     The compliance is that of the fruit in the scene `solved`. C (tips, tips) [mm/N]. Raises as `dome_forces`.
     """
-    radii = np.array([scene.fruit.radii_mm[0] for scene in scenes])
-    return dome_forces(dome_poses(scenes, travel), E, C, dome_body(solved, compliance, radii))
+    body = dome_body(solved, compliance, [scene.fruit for scene in scenes])
+    return dome_forces(dome_poses(scenes, travel), E, C, body)
 
 
 def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForces:
@@ -112,10 +114,12 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
     contact_radius = state.contact_radius * state.strain.edge
     # what the forces along the springs gain per interference of each dome
     gain = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
+    bound = law.bound(state)
     return DomeForces(
         F=cosine * state.N,
         rates=np.where(touching, np.einsum("pij,pj->pi", gain, state.approach.normal[..., 2]), 0.0),
-        error=np.einsum("pij,pj->pi", np.abs(gain), law.bound(state)),
+        error=np.einsum("pij,pj->pi", np.abs(gain), bound),
+        error_alike=np.einsum("pij,pj->pi", gain, bound),
         flesh=np.einsum("pij,pj->pi", gain, law.deeper(state, state.strain.apart)),
         contact_radius=contact_radius,
         mean_pressure=state.N / np.where(touching, np.pi * contact_radius**2, 1.0),
@@ -144,8 +148,7 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     C (tips, tips) [mm/N]. Raises SolveError where the forces do not settle.
     """
     level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
-    radii = np.array([scene.fruit.radii_mm[0]])
-    body = dome_body(scene, compliance, radii)
+    body = dome_body(scene, compliance, [scene.fruit])
     law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, body)
     state = law.solved()
     cosine = state.approach.cosine[0]

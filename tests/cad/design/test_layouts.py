@@ -44,11 +44,14 @@ def test_springs_that_are_given_leave_no_targets_unless_the_file_has_them():
     assert design_from_mapping({"springs": springs, "targets": {"NL": 0.05}}).targets.NL == 0.05
 
 
-def test_reading_lets_every_tip_travel_by_its_tilt():
-    """The farthest corner of a square of 6 mm is 4.24 mm away: 0.297 mm at 4 degrees."""
+def test_reading_lets_every_tip_travel_by_how_much_its_tilt_changes():
+    """The farthest corner of a square of 6 mm is 4.24 mm away: 0.297 mm at 4 degrees. Travel counts from touch."""
     level = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=Press(travel_mm=0.4))
     assert level.full_travels_mm == (0.4, 0.4)
-    read = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=Press(travel_mm=0.4), reading=Reading(tilt_deg=4.0))
+    press = Press(travel_mm=0.4)
+    read = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=press, reading=Reading(tilt_deg=4.0))
+    assert read.full_travels_mm == (0.4, 0.4)
+    read = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=press, reading=Reading(tilt_change_deg=4.0))
     assert read.full_travels_mm == pytest.approx((0.6967, 0.6967), abs=1e-4)
 
 

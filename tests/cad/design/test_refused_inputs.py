@@ -11,6 +11,14 @@ SQUARE = {"layout": "square", "spacing_mm": 6.0}
 ELLIPSOID = {"shape": "ellipsoid", "radius_mm": 35.0, "radius_across_mm": 30.0}
 PLAN = {"length_mm": 24.0, "width_mm": 24.0, "thickness_mm": 12.0}
 LINE = {"layout": "line", "order": "LHL"}
+DOMES = {**SQUARE, "shape": "dome", "dome_radius_mm": 10.0, "side_mm": 5.0}
+RADII = {"radius_mm": [42.0, 53.0], "radius_across_mm": [86.0, 144.0]}
+
+
+def read_on(reading, fruit=None, tips=DOMES):
+    """Return the tables of a square that is read on an ellipsoid."""
+    fruit = {**ELLIPSOID, **PLAN} if fruit is None else fruit
+    return {"reading": reading, "fruit": fruit, "tips": tips, "springs": SPRINGS}
 
 
 @pytest.mark.parametrize(
@@ -64,6 +72,22 @@ LINE = {"layout": "line", "order": "LHL"}
         ({"reading": {}, "press": {"tilt_deg": 2.0}}, "press.tilt_deg"),
         ({"reading": {}, "springs": SPRINGS, "targets": {}}, "targets.P_max"),
         ({"print": {"process_file": "own.toml"}}, "print.process_file"),
+        (read_on({"radius_mm": [42.0, 53.0]}), "reading.radius_across_mm"),
+        (read_on({"radius_across_mm": [42.0, 53.0]}), "reading.radius_mm"),
+        *(
+            (read_on({**RADII, key: bad}), f"reading.{key}")
+            for key in ("radius_mm", "radius_across_mm", "thickness_mm")
+            for bad in ([53.0, 42.0], [42.0], [42.0, 50.0, 53.0], [], 42.0, [0.0, 42.0], ["a", 42.0])
+        ),
+        *((read_on(RADII, fruit), "reading.radius_mm") for fruit in ({}, SPHERE)),
+        (read_on({"thickness_mm": [8.0, 20.0]}, {}), "reading.thickness_mm"),
+        (read_on({"thickness_mm": [8.0, 20.0]}, tips=SQUARE), "reading.thickness_mm"),
+        *(
+            (read_on({"uncertainty_limit": bad}, {"E_MPa": [0.5, 3.5]}), "reading.uncertainty_limit")
+            for bad in ([0.1], [0.1, 0.1, 0.1], [], [0.1, 0.0], [0.1, "a"])
+        ),
+        (read_on(RADII, ELLIPSOID), "fruit.length_mm"),
+        (read_on({"tilt_change_deg": -0.5}), "reading.tilt_change_deg"),
     ],
 )
 def test_bad_table_is_one_line_that_names_the_field(tables, field):

@@ -45,7 +45,7 @@ def test_bridge_gives_counts_noise_and_drift():
 def test_probe_gives_counts_noise_and_drift():
     found = signal_path(Readout(transducer="displacement", tare_K=0.0), SPRINGS, PETG, KINDS)
     assert found.counts_per_N[1] == pytest.approx(1.05 / 1.6 / 3.3 * 2**23)
-    assert found.noise_N[1] == pytest.approx(1.6 * math.hypot(0.02e-3, 4e-6 / 1.05))
+    assert found.noise_N[1] == pytest.approx(1.6 * math.hypot(0.055e-3, 12e-6 / 1.05))
     assert found.zero_drift_N[1] == pytest.approx(1.6 * 1.4e-3)
     assert (found.mV_per_V, found.self_heating_K) == ((), 0.0)
     typed = Readout(

@@ -2,6 +2,7 @@
 
 import pytest
 from measured_units import MeasuredDesign
+from squares import BALL
 
 from pipeline.measure.calibrating.calibration import calibrated, measured_print
 from pipeline.measure.calibrating.plate import measured_plate
@@ -14,9 +15,9 @@ def mango():
 
 
 @pytest.fixture(scope="session")
-def on_plate():
-    """Return the square of domes whose design counts on a press on a hard plate, its readings assessed."""
-    return MeasuredDesign("mango", **{"reading.calibrated_by": "plate"})
+def ball():
+    """Return the square of domes that reference presses were found for, with ranges of no ellipsoid."""
+    return MeasuredDesign(BALL)
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from measured_units import MeasuredDesign
+from squares import BALL
 
 from cad.theory.contrast_rise import RisingPress
 from pipeline.reading.rise import design_curvatures, rise_law
@@ -11,7 +12,7 @@ from solve.contact.poses import Pose
 
 @pytest.fixture(scope="module")
 def designs():
-    return [MeasuredDesign("mango", assessed=False, **{"fruit.radius_mm": radius}) for radius in (35.0, 50.0)]
+    return [MeasuredDesign(BALL, assessed=False, **{"fruit.radius_mm": radius}) for radius in (35.0, 50.0)]
 
 
 def test_a_radius_that_is_told_makes_the_law_of_that_ball(designs):
@@ -36,7 +37,7 @@ def test_a_radius_that_is_told_makes_the_law_of_that_ball(designs):
 def test_a_ball_that_is_told_has_no_saddle_of_the_design(designs):
     """Of a design on a turned ellipsoid: the gaps are those of a design on that ball."""
     fruit = {"fruit.shape": "ellipsoid", "fruit.radius_across_mm": 110.0, "fruit.azimuth_deg": 45.0}
-    turned = MeasuredDesign("mango", assessed=False, **fruit, **{"fruit.radius_mm": 47.0})
+    turned = MeasuredDesign(BALL, assessed=False, **fruit, **{"fruit.radius_mm": 47.0})
     told = rise_law(turned.design, turned.report.read_out.contrast, (1.0 / 50.0, 1.0 / 50.0))
     assert told.contrast.gaps == pytest.approx(designs[1].report.read_out.contrast.gaps, abs=1e-12)
     assert np.ptp(turned.report.read_out.contrast.gaps) > 0.05
@@ -51,7 +52,7 @@ def test_only_domes_on_a_square_and_a_round_fruit_roll(designs):
 
 
 def test_level_presses_are_corrected_to_what_they_were_pressed_by(designs):
-    """Of each design, at moduli between those of the table."""
+    """Of each design, at moduli between those of the table, by other samples of the press: these move E by 2e-4."""
     for measured in designs:
         read_out = measured.report.read_out
         assert [row.E_MPa for row in read_out.rise_level] == pytest.approx(np.geomspace(0.5, 3.5, 9).tolist())
@@ -61,4 +62,4 @@ def test_level_presses_are_corrected_to_what_they_were_pressed_by(designs):
             for forces in measured.forces([Pose(E=E, travel=x) for x in travels]):
                 press.add(forces)
             logs = np.log([(row.read_MPa, row.E_MPa) for row in read_out.rise_level]).T
-            assert np.exp(np.interp(np.log(press.reading().E), *logs)) == pytest.approx(E, rel=1e-4)
+            assert np.exp(np.interp(np.log(press.reading().E), *logs)) == pytest.approx(E, rel=4e-4)

@@ -110,10 +110,44 @@ def test_domes_on_a_fruit_of_another_radius(radius):
     fruits = [Fruit(shape="sphere", radius_mm=size, thickness_mm=12.0) for size in (35.0, radius)]
     scenes = [Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.4)) for fruit in fruits]
     C = spring_compliance(1.2, 20.0, 1.2, 20.0)
-    poses = [Pose(E=E, travel=0.4, tilt_deg=(1.0, 0.0), radius_mm=radius) for E in (0.5, 3.5)]
+    poses = [Pose(E=E, travel=0.4, tilt_deg=(1.0, 0.0), radii_mm=(radius, radius)) for E in (0.5, 3.5)]
     one, other = (pose_forces(scene, contact_compliance(scene.fruit, tips), C, poses) for scene in scenes)
     assert np.all(np.abs(one.F - other.F) <= one.F_error)
     assert np.all(one.F_error > other.F_error)
+
+
+EGG = Fruit(shape="ellipsoid", radius_mm=47.0, radius_across_mm=110.0, length_mm=30.0, width_mm=30.0, thickness_mm=12.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("radii", "azimuth", "thickness"),
+    [
+        ((42.0, 86.0), 45.0, None),
+        ((53.0, 144.0), 135.0, None),
+        ((47.0, 110.0), 0.0, 8.0),
+        ((47.0, 110.0), 0.0, 20.0),
+        pytest.param((42.0, 86.0), 45.0, 8.0, marks=pytest.mark.study),
+        pytest.param((42.0, 144.0), 0.0, 20.0, marks=pytest.mark.study),
+    ],
+)
+def test_domes_on_a_fruit_of_other_radii_and_thickness(radii, azimuth, thickness):
+    """The compliance of one ellipsoid serves others within the bar: against the compliance of each, solved anew."""
+    tips = dataclasses.replace(GENTLE, side_mm=5.8, spacing_mm=6.0)
+    met = dataclasses.replace(
+        EGG,
+        radius_mm=radii[0],
+        radius_across_mm=radii[1],
+        azimuth_deg=azimuth,
+        thickness_mm=thickness or EGG.thickness_mm,
+    )
+    C = spring_compliance(0.15, 1.4, 0.15, 1.4)
+    of_met = {"radii_mm": radii, "azimuth_deg": azimuth, "thickness_mm": thickness}
+    poses = [Pose(E=E, travel=0.8, from_touch=True, tilt_deg=(1.0, 0.0), **of_met) for E in (0.5, 3.5)]
+    scenes = [Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.8)) for fruit in (EGG, met)]
+    one, other = (pose_forces(scene, contact_compliance(scene.fruit, tips), C, poses) for scene in scenes)
+    assert np.all(np.abs(one.F - other.F) <= one.F_error)
+    assert np.all(one.F_error >= other.F_error)
 
 
 def test_line_has_a_row_for_each_tip():

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from squares import BALL
 
 from cad.quantity import InputError
 from cad.theory.two_spring_law import Springs, curve_nonlinearity, curve_shares, force_ratio, nonlinearity, size_springs
@@ -107,7 +108,7 @@ def test_moduli_count_for_the_contact_of_a_fruit_with_a_skin_alone():
     ("design", "settings"),
     [
         ("paper", {"tips.shape": "sphere", "tips.socket": "pin"}),
-        ("mango", {"fruit.length_mm": None, "fruit.width_mm": None}),
+        (BALL, {"fruit.length_mm": None, "fruit.width_mm": None}),
     ],
 )
 def test_contact_under_a_skin_that_is_not_solved_is_refused(design, settings):

@@ -272,9 +272,9 @@ def test_distribution_is_refused_before_anything_is_written(written, engine, tmp
         ("reading.bias", 3.0, 0.2, False, MARGIN + 0.6),
         ("reading.bias", 1.9, 0.2, None, MARGIN + 0.05),
         ("reading.bias", 1.0, 0.2, False, MARGIN + 0.05),  # that of the poses with a reading
-        ("reading.lift", 1.0, 0.2, False, MARGIN + 0.6),
-        ("reading.lift", 2.1, 0.2, None, MARGIN + 0.05),
-        ("reading.lift", 3.0, 0.2, True, 0.0),
+        ("geometry.fillets", 1.0, 0.2, False, MARGIN + 0.6),
+        ("geometry.fillets", 2.1, 0.2, None, MARGIN + 0.05),
+        ("geometry.fillets", 3.0, 0.2, True, 0.0),
     ],
 )
 def test_violation_of_a_limit_on_one_side_is_how_far_the_bar_reaches_beyond_it(

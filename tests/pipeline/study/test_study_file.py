@@ -193,7 +193,7 @@ def test_distributions_have_their_quantiles():
         ("response.0.P.3", "contact", ("response",)),
         ("verdicts.P_monotonic.value", "contact", ("response",)),
         ("verdicts.geometry.tip_face.value", "contact", ("response",)),
-        ("reading.lift_deg", "contact", ("reading",)),
+        ("reading.touch_fraction", "contact", ("reading",)),
         ("verdicts.reading.bias.error", "contact", ("reading",)),
         ("flexures.low.dimensions_mm.length", "flexures", ()),
         ("verdicts.K_h.value", "flexures", ()),

@@ -107,10 +107,12 @@ def test_error_bar_asks_for_a_tolerance_where_the_springs_are_of_one_piece():
     assert hint(wide, Design(), dataclasses.replace(springs, fitted=fitted), ROUGH) == SEARCH
 
 
-def test_tip_that_lifts_off_asks_for_the_tilt_that_it_stands():
-    lift = dataclasses.replace(GOOD, name="reading.lift", value=2.0, error=0.1, limit=3.0, passed=False)
-    tilt = float(hint(lift, Design(), springs_of(Design()), ROUGH).partition("tilt_deg=")[2].rstrip("`"))
-    assert 1.85 < tilt < 1.9
+def test_tips_that_touch_late_ask_for_the_travel_of_which_it_is_half():
+    """All touch by 0.7 of 0.6 mm, give or take 0.02: the depth at which they do stays, and is half of 0.864 mm."""
+    late = dataclasses.replace(GOOD, name="reading.touch", value=0.7, error=0.02, limit=0.5, passed=False)
+    design = Design(press=Press(travel_mm=0.6))
+    travel = float(hint(late, design, springs_of(Design()), ROUGH).partition("travel_mm=")[2].rstrip("`"))
+    assert 0.864 <= travel < 1.03 * 0.864
 
 
 def test_springs_sized_by_another_formula_are_mended_by_the_contact():

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 import pyvista as pv
+from squares import BALL
 from view_stand_ins import DEPTH, LENGTH
 
 from cad.design.design_file import design_from_mapping
@@ -104,7 +105,7 @@ def test_cut_takes_away_what_lies_before_it(scenes):
 
 def test_sphere_is_drawn_as_a_sphere():
     """A piece of radius R falls by R - sqrt(R^2 - r^2) at a distance r from its apex; its base stays flat."""
-    design = load_design("mango", {})
+    design = load_design(BALL, {})
     radius = design.fruit.radius_mm
     lines = [np.linspace(-12.0, 12.0, 9), np.linspace(-12.0, 12.0, 9), np.linspace(-12.0, 0.0, 4)]
     block = pv.RectilinearGrid(*lines).cast_to_unstructured_grid()

@@ -19,7 +19,7 @@ PIECE = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0, length_mm=30.0,
 GENTLE = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.8, spacing_mm=6.0)
 SPRINGS = spring_compliance(1.2, 20.0, 1.2, 20.0)
 LEVEL = Pose(E=1.0, travel=0.4)
-TILTED = Pose(E=0.5, travel=0.3, tilt_deg=(1.0, -2.0), off_centre_mm=(0.3, 0.2), radius_mm=42.0)
+TILTED = Pose(E=0.5, travel=0.3, tilt_deg=(1.0, -2.0), off_centre_mm=(0.3, 0.2), radii_mm=(42.0, 36.0))
 LINE = Tips(layout="line", order="LHL", spacing_mm=2.5, outer_mm=2.5**2 / 70.0)
 
 
@@ -49,13 +49,21 @@ def test_scene_of_a_pose():
     whole = Scene(fruit=Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0), tips=GENTLE, press=Press())
     assert posed_scene(whole, TILTED).fruit.whole
     egg = Fruit(shape="ellipsoid", radius_mm=35.0, radius_across_mm=25.0, thickness_mm=12.0)
-    assert posed_scene(dataclasses.replace(whole, fruit=egg), TILTED).fruit.radius_across_mm == pytest.approx(30.0)
+    assert posed_scene(dataclasses.replace(whole, fruit=egg), TILTED).fruit.radii_mm == (42.0, 36.0)
+    met = dataclasses.replace(TILTED, azimuth_deg=30.0, thickness_mm=9.0)
+    thinner = posed_scene(whole, dataclasses.replace(TILTED, radii_mm=None, thickness_mm=8.0)).fruit
+    assert thinner.whole
+    assert thinner.length_mm == pytest.approx(2.0 * np.sqrt(35.0**2 - 27.0**2))
+    piece = dataclasses.replace(egg, length_mm=24.0, width_mm=24.0)
+    fruit = posed_scene(dataclasses.replace(whole, fruit=piece), met).fruit
+    assert (fruit.radii_mm, fruit.azimuth_deg, fruit.depth_mm) == ((42.0, 36.0), 30.0, 9.0)
+    assert (fruit.length_mm, fruit.width_mm) == (24.0, 24.0)
 
 
 def test_domes_in_many_poses_are_pressed_each_as_alone():
-    found = forces([LEVEL, dataclasses.replace(TILTED, radius_mm=None), LEVEL])
+    found = forces([LEVEL, dataclasses.replace(TILTED, radii_mm=None), LEVEL])
     np.testing.assert_allclose(found.F[0], alone(LEVEL).F[0, 0], rtol=1e-9)
-    np.testing.assert_allclose(found.F[1], alone(dataclasses.replace(TILTED, radius_mm=None)).F[0, 0], rtol=1e-9)
+    np.testing.assert_allclose(found.F[1], alone(dataclasses.replace(TILTED, radii_mm=None)).F[0, 0], rtol=1e-9)
     np.testing.assert_array_equal(found.F[0], found.F[2])
     assert found.touching.all()
     np.testing.assert_allclose(found.mean_pressure, found.F / (np.pi * found.contact_radius**2), rtol=0.02)

@@ -4,10 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.special import j0
 
 from solve.fruit.footprints import Footprint, level_compliance
 from solve.fruit.skin import layered_change
-from solve.halfspace.layered import Layer, added_compliances, round_contact
+from solve.halfspace.layered import Layer, added_compliances, base_compliance, round_contact
 from solve.halfspace.punch import circle_punch
 
 SKIN = Layer(thickness=0.3, modulus=10.0, poisson=0.3, poisson_below=0.3)
@@ -137,3 +139,32 @@ def test_only_a_curved_layer_that_is_no_flesh_arches():
     assert SKIN.arching(RADIUS, 1.5, (0.06, 0.06)) == pytest.approx(4.0 * both)
     assert SKIN.arching(RADIUS, 1.5, (0.03, 0.0)) == pytest.approx(0.375 * both)
     assert SKIN.arching(RADIUS, 1.5, (0.03, -0.03)) == pytest.approx(0.5 * both)
+
+
+def bonded(u, poisson):
+    """Return L of a layer on a rigid base at u = k h: N. N. Lebedev, Y. S. Ufliand (1958), in test_bonded_layer.py."""
+    k = 3.0 - 4.0 * poisson
+    top = 2.0 * k * np.sinh(2.0 * u) - 4.0 * u
+    return top / (2.0 * k * np.cosh(2.0 * u) + 4.0 * u**2 + 1.0 + k**2)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45, 0.49])
+@pytest.mark.parametrize("apart", [0.0, 3.0, 6.0, 25.0])
+def test_a_rigid_base_takes_off_what_the_bonded_layer_lacks(poisson, apart):
+    h = 8.0
+    off = quad(lambda u: (bonded(u, poisson) - 1.0) * j0(u * apart / h), 0.0, 25.0, limit=400, epsabs=1e-11)[0]
+    expected = (1.0 - poisson**2) / (np.pi * h) * off
+    # A base 1e7 times as hard, and a spline through 160 distances.
+    np.testing.assert_allclose(base_compliance(h, poisson, np.array(apart)), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("poisson", [0.3, 0.45])
+def test_a_base_that_is_deep_changes_nothing_and_one_that_is_near_all(poisson):
+    apart = np.array([0.0, 6.0, 12.0])
+    near, far = (base_compliance(h, poisson, apart) for h in (1.0, 1000.0))
+    half_space = (1.0 - poisson**2) / (np.pi * apart[1:])
+    # The surface beside a load on a thin layer that can be compressed does not move.
+    np.testing.assert_allclose(near[1:], -half_space, rtol=0.02)
+    assert np.all(np.abs(far[1:]) < 0.02 * half_space)  # by some apart / thickness
+    # Lengths scale.
+    np.testing.assert_allclose(base_compliance(2.0, poisson, 2.0 * apart), 0.5 * near, rtol=1e-9)

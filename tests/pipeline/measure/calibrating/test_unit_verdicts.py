@@ -79,7 +79,8 @@ def test_verdict_of_a_square_is_what_its_springs_leave_of_a_reading(asked, mango
     sensor = mango.measuring(percent=1.0)
     if not asked:
         sensor = replace(sensor, report=replace(sensor.report, design=replace(mango.design, reading=None)))
-    limit = mango.design.reading.uncertainty_limit if asked else 0.1
+    asks = mango.design.reading
+    limit = asks.uncertainty_limit_at(1.0, mango.design.fruit.E_MPa) if asked else 0.1
     for u, passed in ((2.0 * limit, True), (2.01 * limit, False)):
         rows = [UnitRow(E=1.0, forces=(), P=1.0, u=half, with_design=0.0) for half in (0.01, u, 0.02)]
         (verdict,) = unit_verdicts(sensor, rows)

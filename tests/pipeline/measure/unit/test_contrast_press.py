@@ -39,9 +39,18 @@ def noisy(mango):
 
 @pytest.fixture(scope="module")
 def going_in(mango):
+    return forces_into_the_fruit(mango)
+
+
+@pytest.fixture(scope="module")
+def into_the_ball(ball):
+    return forces_into_the_fruit(ball)
+
+
+def forces_into_the_fruit(measured):
     """Return the forces [N] at thirty travels, the last one full, where all tips touch."""
-    travel = mango.design.press.travel_mm
-    forces = mango.forces([Pose(E=E, travel=float(share) * travel, tilt_deg=TILT) for share in SHARES])
+    travel = measured.design.press.travel_mm
+    forces = measured.forces([Pose(E=E, travel=float(share) * travel, tilt_deg=TILT) for share in SHARES])
     return forces[(forces > 0.02).all(axis=1)]
 
 
@@ -132,12 +141,12 @@ def test_tilt_is_told_whatever_the_saddle(mango, going_in):
 
 
 @pytest.mark.parametrize("case", REFERENCE["presses"], ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
-def test_presses_on_ellipsoids_lie_in_the_bar_and_single_moments_far_off(mango, case):
-    """Forces of boundary elements on a half-space, by a mango whose fruit is told nowhere; then with its radii told.
+def test_presses_on_ellipsoids_lie_in_the_bar_and_single_moments_far_off(ball, case):
+    """Forces of boundary elements on a half-space, by a square whose fruit is told nowhere; then with its radii told.
 
-    The travels reach beyond those of the mango; its body is 12 mm thick, which moves E by less than 1 %.
+    The travels reach beyond those of the design; its body is 12 mm thick, which moves E by less than 1 %.
     """
-    sensor = mango.measuring()
+    sensor = ball.measuring()
     forces = np.array(case["forces"])
     found = read(sensor, forces)
     assert abs(found.E / case["E"] - 1.0) <= found.u < 0.35
@@ -149,9 +158,9 @@ def test_presses_on_ellipsoids_lie_in_the_bar_and_single_moments_far_off(mango, 
 
 
 @pytest.mark.study
-def test_sixty_presses_of_cheeks_lie_in_the_bar(mango):
+def test_sixty_presses_of_cheeks_lie_in_the_bar(ball):
     """Own boundary elements: a mango's radii at any azimuth, tilts to 4 degrees, 0.9 mm from the first touch."""
-    sensor = mango.measuring()
+    sensor = ball.measuring()
     errors, bars = [], []
     for fruit in random_fruits(60, seed=44):
         found = read(sensor, press(square(), fruit, np.linspace(0.03, 0.9, 30)))
@@ -162,9 +171,9 @@ def test_sixty_presses_of_cheeks_lie_in_the_bar(mango):
     assert max(np.divide(errors, bars)) < 2.0
 
 
-def test_saddle_moves_a_single_moment_within_its_bar(mango):
+def test_saddle_moves_a_single_moment_within_its_bar(ball):
     """Largest of the reference saddles across the square: tens of per cent off where the rise is not."""
-    sensor = mango.measuring()
+    sensor = ball.measuring()
     errors, bars = [], []
     for case in REFERENCE["presses"]:
         moment = contrast_reading(sensor, sensor.law, np.array(case["forces"][-1]))
@@ -175,26 +184,35 @@ def test_saddle_moves_a_single_moment_within_its_bar(mango):
     assert min(bars) > 0.5
 
 
-def test_radii_that_are_told_leave_the_bar(mango, going_in):
+def test_radii_that_are_told_leave_the_bar(ball, into_the_ball):
     """A ball of the design's own radius reads alike, with what the untold curvature adds taken off."""
-    sensor = mango.measuring()
-    untold, told = read(sensor, going_in), read(replace(sensor, radii_mm=(35.0, 35.0)), going_in)
+    sensor = ball.measuring()
+    untold, told = read(sensor, into_the_ball), read(replace(sensor, radii_mm=(35.0, 35.0)), into_the_ball)
     assert pytest.approx(untold.E, rel=1e-9) == told.E
     step = 1e-3
     radius = 35.0 / (1.0 + step)
-    moved = abs(read(replace(sensor, radii_mm=(radius, radius)), going_in).E / told.E - 1.0) / step
+    moved = abs(read(replace(sensor, radii_mm=(radius, radius)), into_the_ball).E / told.E - 1.0) / step
     assert np.sqrt(untold.u**2 - told.u**2) == pytest.approx(2.0 * 0.25 * moved, rel=0.1)
-    moment = contrast_reading(sensor, sensor.law, going_in[-1])
-    ball = replace(sensor, radii_mm=(35.0, 35.0))
-    assert contrast_reading(with_exact_tips(ball), ball.law, going_in[-1]).u < 0.2 < moment.u
+    moment = contrast_reading(sensor, sensor.law, into_the_ball[-1])
+    known = replace(sensor, radii_mm=(35.0, 35.0))
+    assert contrast_reading(with_exact_tips(known), known.law, into_the_ball[-1]).u < 0.2 < moment.u
+
+
+def test_radii_that_are_told_change_nothing_where_the_design_names_the_same_ones(mango, going_in):
+    """A design that names the radii that occur has what they move E by in its bias."""
+    sensor = mango.measuring()
+    fruit = mango.design.fruit
+    told = read(replace(sensor, radii_mm=(fruit.radius_mm, fruit.radius_across_mm)), going_in)
+    untold = read(sensor, going_in)
+    assert (told.E, told.u) == pytest.approx((untold.E, untold.u), rel=1e-9)
 
 
 @pytest.fixture
-def command(mango, going_in, monkeypatch, tmp_path, capsys):
-    """Return a function that runs `pipeline read` on a press of the mango, and returns its exit code and its answer."""
-    monkeypatch.setattr("pipeline.report.stored.read_report", lambda _: mango.report)
+def command(ball, into_the_ball, monkeypatch, tmp_path, capsys):
+    """Return a function that runs `pipeline read` on a press of the ball, and returns its exit code and its answer."""
+    monkeypatch.setattr("pipeline.report.stored.read_report", lambda _: ball.report)
     lines = ["t_s,F_1_N,F_2_N,F_3_N,F_4_N"]
-    lines += [",".join(f"{value:.12g}" for value in (0.01 * k, *row)) for k, row in enumerate(going_in.tolist())]
+    lines += [",".join(f"{value:.12g}" for value in (0.01 * k, *row)) for k, row in enumerate(into_the_ball.tolist())]
     path = tmp_path / "press.csv"
     path.write_text("\n".join(lines), encoding="utf-8")
 

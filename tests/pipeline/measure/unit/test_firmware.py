@@ -11,7 +11,8 @@ from measured_units import MeasuredDesign, printed_by_header, with_heights
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.fruit_reading import IN_FIRMWARE
-from pipeline.measure.unit.presses import reading_of
+from pipeline.measure.unit.presses import reading_of, sensor_times
+from pipeline.measure.unit.signals import Sample
 from solve.contact.poses import Pose
 
 AGREES = 1e-5
@@ -97,14 +98,24 @@ def test_square_agrees_over_the_range_and_on_odd_forces(square, rng, tmp_path, i
     np.testing.assert_allclose(interpreted, np.column_stack([E, E * sensor.reduced(1.0), flags]), rtol=1e-12)
 
 
+def pressed(sensor, rows):
+    """Return what the command reads of one press, or of the deepest, in rows that come at the rate of the read-out."""
+    signal = sensor.report.read_out.signal
+    period = 1.0 / (signal.rate_Hz if signal else 10.0)
+    samples = (Sample(number, number * period, None, tuple(row)) for number, row in enumerate(rows.astype(float)))
+    at_one_time = sensor_times(sensor, samples, "press.csv")
+    press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation)
+    for sample in at_one_time:
+        press.add(sensor.gained(sample.forces), elapsed=period)
+    return press.reading()
+
+
 def both(sensor, rows, tmp_path):
     """Return what the command reads of a press, and what the MicroPython module does: E and flags."""
-    press = ContrastPress(sensor)
     module = module_of(tmp_path, sensor)["Press"]()
     for row in rows.astype(float):
-        press.add(sensor.gained(row))
         module.add(row.tolist())
-    expected = press.reading()
+    expected = pressed(sensor, rows)
     E, _, flags = module.read()
     return (expected.E, bits(expected.flags)), (E, flags)
 
@@ -145,27 +156,25 @@ def test_of_two_touches_firmware_reads_the_deeper_one(mango, tmp_path, in_c):
     lift = np.zeros((2, 4))
     held = np.concatenate([level, np.repeat(level[-1:], 500, axis=0)])
     for parts, alone in (((tilted, lift, level), level), ((level, lift, tilted), level), ((tilted, lift, held), held)):
-        rows = np.concatenate(parts).astype(np.float32)
-        press = ContrastPress(higher)
+        rows = np.concatenate([lift, *parts]).astype(np.float32)
         module = module_of(tmp_path, higher)["Press"]()
         for row in rows.astype(float).tolist():
-            press.add(higher.gained(row))
             module.add(row)
-        (expected, bit), _ = both(higher, alone.astype(np.float32), tmp_path)
+        (expected, bit), _ = both(higher, np.concatenate([lift, alone]).astype(np.float32), tmp_path)
         assert bit == 0
-        assert pytest.approx(expected, rel=1e-12) == press.reading().E
+        assert pytest.approx(expected, rel=1e-12) == pressed(higher, rows).E
         assert module.read()[::2] == (pytest.approx(expected, rel=1e-9), 0)
         assert in_c(higher, rows, PRESS)[-1, ::2].tolist() == [pytest.approx(expected, rel=AGREES), 0]
 
 
 def test_presses_that_tell_nothing_have_their_flags_in_firmware(mango, tmp_path, in_c):
     sensor = mango.measuring()
-    travels = (np.linspace(0.1, 1.0, 20) * mango.design.press.travel_mm).tolist()
+    travels = (np.linspace(0.1, 1.0, 40) * mango.design.press.travel_mm).tolist()
     forces = mango.forces([Pose(E=1.0, travel=x) for x in travels])
     for rows, bit in (
         (forces[-5:], 32),
         (np.repeat(forces[-1:], 30, axis=0), 64),
-        (forces[-6:], 64),
+        (forces[-9:], 64),
         (forces[:, [1, 0, 3, 2]], 4),
         (np.concatenate([forces[:3], np.zeros((1, 4)), forces[3:6]]), 32),
     ):
@@ -191,7 +200,7 @@ def test_presses_that_tell_nothing_have_their_flags_in_firmware(mango, tmp_path,
 
 def test_radii_that_are_told_are_in_the_firmware(mango, tmp_path, in_c):
     plain = mango.measuring()
-    sensor = replace(plain, radii_mm=(47.0, 110.0))
+    sensor = replace(plain, radii_mm=(35.0, 60.0))
     travels = (np.linspace(0.1, 1.0, 30) * mango.design.press.travel_mm).tolist()
     rows = mango.forces([Pose(E=1.0, travel=x) for x in travels]).astype(np.float32)
     (expected, bit), module = both(sensor, rows, tmp_path)

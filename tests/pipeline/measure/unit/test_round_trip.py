@@ -68,12 +68,19 @@ def test_whole_presses_of_a_square_cover_the_truth(mango, rng):
 
 
 def test_a_planted_spring_does_not_cover_the_truth(mango, rng):
-    """It is taken for 30 % too stiff, and said to be known to 1 %."""
-    assert coverage(mango, rng, units=20, read=read_whole, travels=RISE, wrong=1.3) < 0.9
+    """It is taken for 10 % too stiff, and said to be known to 1 %."""
+    assert coverage(mango, rng, units=20, read=read_whole, travels=RISE, wrong=1.1) < 0.9
 
 
-def test_single_moments_of_a_square_cover_the_truth(mango, rng):
-    assert coverage(mango, rng, units=20) >= LEAST_COVERED
+def test_single_moments_of_a_square_on_balls_cover_the_truth(ball, rng):
+    assert coverage(ball, rng, units=20) >= LEAST_COVERED
+
+
+def test_single_moments_of_a_square_on_fruit_of_any_shape_are_never_told_for_certain(mango, rng):
+    """A saddle moves them by tens of per cent up to many times, which no symmetric bar holds."""
+    poses = [random_pose(mango.design, rng, 1.0, mango.design.press.travel_mm) for _ in range(100)]
+    readings = [reading_of(mango.measuring(), forces) for forces in mango.forces(poses).tolist()]
+    assert all(reading.E is None or "uncertain" in reading.flags for reading in readings)
 
 
 @pytest.mark.study

@@ -6,6 +6,7 @@ from argparse import ArgumentParser
 import numpy as np
 import pytest
 from measured_units import MeasuredDesign
+from squares import BALL
 
 from cad.quantity import InputError
 from cad.theory.contrast_law import ContrastLaw
@@ -32,7 +33,7 @@ STEP_S = 0.02
 
 @pytest.fixture(scope="module")
 def square():
-    return MeasuredDesign("mango", assessed=False, **TIME, **{"reading.at_s": 2.0})
+    return MeasuredDesign(BALL, assessed=False, **TIME, **{"reading.at_s": 2.0})
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +52,7 @@ def dome_press(square, E, times):
     """
     design = square.design
     scene = scene_of(design, (), square.sideways)
-    body = dome_body(scene, square.contact, np.array([design.fruit.radii_mm[0]]))
+    body = dome_body(scene, square.contact, [design.fruit])
     shares, taus = np.array(ARMS).T[..., None]
     elastic = np.zeros(len(square.K))
     memory = np.zeros((len(ARMS), len(elastic)))

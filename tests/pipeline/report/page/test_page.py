@@ -21,7 +21,14 @@ from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest
 
 MOST_BYTES = 2_500_000
-IN_PERCENT = ("NL", "P_displacement_independent", "reading.bias", "reading.uncertainty", "reading.relaxation")
+IN_PERCENT = (
+    "NL",
+    "P_displacement_independent",
+    "reading.bias",
+    "reading.uncertainty",
+    "reading.touch",
+    "reading.relaxation",
+)
 VOID = {"meta", "input", "br", "wbr", "link", "img", "hr"}
 SCRIPT = re.compile(r'<script(?: type="text/plain")?>.*?</script>', re.DOTALL)  # libraries name places, ask none
 OUTSIDE = re.compile(
@@ -146,8 +153,8 @@ def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat
     assert "≤ 5 %" in text
     assert "travel at most 0.05 mm" in text
     assert "<script>alert" not in page
-    lift = planted("reading.lift", value=3.0, limit=4.0, unit="deg")
-    assert [limit_text(one) for one in (unread, lift, planted("K_l", tolerance=0.1))] == ["≤ 0.05", "≥ 4", "1"]
+    fillets = planted("geometry.fillets", value=3.0, limit=4.0, unit="mm")
+    assert [limit_text(one) for one in (unread, fillets, planted("K_l", tolerance=0.1))] == ["≤ 0.05", "≥ 4", "1"]
 
 
 @pytest.mark.parametrize(
@@ -170,7 +177,7 @@ def test_scene_of_a_preset_tells_only_what_was_changed():
     assert changed.endswith("Other than in the preset mango: press.travel_mm = 0.5, reading.bias_limit = 0.1.")
     own = dataclasses.replace(load_design("mango"), name="own")
     assert "reading.stiffness_percent" not in scene_in_words(own)
-    assert "tips.dome_radius_mm = 10.0" in scene_in_words(own)
+    assert f"tips.dome_radius_mm = {own.tips.dome_radius_mm:g}" in scene_in_words(own)
 
 
 def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):

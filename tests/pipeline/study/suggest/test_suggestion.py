@@ -184,7 +184,7 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
          "print.process", "press.travel_mm"}),
         (Design(), {"geometry.frame_clearance"}, {"press.travel_mm"}),
         (Design(), {"bruise"}, {"tips.side_mm", "tips.spacing_mm", "press.travel_mm"}),
-        (load_design("mango"), {"reading.lift"}, {"reading.tilt_deg", "press.travel_mm", "springs.K_l_N_per_m",
+        (load_design("mango"), {"reading.touch"}, {"reading.tilt_deg", "press.travel_mm", "springs.K_l_N_per_m",
          "springs.K_h_N_per_m", "tips.dome_radius_mm", "tips.side_mm", "tips.spacing_mm"}),
         (load_design("mango"), {"reading.uncertainty"}, {"reading.tilt_deg", "reading.uncertainty_limit",
          "reading.calibrated_by", "press.travel_mm", "springs.K_l_N_per_m", "springs.K_h_N_per_m",

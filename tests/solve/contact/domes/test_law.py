@@ -229,7 +229,8 @@ def test_some_poses_are_left_by_a_step_as_among_all():
     level = level_domes(SidewaysGive(give, 0.0))
     scenes = [dataclasses.replace(level, press=dataclasses.replace(level.press, tilt_deg=tilt)) for tilt in range(6)]
     poses = dome_poses(scenes, np.linspace(0.2, 0.4, 6))
-    body = dome_body(level, compliance(level.fruit, level.tips), np.linspace(30.0, 40.0, 6))
+    fruits = [dataclasses.replace(level.fruit, radius_mm=radius) for radius in np.linspace(30.0, 40.0, 6).tolist()]
+    body = dome_body(level, compliance(level.fruit, level.tips), fruits)
     moduli = np.linspace(0.5, 3.5, 6)
     before = poses.approach(np.zeros(poses.centres.shape))
     q = 0.5 * before.interference
@@ -275,7 +276,8 @@ def test_contrast_of_domes_that_give_sideways_reads_as_if_they_did_not():
 
 def test_other_radius_bends_the_body_in_proportion_and_widens_the_bound():
     known = dataclasses.replace(compliance(BLUNT, GENTLE), shape_change=np.full((4, 4), 1e-3))
-    body = dome_body(scene(), known, np.array([175.0, 140.0, 210.0]))
+    fruits = [dataclasses.replace(BLUNT, radius_mm=radius) for radius in (175.0, 140.0, 210.0)]
+    body = dome_body(scene(), known, fruits)
     changed = body.remainder - body.remainder[0]
     np.testing.assert_allclose(changed[1:, 0, 0], [0.25e-3, -1e-3 / 6.0], rtol=1e-9)
     assert np.all(body.bound[1:] > body.bound[0])

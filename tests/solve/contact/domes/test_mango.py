@@ -1,4 +1,4 @@
-"""The domes of the preset `mango` against contact by finite elements that share nothing with the law.
+"""Domes on a mango's ball of 35 mm against contact by finite elements that share nothing with the law.
 
 The forces are of true balls at finite strain, neo-Hooke, on the true piece of fruit, by mixed elements in another code.
 """
@@ -6,6 +6,7 @@ The forces are of true balls at finite strain, neo-Hooke, on the true piece of f
 import numpy as np
 import pytest
 from reference.pressed_domes import Press, extrapolated_forces
+from squares import BALL
 
 from pipeline.options import load_design
 from pipeline.response.contact import contact_compliance
@@ -25,8 +26,8 @@ NEIGHBOUR = 0.0361  # times E [1/mm]
 
 @pytest.fixture(scope="module")
 def mango():
-    """Return the preset as the forces were found, by 0.5 mm on 1600 N/m, and the compliance of its fruit."""
-    design = load_design("mango", {"press.travel_mm": 0.5})
+    """Return the design as the forces were found, by 0.5 mm on 1600 N/m, and the compliance of its fruit."""
+    design = load_design(BALL, {"press.travel_mm": 0.5})
     return design, contact_compliance(design.fruit, design.tips, tolerance=2.5e-4)
 
 
@@ -59,7 +60,7 @@ def test_tip_that_is_lifted_most_is_within_its_bar(mango):
     pose = Pose(
         E=1.0,
         travel=design.press.travel_mm,
-        radius_mm=28.0,
+        radii_mm=(28.0, 28.0),
         tilt_deg=(4.0 * share, -4.0 * share),
         off_centre_mm=(-share, share),
     )
@@ -105,7 +106,7 @@ def test_forces_in_poses_are_those_of_solids(mango, diagonal, solved, press):
     pose = Pose(
         E=press.E,
         travel=press.travel,
-        radius_mm=press.radius,
+        radii_mm=None if press.radius is None else (press.radius, press.radius),
         tilt_deg=(press.tilt_deg * x, press.tilt_deg * y),
         off_centre_mm=(press.off_centre * x, press.off_centre * y),
     )

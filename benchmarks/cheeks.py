@@ -1,0 +1,121 @@
+"""Presses of a square on random fruits of a design's ranges, by forces that share nothing with its law, read as a unit.
+
+`python -m benchmarks.cheeks DESIGN [--by solids|elements] [--count 27] [--seed 1] [--skip 0]` prints a table as it
+goes, and exits with 1 where a reading is farther off than 6 % or than twice its bar. Forces are without noise, on
+springs as designed: by solids at finite strain over a stone (`tests/reference/pressed_solids.py`, some 75 CPU seconds
+each), or by boundary elements on a half-space (`tests/reference/ellipsoid_presses.py`, a second each).
+"""
+
+import argparse
+import math
+import sys
+import time
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from benchmarks.harness import ROOT
+
+sys.path.append(str(ROOT / "tests"))
+from measured_units import MeasuredDesign
+from reference import ellipsoid_presses, pressed_solids
+from reference.ellipsoid_presses import Fruit, Sensor
+
+from pipeline.measure.unit.contrast_press import ContrastPress
+
+SOLVED = 10  # samples of a press
+READ = 40  # samples that are read, between those that are solved
+LARGEST = 0.06
+HEADS = "  E MPa    R1    R2 azimuth  tilt flesh   read  error %  bar %  gamma mm      s"
+
+
+def sensor_of(design, K):
+    """Return the sensor of a design with springs K [N/mm]."""
+    positions = np.array([(place.x, place.y) for place in design.tips.places_mm])
+    return Sensor(dome_radius=design.tips.dome_radius_mm, positions=positions, K=K)
+
+
+def in_disc(rng, radius):
+    """Return a point of a disc, evenly by area."""
+    angle = rng.uniform(0.0, 2.0 * math.pi)
+    return radius * math.sqrt(rng.uniform()) * np.array([math.cos(angle), math.sin(angle)])
+
+
+def drawn(design, rng):
+    """Return a fruit of a design's ranges under a sensor, the thickness of its flesh [mm] and the drift of the slope.
+
+    Moduli are drawn evenly by their logarithm.
+    """
+    asked = design.reading
+    tilt = in_disc(rng, asked.tilt_deg)
+    fruit = Fruit(
+        E=math.exp(rng.uniform(*np.log([min(design.fruit.E_MPa), design.fruit.E_max_MPa]))),
+        R1=rng.uniform(*asked.radius_mm),
+        R2=rng.uniform(*asked.radius_across_mm),
+        azimuth=rng.uniform(-90.0, 90.0),
+        tilt=float(np.hypot(*tilt)),
+        tilt_azimuth=math.degrees(math.atan2(tilt[1], tilt[0])),
+        apex=tuple(in_disc(rng, asked.off_centre_mm)),
+        poisson=design.fruit.poisson,
+    )
+    return fruit, rng.uniform(*asked.thickness_mm), np.radians(in_disc(rng, asked.tilt_change_deg))
+
+
+def pressed(by, design, sensor, fruit, thickness, drift):
+    """Return forces of a press from where all tips touch to the whole travel (READ, tips) [N]."""
+    travels = pressed_solids.rising_travels(sensor, fruit, design.press.travel_mm, SOLVED)
+    if by == "solids":
+        piece = pressed_solids.Piece(plan=design.fruit.length_mm, thickness=thickness)
+        forces = pressed_solids.press(sensor, fruit, travels, piece, drift=drift)
+    else:
+        forces = ellipsoid_presses.press(sensor, fruit, travels, drift=drift)
+    touching = (forces > 0.0).all(axis=1)
+    # F^(2/3) is nearly straight in the travel
+    between = CubicSpline(travels[touching], forces[touching] ** (2.0 / 3.0))
+    return np.maximum(between(np.linspace(travels[touching][0], travels[-1], READ)), 0.0) ** 1.5
+
+
+def main() -> int:
+    """Press, read, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("design")
+    parser.add_argument("--by", choices=("solids", "elements"), default="solids")
+    parser.add_argument("--count", type=int, default=27)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--skip", type=int, default=0, help="of the count, presses that another run has read")
+    asked = parser.parse_args()
+    measured = MeasuredDesign(asked.design)
+    unit = measured.measuring()
+    sensor = sensor_of(measured.design, measured.K)
+    rng = np.random.default_rng(asked.seed)
+    print(HEADS, flush=True)
+    errors, bars = [], []
+    for fruit, thickness, drift in [drawn(measured.design, rng) for _ in range(asked.count)][asked.skip :]:
+        start = time.process_time()
+        press = ContrastPress(unit)
+        for forces in pressed(asked.by, measured.design, sensor, fruit, thickness, drift):
+            press.add(forces)
+        found = press.reading()
+        shape = (
+            f"{fruit.E:7.3f} {fruit.R1:5.1f} {fruit.R2:5.1f} {fruit.azimuth:7.1f} {fruit.tilt:5.2f} {thickness:5.1f}"
+        )
+        seconds = time.process_time() - start
+        if found.E is None:
+            errors.append(math.inf)
+            bars.append(0.0)
+            print(shape, *found.flags, f"{seconds:.0f} s", flush=True)
+            continue
+        errors.append(found.E / fruit.E - 1.0)
+        bars.append(found.u)
+        row = f"{found.E:6.3f} {100.0 * errors[-1]:8.2f} {100.0 * found.u:6.1f} {found.offset:9.4f} {seconds:6.0f}"
+        print(shape, row, *found.flags, flush=True)
+    off = np.abs(errors)
+    largest, inside, beyond = off.max(), np.sum(off <= bars), np.sum(off > 2.0 * np.array(bars))
+    print(
+        f"{len(off)} presses: largest error {100.0 * largest:.2f} %, {inside} inside their bar, {beyond} beyond twice"
+    )
+    return 0 if largest <= LARGEST and not beyond else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

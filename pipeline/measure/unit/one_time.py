@@ -1,0 +1,81 @@
+"""Channels that are converted one after the other, brought to one time: that of the first conversion of each sample.
+
+Between two conversions of a channel its value is taken to lie on a straight line. What lies before the first conversion
+of a channel is left out, never extrapolated.
+"""
+
+import itertools
+import math
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+from cad.quantity import validation_error
+from pipeline.measure.unit.signals import Sample
+
+MOST_LINES = 64
+"""How many lines the times of channels in one line may lie apart, all of which are kept."""
+CLOSEST = 0.9  # of the time between two samples of the read-out, whose loop may be some per cent faster than told
+
+
+class AtOneTime:
+    """Samples whose channels have one time: by the times of a log, or by the delays of the read-out [s], (tips,).
+
+    `deviation` [s] is the standard deviation of the time of each channel, which may differ from that of the read-out: a
+    log that has times tells them. Lines that come closer than the samples of the read-out are not its own: their
+    channels stay as they are, each converted at any moment between two lines. `lag` is from how many samples before
+    noise is independent.
+    """
+
+    def __init__(
+        self, samples: Iterable[Sample], source: str, delays: Sequence[float], deviation: float, period: float
+    ) -> None:
+        """Read the first two samples; delays, deviation and the time between two samples [s] are of the read-out."""
+        ahead = list(itertools.islice(iterator := iter(samples), 2))
+        self._samples = itertools.chain(ahead, iterator)
+        self._source = source
+        self._timed = bool(ahead and ahead[0].times)
+        by_delays = any(delays) and not self._timed
+        interval = ahead[1].t - ahead[0].t if len(ahead) > 1 else math.inf
+        closer = by_delays and interval < CLOSEST * period
+        self._delays = delays if by_delays and not closer else ()
+        self.deviation = 0.0 if self._timed else max(deviation, interval / math.sqrt(12.0)) if closer else deviation
+        self.lag = 2 if self._timed or self._delays else 1
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Yield the samples; raises InputError where times of one line lie too many lines apart."""
+        if not self._timed and not self._delays:
+            yield from self._samples
+            return
+        rows: deque[Sample] = deque()
+        for sample in self._samples:
+            times = sample.times or tuple(sample.t + delay for delay in self._delays)
+            rows.append(replace(sample, times=times))
+            at = min(times)
+            while len(rows) > 1 and max(rows[1].times) <= at:
+                rows.popleft()
+            if max(rows[0].times) <= at:
+                yield _at(at, rows)
+            elif len(rows) > MOST_LINES:
+                apart = max(times) - at
+                bound = f"less than {MOST_LINES} lines"
+                name = f"{self._source}, line {sample.line}: from the first time of a channel to the last"
+                raise validation_error(name, apart, "s", bound, "put conversions of one round in one line")
+
+
+def _at(t: float, rows: Sequence[Sample]) -> Sample:
+    """Return the last of some samples with all channels, and the travel where it is measured, at a time [s]."""
+    last = rows[-1]
+    forces = [_between(t, [(row.times[tip], row.forces[tip]) for row in rows]) for tip in range(len(last.forces))]
+    x = None if last.x is None else _between(t, [(row.t, row.x or 0.0) for row in rows])
+    return replace(last, t=t, x=x, forces=tuple(forces), times=())
+
+
+def _between(t: float, points: Sequence[tuple[float, float]]) -> float:
+    """Return the value at a time on the straight line between the last point up to it and the next one, if any."""
+    before = max((index for index, (at, _) in enumerate(points) if at <= t), default=0)
+    start, value = points[before]
+    if start >= t or before + 1 == len(points):
+        return value
+    end, later = points[before + 1]
+    return later + (t - end) / (end - start) * (later - value)

@@ -1,0 +1,42 @@
+"""How fast a finished sensor may be pressed: its samples must suffice, and the times of its channels be known."""
+
+import math
+
+import numpy as np
+
+from cad.design.reading import LATEST_TOUCH, LEAST_OVER_NOISE
+from cad.theory.contrast_law import ReadingError
+from cad.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RisingPress
+from pipeline.reading.measurement import RISE_TRAVELS, PressedSensor, sensor_rise_law
+from pipeline.reading.poses import Placement
+from solve.contact.linear_response import travels
+
+SAMPLES = 60
+"""Of a press by hand, which slows to a stop: x = X (1 - (1 - t / T)^2)."""
+
+
+def fastest_press(sensor: PressedSensor) -> float | None:
+    """Return the shortest duration [s] of a press by hand, from the first touch to its deepest point, that tells E.
+
+    The times of the channels then leave 2 % of E open on level fruit, one standard deviation, and enough samples follow
+    the last touch. None without a read-out and for a press that has no rise. Raises as `pose_forces`.
+    """
+    signal = sensor.signal
+    if signal is None:
+        return None
+    design = sensor.design
+    forces = sensor.presses([design.largest_E_MPa], [Placement()], RISE_TRAVELS).F[0, 0]
+    x = np.concatenate([[0.0], travels(design.press.travel_mm, RISE_TRAVELS)])
+    forces = np.concatenate([np.zeros((1, forces.shape[1])), np.nan_to_num(forces)])
+    at = design.press.travel_mm * (1.0 - np.linspace(1.0, 0.0, SAMPLES + 1) ** 2)
+    least = LEAST_OVER_NOISE * np.array(signal.errors_N)
+    press = RisingPress(sensor_rise_law(sensor), np.zeros(len(least)), least)
+    for row in np.column_stack([np.interp(at, x, row) for row in forces.T]):
+        press.add(row, 1.0 / SAMPLES)
+    try:
+        slopes = press.reading().slopes
+    except ReadingError:
+        return None
+    by_clocks = float(np.linalg.norm(slopes.times)) * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
+    samples = FEWEST + (2 if signal.delays else 1)
+    return max(by_clocks, samples / signal.rate_Hz / math.sqrt(1.0 - LATEST_TOUCH))

@@ -1,0 +1,202 @@
+"""Presses of a hand: against the local normal of the skin, counted from the first touch in their pose."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize
+
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
+from solve.contact.domes.body import Body
+from solve.contact.domes.geometry import dome_poses
+from solve.contact.domes.law import dome_forces
+from solve.contact.linear_response import spring_compliance
+from solve.contact.poses import Pose, pose_forces, posed_scene
+from solve.contact.scene import Scene
+from solve.fruit.split import split_compliance
+
+DOME = 9.0
+TIPS = Tips(layout="square", shape="dome", dome_radius_mm=DOME, side_mm=5.8, spacing_mm=6.0)
+FLAT_TIPS = Tips(layout="square", spacing_mm=6.0)
+PIECE = {"length_mm": 30.0, "width_mm": 30.0, "thickness_mm": 12.0}
+EGG = Fruit(shape="ellipsoid", radius_mm=45.0, radius_across_mm=110.0, azimuth_deg=30.0, **PIECE)
+BALL = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0)
+BLOCK = Fruit(length_mm=30.0, width_mm=30.0)
+SPRINGS = spring_compliance(0.15, 1.4, 0.15, 1.4)
+
+
+def scene(fruit=EGG, tips=TIPS):
+    return Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.8))
+
+
+def hand(travel, **pose):
+    return Pose(E=1.0, travel=travel, from_touch=True, **pose)
+
+
+def domes_in(pose, fruit=EGG):
+    return dome_poses([posed_scene(scene(fruit), pose)], np.array([pose.travel]))
+
+
+class Egg:
+    """The skin of an ellipsoid whose apex is the origin, by its own equation."""
+
+    def __init__(self, fruit):
+        along, across = fruit.radii_mm
+        azimuth = math.radians(fruit.azimuth_deg or 0.0)
+        c, s = math.cos(azimuth), math.sin(azimuth)
+        self.turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])  # into the principal directions
+        self.axes = np.array([along, math.sqrt(along * across), along])
+
+    def at(self, x, y):
+        """Return the point of the skin at a place."""
+        u, v, _ = self.turn @ [x, y, 0.0]
+        z = self.axes[2] * (math.sqrt(1.0 - (u / self.axes[0]) ** 2 - (v / self.axes[1]) ** 2) - 1.0)
+        return np.array([x, y, z])
+
+    def normal(self, x, y):
+        point = self.turn @ (self.at(x, y) + np.array([0.0, 0.0, self.axes[2]]))
+        normal = self.turn.T @ (point / self.axes**2)
+        return normal / np.linalg.norm(normal)
+
+    def distance(self, centre):
+        """Return the least distance of the skin from a point above it, by a search over places."""
+
+        def squared(place):
+            return float(np.square(self.at(*place) - centre).sum())
+
+        options = {
+            "xatol": 1e-9,
+            "fatol": 1e-14,
+            "initial_simplex": centre[:2] + 0.3 * np.array([[0, 0], [1, 0], [0, 1]]),
+        }
+        return math.sqrt(minimize(squared, centre[:2], method="Nelder-Mead", options=options).fun)
+
+
+def turned_to(axis):
+    """Return the rotation that takes the vertical to an axis the shortest way, by Rodrigues' formula."""
+    cross = np.cross([0.0, 0.0, 1.0], axis)
+    K = np.array([[0.0, -cross[2], cross[1]], [cross[2], 0.0, -cross[0]], [-cross[1], cross[0], 0.0]])
+    return np.eye(3) + K + K @ K / (1.0 + axis[2])
+
+
+@pytest.mark.parametrize("off", [(0.0, 0.0), (1.5, -1.0), (-4.0, 3.0)])
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (3.0, -2.0)])
+def test_spheres_on_a_line_towards_the_skin_stop_at_their_first_touch(tilt, off):
+    """Lowered along their axis, through the point aimed at, until the least gap of true spheres is 0."""
+    egg = Egg(EGG)
+    found = domes_in(hand(0.0, tilt_deg=tilt, off_centre_mm=off))
+    axis = found.frame[0, 2]
+    places = np.column_stack([TIPS.places_mm, np.full(4, DOME)]) @ turned_to(axis).T
+    aimed = egg.at(*off)
+
+    def gap(height):
+        return min(egg.distance(aimed + height * axis + place) for place in places) - DOME
+
+    height = brentq(gap, -1.0, 1.0, xtol=1e-9)
+    np.testing.assert_allclose(found.centres[0], aimed + height * axis + places, atol=1e-7)
+
+
+@pytest.mark.parametrize("off", [(1.5, -1.0), (-4.0, 3.0)])
+def test_tilt_is_against_the_normal_of_the_skin_where_the_sensor_is_set_down(off):
+    normal = Egg(EGG).normal(*off)
+    upright = domes_in(hand(0.3, off_centre_mm=off)).frame[0, 2]
+    np.testing.assert_allclose(upright, normal, atol=1e-12)
+    tilted = domes_in(hand(0.3, off_centre_mm=off, tilt_deg=(3.0, 0.0))).frame[0, 2]
+    slope = np.degrees(np.arccos(normal[2]))
+    # Angles along and across add up but for the square of the slope.
+    assert np.degrees(np.arccos(normal @ tilted)) == pytest.approx(3.0, rel=np.radians(slope) ** 2)
+
+
+def test_travel_is_along_the_axis():
+    pose = hand(0.0, tilt_deg=(3.0, -2.0), off_centre_mm=(1.0, 0.5))
+    before, after = domes_in(pose), domes_in(dataclasses.replace(pose, travel=0.7))
+    moved = after.centres - before.centres
+    np.testing.assert_allclose(moved, np.broadcast_to(-0.7 * before.frame[0, 2], moved.shape), atol=1e-12)
+
+
+def test_tilt_changes_about_the_middle_of_the_tips():
+    """The middle of the faces moves by no more than its depth times the angle; the tips turn about it as one body."""
+    change = 0.5
+    pose = hand(0.6, tilt_deg=(2.0, 1.0))
+    before, after = domes_in(pose), domes_in(dataclasses.replace(pose, turned_deg=(change, 0.0)))
+    middles = [poses.centres[0].mean(axis=0) - DOME * poses.frame[0, 2] for poses in (before, after)]
+    assert np.linalg.norm(middles[1] - middles[0]) < 1.01 * np.linalg.norm(middles[0]) * math.radians(change)
+    lowered = (before.centres - after.centres)[0, :, 2]
+    np.testing.assert_allclose(
+        lowered - lowered.mean(), np.array(TIPS.places_mm)[:, 0] * math.radians(change), rtol=0.01, atol=1e-4
+    )
+
+
+def test_tilt_that_changes_later_leaves_the_first_touch_where_it_is():
+    pose = hand(0.0, tilt_deg=(2.0, 1.0))
+    for poses in (domes_in(pose), domes_in(dataclasses.replace(pose, turned_deg=(1e-6, 0.0)))):
+        entered = poses.approach(np.zeros(poses.centres.shape)).interference
+        assert entered.max() == pytest.approx(0.0, abs=1e-6)
+
+
+def half_space_forces(poses, fruit=BALL):
+    scenes = [posed_scene(scene(fruit), pose) for pose in poses]
+    none = np.zeros((len(poses), 4, 4))
+    body = Body(poisson=0.3, remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm))
+    domes = dome_poses(scenes, np.array([pose.travel for pose in poses]))
+    return dome_forces(domes, np.array([pose.E for pose in poses]), SPRINGS, body).F
+
+
+@pytest.mark.parametrize("tilt", [0.0, 2.0])
+def test_press_far_beside_the_apex_of_a_ball_is_the_press_at_its_apex(tilt):
+    """A ball is alike everywhere; by as much as 10 mm off the apex of one of 35 mm, where the skin falls at 17 deg."""
+    at_apex, beside = (
+        half_space_forces([hand(x, tilt_deg=(tilt, 0.0), off_centre_mm=off) for x in (0.3, 0.8)])
+        for off in ((0.0, 0.0), (10.0, 0.0))
+    )
+    assert at_apex[1].min() > 0.0
+    np.testing.assert_allclose(beside, at_apex, rtol=1e-9)
+    if tilt:
+        assert np.ptp(at_apex[1][[0, 2]]) > 0.02  # and the tilt is felt
+
+
+def test_ellipsoid_told_by_its_longer_radius_first_and_turned_by_a_right_angle_is_the_same():
+    """But for how round it is farther off: the height of an ellipsoid is the radius told first."""
+    turned = dataclasses.replace(EGG, radius_mm=110.0, radius_across_mm=45.0, azimuth_deg=-60.0)
+    poses = [hand(x, tilt_deg=(2.0, -1.0), off_centre_mm=(0.5, 0.3)) for x in (0.4, 0.8)]
+    expected = half_space_forces(poses, EGG)
+    # The fall of the fourth order under a tip, r^4 / (8 R^3) = 0.4 um at 4.2 mm on 45 mm, over a depth of 0.4 mm.
+    np.testing.assert_allclose(half_space_forces(poses, turned), expected, atol=2e-3 * expected.max())
+    other = dataclasses.replace(turned, azimuth_deg=30.0)
+    assert np.abs(half_space_forces(poses, other) - expected).max() > 0.03 * expected.max()
+
+
+def test_level_press_in_the_middle_is_that_of_a_stand():
+    poses = [hand(0.5), Pose(E=1.0, travel=0.5)]
+    stand, by_hand = half_space_forces(poses, BALL)
+    np.testing.assert_allclose(by_hand, stand, rtol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def flat():
+    return scene(BLOCK, FLAT_TIPS), split_compliance(BLOCK, FLAT_TIPS, 1e-3)
+
+
+def test_flat_tips_on_a_tilt_count_from_the_edge_that_touches_first(flat):
+    """On a flat fruit the farthest edges are lowered by half of the pattern times the slope."""
+    slope = math.tan(math.radians(2.0))
+    edge = 0.5 * (6.0 + FLAT_TIPS.side_mm) * slope
+    by_hand = hand(0.4, tilt_deg=(2.0, 0.0))
+    stand = Pose(E=1.0, travel=0.4 - edge, tilt_deg=(2.0, 0.0))
+    found = pose_forces(*flat, SPRINGS, [by_hand, stand, dataclasses.replace(by_hand, travel=1e-4)]).F
+    # Contact is found at the middles of cells, the outer ones less than 2 % of a side from the edge: 0.7 um of 0.4 mm.
+    np.testing.assert_allclose(found[0], found[1], rtol=5e-3)
+    assert 0.0 < found[2].max() < 1e-2 * found[0].max()
+
+
+def test_error_of_flat_tips_that_is_alike_in_all_is_that_of_softer_flesh(flat):
+    """By forces on a fruit that gives way by a thousandth more, of which the fraction of the whole force is told."""
+    built, compliance = flat
+    pose = Pose(E=1.0, travel=0.4)
+    found = pose_forces(built, compliance, SPRINGS, [pose])
+    softer = pose_forces(built, compliance, SPRINGS, [dataclasses.replace(pose, E=1.0 / 1.001)]).F
+    fall = (found.F - softer)[0]
+    expected = fall * found.error[0] * found.F.sum() / fall.sum()
+    np.testing.assert_allclose(found.error_alike[0], expected, rtol=2e-3)
