@@ -1,7 +1,8 @@
 """What presses and single moments of a sensor tell of fruits of other shapes, and what moves both: tables of docs.
 
 Forces are of boundary elements, which share no code with the product (`tests/reference/ellipsoid_presses.py`). They are
-read by a unit with exact springs, whose bars are of springs known to 1 % and channels to 0.1 % and their drift.
+read by a unit with exact springs. Its bars count a standard uncertainty of 1 % for springs, and for channels 0.1 %
+beside their drift.
 """
 
 import argparse
@@ -35,7 +36,7 @@ class Reader:
     """A unit of a design, the sensor that presses, and the travels of its samples."""
 
     def __init__(self, name):
-        """Make a unit whose springs are known to 1 %, and whose channels to 0.1 % beside their drift."""
+        """Make a unit with a standard uncertainty of 1 % of its springs, and of 0.1 % beside drift of its channels."""
         self.measured = MeasuredDesign(name)
         signal = self.measured.report.read_out.signal
         drift = 0.0 if signal is None else max(signal.gain_drift_percent) / np.sqrt(3.0)

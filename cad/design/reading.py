@@ -19,7 +19,7 @@ _LIMIT = Bounds(at_least=1e-3, at_most=1.0)
 
 _ENDS = 2
 RANGES = ("radius_mm", "radius_across_mm", "thickness_mm")
-LATEST_TOUCH = 0.5  # of the travel: where all tips touch later, too little of a rise is left
+LARGEST_TOUCH_FRACTION = 0.5  # of the travel: where all tips touch later, too little of a rise is left
 PRESS_SAMPLES = 60
 """Samples of a press over which noise is counted: `PRESS_S` at 20 samples a second."""
 PRESS_S = 3.0

@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cad.arrays import Floats
+from cad.arrays import Floats, rows_of
 from cad.quantity import validation_error
 from cad.theory.bisection import last_holding
 
@@ -145,8 +145,7 @@ class ReadingSlopes:
 def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
     """Return the compliance C [mm/N] of springs that are stiffer by factors [1], coupled in the same measure."""
     scales = 1.0 / np.sqrt(factors)
-    rows = np.array(C) * np.outer(scales, scales)
-    return tuple(tuple(row) for row in rows.tolist())
+    return rows_of(np.array(C) * np.outer(scales, scales))
 
 
 def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:

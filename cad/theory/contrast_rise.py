@@ -66,14 +66,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.arrays import Floats
+from cad.arrays import Floats, rows_of
 from cad.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, smallest_root
 from cad.theory.hertz import hertz_factor
 
 FEWEST = 5
 FEWEST_EXACT = 3  # of samples without noise
-LATEST_TOUCH = 0.7  # of the whole force: where the last tip touches later, too little of a rise is left
-LEAST_OVER_NOISE = 5.0  # of the instrument: noise in it then costs less than four per cent of the information
+LARGEST_TOUCH_FORCE = 0.7  # of the whole force: where the last tip touches later, too little of a rise is left
+LEAST_RISE = 5.0  # of the instrument: noise in it then costs less than four per cent of the information
 LARGEST_NOISE = 1.0 / 3.0  # of E: beyond, the root of the cubic scatters too far for its slope
 LARGEST_BY_TIME = 0.02  # of E, one standard deviation: a standard uncertainty of 5 % becomes 5.4 % by it
 SETTLED = 1e-12
@@ -152,7 +152,7 @@ class RollingDomes:
             weights=self.weights,
             gaps=(0.0,) * len(self.positions),
             C=C,
-            S=_rows(self.S()),
+            S=rows_of(self.S()),
             hertz=hertz_factor(self.relative_radius, self.poisson),
         )
         return RiseLaw(contrast=contrast, rolling=self if self.contrast_sees_saddle else None)
@@ -174,17 +174,13 @@ class RiseLaw:
         if self.rolling is None:
             return self.contrast
         change = self.rolling.S(offset) - self.rolling.S()
-        return replace(self.contrast, S=_rows(np.array(self.contrast.S) + change))
+        return replace(self.contrast, S=rows_of(np.array(self.contrast.S) + change))
 
     def per_offset(self, offset: float) -> Floats:
         """Return the slope of S, times E, over the offset [1/mm^2], (tips, tips)."""
         if self.rolling is None:
             return np.zeros_like(self.contrast.arrays[2])
         return np.asarray((self.rolling.S(offset + STEP) - self.rolling.S(offset - STEP)) / (2.0 * STEP))
-
-
-def _rows(matrix: Floats) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(row) for row in matrix.tolist())
 
 
 @dataclass(frozen=True)
@@ -345,12 +341,12 @@ class RisingPress:
         return replace(rise_reading(self._law, sums, self._noises), touch=touch)
 
     def _refuse_short_rise(self, touch: float) -> None:
-        if touch > LATEST_TOUCH:
+        if touch > LARGEST_TOUCH_FORCE:
             message = f"the whole force where the last tip touches = {touch:.2g} of the largest: must be at most "
-            raise RiseError("no_rise", f"{message}{LATEST_TOUCH:g}; press farther, or more level")
+            raise RiseError("no_rise", f"{message}{LARGEST_TOUCH_FORCE:g}; press farther, or more level")
         # The standard deviation of an even rise: a hold at the end, which adds nothing, does not count against it.
         rise = float(self._largest - self._touch_of_deepest) / math.sqrt(12.0)
-        least = LEAST_OVER_NOISE * float(np.linalg.norm(self._noises))
+        least = LEAST_RISE * float(np.linalg.norm(self._noises))
         if not rise > least:
             message = f"rise of the whole force = {rise:.2g} N: must be above {least:.2g} N, five times its noise"
             raise RiseError("no_rise", f"{message}; press farther")

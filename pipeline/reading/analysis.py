@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from cad.arrays import Flags, Floats
+from cad.arrays import Flags, Floats, rows_of
 from cad.design.parameters import Design
-from cad.design.reading import LEAST_OF_SCALE, LEAST_OVER_NOISE, PRESS_SAMPLES, Reading
+from cad.design.reading import PRESS_SAMPLES, Reading
 from cad.fabrication.bridges import SignalPath, signal_path
 from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
@@ -23,12 +23,18 @@ from pipeline.reading.measurement import (
     level_readings,
     pressed_sensor,
     rise_model,
-    rows_of,
 )
 from pipeline.reading.poses import Placement, occurring, read_moduli
 from pipeline.reading.press_time import fastest_press
-from pipeline.reading.read_out import ReadOut
-from pipeline.reading.uncertainty import Channels, UncertaintySources, mean_sources, noise_to_reach, uncertainty_sources
+from pipeline.reading.read_out import LevelReading, ReadOut
+from pipeline.reading.uncertainty import (
+    Channels,
+    UncertaintySources,
+    least_forces,
+    mean_sources,
+    noise_to_reach,
+    uncertainty_sources,
+)
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
 from pipeline.storage.plain import first_largest
@@ -83,18 +89,19 @@ class Readings:
 
     `touch` is the travel at which all tips touch over the whole one [1], the largest over all poses. `refused` says in
     how many poses there is no reading, and why, None where there always is: bias and uncertainty are those of the
-    others, None where a level press has no reading.
+    others, None where a level press has no reading. `level` are the readings of level presses, by which all are
+    corrected.
     `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
     `full_scale` is the largest force of each channel over all poses [N], (tips,). `pressures` are those on the skin at
     each modulus. `heights` is by how much E moves per height contrast of the tips, which counts as a saddle of the skin
     [1/mm]. `flesh` is by how much E moves to either side where the flesh under domes obeys the law of Hencky or of
     Storakers [1]. `face_mm` is how wide the face of a dome must be to hold the contact in every pose, 0 for other tips.
-    `presses` are those of all poses, `tilted` those at tilts along the tips, at full travel of the middle, None without
-    one.
+    `tilted` are presses at tilts along the tips, at full travel of the middle, None without a tilt.
     """
 
     method: str
     touch: Estimate
+    level: tuple[LevelReading, ...] = ()
     moduli: tuple[ModulusReading, ...] = ()
     bias: Estimate | None = None
     uncertainty: Estimate | None = None
@@ -106,7 +113,6 @@ class Readings:
     heights: float = 0.0
     flesh: float = 0.0
     face_mm: float = 0.0
-    presses: Presses | None = field(default=None, repr=False, compare=False)
     tilted: Presses | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -161,9 +167,9 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     analysis = Readings(
         method=model.method,
         touch=touch_fraction(presses),
+        level=model.level,
         refused=refused,
         face_mm=float(presses.face_mm.max()),
-        presses=presses,
     )
     rows = []
     for at_modulus in read:
@@ -277,7 +283,7 @@ def _read(
 
     A contact that needs more of a dome's face than `side_mm` has no force.
     """
-    least_forces = np.maximum(LEAST_OVER_NOISE * channels.errors, LEAST_OF_SCALE * channels.full_scale)
+    least = least_forces(channels.errors, channels.full_scale)
     # A press is solved in few samples; noise refuses one of as many as it has.
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
     reasons = []
@@ -291,7 +297,7 @@ def _read(
                 if face > side_mm:
                     msg = f"tips.side_mm = {side_mm:g} mm is less than the {face:.3g} mm that the contact needs"
                     raise ReadingError(msg)
-                reading = model.reading(presses.F[i, j], noises, least_forces)
+                reading = model.reading(presses.F[i, j], noises, least)
             except ReadingError as refused:
                 reasons.append(f"as at {E:.3g} MPa, {placement}: {refused}")
             found.append(reading)
@@ -428,7 +434,7 @@ def reading_constants(
     return replace(
         constants,
         level=model.level or level_readings(sensor),
-        rise_level=rise_model(sensor).level,
+        rise_level=rise_model(sensor).level if readings is None else readings.level,
         lean_mm_per_N=rows_of(lean) if lean.any() else None,
         weights=tuple(law.weights),
         gaps_mm=tuple(law.gaps),

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cad.arrays import Floats
+from cad.arrays import Floats, rows_of
 from cad.design.parameters import Design
 from cad.design.reading import PRESS_S
 from cad.fabrication.bridges import SignalPath
@@ -24,7 +24,7 @@ from cad.theory.contrast_law import (
 from cad.theory.contrast_rise import RiseLaw, RiseReading, RisingPress, exact_modulus
 from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading, corrected
-from pipeline.reading.rise import rise_law
+from pipeline.reading.rise import fall_under_domes, rise_law
 from pipeline.response.scene_press import scene_of
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import travels
@@ -140,9 +140,7 @@ def _dome_law(scene: Scene, contact: FruitCompliance, C: Floats, weights: tuple[
     tips = scene.tips
     middle = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
     contrast = dome_contrast(scene, contact, C, middle)
-    reach = (tips.dome_radius_mm or 0.0) + np.array(scene.fruit.radii_mm)
-    principal = np.stack(scene.fruit.to_principal(*np.array(tips.places_mm).T), axis=1)
-    fall = 0.5 * (np.square(principal) / reach).sum(axis=1)
+    fall = fall_under_domes(scene.fruit, tips)
     return ContrastLaw(
         weights=weights,
         gaps=tuple((fall - tips.height_offset_mm).tolist()),
@@ -152,19 +150,14 @@ def _dome_law(scene: Scene, contact: FruitCompliance, C: Floats, weights: tuple[
     )
 
 
-def rows_of(matrix: Floats | Matrix) -> tuple[tuple[float, ...], ...]:
-    """Return a matrix as tuples of its rows, in its unit."""
-    return tuple(tuple(row) for row in np.asarray(matrix, dtype=np.float64).tolist())
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Presses:
     """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
 
     F is nan where a contact runs off the face of a dome. `flesh` [N], as F, is what Hencky's law of flesh adds under
-    domes; `mean_pressure` [MPa], as F, is that of each contact; `error` [1], (moduli, placements, samples), is the
-    largest relative error of a force; `face_mm` (moduli, placements) is how wide the face of a dome must be to hold
-    every contact of a press, 0 for other tips.
+    domes; `mean_pressure` [MPa], as F, is that of each contact; `error` [N], as F, is how far all forces are off where
+    what is left open has one sign under all tips; `face_mm` (moduli, placements) is how wide the face of a dome must be
+    to hold every contact of a press, 0 for other tips.
     """
 
     moduli: tuple[float, ...]

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
+from cad.arrays import Floats, rows_of
 from cad.design.parameters import Design
 from cad.quantity import Estimate, validation_error
 from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from cad.theory.relaxation import Relaxation
-from pipeline.reading.measurement import ContrastModel, PressedSensor, pressed_sensor, rows_of
+from pipeline.reading.measurement import ContrastModel, PressedSensor, pressed_sensor
 from pipeline.reading.poses import Placement
 from pipeline.response.scene_press import scene_of
 from solve.contact.linear_response import high_over_low

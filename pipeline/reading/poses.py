@@ -99,7 +99,7 @@ def read_moduli(fruit: Fruit) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FruitRange:
+class OccurringFruits:
     """The fruits that occur: ranges of their principal radii and of their flesh [mm]; None for those of the design.
 
     Without a range across, the second radius is `aspect` times the first.
@@ -124,12 +124,12 @@ class FruitRange:
                 yield Placement(from_touch=True, radii_mm=radii, azimuth_deg=azimuth)
 
 
-def fruits_of(fruit: Fruit, reading: Reading) -> FruitRange:
+def fruits_of(fruit: Fruit, reading: Reading) -> OccurringFruits:
     """Return the fruits that occur in a reading; of an ellipsoid the azimuth is any."""
     if fruit.radius_mm is None:
-        return FruitRange()
+        return OccurringFruits()
     if reading.radius_mm is not None:
-        return FruitRange(
+        return OccurringFruits(
             radius=reading.radius_mm,
             across=reading.radius_across_mm,
             thickness=reading.thickness_mm,
@@ -139,7 +139,7 @@ def fruits_of(fruit: Fruit, reading: Reading) -> FruitRange:
     if reading.radius_spread:
         radius = (fruit.radius_mm * (1.0 - reading.radius_spread), fruit.radius_mm * (1.0 + reading.radius_spread))
     along, across = fruit.radii_mm
-    return FruitRange(radius=radius, thickness=reading.thickness_mm, aspect=across / along)
+    return OccurringFruits(radius=radius, thickness=reading.thickness_mm, aspect=across / along)
 
 
 def occurring(design: Design, reading: Reading) -> Iterator[Placement]:
@@ -175,7 +175,7 @@ def _by_hand(shape: Placement, reading: Reading, direction: Vector) -> Placement
     )
 
 
-def _drawn(fruits: FruitRange, reading: Reading) -> Iterator[Placement]:
+def _drawn(fruits: OccurringFruits, reading: Reading) -> Iterator[Placement]:
     """Yield placements that are drawn evenly from all ranges but that of the flesh, tilts and places evenly by area."""
     rng = np.random.default_rng(SEED)
     for _ in range(DRAWN):

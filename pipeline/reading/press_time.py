@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from cad.design.reading import LATEST_TOUCH, LEAST_OVER_NOISE
+from cad.design.reading import LARGEST_TOUCH_FRACTION, LEAST_OVER_NOISE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RisingPress
 from pipeline.reading.measurement import RISE_TRAVELS, PressedSensor, sensor_rise_law
@@ -39,4 +39,4 @@ def fastest_press(sensor: PressedSensor) -> float | None:
         return None
     by_clocks = float(np.linalg.norm(slopes.times)) * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
     samples = FEWEST + (2 if signal.delays else 1)
-    return max(by_clocks, samples / signal.rate_Hz / math.sqrt(1.0 - LATEST_TOUCH))
+    return max(by_clocks, samples / signal.rate_Hz / math.sqrt(1.0 - LARGEST_TOUCH_FRACTION))

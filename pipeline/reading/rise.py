@@ -5,7 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from cad.arrays import Floats, rows_of
+from cad.design.fruit import Fruit
 from cad.design.parameters import Design
+from cad.design.tips import Tips
 from cad.theory.contrast_law import ContrastLaw
 from cad.theory.contrast_rise import RiseLaw, RollingDomes
 
@@ -16,6 +19,13 @@ def design_curvatures(design: Design) -> Curvatures:
     """Return the principal curvatures of a design's fruit [1/mm]; 0 for a flat one."""
     along, across = design.fruit.radii_mm
     return 1.0 / along, 1.0 / across
+
+
+def fall_under_domes(fruit: Fruit, tips: Tips) -> Floats:
+    """Return how far level domes hang over the skin beside its apex [mm], (tips,): spheres on a paraboloid."""
+    reach = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)
+    principal = np.stack(fruit.to_principal(*np.array(tips.places_mm).T), axis=1)
+    return np.asarray(0.5 * (np.square(principal) / reach).sum(axis=1))
 
 
 def rolling_domes(
@@ -40,23 +50,21 @@ def rolling_domes(
 def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | None = None) -> RiseLaw:
     """Return the law by which a press is read, of a contrast on the design's fruit.
 
-    Where the principal curvatures of the fruit are told [1/mm], h goes with R*^(-1/3), contacts are as far from each
-    other as domes roll, and gaps are those of a ball of the mean curvature in place of those of the design's fruit.
+    Where the principal curvatures of the fruit are told [1/mm], h is proportional to R*^(-1/3), contacts are as far
+    from each other as domes roll, and gaps are those of a ball of the mean curvature in place of those of the design's
+    fruit.
     """
     designed = rolling_domes(design, contrast.weights)
     rolling = rolling_domes(design, contrast.weights, curvatures)
     if designed is None or rolling is None:
         return RiseLaw(contrast=contrast)
     if curvatures is not None:
-        axes = np.array(design.tips.places_mm)
-        principal = np.stack(design.fruit.to_principal(*axes.T), axis=1)
-        of_design = np.square(principal) @ [1.0 / (radius + rolling.dome_radius) for radius in design.fruit.radii_mm]
-        of_ball = rolling.mean_curvature / rolling.rolling_factor * np.square(axes).sum(axis=1)
-        gaps = 0.5 * (of_ball - of_design)
+        of_ball = 0.5 * rolling.mean_curvature / rolling.rolling_factor
+        gaps = of_ball * np.square(design.tips.places_mm).sum(axis=1) - fall_under_domes(design.fruit, design.tips)
         contrast = replace(
             contrast,
             gaps=tuple((contrast.gaps + gaps).tolist()),
-            S=tuple(tuple(row) for row in (np.array(contrast.S) + rolling.S() - designed.S()).tolist()),
+            S=rows_of(np.array(contrast.S) + rolling.S() - designed.S()),
             hertz=contrast.hertz * math.pow(designed.relative_radius / rolling.relative_radius, 1.0 / 3.0),
         )
     is_curved = rolling.mean_curvature > 0.0

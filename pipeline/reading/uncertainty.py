@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.arrays import Floats
-from cad.design.reading import PRESS_SAMPLES, Reading
+from cad.design.reading import LEAST_OF_SCALE, LEAST_OVER_NOISE, PRESS_SAMPLES, Reading
 from cad.fabrication.bridges import SignalPath
 from cad.theory.contrast_rise import RiseReading, RiseSlopes
 
@@ -116,6 +116,14 @@ def noise_to_reach(limit: float, sources: UncertaintySources) -> float | None:
     return math.sqrt(limit**2 - rest) / sources.noise_slope
 
 
+def least_forces(errors: Floats, full_scale: Sequence[float] | Floats) -> Floats:
+    """Return the forces below which tips count as off the fruit [N], (tips,).
+
+    `errors` [N] are what each force may be off by without a touch, one standard deviation.
+    """
+    return np.maximum(LEAST_OVER_NOISE * errors, LEAST_OF_SCALE * np.array(full_scale))
+
+
 @dataclass(frozen=True, kw_only=True)
 class LeftOpen:
     """What is left open of the channels and springs of a design or of a unit, each a standard deviation, (tips,).
@@ -135,15 +143,18 @@ class LeftOpen:
 
         A zero may be off from the first sample on, or drift by as much during the press.
         """
-        gains = np.array(slopes.gains)
-        # Where a channel tells a deflection, the force of a spring that is stiffer than known is larger too.
-        springs = np.array(slopes.springs) + (gains if self.on_plate else 0.0)
         return {
             "zero_drift": _norm(np.hypot(slopes.zeros, slopes.drifts) * self.zeros),
             "times": self.time_s * _norm(np.array(slopes.times)),
-            "stiffness": _norm(springs * self.springs),
-            **{cause: _norm(gains * deviations) for cause, deviations in self.gains.items()},
+            **self.of_channels(np.array(slopes.springs), np.array(slopes.gains)),
         }
+
+    def of_channels(self, springs: Floats, gains: Floats) -> dict[str, float]:
+        """Return what springs and channels leave open of a modulus [1], of its slopes over both [1], (tips,)."""
+        # Where a channel tells a deflection, the force of a spring that is stiffer than known is larger too.
+        both = springs + (gains if self.on_plate else 0.0)
+        of_gains = {cause: _norm(gains * deviations) for cause, deviations in self.gains.items()}
+        return {"stiffness": _norm(both * self.springs), **of_gains}
 
 
 def uncertainty_sources(

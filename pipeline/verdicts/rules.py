@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from cad.design.parameters import Design, Targets
-from cad.design.reading import LATEST_TOUCH, Reading
+from cad.design.reading import LARGEST_TOUCH_FRACTION, Reading
 from cad.quantity import Estimate
 from cad.theory.hertz import contact_reach, relative_radius
 from cad.tips.layouts import Position
@@ -288,7 +288,7 @@ def analysis_verdicts(readings: Readings, reading: Reading) -> tuple[Verdict, ..
     return (
         _reading_verdict("reading.bias", readings.bias, reading.bias_limit, bias_words, refused),
         _reading_verdict("reading.uncertainty", readings.uncertainty, limit, uncertainty_words, refused),
-        margin_verdict("reading.touch", readings.touch, LATEST_TOUCH, touch_words, at_most=True),
+        margin_verdict("reading.touch", readings.touch, LARGEST_TOUCH_FRACTION, touch_words, at_most=True),
     )
 
 

@@ -94,7 +94,8 @@ def _by_unit(sensor: MeasuringUnit, forces: Floats, E: float) -> list[float]:
         slopes = contrast_slopes(sensor.law, forces.tolist(), sensor.read_as(E))
         sensitivity = Sensitivity(np.array(slopes.springs), forces * slopes.forces)
     on_plate = sensor.unit.calibrated_by == "plate"
-    deviations = sensitivity.by_unit(sensor) if on_plate else sensitivity.by_springs(sensor)
+    by_unit = sensitivity.by_unit(sensor)
+    deviations = by_unit.values() if on_plate else (by_unit["stiffness"],)
     return [sensor.steepness(E) * deviation for deviation in deviations]
 
 

@@ -120,7 +120,7 @@ def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats) ->
     by_shape = slopes.contrast * sensor.saddle_contrast
     E = sensor.corrected(read)
     steepness = sensor.steepness(E)
-    u = half_width(sensor, E, steepness, [by_noise, by_drift, *by_unit, *by_heights, by_shape])
+    u = half_width(sensor, E, steepness, [by_noise, by_drift, *by_unit.values(), *by_heights, by_shape])
     return _with_pose(sensor, law, forces, read, E, u).of_samples(1, steepness * by_noise)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cad.design.readout import AMPLIFIERS
-from cad.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, LATEST_TOUCH, LEAST_OVER_NOISE, RiseLaw
+from cad.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, LARGEST_TOUCH_FORCE, LEAST_RISE, RiseLaw
 from pipeline.measure.template import rendered
 from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
 from pipeline.measure.unit.measuring import MeasuringUnit
@@ -112,8 +112,8 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
         "gap": float(weights @ np.array(law.contrast.gaps)),
         "noises": sensor.noises.tolist(),
         "fewest": FEWEST,
-        "latest_touch": LATEST_TOUCH,
-        "least_rise": LEAST_OVER_NOISE * float(np.linalg.norm(sensor.noises)),
+        "latest_touch": LARGEST_TOUCH_FORCE,
+        "least_rise": LEAST_RISE * float(np.linalg.norm(sensor.noises)),
         "largest_noise": LARGEST_NOISE,
         "rolling": law.rolling is not None,
         "saddle_steps": SADDLE_STEPS if law.rolling is not None else 1,

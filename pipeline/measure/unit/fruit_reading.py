@@ -178,15 +178,9 @@ class Sensitivity(NamedTuple):
     springs: Floats
     forces: Floats
 
-    def by_springs(self, sensor: MeasuringUnit) -> list[float]:
-        """Return what springs leave open of the modulus [1], each one standard deviation."""
-        # Where a channel tells a deflection, the force of a spring that is stiffer than known is larger too.
-        slopes = self.springs + self.forces if sensor.unit.calibrated_by == "plate" else self.springs
-        return [*(0.01 * slopes * sensor.unit.K_percent)]
-
-    def by_unit(self, sensor: MeasuringUnit) -> list[float]:
+    def by_unit(self, sensor: MeasuringUnit) -> dict[str, float]:
         """Return what springs and channels leave open of the modulus [1], each one standard deviation."""
-        return [*self.by_springs(sensor), *(0.01 * self.forces * sensor.unit.gain_percent)]
+        return sensor.left_open().of_channels(self.springs, self.forces)
 
     def by_noise(self, sensor: MeasuringUnit, forces: Floats) -> float:
         """Return the standard deviation of the modulus [1] by noise and drift of zero on forces [N]."""

@@ -9,7 +9,6 @@ import numpy as np
 
 from cad.arrays import Floats
 from cad.design.parameters import Design
-from cad.design.reading import LEAST_OF_SCALE, LEAST_OVER_NOISE
 from cad.parts.pin import tip_accuracy_mm
 from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, saddle_contrast, stiffened
@@ -18,7 +17,7 @@ from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
-from pipeline.reading.uncertainty import LeftOpen
+from pipeline.reading.uncertainty import LeftOpen, least_forces
 from pipeline.report.stored import StoredReport
 from solve.contact.domes.large_strain import large_strain
 
@@ -160,7 +159,7 @@ class MeasuringUnit:
         signal = self.report.read_out.signal
         return 0.0 if signal is None else signal.time_deviation / signal.rate_Hz
 
-    def left_open(self, time_s: float) -> LeftOpen:
+    def left_open(self, time_s: float = 0.0) -> LeftOpen:
         """Return what is left open of its channels and springs, and of the time of each channel [s]."""
         return LeftOpen(
             zeros=self.zero_drifts,
@@ -181,8 +180,7 @@ class MeasuringUnit:
     @cached_property
     def least_forces(self) -> Floats:
         """Return the force of each channel below which its tip counts as off the fruit [N]."""
-        of_scale = LEAST_OF_SCALE * np.array(self.report.read_out.full_scale_N)
-        return np.maximum(LEAST_OVER_NOISE * self.force_errors, of_scale)
+        return least_forces(self.force_errors, self.report.read_out.full_scale_N)
 
     @cached_property
     def largest_forces(self) -> Floats:

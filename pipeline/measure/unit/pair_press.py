@@ -38,7 +38,7 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     yielded = float(np.subtract(sensor.C[0], sensor.C[1]) @ forces)  # farther by the low spring than by the high one
     sensitivity = ratio_sensitivity(sensor, forces)
     deviations = [sensitivity.by_noise(sensor, forces), sensor.ratio_tilt_deviation(yielded)]
-    u = half_width(sensor, E, sensor.steepness(E), [*deviations, *sensitivity.by_unit(sensor)])
+    u = half_width(sensor, E, sensor.steepness(E), [*deviations, *sensitivity.by_unit(sensor).values()])
     return checked_reading(sensor, E, u, forces)
 
 

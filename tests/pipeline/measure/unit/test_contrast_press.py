@@ -15,6 +15,7 @@ from measured_units import stated_and_moved, with_exact_tips, with_heights
 from reference.ellipsoid_presses import press, random_fruits, square
 
 from cad.quantity import InputError
+from cad.theory.contrast_rise import RisingPress
 from pipeline.cli import main
 from pipeline.measure.unit.contrast_press import ContrastPress, contrast_reading
 from pipeline.measure.unit.firmware import c_header, micropython
@@ -294,3 +295,26 @@ def test_a_signal_is_read_whole_once_a_press(noisy, going_in):
     every = list(readings_of(sensor, Signal(lines, "press.csv", 4), every_sample=True))
     assert len(every) == 3 * count - 1
     assert pytest.approx(contrast_reading(sensor, sensor.law, going_in[-1]).E, rel=1e-9) == every[count - 1].E
+
+
+@pytest.mark.parametrize("tip", range(4))
+@pytest.mark.parametrize("modulus", [0.5, 3.5])
+def test_a_zero_that_is_off_by_less_than_a_per_cent_is_no_touch(mango, tip, modulus):
+    """On a turned saddle, where the tips touch one after the other: E moves as the slope of zeros tells, to a half.
+
+    A slope is of first order, and the second is as large where a zero is a third of the force at the last touch. Taken
+    for a touch, the same zero moves 3.5 MPa by more than half.
+    """
+    design = mango.design
+    travels = np.linspace(0.0, design.press.travel_mm, 25)[1:].tolist()
+    saddle = {"radii_mm": (45.0, 110.0), "azimuth_deg": 30.0, "tilt_deg": (1.5, 1.0), "from_touch": True}
+    forces = mango.forces([Pose(E=modulus, travel=x, **saddle) for x in travels])
+    sensor = mango.measuring()
+    zero = 0.008 * np.array(sensor.report.read_out.full_scale_N)[tip]
+    told = RisingPress(sensor.rise_law, np.zeros(4), sensor.least_forces)
+    for row in forces:
+        told.add(row)
+    expected = told.reading().slopes.zeros[tip] * zero
+    moved = read(sensor, forces + zero * np.eye(4)[tip]).E / read(sensor, forces).E - 1.0
+    assert abs(expected) < 0.03
+    assert moved == pytest.approx(expected, rel=0.5, abs=1e-3)
