@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from pipeline.study.suggest.suggestion import Suggestion
 
 PURPOSE = "find the nearest design that passes"
-EXAMPLE = "pipeline suggest --fruit 'radius 45 to 52 by 90 to 130, flesh 9 to 18, E 0.5 to 3' --out mine.toml"
+EXAMPLE = r"""pipeline suggest --out mine.toml \
+         --fruit 'radius 45 to 52 by 90 to 130, flesh 9 to 18, E 0.5 to 3'"""
 FRUIT_PRESET = "mango"  # the sensor that --fruit starts from
 
 
