@@ -11,6 +11,7 @@ import pytest
 from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.parts.housing import Housing
+from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.firmware import c_header
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import unit_of
@@ -104,6 +105,14 @@ class MeasuredDesign:
         return MeasuringUnit(
             report=self.report, unit=replace(unit, gain_percent=(gain_percent,) * count), classes=classes
         )
+
+
+def read_press(sensor, forces):
+    """Return what a unit reads of one press, forces [N] of (samples, tips)."""
+    press = ContrastPress(sensor)
+    for row in np.asarray(forces):
+        press.add(row)
+    return press.reading()
 
 
 def with_heights(sensor, heights):

@@ -1,4 +1,4 @@
-"""The modulus from one reading of three or four tips, whatever the pose: the contrast of its tips.
+"""The contrast of the tips: what forces of several tips tell of the modulus, whatever the travel and the tilt.
 
 A rigid pose lifts each tip by a plane: travel + tilt . X_i. Weights w with sum w_i = 0 and sum w_i X_i = 0, here the
 mean of the high tips less that of the low ones, drop it out of what each tip does,
@@ -6,10 +6,11 @@ mean of the high tips less that of the low ones, drop it out of what each tip do
     pose_i = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i ,
 
 with C the springs' compliance, S the body's, and h the Hertz contact of a dome (0 for flat tips). What remains holds
-E alone: a cubic in E^(-1/3), whose largest root in E is the reading. How that moves with forces, springs and heights
-is -(dg / dF_i) / (dg / dE) and its like, with g(F, E) the contrast.
+E alone: a cubic in E^(-1/3), whose largest root in E is the modulus. How that moves with forces and springs is
+-(dg / dF_i) / (dg / dE) and its like, with g(F, E) the contrast.
 
-The gaps have to be known. Where they are not, as on a fruit of unknown shape, a press is read (`contrast_rise.py`).
+The gaps have to be known, as those of a level pair on its block are. On a fruit they are not: there a press is read
+(`contrast_rise.py`).
 """
 
 import math
@@ -89,22 +90,26 @@ def pair_law(C: Matrix, own_less_other: float) -> ContrastLaw:
     return ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=C, S=S)
 
 
-def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float], lead: float = 0.0) -> float:
-    """Return the modulus [MPa] that the forces of the low and the high tip [N] tell where the high one has a lead [mm].
+def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float]) -> float:
+    """Return the modulus [MPa] that the forces of the low and the high tip of a level pair tell [N].
 
     This is (4) of the paper with springs that are coupled; C [mm/N] and s11 - s12 [1/mm] as in `pair_law`.
     Raises ReadingError where the forces tell nothing.
     """
     low, high = forces
-    difference = (C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high - lead
+    difference = (C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high
     if not (difference > 0.0 and high > low):
         raise ReadingError(OF_ANOTHER_SENSOR)
     return own_less_other * (high - low) / difference
 
 
-def read_modulus(law: ContrastLaw, forces: Sequence[float]) -> float:
-    """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError."""
-    z = smallest_root(*contrast_terms(law, forces))
+def read_modulus(law: ContrastLaw, forces: Sequence[float], offset: float = 0.0) -> float:
+    """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError.
+
+    `offset` [mm] is a contrast of gaps beside those of the law.
+    """
+    rigid, dome, body = contrast_terms(law, forces)
+    z = smallest_root(rigid + offset, dome, body)
     return 1.0 / (z * z * z)
 
 
@@ -130,15 +135,14 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, fl
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingSlopes:
-    """By which fraction of E a reading moves, for each tip.
+    """By which fraction of E a reading of one moment moves.
 
-    Per force [1/N], per relative change of the stiffness of its spring [1], per height by which it stands out [1/mm].
-    `contrast` [1/mm] is that per contrast of gaps that the law does not know.
+    Per force [1/N] and per relative change of the stiffness of the spring [1] of each tip. `contrast` [1/mm] is that
+    per contrast of gaps that the law does not know.
     """
 
     forces: tuple[float, ...]
     springs: tuple[float, ...]
-    heights: tuple[float, ...]
     contrast: float
 
 
@@ -161,29 +165,11 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
     of_domes = law.hertz * softer / 1.5 * weights * F ** (-1.0 / 3.0)
     by_force = (of_springs + of_fruit + of_domes) / falling
     by_spring = -0.5 * (weights * (C @ F) + of_springs * F) / falling  # a coupled spring softens both ways
-    by_height = -weights / falling
     return ReadingSlopes(
         forces=tuple(by_force.tolist()),
         springs=tuple(by_spring.tolist()),
-        heights=tuple(by_height.tolist()),
         contrast=1.0 / falling,
     )
-
-
-def saddle_contrast(
-    weights: Sequence[float], positions: Sequence[Place], curvatures: tuple[float, float], dome_radius: float
-) -> float:
-    """Return the root mean square, over all azimuths, of the contrast of gaps that the saddle of a skin makes [mm].
-
-    `curvatures` [1/mm] are the principal ones, `positions` (tips, 2) [mm], `dome_radius` [mm] is 0 for flat tips. With
-    the half difference k and the mean H of the curvatures, a saddle at an azimuth a makes the gaps
-    k ((x^2 - y^2) cos 2a / 2 + x y sin 2a), and domes that roll on the skin make them smaller by (1 + r H)^2.
-    """
-    first, second = curvatures
-    x, y = np.array(positions).T
-    rolled = 1.0 + 0.5 * dome_radius * (first + second)
-    across = math.hypot(np.dot(weights, 0.5 * (x**2 - y**2)), np.dot(weights, x * y))
-    return 0.5 * abs(first - second) * across / math.sqrt(2.0) / rolled**2
 
 
 def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:

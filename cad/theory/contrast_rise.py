@@ -71,7 +71,6 @@ from cad.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, sm
 from cad.theory.hertz import hertz_factor
 
 FEWEST = 5
-FEWEST_EXACT = 3  # of samples without noise
 LARGEST_TOUCH_FORCE = 0.7  # of the whole force: where the last tip touches later, too little of a rise is left
 LEAST_RISE = 5.0  # of the instrument: noise in it then costs less than four per cent of the information
 LARGEST_NOISE = 1.0 / 3.0  # of E: beyond, the root of the cubic scatters too far for its slope
@@ -173,14 +172,40 @@ class RiseLaw:
         """Return the contrast law with the S of an offset [mm]: what the body adds to a half-space stays."""
         if self.rolling is None:
             return self.contrast
-        change = self.rolling.S(offset) - self.rolling.S()
-        return replace(self.contrast, S=rows_of(np.array(self.contrast.S) + change))
+        S = np.array(self.contrast.S)
+        _of_flesh(S, self.rolling)[:] += self.rolling.S(offset) - self.rolling.S()
+        return replace(self.contrast, S=rows_of(S))
 
     def per_offset(self, offset: float) -> Floats:
-        """Return the slope of S, times E, over the offset [1/mm^2], (tips, tips)."""
-        if self.rolling is None:
-            return np.zeros_like(self.contrast.arrays[2])
-        return np.asarray((self.rolling.S(offset + STEP) - self.rolling.S(offset - STEP)) / (2.0 * STEP))
+        """Return the slope of S, times E, over the offset [1/mm^2], of the shape of S."""
+        slope = np.zeros_like(self.contrast.arrays[2])
+        if self.rolling is not None:
+            change = self.rolling.S(offset + STEP) - self.rolling.S(offset - STEP)
+            _of_flesh(slope, self.rolling)[:] = change / (2.0 * STEP)
+        return slope
+
+    @property
+    def over_time(self) -> "RiseLaw":
+        """Return the law of flesh that relaxes: channels are the forces of all tips, then those of elastic flesh.
+
+        Forces bend the springs; elastic ones, which flesh entered as far would answer with, tell of the flesh.
+        """
+        law = self.contrast
+        still = np.zeros_like(law.arrays[1])
+        contrast = ContrastLaw(
+            weights=(*np.zeros(len(still)).tolist(), *law.weights),
+            gaps=(*np.zeros(len(still)).tolist(), *law.gaps),
+            C=rows_of(np.block([[still, still], [law.arrays[1], still]])),
+            S=rows_of(np.block([[still, still], [still, law.arrays[2]]])),
+            hertz=law.hertz,
+        )
+        return replace(self, contrast=contrast)
+
+
+def _of_flesh(S: Floats, rolling: RollingDomes) -> Floats:
+    """Return the part of S, a view, that belongs to the channels of the flesh: the last ones."""
+    tips = len(rolling.positions)
+    return S[-tips:, -tips:]
 
 
 @dataclass(frozen=True)
@@ -281,8 +306,11 @@ class RisingPress:
 
     `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. The instrument is that
     of the sample before, or of as many before as the `lag` says: 2 where channels were brought to one time. A sample
-    counts where every force of the samples up to there is above `least_forces` (tips,) [N], some times its noise, and
-    its own above 0.
+    counts where every force of the samples up to there is above `least_forces` (channels,) [N], some times its noise,
+    and its own above 0.
+
+    The channels are the forces of the tips, of which the instrument is made. Behind them there may be as many again
+    that are made from the same forces (`RiseLaw.over_time`).
     """
 
     def __init__(self, law: RiseLaw, noises: Floats, least_forces: Floats | float = 0.0, *, lag: int = 1) -> None:
@@ -293,19 +321,19 @@ class RisingPress:
         self._sums = RiseSums()
         self._to_deepest = RiseSums()
         self._before: deque[float] = deque(maxlen=lag)
-        self._forces_before: Samples = np.zeros(len(noises))
+        self._forces_before: Samples = np.zeros(1)
         self._touch = 0.0
         self._touch_of_deepest = 0.0
         self._largest = 0.0
         self.deepest: Samples | None = None
 
     def add(self, forces: Samples, elapsed: float | None = None) -> None:
-        """Take the forces of all tips [N] in the next sample, (tips,), and the time elapsed since the one before [s].
+        """Take the channels of the next sample [N], (channels,), and the time elapsed since the one before [s].
 
         What times do is told where they are given.
         A lift ends a press: what comes after it has an offset of its own, and is read if it goes deeper.
         """
-        whole = forces.sum()
+        whole = forces[: len(self._noises)].sum()
         if len(self._before) == self._before.maxlen and (forces > 0.0).all():
             instrument = self._before[0]
             if self._sums.count == 0:
@@ -355,7 +383,7 @@ class RisingPress:
 def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
     """Return what sums over a press tell, with `noises` (tips,) [N] of the forces; raises RiseError."""
     E, offset, contrast = _solved(law, sums)
-    rise = _Rise(contrast, sums, E)
+    rise = _Rise(contrast, sums, E, len(noises))
     by_noise = float(np.linalg.norm(rise.noise_per_force() * noises))
     if by_noise > LARGEST_NOISE:
         message = f"standard uncertainty of E by noise = {by_noise:.2g} of it: must be at most a third; press farther"
@@ -382,24 +410,6 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
             offset=rise.per_S(law.per_offset(offset)),
         ),
     )
-
-
-def exact_modulus(law: ContrastLaw, presses: Samples) -> float:
-    """Return the modulus [MPa] that the rise of forces without noise tells, (samples, tips) [N], of flat tips.
-
-    Samples in which a tip is off the fruit are left out. Without noise the instrument may be of the same sample, and
-    that of least variance is the contrast of what the body gives. Raises ReadingError.
-    """
-    weights, _, S = law.arrays
-    sums = RiseSums()
-    for forces in presses[(presses > 0.0).all(axis=1)]:
-        sums = sums.with_sample(float(weights @ S @ forces), forces)
-    if sums.count < FEWEST_EXACT:
-        hint = "press farther"
-        message = f"samples with all tips on the fruit = {sums.count}: must be at least {FEWEST_EXACT}; {hint}"
-        raise RiseError("few_samples", message)
-    E, _, _ = _solved(RiseLaw(contrast=law), sums)
-    return E
 
 
 def _solved(law: RiseLaw, sums: RiseSums) -> tuple[float, float, ContrastLaw]:
@@ -436,8 +446,9 @@ def _terms(contrast: ContrastLaw, moments: Samples) -> tuple[float, float, float
 class _Rise:
     """The cubic of a press at its root, and its slopes over all that it is made of."""
 
-    def __init__(self, contrast: ContrastLaw, sums: RiseSums, E: float) -> None:
+    def __init__(self, contrast: ContrastLaw, sums: RiseSums, E: float, tips: int) -> None:
         self._weights, self._C, self._S = contrast.arrays
+        self._tips = tips
         self._sums = sums
         self._F, self._two_thirds, self._inverse_roots = sums.with_instrument.astype(np.float64)
         self._z = math.pow(E, -1.0 / 3.0)
@@ -467,7 +478,11 @@ class _Rise:
         zeros = self._dome / 1.5 * self._inverse_roots
         drifts = self._by_force() * self._sums.with_count / (self._sums.count - 1)
         times = self._by_force() * self._sums.with_rates
-        return tuple(slopes / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
+        return tuple(self._of_tips(slopes) / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
+
+    def _of_tips(self, of_channels: Floats) -> Floats:
+        """Return slopes over what moves all channels of a tip alike, (tips,), from those over each channel."""
+        return np.asarray(of_channels.reshape(-1, self._tips).sum(axis=0))
 
     def with_saddle(self, zeros: Floats, per_offset: Floats) -> Floats:
         """Return the slopes over zeros [1/N], (tips,), with what they do by the saddle that the offset is taken for.
@@ -477,7 +492,7 @@ class _Rise:
         """
         by_offset = self.per_S(per_offset)
         by_the_change = -float(self._weights @ per_offset @ self._sums.means[0]) * self._z**3
-        offset = (self.mean_per_log_E * zeros - self._by_force()) / (
+        offset = (self.mean_per_log_E * zeros - self._of_tips(self._by_force())) / (
             1.0 - by_the_change - self.mean_per_log_E * by_offset
         )
         return np.asarray(zeros + by_offset * offset)
@@ -489,8 +504,9 @@ class _Rise:
 
     def residual(self, noises: Floats) -> float:
         """Return s, the standard deviation of the residual of a sample [mm]."""
-        return float(np.linalg.norm(self._by_force() * noises))
+        return float(np.linalg.norm(self._of_tips(self._by_force()) * noises))
 
     def noise_per_force(self) -> Floats:
         """Return the relative standard uncertainty of E per noise of each force [1/N], (tips,)."""
-        return np.abs(self._by_force()) * math.sqrt(self._sums.spread) / abs(self._dG_per_log_E)
+        by_force = np.abs(self._of_tips(self._by_force()))
+        return np.asarray(by_force * math.sqrt(self._sums.spread) / abs(self._dG_per_log_E))

@@ -9,18 +9,16 @@ import numpy as np
 
 from cad.arrays import Flags, Floats, rows_of
 from cad.design.parameters import Design
-from cad.design.reading import PRESS_SAMPLES, Reading
+from cad.design.reading import PRESS_S, PRESS_SAMPLES, Reading
 from cad.fabrication.bridges import SignalPath, signal_path
 from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
 from cad.theory.contrast_rise import RiseReading
 from pipeline.reading.measurement import (
     RISE_TRAVELS,
-    LineModel,
     PressedSensor,
     Presses,
     RiseModel,
-    level_readings,
     pressed_sensor,
     rise_model,
 )
@@ -161,8 +159,9 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     """
     design = sensor.design
     model = rise_model(sensor)
-    presses = sensor.presses(read_moduli(design.fruit), tuple(occurring(design, reading)), RISE_TRAVELS)
-    channels = Channels(reading=reading, full_scale=presses.full_scale, signal=sensor.signal)
+    presses = sensor.presses(read_moduli(design.fruit), tuple(occurring(design, reading)))
+    press_s = max(PRESS_S, fastest_press(sensor) or 0.0)  # no faster than its read-out allows
+    channels = Channels(reading=reading, full_scale=presses.full_scale, signal=sensor.signal, press_s=press_s)
     read, refused = _read(model, presses, channels, design.tips.side_mm)
     analysis = Readings(
         method=model.method,
@@ -372,7 +371,7 @@ def tilted_presses(sensor: PressedSensor, reading: Reading) -> Presses | None:
         return None
     tilts = np.linspace(-reading.tilt_deg, reading.tilt_deg, TILTS).tolist()
     placements = [Placement(tilt_deg=(tilt, 0.0)) for tilt in tilts]
-    return sensor.presses(read_moduli(sensor.design.fruit), placements, 1)
+    return sensor.presses(read_moduli(sensor.design.fruit), placements)
 
 
 def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
@@ -409,7 +408,6 @@ def reading_constants(
 ) -> ReadOut:
     """Return what a finished sensor is read by; raises SolveError when a solve is not exact."""
     sensor = pressed_sensor(design, contact, springs.C, press.height_offsets, springs.sideways)
-    model = sensor.model
     error = max(contact.error_own, contact.error_pair)
     full_scale = press.at_largest_E.F[-1, -1]
     if readings is not None:
@@ -418,23 +416,23 @@ def reading_constants(
         if readings.bias is not None:
             error = max(error, readings.bias.error)
     signal = design_signal(design, springs)
+    level = rise_model(sensor).level if readings is None else readings.level
     constants = ReadOut(
-        method=model.method,
+        method=RiseModel.method,
         springs_mm_per_N=rows_of(springs.C),
         full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),
         model_error_percent=100.0 * error,
-        level=model.level,
+        level=(),
         signal=signal,
         fastest_press_s=fastest_press(replace(sensor, signal=signal)),
     )
-    if isinstance(model, LineModel):
-        return replace(constants, own_less_other_per_mm=model.own_less_other)
-    law = model.law
+    if design.tips.tip_layout.is_pair:
+        return replace(constants, level=level, own_less_other_per_mm=1.0 / contact.K_m_over_E())
+    law = sensor.contrast
     lean = np.subtract(law.C, springs.C)
     return replace(
         constants,
-        level=model.level or level_readings(sensor),
-        rise_level=rise_model(sensor).level if readings is None else readings.level,
+        rise_level=level,
         lean_mm_per_N=rows_of(lean) if lean.any() else None,
         weights=tuple(law.weights),
         gaps_mm=tuple(law.gaps),

@@ -12,16 +12,8 @@ from cad.arrays import Floats, rows_of
 from cad.design.parameters import Design
 from cad.design.reading import PRESS_S
 from cad.fabrication.bridges import SignalPath
-from cad.theory.contrast_law import (
-    ContrastLaw,
-    Matrix,
-    ReadingError,
-    contrast_weights,
-    pair_law,
-    ratio_modulus,
-    read_modulus,
-)
-from cad.theory.contrast_rise import RiseLaw, RiseReading, RisingPress, exact_modulus
+from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, pair_law
+from cad.theory.contrast_rise import RiseLaw, RiseReading, RisingPress
 from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.reading.rise import fall_under_domes, rise_law
@@ -32,47 +24,10 @@ from solve.contact.poses import Pose, PoseForces, pose_forces
 from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 
-PRESS_TRAVELS = 8  # samples of a press from which a line is read
 LEVEL_MODULI = 9
 RISE_TRAVELS = 16  # samples of a press from which a rise is read
 SKIN_MODULI = 25  # straight lines between them miss a skin by less than 1e-4
 BEYOND = 1.25  # of the range, under a skin
-
-
-@dataclass(frozen=True, kw_only=True)
-class ContrastModel:
-    """Reads the last sample of a press by the contrast of its tips, corrected by level readings where there are any."""
-
-    law: ContrastLaw
-    level: tuple[LevelReading, ...] = ()
-    method: str = "contrast of one reading"
-    samples: int = 1
-
-    def modulus(self, press: Floats) -> float:
-        """Return the modulus [MPa] of forces [N], shape (samples, tips); raises ReadingError."""
-        return corrected(read_modulus(self.law, press[-1].tolist()), self.level)
-
-
-@dataclass(frozen=True, kw_only=True)
-class LineModel:
-    """Reads a whole press by the straight line through its samples; how the tips are off level drops out.
-
-    C [mm/N] is the compliance of the springs, shape (tips, tips). Readings are corrected by level ones where there are
-    any.
-    """
-
-    C: Matrix
-    own_less_other: float
-    level: tuple[LevelReading, ...] = ()
-    method: str = "straight line through the samples of a press"
-    samples: int = PRESS_TRAVELS
-
-    def modulus(self, press: Floats) -> float:
-        """Return the modulus [MPa] of forces [N], shape (samples, tips); raises ReadingError."""
-        return corrected(exact_modulus(pair_law(self.C, self.own_less_other), press), self.level)
-
-
-MeasurementModel = ContrastModel | LineModel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,20 +64,20 @@ def intervals_by_hand(samples: int) -> Floats:
     return np.asarray(PRESS_S * -np.diff(left))
 
 
-def measurement_model(
+def contrast_of(
     design: Design,
     contact: FruitCompliance,
     C: Floats,
     height_offsets: Sequence[float] = (),
     sideways: SidewaysGive | None = None,
-) -> MeasurementModel:
-    """Return the measurement model of a design on its fruit; C (tips, tips) [mm/N] is the compliance of the springs.
+) -> ContrastLaw:
+    """Return the contrast of the tips of a design on its fruit; arguments as for `pressed_sensor`.
 
-    `height_offsets` is how far each tip stands before the foremost one by its weight [mm].
+    That of a pair is right whatever the heights of its tips, which a press leaves out.
     """
     tips = design.tips
     if tips.tip_layout.is_pair:
-        return LineModel(C=rows_of(C), own_less_other=1.0 / contact.K_m_over_E())
+        return pair_law(rows_of(C), 1.0 / contact.K_m_over_E())
     weights = contrast_weights(tips.places_mm, tips.springs)
     if tips.dome_radius_mm is None:
         fall = [design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
@@ -132,7 +87,7 @@ def measurement_model(
         law = _dome_law(scene_of(design, (), sideways), contact, C, weights)
     if height_offsets:
         law = replace(law, gaps=tuple(np.subtract(law.gaps, height_offsets).tolist()))
-    return ContrastModel(law=law)
+    return law
 
 
 def _dome_law(scene: Scene, contact: FruitCompliance, C: Floats, weights: tuple[float, ...]) -> ContrastLaw:
@@ -178,25 +133,35 @@ class Presses:
 class PressedSensor:
     """A design on its fruit with its springs: what every press of an error analysis needs.
 
-    C (tips, tips) [mm/N] is their compliance, `height_offsets` how far each tip stands before the foremost one [mm],
-    none where all are level, `sideways` what forces that lean move domes, `signal` what reads the springs, if the
-    design names it.
+    C (tips, tips) [mm/N] is their compliance, `contrast` that of its tips, `height_offsets` how far each tip stands
+    before the foremost one [mm], none where all are level, `sideways` what forces that lean move domes, `signal` what
+    reads the springs, if the design names it.
     """
 
     design: Design
     contact: FruitCompliance
     C: Floats
-    model: MeasurementModel
+    contrast: ContrastLaw
     height_offsets: Sequence[float] = ()
     sideways: SidewaysGive | None = None
     signal: SignalPath | None = None
 
-    def presses(self, moduli: Sequence[float], placements: Sequence[Placement], samples: int | None = None) -> Presses:
-        """Return the presses at moduli [MPa] in placements, of as many samples as the model needs.
+    @property
+    def law(self) -> RiseLaw:
+        """Return the law by which whole presses are read."""
+        is_pair = self.design.tips.tip_layout.is_pair
+        return RiseLaw(contrast=self.contrast) if is_pair else rise_law(self.design, self.contrast)
 
-        Raises as `pose_forces`.
-        """
-        samples = samples or self.model.samples
+    @property
+    def is_exact(self) -> bool:
+        """Say whether the law holds all that a level press does: a pair of flat tips in the middle of bare flesh."""
+        tips = self.design.tips
+        in_the_middle = self.contact.stiffness_ratio() == 1.0
+        is_bare = self.contact.skin is None
+        return tips.tip_layout.is_pair and tips.tip_shape.has_flat_face and in_the_middle and is_bare
+
+    def presses(self, moduli: Sequence[float], placements: Sequence[Placement], samples: int = RISE_TRAVELS) -> Presses:
+        """Return the presses at moduli [MPa] in placements; raises as `pose_forces`."""
         travel = self.design.press.travel_mm
         x = travels(travel, samples).tolist()
         poses = []
@@ -228,72 +193,53 @@ def pressed_sensor(
     height_offsets: Sequence[float] = (),
     sideways: SidewaysGive | None = None,
 ) -> PressedSensor:
-    """Return the sensor of a design with its measurement model; C (tips, tips) [mm/N] is the compliance of the springs.
+    """Return the sensor of a design; C (tips, tips) [mm/N] is the compliance of the springs.
 
     `height_offsets` is how far each tip stands before the foremost one by its weight [mm], none where all are level.
     """
-    model = measurement_model(design, contact, C, height_offsets, sideways)
-    sensor = PressedSensor(
-        design=design, contact=contact, C=C, model=model, height_offsets=height_offsets, sideways=sideways
+    return PressedSensor(
+        design=design,
+        contact=contact,
+        C=C,
+        contrast=contrast_of(design, contact, C, height_offsets, sideways),
+        height_offsets=height_offsets,
+        sideways=sideways,
     )
-    off_centre_pair = isinstance(model, LineModel) and contact.stiffness_ratio() != 1.0
-    if contact.skin is None and not off_centre_pair:
-        return sensor
-    return replace(sensor, model=replace(model, level=level_readings(sensor)))
-
-
-def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
-    """Return the readings of a level sensor at moduli where all tips touch on their faces and tell a modulus.
-
-    Under a skin and for a pair they reach beyond the range of the fruit; those of a flat pair are of its forces in
-    closed form, as under a skin and off the middle of the fruit the flesh gives otherwise than its line takes it.
-    """
-    model = sensor.model
-    contact = sensor.contact
-    moduli = _moduli_under_skin(sensor.design)
-    rows = []
-    if isinstance(model, LineModel) and sensor.design.tips.tip_shape.has_flat_face:
-        for E in moduli:
-            F = np.linalg.solve(sensor.C + contact.at(E).S / E, [1.0, 1.0])
-            read = ratio_modulus(model.C, model.own_less_other, F.tolist())
-            rows.append(LevelReading(E_MPa=E, read_MPa=read))
-        return tuple(rows)
-    if contact.skin is None:
-        moduli = _level_moduli(sensor.design)
-    forces = sensor.presses(moduli, [Placement()]).F
-    for E, press in zip(moduli, forces[:, 0], strict=True):
-        if np.nanmin(press[-1]) > 0.0 and np.isfinite(press).all():
-            with suppress(ReadingError):  # the springs take nearly all of the travel
-                rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
-    return tuple(rows)
 
 
 def rise_model(sensor: PressedSensor) -> RiseModel:
     """Return the model that reads whole presses of a sensor, with what shape and skin of its fruit add taken off."""
-    model = RiseModel(law=sensor_rise_law(sensor))
-    return replace(model, level=rise_level_readings(sensor, model))
+    model = RiseModel(law=sensor.law)
+    return replace(model, level=level_readings(sensor, model))
 
 
-def sensor_rise_law(sensor: PressedSensor) -> RiseLaw:
-    """Return the law by which whole presses of a sensor are read."""
-    if isinstance(sensor.model, ContrastModel):
-        return rise_law(sensor.design, sensor.model.law)
-    return RiseLaw(contrast=pair_law(sensor.model.C, sensor.model.own_less_other))
+def level_readings(sensor: PressedSensor, model: RiseModel) -> tuple[LevelReading, ...]:
+    """Return what a model tells of presses of a level sensor at moduli, from the first touch to full travel.
 
-
-def rise_level_readings(sensor: PressedSensor, model: RiseModel) -> tuple[LevelReading, ...]:
-    """Return what the rise of whole presses of a level sensor tells at moduli, from the first touch to full travel.
-
-    Under a skin they reach beyond the range of the fruit.
+    Under a skin they reach beyond the range of the fruit. There are none where the law of the sensor is exact.
     """
+    if sensor.is_exact:
+        return ()
     design = sensor.design
     moduli = _level_moduli(design) if sensor.contact.skin is None else _moduli_under_skin(design)
-    forces = sensor.presses(moduli, [Placement()], RISE_TRAVELS).F
     rows = []
-    for E, press in zip(moduli, forces[:, 0], strict=True):
+    for E, press in zip(moduli, _level_presses(sensor, moduli), strict=True):
         with suppress(ReadingError):  # a press too short for its rise
             rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
     return tuple(rows)
+
+
+def _level_presses(sensor: PressedSensor, moduli: Sequence[float]) -> Floats:
+    """Return the forces of level presses at moduli [MPa] to full travel [N], (moduli, samples, tips).
+
+    Those of a pair of flat tips are in closed form, where cells would leave some parts in a thousand.
+    """
+    tips = sensor.design.tips
+    if not (tips.tip_layout.is_pair and tips.tip_shape.has_flat_face):
+        return np.asarray(sensor.presses(moduli, [Placement()]).F[:, 0])
+    x = travels(sensor.design.press.travel_mm, RISE_TRAVELS)
+    of_unit = [np.linalg.solve(sensor.C + sensor.contact.at(E).S / E, np.ones(2)) for E in moduli]
+    return np.asarray(x[None, :, None] * np.array(of_unit)[:, None])
 
 
 def _level_moduli(design: Design) -> list[float]:

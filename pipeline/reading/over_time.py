@@ -14,7 +14,7 @@ from cad.design.parameters import Design
 from cad.quantity import Estimate, validation_error
 from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from cad.theory.relaxation import Relaxation
-from pipeline.reading.measurement import ContrastModel, PressedSensor, pressed_sensor
+from pipeline.reading.measurement import PressedSensor, pressed_sensor
 from pipeline.reading.poses import Placement
 from pipeline.response.scene_press import scene_of
 from solve.contact.linear_response import high_over_low
@@ -146,8 +146,8 @@ def reading_over_time(
 
 def _contrast(sensor: PressedSensor) -> ContrastLaw:
     """Return the contrast of the tips; that of a pair is right where it is pressed level."""
-    if isinstance(sensor.model, ContrastModel):
-        return sensor.model.law
+    if not sensor.design.tips.tip_layout.is_pair:
+        return sensor.contrast
     gaps = tuple(-offset for offset in sensor.height_offsets) or (0.0, 0.0)
     return ContrastLaw(weights=(-1.0, 1.0), gaps=gaps, C=rows_of(sensor.C), S=rows_of(sensor.contact.S))
 

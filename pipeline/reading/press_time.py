@@ -7,7 +7,7 @@ import numpy as np
 from cad.design.reading import LARGEST_TOUCH_FRACTION, LEAST_OVER_NOISE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RisingPress
-from pipeline.reading.measurement import RISE_TRAVELS, PressedSensor, sensor_rise_law
+from pipeline.reading.measurement import RISE_TRAVELS, PressedSensor
 from pipeline.reading.poses import Placement
 from solve.contact.linear_response import travels
 
@@ -25,12 +25,12 @@ def fastest_press(sensor: PressedSensor) -> float | None:
     if signal is None:
         return None
     design = sensor.design
-    forces = sensor.presses([design.largest_E_MPa], [Placement()], RISE_TRAVELS).F[0, 0]
+    forces = sensor.presses([design.largest_E_MPa], [Placement()]).F[0, 0]
     x = np.concatenate([[0.0], travels(design.press.travel_mm, RISE_TRAVELS)])
     forces = np.concatenate([np.zeros((1, forces.shape[1])), np.nan_to_num(forces)])
     at = design.press.travel_mm * (1.0 - np.linspace(1.0, 0.0, SAMPLES + 1) ** 2)
     least = LEAST_OVER_NOISE * np.array(signal.errors_N)
-    press = RisingPress(sensor_rise_law(sensor), np.zeros(len(least)), least)
+    press = RisingPress(sensor.law, np.zeros(len(least)), least)
     for row in np.column_stack([np.interp(at, x, row) for row in forces.T]):
         press.add(row, 1.0 / SAMPLES)
     try:

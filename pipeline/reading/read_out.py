@@ -35,12 +35,11 @@ class ReadOut:
 
     `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, the largest force of each
     channel, `weights` [1] and `gaps_mm` (tips,). A pair has `own_less_other_per_mm` and None for the terms of a
-    contrast; other layouts the other way round. `level` are readings over the range of E which a contrast is corrected
-    by, and a pair on a fruit with a skin: all other terms are those of flesh alone. `lean_mm_per_N` (tips, tips) is
-    what the contrast of domes adds to the springs, for forces that lean; None for other tips. `signal` is what becomes
-    of forces on the way to counts; None where the design names no read-out. `rise_level` are readings as in `level`, of
-    whole presses by the rise of their contrast; none for a pair. `fastest_press_s` is the shortest duration of a press
-    by hand, from the first touch to its deepest point; None without a read-out.
+    contrast; other layouts the other way round. `level`, of a pair, or `rise_level`, of other layouts, are readings of
+    level presses over the range of E, by which all are corrected; none where the law is exact. `lean_mm_per_N` (tips,
+    tips) is what the contrast of domes adds to the springs, for forces that lean; None for other tips. `signal` is what
+    becomes of forces on the way to counts; None where the design names no read-out. `fastest_press_s` is the shortest
+    duration of a press by hand, from the first touch to its deepest point; None without a read-out.
     """
 
     method: str

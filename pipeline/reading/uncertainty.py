@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.arrays import Floats
-from cad.design.reading import LEAST_OF_SCALE, LEAST_OVER_NOISE, PRESS_SAMPLES, Reading
+from cad.design.reading import LEAST_OF_SCALE, LEAST_OVER_NOISE, PRESS_S, PRESS_SAMPLES, Reading
 from cad.fabrication.bridges import SignalPath
+from cad.theory.contrast_law import ReadingSlopes
 from cad.theory.contrast_rise import RiseReading, RiseSlopes
 
-_BOUNDED = 1.0 / math.sqrt(3.0)
+BOUNDED = 1.0 / math.sqrt(3.0)
 """Standard deviation of what lies anywhere within a bound, over that bound (JCGM 100:2008, 4.3.7)."""
+OF_FRUIT = ("pose", "thickness", "poisson")
+"""Sources that are the same whatever the unit: shape of the fruit and pose, flesh over the stone, Poisson's ratio."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,12 +41,14 @@ class UncertaintySources:
 class Channels:
     """What the channels of a sensor add to its forces, each (tips,): by their read-out, or as a reading asks.
 
-    `full_scale` [N] is the largest force of each, of which the noise that is asked for is a share.
+    `full_scale` [N] is the largest force of each, of which the noise that is asked for is a share. A press by hand
+    takes `press_s` [s].
     """
 
     reading: Reading
     full_scale: Floats
     signal: SignalPath | None
+    press_s: float = PRESS_S
 
     @property
     def noises(self) -> Floats:
@@ -61,16 +66,16 @@ class Channels:
     def left_open(self) -> "LeftOpen":
         """Return what calibration leaves open, and what drifts after it, anywhere within its bound.
 
-        The times of channels count as in a press by hand of `PRESS_S`; a faster one is open to more in proportion.
+        A press is solved as one of `PRESS_S`; what times do to it is in inverse proportion to its duration.
         """
         tips = np.ones(len(self.full_scale))
         gains = {"gain": 0.01 * self.reading.gain_percent * tips}
         zeros = 0.0 * tips
         time_s = 0.0
         if self.signal is not None:
-            gains["gain_drift"] = _BOUNDED * 0.01 * np.array(self.signal.gain_drift_percent)
-            zeros = _BOUNDED * np.array(self.signal.zero_drift_N)
-            time_s = _BOUNDED * 1e-3 * self.signal.time_error_ms
+            gains["gain_drift"] = BOUNDED * 0.01 * np.array(self.signal.gain_drift_percent)
+            zeros = BOUNDED * np.array(self.signal.zero_drift_N)
+            time_s = BOUNDED * 1e-3 * self.signal.time_error_ms * PRESS_S / self.press_s
         return LeftOpen(
             zeros=zeros,
             gains=gains,
@@ -79,19 +84,19 @@ class Channels:
             on_plate=self.reading.calibrated_by == "plate",
         )
 
-    @property
-    def by_heat(self) -> dict[str, float]:
-        """Return what the temperature of the leaves leaves open of any modulus [1].
 
-        Leaves of another modulus have the same deflection under a force of another size: deflections are read right,
-        all forces are off by that fraction, and so is the modulus, which is proportional to forces.
-        """
-        if self.signal is None:
-            return {}
-        return {
-            "modulus_drift": _BOUNDED * 0.01 * self.signal.modulus_drift_percent,
-            "self_heating": _BOUNDED * 0.01 * self.signal.self_heating_percent,
-        }
+def by_heat(signal: SignalPath | None) -> dict[str, float]:
+    """Return what the temperature of the leaves leaves open of any modulus [1].
+
+    Leaves of another modulus have the same deflection under a force of another size: deflections are read right, all
+    forces are off by that fraction, and so is the modulus, which is proportional to forces.
+    """
+    if signal is None:
+        return {}
+    return {
+        "modulus_drift": BOUNDED * 0.01 * signal.modulus_drift_percent,
+        "self_heating": BOUNDED * 0.01 * signal.self_heating_percent,
+    }
 
 
 def mean_sources(sources: Sequence[UncertaintySources]) -> UncertaintySources:
@@ -149,6 +154,14 @@ class LeftOpen:
             **self.of_channels(np.array(slopes.springs), np.array(slopes.gains)),
         }
 
+    def of_moment(self, slopes: ReadingSlopes, forces: Floats) -> dict[str, float]:
+        """Return what each cause leaves open of the modulus by the forces of one moment [N], as `of_press` does."""
+        by_force = np.array(slopes.forces)
+        return {
+            "zero_drift": _norm(by_force * self.zeros),
+            **self.of_channels(np.array(slopes.springs), by_force * forces),
+        }
+
     def of_channels(self, springs: Floats, gains: Floats) -> dict[str, float]:
         """Return what springs and channels leave open of a modulus [1], of its slopes over both [1], (tips,)."""
         # Where a channel tells a deflection, the force of a spring that is stiffer than known is larger too.
@@ -179,7 +192,7 @@ def uncertainty_sources(
             "quantisation": _norm(per_force * signal.quanta_N) / math.sqrt(12.0),
         }
     return UncertaintySources(
-        contributions={**by_noise, **channels.left_open.of_press(slopes), **channels.by_heat, **others},
+        contributions={**by_noise, **channels.left_open.of_press(slopes), **by_heat(signal), **others},
         stiffness_slope=_norm(np.array(slopes.springs)),
         noise_slope=0.01 * _norm(per_force * channels.full_scale),
         by_noise=math.hypot(*by_noise.values()),

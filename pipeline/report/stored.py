@@ -123,10 +123,10 @@ class StoredTip:
 
 @dataclass(frozen=True, kw_only=True)
 class StoredModulus:
-    """How well one modulus E [MPa] is read: the largest bias over the poses that occur [%]."""
+    """How well one modulus E [MPa] is read: the sources of its standard uncertainty [%], by name."""
 
     E_MPa: float
-    E_bias_percent: float
+    sources: dict[str, float]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -30,15 +30,15 @@ def add_arguments(parser: ArgumentParser) -> None:
         nargs="?",
         help="columns t_s or a time for each channel, x_mm if it is there, a force or counts for each tip; or -",
     )
-    add("--forces", metavar="F1,F2,...", help="one reading [N]; write --forces=-0.5,1 below 0")
-    add("--counts", metavar="C1,C2,...", help="one reading in counts, of a unit whose counts were calibrated")
-    add("--tare", metavar="C1,C2,...", help="counts of the free sensor beside --counts (default: the calibration's)")
+    add("--forces", metavar="F1,F2", help="one reading of a pair [N]; write --forces=-0.5,1 below 0")
+    add("--counts", metavar="C1,C2", help="one reading of a pair in counts, of a unit whose counts were calibrated")
+    add("--tare", metavar="C1,C2", help="counts of the free sensor beside --counts (default: the calibration's)")
     add("--unit", metavar="unit.toml", type=Path, help="the unit as pipeline calibrate found it (default: as designed)")
     add("--classes", metavar="NAMES", help="ripeness by modulus [MPa], as in ripe:0.8,turning:1.6,unripe")
     add(
         "--radius", metavar="R1,R2", help="principal radii of the fruit [mm], or its one radius (default: the design's)"
     )
-    add("--each", action="store_true", help="a reading for each sample instead of one for each press")
+    add("--each", action="store_true", help="a reading of the press so far for each sample")
     add("--c-header", metavar="FILE.h", type=Path, help="write the read-out of this unit in C99")
     add("--micropython", metavar="FILE.py", type=Path, help="write the read-out of this unit in MicroPython")
     add_force_flag(parser)
@@ -61,6 +61,10 @@ def execute(arguments: Namespace) -> int:
         flag = f"--{asked[0].replace('_', '-')}"
         bound = "left out where the design has fruit.relaxation"
         raise validation_error(flag, str(getattr(arguments, asked[0])), "", bound, "read a press with its hold")
+    of_moment = sources.keys() & {"--forces", "--counts"}
+    if of_moment and not sensor.is_pair:
+        bound = "left out for a line or a square: one moment cannot tell the shape of the skin from the modulus"
+        raise validation_error(flag := of_moment.pop(), sources[flag], "", bound, "read a press: FILE.csv")
     firmware = _firmware(arguments, sensor)
     outcome = PASSED
     if sources:
@@ -136,7 +140,8 @@ def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> dict[str, dict[P
 
 
 def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
-    from pipeline.measure.unit.presses import forces_of_counts, reading_of, refuse_out_of_scale
+    from pipeline.measure.unit.pair_press import single_reading
+    from pipeline.measure.unit.presses import forces_of_counts, refuse_out_of_scale
     from pipeline.measure.unit.signals import numbers_of_text
 
     tips = sensor.report.tips
@@ -147,11 +152,8 @@ def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
         tare = None if arguments.tare is None else numbers_of_text(arguments.tare, len(tips), "--tare", "counts")
         forces = forces_of_counts(sensor, counts, tare)
     refuse_out_of_scale(sensor, forces, lambda tip: f"--forces: tip {tips[tip].name}")
-    reading = reading_of(sensor, forces)
-    is_pair = sensor.is_pair
-    cause = "of a pair is its force ratio, right only for a level press" if is_pair else "knows no saddle of the skin"
-    if is_pair or sensor.saddle_contrast > 0.0:
-        print_error(f"note: one reading {cause}; read a press instead")
+    reading = single_reading(sensor, sensor.gained(forces))
+    print_error("note: one reading of a pair is its force ratio, right only for a level press; read a press instead")
     with answering():
         _tell(reading, indent=2, as_json=arguments.json)
     return FAILED if reading.E is None else PASSED

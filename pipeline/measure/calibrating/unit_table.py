@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.arrays import Floats
+from cad.design.reading import PRESS_SAMPLES
 from cad.quantity import COVERAGE
-from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_slopes, read_modulus
+from cad.theory.contrast_law import ContrastLaw, ReadingError
+from cad.theory.contrast_rise import RiseReading, RiseSlopes, RisingPress
 from cad.theory.leaf_spring import pair_length
-from pipeline.measure.unit.fruit_reading import Sensitivity
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.pair_press import ratio_sensitivity
+from solve.contact.linear_response import travels
 from solve.contact.relaxing import elastic_forces
 from solve.linear import SolveError
 
@@ -24,10 +25,10 @@ STEP = 1e-4
 
 @dataclass(frozen=True, kw_only=True)
 class UnitRow:
-    """What a level unit shows of a fruit of modulus E [MPa] at full travel.
+    """What a level unit shows of a fruit of modulus E [MPa] in a press to full travel.
 
-    `forces` [N], P = F_high / F_low [1], the half width that holds 95 % of E by what `error_sources` names [1], and the
-    relative error of E where it is read with the stiffnesses of the design [1], None where they read none.
+    `forces` [N] at its end, P = F_high / F_low [1], the half width that holds 95 % of E by what `error_sources` names
+    [1], and the relative error of E where it is read with the stiffnesses of the design [1], None where they read none.
     """
 
     E: float
@@ -47,56 +48,51 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
     least, largest = sensor.range_MPa
     rows = []
     for E in np.geomspace(least, largest, MODULI).tolist():
-        forces = level_forces(sensor, E)
-        low, high = (float(forces[list(group)].mean()) for group in sensor.design.tips.spring_groups)
+        press = level_press(sensor, E)
+        low, high = (float(press[-1, list(group)].mean()) for group in sensor.design.tips.spring_groups)
         with_design = None
         with suppress(ReadingError):
-            with_design = _read_level(nominal, forces) / E - 1.0
-        u = COVERAGE * math.hypot(*_by_unit(sensor, forces, E))
-        rows.append(UnitRow(E=E, forces=tuple(forces.tolist()), P=high / low, u=u, with_design=with_design))
+            with_design = nominal.corrected(read_exactly(nominal, press).E) / E - 1.0
+        u = COVERAGE * sensor.steepness(E) * math.hypot(*_by_unit(sensor, read_exactly(sensor, press).slopes))
+        rows.append(UnitRow(E=E, forces=tuple(press[-1].tolist()), P=high / low, u=u, with_design=with_design))
     return tuple(rows)
 
 
-def level_forces(sensor: MeasuringUnit, E: float) -> Floats:
-    """Return the forces of all tips [N] of a level unit at full travel on a fruit of modulus E [MPa].
+def level_press(sensor: MeasuringUnit, E: float) -> Floats:
+    """Return the forces of a level unit on a fruit of modulus E [MPa] up to full travel [N], (samples, tips).
 
-    Of a line or a square they are those that read as E does. Raises ReadingError where a tip is off.
+    They are those that read as E does. Raises ReadingError where a tip is off at full travel.
     """
-    travel = sensor.design.press.travel_mm
     law = sensor.law
     modulus = sensor.read_as(E)
     if sensor.is_pair:
         S = sensor.report.compliance.at(E).S  # a skin has another one at each modulus
         law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
         modulus = E
-    from_first_touch = travel + min(law.gaps)
+    travel = min(law.gaps) + travels(sensor.design.press.travel_mm, PRESS_SAMPLES)
     try:
-        forces = elastic_forces(law, np.array([modulus]), np.array([from_first_touch]))[0]
+        forces = elastic_forces(law, np.full(len(travel), modulus), travel)
     except SolveError:
-        forces = np.zeros(len(law.gaps))
-    if not forces.min() > 0.0:
+        forces = np.zeros((1, len(law.gaps)))
+    if not forces[-1].min() > 0.0:
         msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
         raise ReadingError(msg)
     return np.asarray(forces)
 
 
-def _read_level(sensor: MeasuringUnit, forces: Floats) -> float:
-    """Return the modulus [MPa] that a unit reads of the forces [N] of a level press; raises ReadingError."""
-    read = sensor.ratio_modulus(forces) if sensor.is_pair else read_modulus(sensor.law, forces.tolist())
-    return sensor.corrected(read)
+def read_exactly(sensor: MeasuringUnit, press: Floats) -> RiseReading:
+    """Return what forces without noise tell a unit [N], (samples, tips), before it is corrected; raises RiseError."""
+    rising = RisingPress(sensor.rise_law, np.zeros(press.shape[1]), sensor.least_forces)
+    for forces in press:
+        rising.add(forces)
+    return rising.reading()
 
 
-def _by_unit(sensor: MeasuringUnit, forces: Floats, E: float) -> list[float]:
-    """Return what springs leave open of E, on a plate channels too [1], each one standard deviation."""
-    if sensor.is_pair:
-        sensitivity = ratio_sensitivity(sensor, forces)
-    else:
-        slopes = contrast_slopes(sensor.law, forces.tolist(), sensor.read_as(E))
-        sensitivity = Sensitivity(np.array(slopes.springs), forces * slopes.forces)
+def _by_unit(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
+    """Return what springs leave open of a press, on a plate channels too [1], each one standard deviation."""
+    by_unit = sensor.left_open().of_channels(np.array(slopes.springs), np.array(slopes.gains))
     on_plate = sensor.unit.calibrated_by == "plate"
-    by_unit = sensitivity.by_unit(sensor)
-    deviations = by_unit.values() if on_plate else (by_unit["stiffness"],)
-    return [sensor.steepness(E) * deviation for deviation in deviations]
+    return list(by_unit.values()) if on_plate else [by_unit["stiffness"]]
 
 
 def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:

@@ -1,4 +1,4 @@
-"""Presses of a unit by the rise of the contrast of its tips, and single moments of a line or a square by its state."""
+"""Presses of a unit, read by the rise of the contrast of its tips."""
 
 import math
 
@@ -6,24 +6,12 @@ import numpy as np
 
 from cad.arrays import Floats
 from cad.quantity import COVERAGE
-from cad.theory.contrast_law import (
-    ContrastLaw,
-    ReadingError,
-    contrast_slopes,
-    lowered_tips,
-    plane_through,
-    read_modulus,
-)
+from cad.theory.contrast_law import lowered_tips, plane_through
 from cad.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseReading, RiseSlopes
-from pipeline.measure.unit.fruit_reading import (
-    FruitReading,
-    Sensitivity,
-    checked_reading,
-    flags_of_forces,
-    half_width,
-)
+from pipeline.measure.unit.fruit_reading import FruitReading, checked_reading, half_width
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import Stroke, with_force_ratio
+from pipeline.measure.unit.relaxing_flesh import Hold
 from pipeline.measure.unit.seating import SeatedPress
 
 
@@ -33,23 +21,37 @@ class ContrastPress:
     Samples after the deepest one are left out: by then flesh may have yielded. What is the same in all samples drops
     out of the modulus: the saddle of the skin, the heights and places of the tips, how the sensor stands. `lag` is from
     how many samples before noise is independent, `time_deviation_s` the standard deviation of the time of each channel.
+    With a `hold`, the channels are those of `RelaxingFlesh`.
     """
 
-    def __init__(self, sensor: MeasuringUnit, *, lag: int = 1, time_deviation_s: float = 0.0) -> None:
+    def __init__(
+        self, sensor: MeasuringUnit, *, lag: int = 1, time_deviation_s: float = 0.0, hold: Hold | None = None
+    ) -> None:
         """Begin a press."""
         self._sensor = sensor
         self._time_deviation = time_deviation_s
-        self._press = SeatedPress(sensor, sensor.rise_law, lag=lag)
-        self._stroke = Stroke(sensor, lag) if sensor.is_pair else None
+        self._hold = hold
+        self._law = sensor.rise_law if hold is None else sensor.rise_law.over_time
+        self._press = SeatedPress(sensor, self._law, lag=lag)
+        self._stroke = Stroke(sensor, lag) if sensor.is_pair and hold is None else None
+        self._before: float | None = None
 
-    def add(self, forces: Floats, x: float | None = None, elapsed: float | None = None) -> None:
-        """Take the forces of all tips [N] in the next sample, and the time elapsed since the one before [s].
+    def add(self, channels: Floats, x: float | None = None, t: float | None = None) -> None:
+        """Take the channels of the next sample [N], the forces of all tips first, and its time [s].
 
         The travel x [mm] is taken where it is measured.
         """
-        self._press.add(forces, elapsed)
+        elapsed = None if t is None or self._before is None else t - self._before
+        self._before = t
+        self._press.add(channels, elapsed)
         if self._stroke is not None and x is not None:
-            self._stroke.add(forces, x)
+            self._stroke.add(channels, x)
+        if self._hold is not None and t is not None:
+            self._hold.add(channels[: self._tips], t)
+
+    @property
+    def _tips(self) -> int:
+        return len(self._sensor.law.weights)
 
     def reading(self) -> FruitReading:
         """Return what the press tells, with the flag of its cause where that is nothing.
@@ -61,26 +63,37 @@ class ContrastPress:
             load, found = self._press.reading()
         except RiseError as error:
             return FruitReading(flags=(error.flag,))
-        E = sensor.rise_corrected(found.E)
-        steepness = sensor.rise_steepness(E)
+        E = sensor.corrected(found.E)
         left_open = sensor.left_open(self._time_deviation).of_press(found.slopes)
-        shape = _by_shape(sensor, found.slopes)
-        u = half_width(sensor, E, steepness, [found.noise, *left_open.values(), *shape])
-        if self._stroke is None:
-            reading = self._with_offset(found, E, u)
-        else:
-            reading = checked_reading(sensor, E, u, self._press.deepest, lead=found.offset)
-            reading = self._stroke.beside(with_force_ratio(sensor, reading, found, self._press.deepest), load)
+        u = half_width(sensor, E, [found.noise, *left_open.values(), *_by_shape(sensor, found.slopes)])
+        deepest = self._press.deepest[: self._tips]
+        reading = self._with_pose(found, E, u).of_samples(found.samples, sensor.steepness(E) * found.noise)
+        if self._stroke is not None:
+            reading = self._stroke.beside(with_force_ratio(sensor, reading, found, deepest), load)
         if left_open["times"] > LARGEST_BY_TIME:
             reading = reading.flagged("too_fast")
-        return reading.of_samples(found.samples, steepness * found.noise)
+        if self._hold is None:
+            return reading
+        return self._hold.beside(reading, sensor.rise_law.with_offset(found.offset), found.offset)
 
-    def _with_offset(self, found: RiseReading, E: float, u: float) -> FruitReading:
-        """Return a reading E [MPa] +- u [1] of a line or a square with its pose and its offset, which is no tilt."""
-        law = self._sensor.rise_law.with_offset(found.offset)
-        reading = _with_pose(self._sensor, law, self._press.deepest, found.E, E, u)
-        steepness = self._sensor.rise_steepness(E)
-        left = reading.of_samples(found.samples, steepness * found.noise).left or 0.0
+    def _with_pose(self, found: RiseReading, E: float, u: float) -> FruitReading:
+        """Return a reading E [MPa] +- u [1] with the tilt of the deepest sample, of a line or a square its offset too.
+
+        The offset of a pair is a tilt, that of other layouts is none.
+        """
+        sensor = self._sensor
+        deepest = self._press.deepest
+        forces = deepest[: self._tips]
+        if sensor.is_pair:
+            return checked_reading(sensor, E, u, forces, lead=found.offset)
+        lowered = lowered_tips(self._law.with_offset(found.offset), deepest.tolist(), found.E)[-self._tips :]
+        _, along, across = plane_through(sensor.design.tips.places_mm, lowered)
+        # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
+        rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
+        tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
+        direction = None if across is None else math.degrees(math.atan2(across, along))
+        reading = checked_reading(sensor, E, u, forces, tilt=tilt, direction=direction)
+        left = reading.of_samples(found.samples, sensor.steepness(E) * found.noise).left or 0.0
         # A gap of the high tips above that of the low ones is what they stand farther from the skin.
         offset_u = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * left)
         return reading.with_offset(-found.offset, offset_u)
@@ -97,44 +110,3 @@ def _by_shape(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     if domes is not None:
         by_curvature = slopes.mean_curvature(domes.relative_radius) * sensor.curvature_deviation
     return [by_curvature, *(slopes.offset * weights * sensor.height_deviation).tolist()]
-
-
-def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats) -> FruitReading:
-    """Return what a single moment of a line or a square tells: forces [N], one for each tip.
-
-    Its bar holds heights of tips and the saddle of the skin, which no single moment can tell from the modulus.
-    """
-    flags = flags_of_forces(sensor, forces)
-    if flags:
-        return FruitReading(flags=flags)
-    try:
-        read = read_modulus(law, forces.tolist())
-    except ReadingError:
-        return FruitReading(flags=("out_of_range",))
-    slopes = contrast_slopes(law, forces.tolist(), read)
-    by_force = np.array(slopes.forces)
-    by_noise = float(np.linalg.norm(by_force * sensor.noises))
-    by_drift = float(np.linalg.norm(by_force * sensor.zero_drifts))
-    by_unit = Sensitivity(np.array(slopes.springs), by_force * forces).by_unit(sensor)
-    by_heights = np.multiply(slopes.heights, sensor.height_deviation).tolist()
-    by_shape = slopes.contrast * sensor.saddle_contrast
-    E = sensor.corrected(read)
-    steepness = sensor.steepness(E)
-    u = half_width(sensor, E, steepness, [by_noise, by_drift, *by_unit.values(), *by_heights, by_shape])
-    return _with_pose(sensor, law, forces, read, E, u).of_samples(1, steepness * by_noise)
-
-
-def _with_pose(
-    sensor: MeasuringUnit, law: ContrastLaw, forces: Floats, read: float, E: float, u: float
-) -> FruitReading:
-    """Return a reading E [MPa] +- u [1] with the tilt that forces [N] tell of flesh that a law reads as `read` [MPa].
-
-    An offset of the contrast is no plane, so that it does not change the tilt.
-    """
-    lowered = lowered_tips(law, forces.tolist(), read)
-    _, along, across = plane_through(sensor.design.tips.places_mm, lowered)
-    # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
-    rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
-    tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
-    direction = None if across is None else math.degrees(math.atan2(across, along))
-    return checked_reading(sensor, E, u, forces, tilt=tilt, direction=direction)

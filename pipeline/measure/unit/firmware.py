@@ -32,11 +32,7 @@ def micropython(sensor: MeasuringUnit) -> str:
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return what the templates name: forces [N], lengths [mm], moduli [MPa]."""
     least, largest = sensor.range_MPa
-    read_out = sensor.report.read_out
-    signal = read_out.signal
-    levels = {"rise": _level(sensor.rise_level)}
-    if not sensor.is_pair:
-        levels["level"] = _level(read_out.level)  # of single samples
+    signal = sensor.report.read_out.signal
     return {
         "design": sensor.design.name,
         "method": sensor.unit.method,
@@ -58,7 +54,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "time_deviation": 0.0 if signal is None else signal.time_deviation,
         "largest_by_time": LARGEST_BY_TIME,
         "inputs": _inputs(sensor),
-        "levels": levels,
+        "level": _level(sensor.level),
         **_contrast_constants(sensor, sensor.rise_law),
         **_seating_constants(sensor),
     }

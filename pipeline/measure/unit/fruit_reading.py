@@ -3,13 +3,11 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
-
-import numpy as np
 
 from cad.arrays import Floats
 from cad.quantity import COVERAGE, Estimate
 from pipeline.measure.unit.measuring import MeasuringUnit
+from pipeline.reading.uncertainty import BOUNDED
 from pipeline.storage.plain import Plain
 
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
@@ -156,32 +154,12 @@ def checked_reading(
     )
 
 
-def half_width(sensor: MeasuringUnit, E: float, steepness: float, deviations: Sequence[float]) -> float:
+def half_width(sensor: MeasuringUnit, E: float, deviations: Sequence[float]) -> float:
     """Return the half width that holds 95 % of a reading of E [MPa], as a fraction of it [1].
 
-    `deviations` are standard deviations [1] beside the biases of the design, of what is read: E moves by the
-    `steepness` [1] for each of them.
-
-    A bias may lie anywhere within its bound: its standard deviation is the bound over the root of three (JCGM 100:2008,
-    4.3.7). What is felt is E / (1 - nu^2), so a standard deviation dnu moves E by 2 nu dnu / (1 - nu^2).
+    `deviations` are standard deviations [1] of what is read by noise and by the unit: E moves by the steepness of its
+    level readings for each of them. Fruit, poses and the temperature of the leaves add to them. An error of the contact
+    model may lie anywhere within its bound (JCGM 100:2008, 4.3.7).
     """
-    fruit = sensor.design.fruit
-    by_poisson = -2.0 * fruit.poisson / (1.0 - fruit.poisson**2) * fruit.poisson_spread
-    by_heat = sensor.modulus_drift
-    by_bias = math.hypot(sensor.bias(E), steepness * sensor.model_error) / math.sqrt(3.0)
-    return COVERAGE * math.hypot(*(steepness * deviation for deviation in deviations), by_heat, by_poisson, by_bias)
-
-
-class Sensitivity(NamedTuple):
-    """The relative change of a modulus [1] for a relative change of the spring of each tip, and of its force."""
-
-    springs: Floats
-    forces: Floats
-
-    def by_unit(self, sensor: MeasuringUnit) -> dict[str, float]:
-        """Return what springs and channels leave open of the modulus [1], each one standard deviation."""
-        return sensor.left_open().of_channels(self.springs, self.forces)
-
-    def by_noise(self, sensor: MeasuringUnit, forces: Floats) -> float:
-        """Return the standard deviation of the modulus [1] by noise and drift of zero on forces [N]."""
-        return float(np.linalg.norm(self.forces * sensor.force_errors / forces))
+    of_read = math.hypot(*deviations, BOUNDED * sensor.model_error)
+    return COVERAGE * math.hypot(sensor.steepness(E) * of_read, *sensor.by_heat, *sensor.by_fruit(E))

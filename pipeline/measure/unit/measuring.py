@@ -11,13 +11,13 @@ from cad.arrays import Floats
 from cad.design.parameters import Design
 from cad.parts.pin import tip_accuracy_mm
 from cad.quantity import validation_error
-from cad.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, saddle_contrast, stiffened
+from cad.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened
 from cad.theory.contrast_rise import RiseLaw, RollingDomes
 from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
-from pipeline.reading.uncertainty import LeftOpen, least_forces
+from pipeline.reading.uncertainty import BOUNDED, OF_FRUIT, LeftOpen, by_heat, least_forces
 from pipeline.report.stored import StoredReport
 from solve.contact.domes.large_strain import large_strain
 
@@ -28,8 +28,6 @@ LEAST_CURVATURE_SPREAD = 0.25
 The cheek of a mango has principal radii of about 47 and 110 mm, so a mean curvature of 1/66 per mm. Where its design
 says 35 mm, that is 47 % less: two standard deviations.
 """
-UNKNOWN_SADDLE = 0.4
-"""Difference of the principal curvatures of a skin that is not told, over their sum: that of 47 and 110 mm."""
 _ALLOWED_OVER_SCALE = 20.0  # a force beyond so many full scales is none of this sensor's, or in another unit
 
 
@@ -88,27 +86,13 @@ class MeasuringUnit:
     def curvature_deviation(self) -> float:
         """Return the standard deviation of the mean curvature of the skin [1/mm].
 
-        It is 0 where it is told, and where the design names the radii that occur: its bias is the largest over them.
+        It is 0 where it is told, and where the design names the radii that occur: they are in the source of its pose.
         """
         asked = self.design.reading
         if self.radii_mm is not None or (asked is not None and asked.radius_mm is not None):
             return 0.0
         named = 0.0 if asked is None else asked.radius_spread / math.sqrt(3.0)
         return 0.5 * math.fsum(design_curvatures(self.design)) * max(named, LEAST_CURVATURE_SPREAD)
-
-    @cached_property
-    def saddle_contrast(self) -> float:
-        """Return the standard deviation of the contrast of the gaps that the saddle of the skin makes [mm].
-
-        Its directions are not known; where the radii are not told, how large it is neither.
-        """
-        weights = self.report.read_out.weights
-        if weights is None:
-            return 0.0
-        mean = 0.5 * math.fsum(design_curvatures(self.design))
-        unknown = (mean * (1.0 + UNKNOWN_SADDLE), mean * (1.0 - UNKNOWN_SADDLE))
-        radius = self.design.tips.dome_radius_mm or 0.0
-        return saddle_contrast(weights, self.design.tips.places_mm, self._told_curvatures or unknown, radius)
 
     @property
     def height_deviation(self) -> float:
@@ -162,7 +146,7 @@ class MeasuringUnit:
     def left_open(self, time_s: float = 0.0) -> LeftOpen:
         """Return what is left open of its channels and springs, and of the time of each channel [s]."""
         return LeftOpen(
-            zeros=self.zero_drifts,
+            zeros=BOUNDED * self.zero_drifts,
             gains={"gain": 0.01 * np.array(self.unit.gain_percent)},
             springs=0.01 * np.array(self.unit.K_percent),
             time_s=time_s,
@@ -170,12 +154,9 @@ class MeasuringUnit:
         )
 
     @property
-    def modulus_drift(self) -> float:
-        """Return the standard deviation of a modulus [1] by the temperature of the leaves: a bound over root three."""
-        signal = self.report.read_out.signal
-        if signal is None:
-            return 0.0
-        return 0.01 * math.hypot(signal.modulus_drift_percent, signal.self_heating_percent) / math.sqrt(3.0)
+    def by_heat(self) -> list[float]:
+        """Return what the temperature of the leaves leaves open of a modulus [1], each one standard deviation."""
+        return list(by_heat(self.report.read_out.signal).values())
 
     @cached_property
     def least_forces(self) -> Floats:
@@ -198,68 +179,62 @@ class MeasuringUnit:
         asked = self.design.reading
         return PAIR_TILT_DEG if asked is None else asked.tilt_deg + asked.tilt_change_deg
 
-    def ratio_tilt_deviation(self, offset_by_modulus: float) -> float:
-        """Return the standard deviation of a modulus by a force ratio [1] by the tilts that the design allows for.
-
-        `offset_by_modulus` is by how much the height offset of the tips moves for the logarithm of the modulus [mm].
-        """
-        lead = math.tan(math.radians(self.steepest_deg)) * self.design.tips.spacing_mm
-        return lead / (math.sqrt(3.0) * abs(offset_by_modulus))
-
-    def corrected(self, read: float) -> float:
-        """Return the modulus [MPa] that a level sensor reads as `read` [MPa]: what shape and skin of the fruit add."""
-        return corrected(read, self.report.read_out.level)
-
-    def read_as(self, E: float) -> float:
-        """Return as which modulus [MPa] a level sensor reads E [MPa], before shape and skin are taken off again."""
-        level = self.report.read_out.level
-        if not level:
-            return E
-        logs = np.log([(row.E_MPa, row.read_MPa) for row in level])
-        return E * math.exp(np.interp(math.log(E), logs[:, 0], logs[:, 1] - logs[:, 0]))
-
-    def rise_corrected(self, read: float) -> float:
-        """Return the modulus [MPa] that a whole press of a level sensor reads as `read` [MPa]."""
-        return corrected(read, self.rise_level)
+    @property
+    def lead_deviation(self) -> float:
+        """Return the standard deviation of how far one tip of a pair leads by the tilts of its design [mm]."""
+        return BOUNDED * math.tan(math.radians(self.steepest_deg)) * self.design.tips.spacing_mm
 
     @property
-    def rise_level(self) -> Sequence[LevelReading]:
-        """Return the level readings by which a whole press is corrected; those of a pair are of any press."""
+    def level(self) -> Sequence[LevelReading]:
+        """Return the readings of level presses by which all are corrected: what shape and skin of the fruit add."""
         read_out = self.report.read_out
         return read_out.level if self.is_pair else read_out.rise_level
+
+    def corrected(self, read: float) -> float:
+        """Return the modulus [MPa] that a press of a level sensor reads as `read` [MPa]."""
+        return corrected(read, self.level)
+
+    def read_as(self, E: float) -> float:
+        """Return as which modulus [MPa] a press of a level sensor reads E [MPa], before it is corrected."""
+        if not self.level:
+            return E
+        logs = np.log([(row.E_MPa, row.read_MPa) for row in self.level])
+        return E * math.exp(np.interp(math.log(E), logs[:, 0], logs[:, 1] - logs[:, 0]))
+
+    def steepness(self, E: float) -> float:
+        """Return by which fraction the modulus moves at E [MPa] per fraction of what is read [1]: 1 without a skin."""
+        if self.design.fruit.skin_mm is None:
+            return 1.0
+        logs = np.log([row.E_MPa for row in self.level])
+        slopes = np.gradient(logs, np.log([row.read_MPa for row in self.level]))
+        return float(np.interp(math.log(E), logs, slopes))
 
     def refuse_without_rise_level(self) -> None:
         """Raise InputError where the report has no level readings of whole presses.
 
         A report before 0.2 has none, nor one of a design whose travel is too short for a rise.
         """
-        if not self.is_pair and not self.rise_level:
+        if not self.is_pair and not self.level:
             hint = "run the design again; where that does not help, press.travel_mm is too short for a rise"
             raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
 
-    def steepness(self, E: float) -> float:
-        """Return by which fraction the modulus moves at E [MPa] per fraction of what is read [1]: 1 without a skin."""
-        return self._steepness(E, self.report.read_out.level)
+    def by_fruit(self, E: float) -> list[float]:
+        """Return what fruit and poses leave open of a modulus [MPa], each one standard deviation [1].
 
-    def rise_steepness(self, E: float) -> float:
-        """Return the same of a whole press that is read by its rise."""
-        return self._steepness(E, self.rise_level)
-
-    def _steepness(self, E: float, rows: Sequence[LevelReading]) -> float:
-        if self.design.fruit.skin_mm is None:
-            return 1.0
-        logs = np.log([row.E_MPa for row in rows])
-        slopes = np.gradient(logs, np.log([row.read_MPa for row in rows]))
-        return float(np.interp(math.log(E), logs, slopes))
-
-    def bias(self, E: float) -> float:
-        """Return the largest bias of a reading over all poses of the design [1] at a modulus [MPa]; 0 if not asked."""
+        They are those of the error analysis of the design: its other sources are of the unit. Without one the sensor is
+        level in the middle of the fruit, and Poisson's ratio is left.
+        """
         rows = self.report.moduli
         if not rows:
-            return 0.0
+            fruit = self.design.fruit
+            return [fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)]  # a spread is two deviations
+        keys = [f"{name}_percent" for name in OF_FRUIT]
+        if not all(row.sources.keys() >= set(keys) for row in rows):
+            bound = f"with {', '.join(keys)}"
+            raise validation_error("reading.moduli.sources", None, "", bound, "run the design again")
         logs = np.log([row.E_MPa for row in rows])
-        percent = np.abs([row.E_bias_percent for row in rows])
-        return 0.01 * float(np.interp(math.log(E), logs, percent))
+        percent = [[row.sources[key] for row in rows] for key in keys]
+        return [0.01 * float(np.interp(math.log(E), logs, each)) for each in percent]
 
     def reduced(self, E: float) -> float:
         """Return E / (1 - nu^2) [MPa] of a modulus [MPa] at the Poisson's ratio of the design."""

@@ -6,6 +6,7 @@ of a channel is left out, never extrapolated.
 
 import itertools
 import math
+import statistics
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -15,6 +16,8 @@ from pipeline.measure.unit.signals import Sample
 
 MOST_LINES = 64
 """How many lines the times of channels in one line may lie apart, all of which are kept."""
+AHEAD = 9
+"""Samples at the beginning of a log whose intervals tell its rate, by their median: one gap does not count."""
 CLOSEST = 0.9  # of the time between two samples of the read-out, whose loop may be some per cent faster than told
 
 
@@ -30,13 +33,14 @@ class AtOneTime:
     def __init__(
         self, samples: Iterable[Sample], source: str, delays: Sequence[float], deviation: float, period: float
     ) -> None:
-        """Read the first two samples; delays, deviation and the time between two samples [s] are of the read-out."""
-        ahead = list(itertools.islice(iterator := iter(samples), 2))
+        """Read the first samples; delays, deviation and the time between two samples [s] are of the read-out."""
+        ahead = list(itertools.islice(iterator := iter(samples), AHEAD))
         self._samples = itertools.chain(ahead, iterator)
         self._source = source
         self._timed = bool(ahead and ahead[0].times)
         by_delays = any(delays) and not self._timed
-        interval = ahead[1].t - ahead[0].t if len(ahead) > 1 else math.inf
+        intervals = [after.t - before.t for before, after in itertools.pairwise(ahead)]
+        interval = statistics.median(intervals) if intervals else math.inf
         closer = by_delays and interval < CLOSEST * period
         self._delays = delays if by_delays and not closer else ()
         self.deviation = 0.0 if self._timed else max(deviation, interval / math.sqrt(12.0)) if closer else deviation

@@ -1,26 +1,17 @@
 """What a pair tells beside the rise of its press: the modulus by the force ratio of one moment, and by the stroke."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from cad.arrays import Floats
 from cad.quantity import COVERAGE
-from cad.theory.contrast_law import ContrastLaw, ReadingError
+from cad.theory.contrast_law import ContrastLaw, ReadingError, ReadingSlopes, contrast_slopes
 from cad.theory.contrast_rise import RiseError, RiseLaw, RiseReading
-from pipeline.measure.unit.fruit_reading import (
-    FruitReading,
-    Sensitivity,
-    checked_reading,
-    flags_of_forces,
-    half_width,
-)
+from pipeline.measure.unit.fruit_reading import FruitReading, checked_reading, flags_of_forces, half_width
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.seating import SeatedPress
-
-_STEP = 1e-4  # of a stiffness, a gain or a force, for slopes of the modulus
 
 
 def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
@@ -35,10 +26,11 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
         E = sensor.corrected(sensor.ratio_modulus(forces))
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
-    yielded = float(np.subtract(sensor.C[0], sensor.C[1]) @ forces)  # farther by the low spring than by the high one
-    sensitivity = ratio_sensitivity(sensor, forces)
-    deviations = [sensitivity.by_noise(sensor, forces), sensor.ratio_tilt_deviation(yielded)]
-    u = half_width(sensor, E, sensor.steepness(E), [*deviations, *sensitivity.by_unit(sensor).values()])
+    slopes = _ratio_slopes(sensor, forces)
+    by_noise = float(np.linalg.norm(np.multiply(slopes.forces, sensor.noises)))
+    by_tilt = slopes.contrast * sensor.lead_deviation
+    left_open = sensor.left_open().of_moment(slopes, forces)
+    u = half_width(sensor, E, [by_noise, by_tilt, *left_open.values()])
     return checked_reading(sensor, E, u, forces)
 
 
@@ -49,7 +41,7 @@ def with_force_ratio(sensor: MeasuringUnit, reading: FruitReading, found: RiseRe
     """
     try:
         by_ratio = sensor.ratio_modulus(deepest)
-        noise = ratio_sensitivity(sensor, deepest).by_noise(sensor, deepest)
+        noise = float(np.linalg.norm(np.multiply(_ratio_slopes(sensor, deepest).forces, sensor.force_errors)))
     except ReadingError:
         return reading.flagged("read_outs_disagree")
     reading = replace(reading, others={"force_ratio": sensor.corrected(by_ratio)})
@@ -72,7 +64,7 @@ class Stroke:
             S=((0.0, 0.0, 0.0), (*sensor.report.contact.compliance_per_mm[-1], 0.0), (0.0, 0.0, 0.0)),
         )
         self._sensor = sensor
-        self._press = SeatedPress(sensor, RiseLaw(contrast=law), beside=1, lag=lag)
+        self._press = SeatedPress(sensor, RiseLaw(contrast=law), noises=np.append(sensor.noises, 0.0), lag=lag)
         self._before_first: float | None = None
 
     def add(self, forces: Floats, x: float) -> None:
@@ -90,23 +82,6 @@ class Stroke:
         return replace(reading, others={**reading.others, "stroke": self._sensor.corrected(found.E)})
 
 
-def ratio_sensitivity(sensor: MeasuringUnit, forces: Floats) -> Sensitivity:
-    """Return the sensitivity of the modulus that the force ratio of forces [N] tells; raises ReadingError."""
-
-    def modulus(unit: MeasuringUnit, low_gain: float, high_gain: float) -> float:
-        return unit.ratio_modulus(forces * (low_gain, high_gain))
-
-    return _sensitivity(sensor, modulus)
-
-
-def _sensitivity(sensor: MeasuringUnit, read: Callable[[MeasuringUnit, float, float], float]) -> Sensitivity:
-    """Return the sensitivity of the modulus that `read` gives for a unit and the gains of both forces."""
-    more = 1.0 + _STEP
-    moduli = [
-        read(sensor.with_stiffness(0, more), 1.0, 1.0),
-        read(sensor.with_stiffness(1, more), 1.0, 1.0),
-        read(sensor, more, 1.0),
-        read(sensor, 1.0, more),
-    ]
-    changes = (np.array(moduli) / read(sensor, 1.0, 1.0) - 1.0) / _STEP
-    return Sensitivity(springs=changes[:2], forces=changes[2:])
+def _ratio_slopes(sensor: MeasuringUnit, forces: Floats) -> ReadingSlopes:
+    """Return how the modulus by the force ratio of forces [N] moves; raises ReadingError."""
+    return contrast_slopes(sensor.law, forces.tolist(), sensor.ratio_modulus(forces))

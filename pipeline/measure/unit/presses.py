@@ -10,31 +10,24 @@ import numpy as np
 from cad.arrays import Floats
 from cad.quantity import validation_error
 from cad.theory.relaxation import Relaxation
-from pipeline.measure.unit.contrast_press import ContrastPress, contrast_reading
+from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.one_time import AtOneTime
-from pipeline.measure.unit.pair_press import single_reading
+from pipeline.measure.unit.relaxing_flesh import Hold, RelaxingFlesh
 from pipeline.measure.unit.signals import Sample, Signal
 
 TARE_SAMPLES = 10
 """Of a signal of counts, at its start, of a sensor that hangs free."""
 
 
-def reading_of(sensor: MeasuringUnit, channels: Sequence[float]) -> FruitReading:
-    """Return what one reading tells: forces [N] as the channels show them, in the order of the tips."""
-    forces = sensor.gained(channels)
-    return single_reading(sensor, forces) if sensor.is_pair else contrast_reading(sensor, sensor.law, forces)
-
-
 def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False) -> Iterator[FruitReading]:
-    """Yield one reading for each press of a signal as it ends, or one for each sample in which all tips touch.
+    """Yield one reading for each press of a signal as it ends, or the press so far at each sample of it.
 
     A signal without a press yields one reading, flagged as lifted off. Raises InputError at a line that is no sample,
     and for a line or a square whose report has no readings of whole presses.
     """
-    if sensor.design.fruit.relaxation is None:
-        sensor.refuse_without_rise_level()
+    sensor.refuse_without_rise_level()
     press: _Press | None = None
     pressed = False
     if signal.counted:
@@ -44,15 +37,18 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
     else:
         at_one_time = sensor_times(sensor, signal, signal.source)
         samples = iter(at_one_time)
+    relaxation = sensor.design.fruit.relaxation
+    flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
     for sample in samples:
         forces = sensor.gained(sample.forces)
         refuse_out_of_scale(sensor, forces, partial(signal.place, sample))
+        channels = forces if flesh is None else flesh.channels(forces, sample.t)
         if (forces > sensor.least_forces).all():
             pressed = True
             press = press or _Press(sensor, at_one_time)
-            press.add(sample, forces)
+            press.add(sample, channels)
             if every_sample:
-                yield press.so_far(sample)
+                yield press.reading(sample.t)
         elif press is not None:
             if not every_sample:
                 yield press.reading()
@@ -144,39 +140,19 @@ class _Press:
     """One press as it goes on."""
 
     def __init__(self, sensor: MeasuringUnit, at_one_time: AtOneTime) -> None:
-        self._sensor = sensor
-        self._before: float | None = None
-        self._elastic = None
-        self._relaxing = None
-        relaxation = sensor.design.fruit.relaxation
-        if relaxation is None or sensor.is_pair:
-            self._elastic = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation)
-        if relaxation is not None:
-            from pipeline.measure.unit.timed_reading import RelaxingPress  # loads SciPy, which few readings need
-
-            self._relaxing = RelaxingPress(sensor, Relaxation(relaxation), at_one_time.lag)
+        hold = None if sensor.design.fruit.relaxation is None else Hold(sensor.design)
+        self._press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation, hold=hold)
         self._largest = 0.0
-        self._deepest = Sample(0, 0.0, None, ())
+        self._t_deepest = 0.0
 
-    def add(self, sample: Sample, forces: Floats) -> None:
-        if self._elastic is not None:
-            self._elastic.add(forces, sample.x, None if self._before is None else sample.t - self._before)
-        self._before = sample.t
-        if self._relaxing is not None:
-            self._relaxing.add(sample.t, forces)
-        if forces.sum() > self._largest:  # above 0 from the first sample on
-            self._largest = forces.sum()
-            self._deepest = sample
+    def add(self, sample: Sample, channels: Floats) -> None:
+        """Take a sample with its channels [N], the forces of all tips first."""
+        self._press.add(channels, sample.x, sample.t)
+        whole = float(channels[: len(sample.forces)].sum())
+        if whole > self._largest:  # above 0 from the first sample on
+            self._largest = whole
+            self._t_deepest = sample.t
 
-    def so_far(self, sample: Sample) -> FruitReading:
-        """Return what the last sample tells by itself, for a pair the press up to it."""
-        if self._elastic is None or not self._sensor.is_pair:
-            return replace(reading_of(self._sensor, sample.forces), t=sample.t)
-        return replace(self._elastic.reading(), t=sample.t)
-
-    def reading(self) -> FruitReading:
-        """Return what the press tells; of flesh that relaxes, the chosen moment."""
-        reading = FruitReading() if self._elastic is None else self._elastic.reading()
-        if self._relaxing is not None:
-            reading = self._relaxing.reading(reading)
-        return replace(reading, t=self._deepest.t)
+    def reading(self, t: float | None = None) -> FruitReading:
+        """Return what the press tells so far, at a time [s], or at that of its deepest sample."""
+        return replace(self._press.reading(), t=self._t_deepest if t is None else t)

@@ -60,19 +60,21 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
 class SeatedPress:
     """One press, sample by sample: a `RisingPress` from each load of the seating on."""
 
-    def __init__(self, sensor: MeasuringUnit, law: RiseLaw, *, beside: int = 0, lag: int = 1) -> None:
-        """Begin a press whose samples have so many channels beside the forces of the tips, without noise.
+    def __init__(self, sensor: MeasuringUnit, law: RiseLaw, *, noises: Floats | None = None, lag: int = 1) -> None:
+        """Begin a press; its channels are those of the law, the forces of the tips first.
 
-        `lag` is from how many samples before noise is independent.
+        `noises` [N] are those of the sensor where they are not given. `lag` is from how many samples before noise is
+        independent.
         """
         self._seating = seating_of(sensor)
-        noises = np.concatenate([sensor.noises, np.zeros(beside)])
+        channels = len(law.contrast.weights)
         self._presses = []
-        for least in self._seating.least_forces:
-            self._presses.append(RisingPress(law, noises, np.concatenate([least, np.zeros(beside)]), lag=lag))
+        for forces in self._seating.least_forces:
+            least = np.concatenate([forces, np.zeros(channels - len(forces))])
+            self._presses.append(RisingPress(law, sensor.noises if noises is None else noises, least, lag=lag))
 
     def add(self, forces: Samples, elapsed: float | None = None) -> None:
-        """Take the forces of all tips [N] and the channels beside them in the next sample.
+        """Take the channels of the next sample: the forces of all tips [N] and what the law has behind them.
 
         What times do is told where the time elapsed since the sample before [s] is given.
         """

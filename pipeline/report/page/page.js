@@ -13,13 +13,13 @@
   const colourOf = (E) => moduli.range[moduli.domain.indexOf(E)] || "var(--ink)";
 
   /* The numbers at the sliders, with changes to them, of the table that holds this setting; null where none does. P is
-     the mean force of the high tips over that of the low ones. */
+     the mean force of the high tips over that of the low ones. Where two tables do, the later one has more readings. */
   const [overTravels, overTilts] = tables;
   const nothing = { F: springs.map(() => null), pressure: springs.map(() => null), E_read: null, E_over_noise: null };
   const isHeld = (one) => ({ held }) => Object.entries(held).every(([key, value]) => one[key] === value);
   function at(changes = {}) {
     const one = { ...setting, ...changes };
-    const table = tables.find(isHeld(one));
+    const table = tables.findLast(isHeld(one));
     const found = table ? lookUp(table, one) : nothing;
     return { ...found, P: ratioOf(found.F) };
   }

@@ -3,24 +3,28 @@
 Nothing is solved for the page. It interpolates in these tables, in tables.js.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from cad.arrays import Floats
 from cad.design.parameters import Design
-from cad.theory.contrast_law import ReadingError, read_modulus
-from cad.theory.contrast_rise import exact_modulus
+from cad.design.reading import PRESS_SAMPLES
+from cad.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
+from cad.theory.contrast_rise import RiseLaw
 from pipeline.reading.analysis import Readings
+from pipeline.reading.measurement import RiseModel
 from pipeline.reading.poses import FEWEST_MODULI
 from pipeline.reading.read_out import ReadOut, corrected
+from pipeline.reading.rise import rise_law
 from pipeline.report.stored import StoredReport
 from pipeline.response.scene_press import ScenePress
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
 
 _NOISE_PERCENT = 0.5  # where the design asks for no reading
-_STEP = 1e-4  # of a force, for slopes of the modulus
+NOT_READ = (math.nan, math.nan)
 
 
 def page_tables(report: StoredReport, result: SensorResult) -> Plain:
@@ -73,19 +77,19 @@ def _noise_percent(report: StoredReport) -> float:
 def _over_travel(design: Design, read_out: ReadOut, press: ScenePress) -> Plain:
     """Return the table over modulus and travel: the curve of the response, but for what stands for no fruit.
 
-    Forces of flat faces are nearly straight over the travel, those of other tips are nearly a power of it.
+    Forces of flat faces are nearly straight over the travel, those of other tips are nearly a power of it. A level pair
+    is read by the force ratio of one moment; other readings are those of whole presses.
     """
     curve = press.curve
     F = curve.F[1:]
     pressure = F / design.tips.face_mm2 if curve.mean_pressure is None else curve.mean_pressure[1:]
-    is_read = not design.tips.tip_layout.is_pair or press.level
+    is_read = design.tips.tip_layout.is_pair and press.level
     return _table(
-        read_out,
         axes=(curve.E[1:], _axis("travel", curve.x, log=not design.tips.tip_shape.has_flat_face)),
-        presses=F[:, :, None],
+        forces=F,
         pressure=pressure,
         held={"tilt": design.press.tilt_deg},
-        is_read=is_read,
+        read=lambda i, j: _by_ratio(read_out, F[i, j]) if is_read else NOT_READ,
     )
 
 
@@ -97,15 +101,18 @@ def _over_tilt(design: Design, read_out: ReadOut, readings: Readings | None) -> 
     if len(presses.moduli) < FEWEST_MODULI:
         return None
     tilts = [placement.tilt_deg[0] for placement in presses.placements]
-    F = presses.F
+    F = presses.F[:, :, -1]
     is_dome = design.tips.dome_radius_mm is not None
-    pressure = presses.mean_pressure[:, :, -1] if is_dome else F[:, :, -1] / design.tips.face_mm2
+    pressure = presses.mean_pressure[:, :, -1] if is_dome else F / design.tips.face_mm2
+    law = RiseLaw(contrast=read_out.contrast) if read_out.is_pair else rise_law(design, read_out.contrast)
+    model = RiseModel(law=law, level=read_out.level or read_out.rise_level)
+    one_percent = 0.01 * np.array(read_out.full_scale_N)
     return _table(
-        read_out,
         axes=(np.array(presses.moduli), _axis("tilt", np.array(tilts))),
-        presses=F,
+        forces=F,
         pressure=pressure,
         held={"travel": design.press.travel_mm},
+        read=lambda i, j: _by_press(model, presses.F[i, j], one_percent),
     )
 
 
@@ -115,66 +122,56 @@ def _axis(key: str, nodes: Floats, *, log: bool = False) -> Plain:
 
 
 def _table(
-    read_out: ReadOut,
     *,
     axes: tuple[Floats, Plain],
-    presses: Floats,
+    forces: Floats,
     pressure: Floats,
     held: dict[str, float],
-    is_read: bool = True,
+    read: Callable[[int, int], tuple[float, float]],
 ) -> Plain:
-    """Return the table of presses [N], (moduli, columns, samples, tips); their last samples are its forces.
+    """Return the table of forces [N], (moduli, columns, tips); `axes` are the moduli [MPa] and the second axis.
 
-    `pressure` [MPa], (moduli, columns, tips), is the mean one of each contact; `axes` are the moduli [MPa] and the
-    second axis. Forces and pressures have a grid for each tip, the modulus read and that over its noise one each.
+    `pressure` [MPa], as `forces`, is the mean one of each contact; `read` gives what row and column read. Forces and
+    pressures have a grid for each tip, the modulus read and that over its noise one each.
     """
     moduli, second = axes
-    F = presses[:, :, -1]
-    E_read = np.full(F.shape[:2], np.nan)
-    over_noise = np.full(F.shape[:2], np.nan)
-    if is_read:
-        for i, j in np.ndindex(*F.shape[:2]):
-            E_read[i, j], over_noise[i, j] = _reading(read_out, presses[i, j])
+    found = np.array([[read(i, j) for j in range(forces.shape[1])] for i in range(len(forces))])
     return {
         "axes": [_axis("E", moduli, log=True), second],
         "held": held,
         "numbers": {
-            "F": np.moveaxis(F, 2, 0).tolist(),
+            "F": np.moveaxis(forces, 2, 0).tolist(),
             "pressure": np.moveaxis(pressure, 2, 0).tolist(),
-            "E_read": E_read.tolist(),
-            "E_over_noise": over_noise.tolist(),
+            "E_read": found[..., 0].tolist(),
+            "E_over_noise": found[..., 1].tolist(),
         },
     }
 
 
-def _reading(read_out: ReadOut, press: Floats) -> tuple[float, float]:
-    """Return the modulus [MPa] read from a press [N], (samples, tips), and that over its standard deviation by noise.
+def _by_ratio(read_out: ReadOut, forces: Floats) -> tuple[float, float]:
+    """Return the modulus [MPa] that the forces of a pair tell [N], and that over its standard deviation by noise.
 
-    The latter [1] is for noise of one per cent of the full scale in every force, and grows over the travel as forces
-    do; both are nan where nothing is read.
+    The latter [1] is for noise of one per cent of the full scale in every force; both are nan where nothing is read.
+    """
+    law = read_out.contrast
+    try:
+        read = read_modulus(law, forces.tolist())
+    except ReadingError:
+        return NOT_READ
+    by_noise = contrast_slopes(law, forces.tolist(), read).forces * (0.01 * np.array(read_out.full_scale_N))
+    return corrected(read, read_out.level), 1.0 / float(np.linalg.norm(by_noise))
+
+
+def _by_press(model: RiseModel, press: Floats, one_percent: Floats) -> tuple[float, float]:
+    """Return the modulus [MPa] that a press of `PRESS_SAMPLES` tells [N], and that over its deviation by noise.
+
+    The press is solved in fewer samples, (samples, tips). Noise is `one_percent` [N] of the full scale in every force.
     """
     if not np.isfinite(press).all():
-        return np.nan, np.nan
-    one_percent = 0.01 * np.array(read_out.full_scale_N)
+        return NOT_READ
     try:
-        read = _modulus(read_out, press)
-        moves = []  # of the modulus by one per cent of noise in each force [MPa]
-        for sample, tip in np.ndindex(*press.shape):
-            step = np.zeros_like(press)
-            step[sample, tip] = _STEP * press[-1, tip]
-            slope = (_modulus(read_out, press + step) - _modulus(read_out, press - step)) / (2.0 * step[sample, tip])
-            moves.append(slope * one_percent[tip])
+        found = model.reading(press, np.zeros(press.shape[1]))
     except ReadingError:
-        return np.nan, np.nan
-    return corrected(read, read_out.level), read / float(np.linalg.norm(moves))
-
-
-def _modulus(read_out: ReadOut, press: Floats) -> float:
-    """Return the modulus [MPa] of a press [N], (samples, tips), before the correction by level readings.
-
-    A pair is read by the rise of its contrast where there are several samples; all else by the contrast of the last
-    sample. Raises ReadingError.
-    """
-    if read_out.is_pair and len(press) > 1:
-        return exact_modulus(read_out.contrast, press)
-    return read_modulus(read_out.contrast, press[-1].tolist())
+        return NOT_READ
+    by_noise = np.array(found.slopes.noise) * one_percent * math.sqrt(len(press) / PRESS_SAMPLES)
+    return found.E, 1.0 / float(np.linalg.norm(by_noise))

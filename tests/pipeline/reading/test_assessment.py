@@ -17,7 +17,7 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
-from cad.theory.contrast_law import ratio_modulus
+from cad.theory.contrast_law import read_modulus
 from pipeline.reading import measurement
 from pipeline.reading.analysis import error_analysis, skin_pressures, touch_fraction
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
@@ -68,9 +68,9 @@ def test_heights_of_the_tips_drop_out(monkeypatch):
     found = assessed(design)
     assert found.bias.value < 1e-9
     sensor = sensor_of(design)
-    moment = sensor.model  # which takes the heights for known
     presses = sensor.presses(read_moduli(design.fruit), [Placement(from_touch=True)])
-    errors = [moment.modulus(F[None]) / E - 1.0 for F, E in zip(presses.F[:, 0, -1], presses.moduli, strict=True)]
+    law = sensor.contrast  # which takes the heights for known
+    errors = [read_modulus(law, F) / E - 1.0 for F, E in zip(presses.F[:, 0, -1], presses.moduli, strict=True)]
     assert np.abs(errors).min() > 0.1
     assert "tip_height" not in found.worst_uncertainty.sources.contributions
 
@@ -139,11 +139,12 @@ def test_level_readings_of_a_pair_off_the_middle_undo_what_its_line_makes_of_the
     contact = dataclasses.replace(square_contact(), tips=design.tips.names, S=S, shape_change=np.zeros((2, 2)))
     C = np.diag([1.1, 0.05])
     sensor = measurement.pressed_sensor(design, contact, C)
+    model = measurement.rise_model(sensor)
     for E in (0.5, 1.3, 3.5):
-        F = np.linalg.solve(C + S / E, [0.6, 0.6])
-        by_line = ratio_modulus(C.tolist(), sensor.model.own_less_other, F.tolist())
+        press = np.outer(np.linspace(0.1, 1.0, 12), np.linalg.solve(C + S / E, [0.6, 0.6]))
+        by_line = dataclasses.replace(model, level=()).modulus(press)
         assert abs(by_line / E - 1.0) > 0.01
-        assert sensor.model.modulus(np.array([F / 3, F / 2, F])) == pytest.approx(E, rel=1e-4)
+        assert model.modulus(press) == pytest.approx(E, rel=1e-4)
 
 
 def test_planted_noise_fails_the_uncertainty():
@@ -222,7 +223,7 @@ def test_level_press_without_a_reading_is_left_out_of_the_level_readings(monkeyp
         return dataclasses.replace(made, F=made.F * (1.0 + 1e-3 * np.array([-1.0, 1.0, -1.0, 1.0])))
 
     monkeypatch.setattr(measurement, "pose_forces", off)
-    rows = measurement.level_readings(sensor_of(hard(1e6)))
+    rows = measurement.rise_model(sensor_of(hard(1e6))).level
     moduli = np.geomspace(0.5, 1e6, measurement.LEVEL_MODULI).tolist()
     assert [row.E_MPa for row in rows] == pytest.approx(moduli[: len(rows)])
     assert 1 <= len(rows) < len(moduli)

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from measured_units import read_press
 from stand_ins import default_housing
 
 from cad.parts.coupon import modulus_factor
 from cad.quantity import InputError
 from cad.theory.leaf_spring import pair_length, pair_stiffness
 from pipeline.measure.calibrating.calibration import measured_print, modulus_of_coupon
-from pipeline.measure.calibrating.unit_table import level_forces, unit_table
+from pipeline.measure.calibrating.unit_table import level_press, unit_table
 from pipeline.measure.calibrating.weighing import weighed_springs
-from pipeline.measure.unit.presses import reading_of
 from solve.contact.poses import Pose
 
 THICKER = (1.19, 1.11)  # leaves of 0.8 and 1.2 mm that are 0.05 mm too thick
@@ -30,11 +30,12 @@ def test_table_of_a_unit_is_that_of_its_springs(name, request):
     row = rows[0]
     low, high = ([row.forces[tip] for tip in kind] for kind in measured.design.tips.spring_groups)
     assert pytest.approx(np.mean(high) / np.mean(low)) == row.P
-    reading = reading_of(sensor, row.forces)
-    assert pytest.approx(1.0 + row.with_design, rel=5e-3) == reading_of(thinner, row.forces).E / reading.E
+    press = level_press(sensor, row.E)
+    reading = read_press(sensor, press)
+    assert pytest.approx(1.0 + row.with_design, rel=5e-3) == read_press(thinner, press).E / reading.E
     moved = []
     for tip in range(len(row.forces)):
-        E = reading_of(sensor.with_stiffness(tip, 1.001), row.forces).E
+        E = read_press(sensor.with_stiffness(tip, 1.001), press).E
         moved.append(10.0 * (E / reading.E - 1.0))
     assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.01)
 
@@ -44,9 +45,9 @@ def test_table_of_a_unit_on_a_plate_counts_its_channels(mango):
     sensor = mango.measuring(gain_percent=1.0)
     sensor = replace(sensor, unit=replace(sensor.unit, calibrated_by="plate"))
     row = unit_table(sensor, mango.measuring())[0]
-    forces = np.array(row.forces)
-    plain = reading_of(sensor, forces).E
-    moved = [10.0 * (reading_of(sensor, forces * (1.0 + 1e-3 * one)).E / plain - 1.0) for one in np.eye(4)]
+    press = level_press(sensor, row.E)
+    plain = read_press(sensor, press).E
+    moved = [10.0 * (read_press(sensor, press * (1.0 + 1e-3 * one)).E / plain - 1.0) for one in np.eye(4)]
     assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.01)
 
 
@@ -108,7 +109,7 @@ def test_level_forces_are_those_of_the_engine(mango, paper):
     for measured, near in ((mango, 5e-3), (paper, 1e-6)):
         for E in (0.5, 3.5):
             expected = measured.forces([Pose(E=E, travel=measured.design.press.travel_mm)])[0]
-            assert level_forces(measured.measuring(), E) == pytest.approx(expected.tolist(), rel=near)
+            assert level_press(measured.measuring(), E)[-1] == pytest.approx(expected, rel=near)
 
 
 def rows_of(path, report, text):

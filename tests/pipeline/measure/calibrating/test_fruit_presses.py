@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign, random_pose
+from measured_units import MeasuredDesign, random_pose, read_press
 
 from cad.quantity import COVERAGE, InputError
 from pipeline.measure.calibrating.fruit_presses import fitted_scale, measured_fruit, scale_of_presses
-from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_reading import reading_as_mapping
 from pipeline.measure.unit.fruit_scale import FruitScale
-from pipeline.measure.unit.presses import reading_of
 from pipeline.measure.unit.printed_unit import read_unit, unit_as_toml
 from pipeline.response.scene_press import scene_of
 from solve.contact.poses import Pose, pose_forces
@@ -77,13 +75,6 @@ def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, measured, rng)
     assert (
         abs(off.mean()) < 3.0 * deviation < np.mean([np.log(reading.E) for reading in readings]) - np.log(fresh).mean()
     )
-
-
-def read_press(sensor, rows):
-    press = ContrastPress(sensor)
-    for row in rows:
-        press.add(row)
-    return press.reading()
 
 
 def test_square_reads_all_rows_of_a_fruit_as_one_press(mango, measured):
@@ -168,13 +159,14 @@ def test_reading_tells_the_scale_and_where_it_ends(mango, tmp_path):
     path.write_text(unit_as_toml(unit), encoding="utf-8")
     scaled = replace(sensor, unit=read_unit(path, mango.report))
     assert scaled.unit == unit
-    assert "beyond_scale" not in reading_of(sensor, mango.forces([Pose(E=3.0, travel=0.6)])[0]).flags
-    half, beyond = mango.forces([Pose(E=E, travel=mango.design.press.travel_mm) for E in (1.0, 3.0)]).tolist()
-    data = reading_as_mapping(reading_of(scaled, half))
+    travels = (np.linspace(0.1, 1.0, 20) * mango.design.press.travel_mm).tolist()
+    half, beyond = (mango.forces([Pose(E=E, travel=x) for x in travels]) for E in (1.0, 3.0))
+    assert "beyond_scale" not in read_press(sensor, beyond).flags
+    data = reading_as_mapping(read_press(scaled, half))
     E = data["E_MPa"]
     assert data["firmness_N"] == pytest.approx(10.0 * 3.0 ** (np.log(E / 0.5) / np.log(4.0)), rel=1e-6)
     assert data["firmness_u_percent"] == pytest.approx(10.0)
-    reading = reading_of(scaled, beyond)
+    reading = read_press(scaled, beyond)
     assert reading.firmness is None
     assert "beyond_scale" in reading.flags
 

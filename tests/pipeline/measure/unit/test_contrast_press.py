@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from measured_units import stated_and_moved, with_exact_tips, with_heights
+from measured_units import read_press as read
+from measured_units import stated_and_moved, with_heights
 from reference.ellipsoid_presses import press, random_fruits, square
 
 from cad.quantity import InputError
 from cad.theory.contrast_rise import RisingPress
 from pipeline.cli import main
-from pipeline.measure.unit.contrast_press import ContrastPress, contrast_reading
 from pipeline.measure.unit.firmware import c_header, micropython
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.signals import Signal
@@ -53,13 +53,6 @@ def forces_into_the_fruit(measured):
     travel = measured.design.press.travel_mm
     forces = measured.forces([Pose(E=E, travel=float(share) * travel, tilt_deg=TILT) for share in SHARES])
     return forces[(forces > 0.02).all(axis=1)]
-
-
-def read(sensor, forces):
-    pressed = ContrastPress(sensor)
-    for row in forces:
-        pressed.add(row)
-    return pressed.reading()
 
 
 def test_noise_scatters_as_stated_and_falls_with_the_samples(noisy, going_in, rng):
@@ -101,7 +94,7 @@ def test_springs_and_gains_widen_the_bar_by_what_they_move(noisy, going_in, fiel
 
 
 def test_zeros_that_are_off_or_drift_widen_the_bar_by_what_they_move(mango, going_in):
-    """Both by the drift that the read-out allows for; a slope over a drift is known to a tenth."""
+    """Both by the drift that the read-out allows for, a bound over root three; its slope is known to a tenth."""
     sensor = mango.measuring()
     plain = read(sensor, going_in)
     signal = sensor.report.read_out.signal
@@ -116,18 +109,16 @@ def test_zeros_that_are_off_or_drift_widen_the_bar_by_what_they_move(mango, goin
     since = np.linspace(0.0, 1.0, len(going_in))
     off = abs(read(sensor, going_in + drift).E / plain.E - 1.0)
     moved = abs(read(sensor, going_in + np.outer(since, drift)).E / plain.E - 1.0)
-    assert np.sqrt(wider.u**2 - without.u**2) == pytest.approx(2.0 * math.hypot(off, moved), rel=0.12)
+    assert np.sqrt(wider.u**2 - without.u**2) == pytest.approx(2.0 / math.sqrt(3.0) * math.hypot(off, moved), rel=0.12)
 
 
 def test_heights_and_the_offset_of_any_gaps_drop_out(mango, going_in):
-    """Heights that are told wrong by 0.05 mm move a single moment by tens of per cent, and the offset by themselves."""
+    """Heights that are told wrong by 0.05 mm move the offset by themselves."""
     sensor = mango.measuring()
     wrong = with_heights(sensor, (0.0, -0.05, 0.02, -0.03))
     plain, moved = read(sensor, going_in), read(wrong, going_in)
     # S alone takes the offset for a saddle: that moves E by a share of the offset
     assert pytest.approx(plain.E, rel=0.015) == moved.E
-    moment = contrast_reading(wrong, wrong.law, going_in[-1])
-    assert abs(moment.E / E - 1.0) > 0.25
     # the high tips are nearer than told by the mean of 0.05 and 0.03, the low ones are farther by 0.01
     assert moved.offset - plain.offset == pytest.approx(0.04 + 0.01, abs=2e-3)
     assert moved.tilt == pytest.approx(math.hypot(*TILT), abs=1.0)
@@ -142,7 +133,7 @@ def test_tilt_is_told_whatever_the_saddle(mango, going_in):
 
 
 @pytest.mark.parametrize("case", REFERENCE["presses"], ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
-def test_presses_on_ellipsoids_lie_in_the_bar_and_single_moments_far_off(ball, case):
+def test_presses_on_ellipsoids_lie_in_the_bar(ball, case):
     """Forces of boundary elements on a half-space, by a square whose fruit is told nowhere; then with its radii told.
 
     The travels reach beyond those of the design; its body is 12 mm thick, which moves E by less than 1 %.
@@ -154,8 +145,6 @@ def test_presses_on_ellipsoids_lie_in_the_bar_and_single_moments_far_off(ball, c
     told = read(replace(sensor, radii_mm=(case["R1"], case["R2"])), forces)
     assert abs(told.E / case["E"] - 1.0) < min(0.04, told.u)
     assert told.u < found.u
-    moment = contrast_reading(sensor, sensor.law, forces[-1])
-    assert moment.E is None or "uncertain" in moment.flags
 
 
 @pytest.mark.study
@@ -172,19 +161,6 @@ def test_sixty_presses_of_cheeks_lie_in_the_bar(ball):
     assert max(np.divide(errors, bars)) < 2.0
 
 
-def test_saddle_moves_a_single_moment_within_its_bar(ball):
-    """Largest of the reference saddles across the square: tens of per cent off where the rise is not."""
-    sensor = ball.measuring()
-    errors, bars = [], []
-    for case in REFERENCE["presses"]:
-        moment = contrast_reading(sensor, sensor.law, np.array(case["forces"][-1]))
-        if moment.E is not None:
-            errors.append(abs(moment.E / case["E"] - 1.0))
-            bars.append(moment.u)
-    assert max(errors) > 0.3
-    assert min(bars) > 0.5
-
-
 def test_radii_that_are_told_leave_the_bar(ball, into_the_ball):
     """A ball of the design's own radius reads alike, with what the untold curvature adds taken off."""
     sensor = ball.measuring()
@@ -194,13 +170,10 @@ def test_radii_that_are_told_leave_the_bar(ball, into_the_ball):
     radius = 35.0 / (1.0 + step)
     moved = abs(read(replace(sensor, radii_mm=(radius, radius)), into_the_ball).E / told.E - 1.0) / step
     assert np.sqrt(untold.u**2 - told.u**2) == pytest.approx(2.0 * 0.25 * moved, rel=0.1)
-    moment = contrast_reading(sensor, sensor.law, into_the_ball[-1])
-    known = replace(sensor, radii_mm=(35.0, 35.0))
-    assert contrast_reading(with_exact_tips(known), known.law, into_the_ball[-1]).u < 0.2 < moment.u
 
 
 def test_radii_that_are_told_change_nothing_where_the_design_names_the_same_ones(mango, going_in):
-    """A design that names the radii that occur has what they move E by in its bias."""
+    """A design that names the radii that occur has what they move E by in the source of its pose."""
     sensor = mango.measuring()
     fruit = mango.design.fruit
     told = read(replace(sensor, radii_mm=(fruit.radius_mm, fruit.radius_across_mm)), going_in)
@@ -274,7 +247,6 @@ def test_a_report_without_readings_of_presses_is_refused(mango):
         with pytest.raises(InputError) as refused:
             work()
         assert refused.value.field == "read_out.rise_level"
-    assert contrast_reading(sensor, sensor.law, np.array([0.05, 0.4, 0.05, 0.4])).E is not None
 
 
 def test_a_signal_is_read_whole_once_a_press(noisy, going_in):
@@ -294,7 +266,8 @@ def test_a_signal_is_read_whole_once_a_press(noisy, going_in):
     ]
     every = list(readings_of(sensor, Signal(lines, "press.csv", 4), every_sample=True))
     assert len(every) == 3 * count - 1
-    assert pytest.approx(contrast_reading(sensor, sensor.law, going_in[-1]).E, rel=1e-9) == every[count - 1].E
+    assert pytest.approx(first.E, rel=1e-12) == every[count - 1].E
+    assert (every[0].E, every[0].flags) == (None, ("few_samples",))
 
 
 @pytest.mark.parametrize("tip", range(4))

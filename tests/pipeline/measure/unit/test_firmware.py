@@ -10,8 +10,8 @@ from measured_units import MeasuredDesign, printed_by_header, with_heights
 
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.firmware import micropython
-from pipeline.measure.unit.fruit_reading import IN_FIRMWARE
-from pipeline.measure.unit.presses import reading_of, sensor_times
+from pipeline.measure.unit.fruit_reading import IN_FIRMWARE, flags_of_forces
+from pipeline.measure.unit.presses import sensor_times
 from pipeline.measure.unit.signals import Sample
 from solve.contact.poses import Pose
 
@@ -32,7 +32,6 @@ int main(void)
 }
 """
 PRINT = 'printf("%.9g %.9g %u\\n", (double)found.E, (double)found.E_reduced, (unsigned)found.flags);'
-SQUARE = {"BEFORE": "", "EACH": f"const twintip_reading found = twintip_read(f);\n{PRINT}", "AFTER": ""}
 PRESS = {
     "BEFORE": "twintip_press press;\n twintip_begin(&press);",
     "EACH": 'printf("0 0 %u\\n", (unsigned)twintip_add(&press, f));',
@@ -42,11 +41,11 @@ PRESS = {
 
 @pytest.fixture
 def in_c(tmp_path):
-    """Return a function that compiles the firmware of a unit, runs it on rows of forces and returns what it prints."""
+    """Return a function that compiles the firmware of a unit and returns what it prints of a press of forces."""
 
-    def run(sensor, rows, reads=None):
+    def run(sensor, rows):
         program = MAIN
-        for word, code in (reads or (PRESS if sensor.is_pair else SQUARE)).items():
+        for word, code in PRESS.items():
             program = program.replace(word, code)
         return printed_by_header(tmp_path, sensor, program, np.asarray(rows, dtype=np.float32))
 
@@ -64,11 +63,6 @@ def square(mango):
     return mango
 
 
-def over_the_range(measured, rng):
-    poses = [Pose(E=E, travel=0.5, tilt_deg=tuple(rng.uniform(-2, 2, 2))) for E in np.geomspace(0.5, 3.5, 100).tolist()]
-    return measured.forces(poses, FACTORS["mango"]).astype(np.float32)
-
-
 def at_random(rng, tips):
     """Return forces, many of them no sensible ones: NaN, infinite, negative, huge, zero."""
     rows = rng.uniform(-0.2, 1.5, (1000, tips)) * 10.0 ** rng.uniform(-2.0, 0.5, (1000, tips))
@@ -82,22 +76,6 @@ def bits(flags):
     return sum(1 << IN_FIRMWARE.index(flag) for flag in flags if flag in IN_FIRMWARE)
 
 
-def test_square_agrees_over_the_range_and_on_odd_forces(square, rng, tmp_path, in_c):
-    sensor = square.measuring(FACTORS["mango"])
-    rows = np.concatenate([over_the_range(square, rng), at_random(rng, 4)])
-    expected = [reading_of(sensor, row) for row in rows.tolist()]
-    E = np.array([math.nan if reading.E is None else reading.E for reading in expected])
-    flags = [bits(reading.flags) for reading in expected]
-    read = in_c(sensor, rows)
-    np.testing.assert_allclose(read[:, 0], E, rtol=AGREES)
-    np.testing.assert_allclose(read[:, 1], E * sensor.reduced(1.0), rtol=AGREES)
-    assert read[:, 2].tolist() == flags
-    assert set(flags) >= {0, 2, 3, 4}
-    module = module_of(tmp_path, sensor)
-    interpreted = np.array([module["read"](row) for row in rows.tolist()], dtype=float)
-    np.testing.assert_allclose(interpreted, np.column_stack([E, E * sensor.reduced(1.0), flags]), rtol=1e-12)
-
-
 def pressed(sensor, rows):
     """Return what the command reads of one press, or of the deepest, in rows that come at the rate of the read-out."""
     signal = sensor.report.read_out.signal
@@ -106,7 +84,7 @@ def pressed(sensor, rows):
     at_one_time = sensor_times(sensor, samples, "press.csv")
     press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation)
     for sample in at_one_time:
-        press.add(sensor.gained(sample.forces), elapsed=period)
+        press.add(sensor.gained(sample.forces), t=sample.t)
     return press.reading()
 
 
@@ -137,7 +115,7 @@ def test_press_of_a_square_agrees_sample_for_sample(samples, square, rng, tmp_pa
         higher = with_heights(sensor, rng.uniform(-0.03, 0.03, 4))
         (expected, bit), module = both(higher, rows, tmp_path)
         assert module == (pytest.approx(expected, rel=1e-9), bit)
-        found, reduced, found_bits = in_c(higher, rows, PRESS)[-1].tolist()
+        found, reduced, found_bits = in_c(higher, rows)[-1].tolist()
         assert (found, found_bits) == (pytest.approx(expected, rel=AGREES), bit)
         assert reduced == pytest.approx(expected * higher.reduced(1.0), rel=AGREES)
         flags.add(bit)
@@ -164,7 +142,7 @@ def test_of_two_touches_firmware_reads_the_deeper_one(mango, tmp_path, in_c):
         assert bit == 0
         assert pytest.approx(expected, rel=1e-12) == pressed(higher, rows).E
         assert module.read()[::2] == (pytest.approx(expected, rel=1e-9), 0)
-        assert in_c(higher, rows, PRESS)[-1, ::2].tolist() == [pytest.approx(expected, rel=AGREES), 0]
+        assert in_c(higher, rows)[-1, ::2].tolist() == [pytest.approx(expected, rel=AGREES), 0]
 
 
 def test_presses_that_tell_nothing_have_their_flags_in_firmware(mango, tmp_path, in_c):
@@ -179,7 +157,7 @@ def test_presses_that_tell_nothing_have_their_flags_in_firmware(mango, tmp_path,
         (np.concatenate([forces[:3], np.zeros((1, 4)), forces[3:6]]), 32),
     ):
         rows = rows.astype(np.float32)
-        assert in_c(sensor, rows, PRESS)[-1, 2] == bit
+        assert in_c(sensor, rows)[-1, 2] == bit
         module = module_of(tmp_path, sensor)["Press"]()
         for row in rows.tolist():
             module.add(row)
@@ -193,8 +171,8 @@ def test_presses_that_tell_nothing_have_their_flags_in_firmware(mango, tmp_path,
     rows = forces.astype(np.float32)
     (E, bit), module = both(noisy, rows, tmp_path)
     assert (E, bit) == module == (None, 64)
-    assert in_c(noisy, rows, PRESS)[-1, 2] == 64
-    assert in_c(sensor, np.zeros((3, 4), dtype=np.float32), PRESS)[-1, 2] == 2
+    assert in_c(noisy, rows)[-1, 2] == 64
+    assert in_c(sensor, np.zeros((3, 4), dtype=np.float32))[-1, 2] == 2
     assert module_of(tmp_path, sensor)["Press"]().read() == (None, None, 2)
 
 
@@ -206,7 +184,7 @@ def test_radii_that_are_told_are_in_the_firmware(mango, tmp_path, in_c):
     (expected, bit), module = both(sensor, rows, tmp_path)
     assert abs(expected / both(plain, rows, tmp_path)[0][0] - 1.0) > 0.01
     assert module == (pytest.approx(expected, rel=1e-9), bit)
-    assert in_c(sensor, rows, PRESS)[-1, 0] == pytest.approx(expected, rel=AGREES)
+    assert in_c(sensor, rows)[-1, 0] == pytest.approx(expected, rel=AGREES)
 
 
 @pytest.mark.study
@@ -219,7 +197,7 @@ def test_press_of_a_line_of_flat_tips_agrees(rng, tmp_path, in_c):
         rows = (rows + rng.normal(size=rows.shape) * sensor.noises).astype(np.float32)
         (expected, bit), module = both(sensor, rows, tmp_path)
         assert module == (pytest.approx(expected, rel=1e-9), bit)
-        assert in_c(sensor, rows, PRESS)[-1].tolist()[::2] == [pytest.approx(expected, rel=AGREES), bit]
+        assert in_c(sensor, rows)[-1].tolist()[::2] == [pytest.approx(expected, rel=AGREES), bit]
 
 
 @pytest.fixture(scope="module")
@@ -250,7 +228,7 @@ def test_press_of_a_pair_agrees_sample_for_sample(samples, pair, rng, tmp_path, 
         rows = np.concatenate([np.zeros((3, 2)), rows, np.zeros((3, 2))]).astype(np.float32)
         (expected, bit), module = both(sensor, rows, tmp_path)
         assert module == (pytest.approx(expected, rel=1e-9), bit)
-        found, _, found_bits = in_c(sensor, rows, PRESS)[-1].tolist()
+        found, _, found_bits = in_c(sensor, rows)[-1].tolist()
         assert (found, found_bits) == (pytest.approx(expected or math.nan, rel=AGREES, nan_ok=True), bit)
         flags.add(bit)
         touching = [row for row in rows.astype(float) if (row > sensor.least_forces).all()]
@@ -263,24 +241,29 @@ def test_press_of_a_pair_agrees_sample_for_sample(samples, pair, rng, tmp_path, 
     assert seated or samples == 10
 
 
-def test_flags_of_a_pair_agree_on_odd_forces(paper, rng, tmp_path, in_c):
-    sensor = paper.measuring(FACTORS["paper"])
-    rows = at_random(rng, 2)
-    expected = [bits({*reading_of(sensor, row).flags} & {"bad_force", "lift_off"}) for row in rows.tolist()]
+@pytest.mark.parametrize("name", ["paper", "mango"])
+def test_flags_agree_on_odd_forces(name, request, rng, tmp_path, in_c):
+    """At once, with no delay between channels."""
+    measured = request.getfixturevalue(name)
+    sensor = measured.measuring(FACTORS[name])
+    at_once = replace(sensor.report, read_out=replace(sensor.report.read_out, signal=None))
+    sensor = replace(sensor, report=at_once)
+    rows = at_random(rng, len(measured.K))
+    expected = [bits(flags_of_forces(sensor, sensor.gained(row))) for row in rows.astype(float)]
     assert in_c(sensor, rows)[:-1, 2].tolist() == expected
     press = module_of(tmp_path, sensor)["Press"]
     assert [press().add(row) for row in rows.tolist()] == expected
     assert in_c(sensor, rows[:0])[0, 2] == 2
 
 
-@pytest.mark.parametrize("count", [0, 1])
-def test_firmware_of_few_level_rows_agrees(count, mango, rng, tmp_path, in_c):
-    """One row shifts every modulus alike, none shifts nothing."""
+@pytest.mark.parametrize("count", [1, 2])
+def test_firmware_of_few_level_rows_agrees(count, mango, tmp_path, in_c):
+    """One row shifts every modulus alike."""
     sensor = mango.measuring()
-    read_out = replace(sensor.report.read_out, level=sensor.report.read_out.level[:count])
+    read_out = replace(sensor.report.read_out, rise_level=sensor.report.read_out.rise_level[:count])
     sensor = replace(sensor, report=replace(sensor.report, read_out=read_out))
-    rows = over_the_range(mango, rng)[:5]
-    expected = [reading_of(sensor, row).E for row in rows.tolist()]
-    read = module_of(tmp_path, sensor)["read"]
-    assert [read(row)[0] for row in rows.tolist()] == pytest.approx(expected, rel=1e-12)
-    assert in_c(sensor, rows)[:, 0] == pytest.approx(expected, rel=AGREES)
+    travels = (np.linspace(0.1, 1.0, 30) * mango.design.press.travel_mm).tolist()
+    rows = mango.forces([Pose(E=1.0, travel=x) for x in travels]).astype(np.float32)
+    (expected, bit), module = both(sensor, rows, tmp_path)
+    assert module == (pytest.approx(expected, rel=1e-9), bit)
+    assert in_c(sensor, rows)[-1, 0] == pytest.approx(expected, rel=AGREES)

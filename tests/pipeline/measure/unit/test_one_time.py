@@ -19,7 +19,7 @@ from cad.fabrication.bridges import Spring, balanced_order, signal_path
 from cad.quantity import InputError
 from cad.theory.leaf_spring import Flexure
 from pipeline.measure.unit.firmware import micropython
-from pipeline.measure.unit.presses import readings_of
+from pipeline.measure.unit.presses import readings_of, sensor_times
 from pipeline.measure.unit.signals import Signal
 from pipeline.options import load_design
 from pipeline.reading.measurement import pressed_sensor
@@ -277,11 +277,10 @@ def test_channels_with_their_times_are_taken_on_straight_lines(sensor):
     t = 0.1 * np.arange(12)
     times = t[:, None] + [0.03, 0.0, 0.09, 0.01]
     forces = 0.02 + times * [0.1, 0.5, 0.1, 0.5]
-    found = list(readings_of(sensor, Signal(lines_of(times, forces, timed=True), "press.csv", 4), every_sample=True))
-    assert [reading.t for reading in found] == pytest.approx(t[1:].tolist())
-    together = lines_of(t[1:, None] * np.ones(4), 0.02 + t[1:, None] * [0.1, 0.5, 0.1, 0.5], timed=True)
-    plain = list(readings_of(sensor, Signal(together, "press.csv", 4), every_sample=True))
-    assert [reading.E for reading in found] == pytest.approx([reading.E for reading in plain], rel=1e-9)
+    found = list(sensor_times(sensor, Signal(lines_of(times, forces, timed=True), "press.csv", 4), "press.csv"))
+    assert [sample.t for sample in found] == pytest.approx(t[1:].tolist())
+    expected = 0.02 + t[1:, None] * [0.1, 0.5, 0.1, 0.5]
+    assert np.array([sample.forces for sample in found]) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(

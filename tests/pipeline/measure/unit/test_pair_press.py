@@ -10,7 +10,8 @@ from cad.design.reading import Reading
 from cad.quantity import InputError
 from cad.theory.contrast_rise import RisingPress
 from pipeline.measure.unit.contrast_press import ContrastPress
-from pipeline.measure.unit.presses import reading_of, readings_of, refuse_out_of_scale
+from pipeline.measure.unit.pair_press import single_reading
+from pipeline.measure.unit.presses import readings_of, refuse_out_of_scale
 from pipeline.measure.unit.seating import seating_of
 from pipeline.measure.unit.signals import Signal
 from solve.contact.poses import Pose
@@ -37,7 +38,7 @@ def test_level_press_is_exact_by_every_read_out(paper, E):
     assert pytest.approx(E, rel=1e-3) == reading.E
     assert reading.others == {"force_ratio": pytest.approx(E, rel=1e-3), "stroke": pytest.approx(E, rel=1e-3)}
     assert reading.flags == ()
-    assert pytest.approx(E, rel=1e-3) == reading_of(paper.measuring(), forces[-1].tolist()).E
+    assert pytest.approx(E, rel=1e-3) == single_reading(paper.measuring(), forces[-1]).E
 
 
 @pytest.mark.parametrize(("E", "tilt"), [(0.5, 0.5), (3.5, 1.0), (0.5, 2.1), (3.5, -3.0)])
@@ -92,7 +93,7 @@ def test_signal_without_a_press_is_told(paper):
 def test_springs_and_gains_move_the_reading_as_is_said(field, tip, paper):
     """Of a press, and of one sample."""
     forces = press(paper, 1.3)
-    for tell in (read, lambda unit, rows: reading_of(unit, rows[-1])):
+    for tell in (read, lambda unit, rows: single_reading(unit, rows[-1])):
         stated, moved = stated_and_moved(paper.measuring(), forces, tell, field, tip)
         assert stated == pytest.approx(moved, rel=0.02)
 
@@ -113,14 +114,14 @@ def test_force_beyond_zero_or_the_scale_is_refused_at_its_tip(paper):
 
 def test_tilt_that_a_design_allows_is_in_the_uncertainty_of_one_reading(paper):
     """A tilt anywhere up to a bound has the bound over the root of three as deviation; its slope by the solver."""
-    forces = press(paper, 1.0)[-1].tolist()
-    level, tilted = (reading_of(paper.measuring(), row).E for row in (forces, press(paper, 1.0, 0.01)[-1].tolist()))
+    forces = press(paper, 1.0)[-1]
+    level, tilted = (single_reading(paper.measuring(), row).E for row in (forces, press(paper, 1.0, 0.01)[-1]))
     per_degree = abs(tilted / level - 1.0) / 0.01
     u = []
     for tilt in (1.0, 2.0):
         asked = Reading(tilt_deg=tilt, off_centre_mm=0.0, radius_spread=0.0)
         report = replace(paper.report, design=replace(paper.design, reading=asked))
-        u.append(reading_of(replace(paper.measuring(), report=report), forces).u)
+        u.append(single_reading(replace(paper.measuring(), report=report), forces).u)
     assert np.sqrt(u[1] ** 2 - u[0] ** 2) == pytest.approx(2.0 * per_degree, rel=0.02)  # 4 - 1 degrees^2 over 3
 
 

@@ -9,13 +9,12 @@ from stand_ins import result_of
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
+from cad.design.reading import PRESS_SAMPLES
 from cad.design.tips import Press
-from cad.theory.contrast_law import contrast_slopes, read_modulus
 from cad.theory.two_spring_law import fruit_stiffness
 from pipeline.options import load_design
-from pipeline.reading.measurement import pressed_sensor
+from pipeline.reading.measurement import pressed_sensor, rise_model
 from pipeline.reading.poses import Placement
-from pipeline.reading.read_out import corrected
 from pipeline.report.page.tables import page_tables
 from pipeline.response.scene_press import scene_of
 from solve.contact.pressure import footprint_pressure
@@ -72,17 +71,12 @@ def solved_over_travel(result, moduli, travels):
     return solved.F[:, :-1].reshape(count, -1), solved.P[:, :-1].ravel(), pressure[:, :-1].reshape(count, -1)
 
 
-def contrast_readings(result, F):
-    """Return the modulus that a finished sensor reads [MPa], and that over its deviation by one per cent of noise."""
-    read_out = result.read_out
-    law = read_out.contrast
-    one_percent = 0.01 * np.array(read_out.full_scale_N)
-    moduli, noise = [], []
-    for forces in F.tolist():
-        E = read_modulus(law, forces)
-        moduli.append(corrected(E, read_out.level))
-        noise.append(np.linalg.norm(contrast_slopes(law, forces, E).forces * one_percent))
-    return np.array(moduli), 1.0 / np.array(noise)
+def press_readings(sensor, presses, full_scale):
+    """Return the moduli that presses tell [MPa], and those over their deviations by one per cent of noise."""
+    model = rise_model(sensor)
+    found = [model.reading(press, 0.01 * np.array(full_scale)) for press in presses]
+    fewer = np.sqrt(presses.shape[1] / PRESS_SAMPLES)
+    return np.array([each.E for each in found]), 1.0 / (fewer * np.array([each.noise for each in found]))
 
 
 def pair_over_noise(result, F):
@@ -122,9 +116,7 @@ def test_numbers_over_modulus_and_travel_are_those_of_a_solve(name, changes, pre
     touching = np.array([one["travel"] >= least for one in settings])
     assert touching.sum() > len(settings) // 2
     expected = {"F": F, "P": P, "pressure": pressure}
-    if not result.read_out.is_pair:
-        expected["E_read"], expected["E_over_noise"] = contrast_readings(result, F)
-    elif result.press.level:
+    if result.read_out.is_pair and result.press.level:
         expected["E_read"], expected["E_over_noise"] = (
             np.array([one["E"] for one in settings]),
             pair_over_noise(result, F),
@@ -147,7 +139,8 @@ def test_numbers_over_the_tilt_are_those_of_a_solve(preset_page, open_page, rng)
     placements = [Placement(tilt_deg=(tilt, 0.0)) for tilt in tilts]
     solved = sensor.presses(moduli.tolist(), placements)
     F = solved.F[:, :, -1].reshape(len(settings), -1)
-    E_read, over_noise = contrast_readings(result, F)
+    presses = solved.F.reshape(len(settings), *solved.F.shape[2:])
+    E_read, over_noise = press_readings(sensor, presses, result.read_out.full_scale_N)
     springs = np.array(design.tips.springs)
     P = F[:, springs == "high"].sum(axis=1) / F[:, springs == "low"].sum(axis=1)
     pressure = solved.mean_pressure[:, :, -1].reshape(len(settings), -1)

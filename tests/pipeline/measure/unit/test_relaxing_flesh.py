@@ -13,8 +13,8 @@ from cad.theory.contrast_law import ContrastLaw
 from cad.theory.relaxation import Relaxation
 from pipeline.commands.measuring import read
 from pipeline.measure.unit.presses import readings_of
+from pipeline.measure.unit.relaxing_flesh import LATE
 from pipeline.measure.unit.signals import Signal, force_keys
-from pipeline.measure.unit.timed_reading import LATE
 from pipeline.reading.over_time import reading_over_time
 from pipeline.response.scene_press import scene_of
 from solve.contact.domes.body import dome_body
@@ -45,12 +45,14 @@ def times_of(design, until=1.1):
     return np.arange(0.0, design.stop_s + until * design.press.hold_s, STEP_S)
 
 
-def dome_press(square, E, times):
+def dome_press(square, E, times, **fruit):
     """Return the forces [N] of domes over time by the whole law of domes, one elastic press for each step.
+
+    `fruit` is what the fruit has other than that of the design.
 
     Maxwell's arms are stepped by the trapezoidal rule: m' = (n - m) / tau.
     """
-    design = square.design
+    design = dataclasses.replace(square.design, fruit=dataclasses.replace(square.design.fruit, **fruit))
     scene = scene_of(design, (), square.sideways)
     body = dome_body(scene, square.contact, [design.fruit])
     shares, taus = np.array(ARMS).T[..., None]
@@ -98,7 +100,17 @@ def test_square_of_domes_reads_the_first_instant(square, E):
     late = reading.others["apparent"]
     assert 0.6 * E < late < 0.9 * E
     assert 0.7 < reading.relaxation < 0.9
-    assert reading.flags == ("uncertain",)  # a single moment: the skin may be a saddle
+    assert reading.flags == ()
+
+
+def test_saddle_drops_out_of_a_press_on_flesh_that_relaxes(square):
+    """A cheek that is turned by 45 degrees, of the mean curvature of the design, 1/35 per mm."""
+    times = times_of(square.design)
+    cheek = {"shape": "ellipsoid", "radius_mm": 28.0, "radius_across_mm": 140.0 / 3.0, "azimuth_deg": 45.0}
+    reading = read_log(square, times, dome_press(square, 1.0, times, **cheek))
+    assert abs(reading.E - 1.0) <= reading.u
+    assert pytest.approx(1.0, abs=0.05) == reading.E
+    assert abs(reading.offset) > 5.0 * reading.offset_u
 
 
 @pytest.mark.parametrize("lead", [0.0, 0.05, -0.05])
