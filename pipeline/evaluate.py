@@ -11,16 +11,12 @@ from pipeline.options import RunOptions
 from pipeline.reading.analysis import analyse_readings, reading_constants
 from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
 from pipeline.reading.poses import refuse_unsolvable_poses
+from pipeline.reading.sensor import Sensor
 from pipeline.response.contact import fruit_compliance
+from pipeline.response.scene_press import press_scene
 from pipeline.result import Evaluation, SensorResult, with_solids
 from pipeline.springs.behaviour import sensor_modes, spring_behaviour
-from pipeline.springs.fitted_springs import (
-    FittedSprings,
-    fit_springs,
-    other_mounts,
-    press_of_springs,
-    tip_height_offsets,
-)
+from pipeline.springs.fitted_springs import FittedSprings, fit_springs, other_mounts
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.effects import level_sensor
@@ -58,7 +54,7 @@ def evaluate(
     """
     timed = timed or Stopwatch()
     checked = check_targets(design, options, contact=contact, sizing=sizing, springs=springs, timed=timed)
-    contact = checked.contact
+    sensor = checked.sensor
     springs = checked.springs
     press = checked.solved_press
     left_out = []  # what no verdict needs does not undo what was solved
@@ -73,7 +69,7 @@ def evaluate(
             mounts = {} if rough else other_mounts(springs.per_spring)
         except (MeshError, SolveError) as error:
             left_out.append(f"the stiffness in other mounts is left out: {error}")
-        sensor = level_sensor(design, contact, checked.sizing, springs, mounts)
+        pair = level_sensor(sensor, checked.sizing, mounts)
     with timed.stage("behaviour"):
         modes = None
         try:
@@ -82,11 +78,11 @@ def evaluate(
             left_out.append(f"modes of vibration are left out: {error}")
         behaviour = spring_behaviour(springs, press, modes)
     with timed.stage("reading"):
-        read_out = reading_constants(design, contact, springs, press, checked.readings)
+        read_out = reading_constants(sensor, press, checked.readings)
     with timed.stage("errors"):
-        errors = sensor_errors(sensor, checked.reached, press, checked.options, checked.readings)
+        errors = sensor_errors(pair, checked.reached, press, checked.options, checked.readings)
     with timed.stage("verdicts"):
-        paper = paper_verdicts(design, contact, checked.sizing)
+        paper = paper_verdicts(design, checked.contact, checked.sizing)
     return SensorResult(
         **{**vars(checked), "press": press},
         paper=paper,
@@ -126,27 +122,26 @@ def check_targets(
     if springs is None:
         with timed.stage("springs"):
             springs = fit_springs(design, sizing, options)
+    sensor = Sensor(design=design, contact=contact, springs=springs)
     press = None
     if "response" in parts:
         with timed.stage("response"):
-            press = press_of_springs(design, contact, springs)
+            press = press_scene(sensor.scene, contact, sensor.C)
     readings = None
     over_time = None
     if "reading" in parts:
         with timed.stage("reading"):
-            readings = analyse_readings(design, contact, springs)
-            height_offsets = tip_height_offsets(springs, design.press.attitude)
-            over_time = reading_over_time(design, contact, springs.C, height_offsets, springs.sideways)
+            readings = analyse_readings(sensor)
+            over_time = reading_over_time(sensor)
     with timed.stage("verdicts"):
-        reached = reached_targets(design, contact, sizing, springs, press)
-        verdicts = sensor_verdicts(design, contact, springs, press, readings, reached)
+        reached = reached_targets(sensor, sizing, press)
+        verdicts = sensor_verdicts(sensor, press, readings, reached)
         verdicts += relaxation_verdicts(design, over_time)
     return Evaluation(
         design=design,
         options=options,
-        contact=contact,
+        sensor=sensor,
         sizing=sizing,
-        springs=springs,
         press=press,
         readings=readings,
         over_time=over_time,

@@ -5,6 +5,7 @@ from dataclasses import replace
 from cad.design.parameters import Design
 from pipeline.evaluate import evaluate, refuse_unsolvable, with_file_verdicts
 from pipeline.options import RunOptions, refuse_unmakeable
+from pipeline.reading.sensor import Sensor
 from pipeline.report.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.report.fields import write_fields
 from pipeline.report.outputs import write_outputs
@@ -45,15 +46,16 @@ def run(
         with timed.stage("springs"):  # meshes and solves the housing
             springs = fit_springs(design, sizing, options, executor)
 
+        sensor = Sensor(design=design, contact=contact, springs=springs)
         # The solids are drawn, written and checked by a worker, beside all that follows here.
         with timed.stage("solids"):
             solids = begin_solids(design, springs, folder, executor)
         with timed.stage("fabrication"):
-            fabrication = begin_fabrication(design, contact, springs, options, folder, executor)
+            fabrication = begin_fabrication(sensor, options, folder, executor)
 
         result = evaluate(design, options, contact=contact, sizing=sizing, springs=springs, timed=timed)
         with timed.stage("fields"):
-            fields_left_out = write_fields(design, contact, springs, result.press, options, folder)
+            fields_left_out = write_fields(sensor, result.press, options, folder)
         with timed.stage("fabrication"):
             sideways = sideways_verdicts(springs, options)
         with timed.stage("solids"):

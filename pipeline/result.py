@@ -9,6 +9,7 @@ from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
 from pipeline.reading.read_out import ReadOut
+from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.behaviour import SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSprings
@@ -31,9 +32,8 @@ class Evaluation:
 
     design: Design
     options: RunOptions
-    contact: FruitCompliance
+    sensor: Sensor
     sizing: SpringSizing
-    springs: FittedSprings
     press: ScenePress | None
     readings: Readings | None
     reached: SceneTargets
@@ -45,6 +45,16 @@ class Evaluation:
         outcomes = [verdict.passed for verdict in self.verdicts]
         counts = f"{outcomes.count(True)} passed, {outcomes.count(False)} failed, {outcomes.count(None)} undecided"
         return f"{type(self).__name__}({self.design.name!r}: {counts})"
+
+    @property
+    def contact(self) -> FruitCompliance:
+        """Return the compliance of the fruit under the tips."""
+        return self.sensor.contact
+
+    @property
+    def springs(self) -> FittedSprings:
+        """Return the springs as they are made."""
+        return self.sensor.springs
 
     @property
     def passed(self) -> bool | None:

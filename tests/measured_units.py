@@ -16,9 +16,9 @@ from pipeline.measure.unit.firmware import c_header
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.options import RunOptions, load_design
-from pipeline.reading.analysis import design_signal, error_analysis, reading_constants
-from pipeline.reading.measurement import pressed_sensor
+from pipeline.reading.analysis import error_analysis, reading_constants
 from pipeline.reading.read_out import ReadOut
+from pipeline.reading.sensor import Sensor
 from pipeline.report.mapping import contact_keys, reading_keys, tip_keys
 from pipeline.report.stored import StoredContact, StoredModulus, StoredReading, StoredTip, as_data
 from pipeline.response.contact import fruit_compliance
@@ -74,14 +74,13 @@ class MeasuredDesign:
             give = np.zeros((len(self.K), len(self.K), 3, 3))
             give[range(len(self.K)), range(len(self.K)), 1, 1] = design.tips.each(*ACROSS)
             self.sideways = SidewaysGive(give, 0.0)
-        sensor = pressed_sensor(design, self.contact, self.C, (), self.sideways)
         ideal = ideal_springs(design, spring_sizing(design, self.contact, RunOptions()))
         springs = SimpleNamespace(**{**vars(ideal), "C": self.C, "sideways": self.sideways})
-        sensor = replace(sensor, signal=design_signal(design, springs))
-        readings = error_analysis(sensor, design.reading) if assessed and design.reading else None
-        level = self.forces([Pose(E=design.largest_E_MPa, travel=design.press.travel_mm)])
-        press = SimpleNamespace(height_offsets=(), at_largest_E=SimpleNamespace(F=level[None]))
-        read_out = reading_constants(design, self.contact, springs, press, readings)
+        self.sensor = Sensor(design=design, contact=self.contact, springs=springs)
+        readings = error_analysis(self.sensor, design.reading) if assessed and design.reading else None
+        level = self.forces([Pose(E=design.fruit.largest_E_MPa, travel=design.press.travel_mm)])
+        press = SimpleNamespace(at_largest_E=SimpleNamespace(F=level[None]))
+        read_out = reading_constants(self.sensor, press, readings)
         self.report = ReportOfUnits(
             design=design,
             tips=stored(tuple[StoredTip, ...], tip_keys(design.tips)),

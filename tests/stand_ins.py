@@ -4,6 +4,7 @@ import functools
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,11 @@ from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import reading_constants
+from pipeline.reading.sensor import Sensor
 from pipeline.report.answer import everything, summary
 from pipeline.report.mapping import report_mapping
 from pipeline.report.verdict_table import print_parts
-from pipeline.response.scene_press import press_scene
+from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.result import SensorResult, with_solids
 from pipeline.springs.behaviour import spring_behaviour
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
@@ -30,6 +32,7 @@ from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
+from solve.contact.scene import SidewaysGive
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import HousingStiffness
@@ -111,6 +114,25 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
     return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
 
 
+def sensor_of(design: Design, springs: FittedSprings | None = None) -> Sensor:
+    """Return the sensor of a design on the reference contact, on springs as FE would have found them."""
+    return Sensor(design=design, contact=CONTACT, springs=springs or springs_of(design))
+
+
+def with_compliance(
+    design: Design,
+    contact: FruitCompliance,
+    C: np.ndarray,
+    sideways: SidewaysGive | None = None,
+    height_offsets: tuple[float, ...] = (),
+) -> Sensor:
+    """Return a sensor on springs of which the compliance [mm/N] is all that is known."""
+    springs = SimpleNamespace(
+        C=C, sideways=sideways, ideal=True, ideal_offsets_mm=height_offsets, process=design.process
+    )
+    return Sensor(design=design, contact=contact, springs=springs)
+
+
 def result_of(design: Design | None = None, options: RunOptions | None = None, *, made: bool = True) -> SensorResult:
     """Return the result of a run whose contact and springs were not solved and whose solid was not looked at."""
     return _kept_result(design or Design(), options or RunOptions(), made=made)
@@ -119,25 +141,25 @@ def result_of(design: Design | None = None, options: RunOptions | None = None, *
 def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> SensorResult:
     """Return what `result_of` keeps after the first time, anew."""
     sizing, springs = sizing_of(design), springs_of(design, made=made)
-    press = press_scene(design, CONTACT, springs.C)
+    sensor = sensor_of(design, springs)
+    press = press_scene(scene_of(design), CONTACT, springs.C)
     geometry = (GOOD,) if made else ()
-    reached = reached_targets(design, CONTACT, sizing, springs, press)
-    verdicts = with_solids(sensor_verdicts(design, CONTACT, springs, press, None, reached), geometry)
-    sensor = level_sensor(design, CONTACT, sizing, springs, {})
+    reached = reached_targets(sensor, sizing, press)
+    verdicts = with_solids(sensor_verdicts(sensor, press, None, reached), geometry)
+    pair = level_sensor(sensor, sizing, {})
     return SensorResult(
         design=design,
         options=options,
-        contact=CONTACT,
+        sensor=sensor,
         sizing=sizing,
-        springs=springs,
         press=press,
         behaviour=spring_behaviour(springs, press),
         reached=reached,
         paper=paper_verdicts(design, CONTACT, sizing),
         readings=None,
-        read_out=reading_constants(design, CONTACT, springs, press, None),
+        read_out=reading_constants(sensor, press, None),
         verdicts=verdicts,
-        errors=sensor_errors(sensor, reached, press, RunOptions()),
+        errors=sensor_errors(pair, reached, press, RunOptions()),
         seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),
     )
 

@@ -212,7 +212,7 @@ class Fruit:
         if self.skin_mm > most:
             bound = f"at most {most:g} mm, a third of {self.depth_key}"
             raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "call the fruit flesh of that modulus")
-        stiffest = max(self.E_max_MPa, *self.E_MPa)
+        stiffest = self.largest_E_MPa
         if self.skin_E_MPa < stiffest:
             bound = f"at least that of the stiffest flesh, {stiffest:g} MPa"
             raise validation_error("fruit.skin_E_MPa", self.skin_E_MPa, "MPa", bound, "leave out a softer skin")
@@ -266,6 +266,11 @@ class Fruit:
             return u, v
         cosine, sine = self._turn
         return cosine * u - sine * v, sine * u + cosine * v
+
+    @property
+    def largest_E_MPa(self) -> float:
+        """Return the largest modulus that is shown, which may lie beyond E_max [MPa]."""
+        return max(self.E_max_MPa, *self.E_MPa)
 
     @property
     def radii_mm(self) -> tuple[float, float]:

@@ -335,11 +335,6 @@ class Design:
         return dataclasses.replace(self, tips=self.tips.per_spring)
 
     @property
-    def largest_E_MPa(self) -> float:
-        """Return the largest modulus that is shown, which may lie beyond E_max [MPa]."""
-        return max(self.fruit.E_max_MPa, *self.fruit.E_MPa)
-
-    @property
     def has_paper_scene(self) -> bool:
         """Say whether fruit and tips are the paper's, whatever moduli are shown and however it is pressed."""
         fruit = dataclasses.replace(

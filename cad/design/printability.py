@@ -103,7 +103,7 @@ def check_printable(
     Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, as solved, the beam
     law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided.
     """
-    stiffest = K_m_max * design.largest_E_MPa / design.fruit.E_max_MPa
+    stiffest = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
     K_m = (stiffest, stiffness_ratio * stiffest)
     targets = design.nominal_targets
     asked = (f"targets.P_max = {targets.P_max:g}", f"targets.NL = {targets.NL:g}")

@@ -8,23 +8,18 @@ from functools import cached_property
 import numpy as np
 
 from cad.arrays import Flags, Floats, rows_of
-from cad.design.parameters import Design
 from cad.design.reading import PRESS_S, PRESS_SAMPLES, Reading
-from cad.fabrication.bridges import SignalPath, signal_path
 from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
 from cad.theory.contrast_rise import RiseReading
 from pipeline.reading.measurement import (
-    RISE_TRAVELS,
-    PressedSensor,
-    Presses,
     RiseModel,
-    pressed_sensor,
     rise_model,
 )
 from pipeline.reading.poses import Placement, occurring, read_moduli
 from pipeline.reading.press_time import fastest_press
 from pipeline.reading.read_out import LevelReading, ReadOut
+from pipeline.reading.sensor import RISE_TRAVELS, Presses, Sensor
 from pipeline.reading.uncertainty import (
     Channels,
     UncertaintySources,
@@ -34,10 +29,8 @@ from pipeline.reading.uncertainty import (
     uncertainty_sources,
 )
 from pipeline.response.scene_press import ScenePress
-from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
 from pipeline.storage.plain import first_largest
 from solve.contact.poses import Pose
-from solve.fruit.compliance import FruitCompliance
 from solve.halfspace.layered import base_compliance
 
 TILTS = 5
@@ -124,35 +117,19 @@ class Readings:
         return self.moduli[first_largest(row.over_limit for row in self.moduli)]
 
 
-def analyse_readings(design: Design, contact: FruitCompliance, springs: FittedSprings) -> Readings | None:
-    """Return how good the readings of a design are, None where it does not ask.
+def analyse_readings(sensor: Sensor) -> Readings | None:
+    """Return how good the readings of a sensor are, None where its design does not ask.
 
     Raises InputError where a pose is outside the domain of contact, SolveError when a solve is not exact.
     """
-    if design.reading is None:
+    reading = sensor.design.reading
+    if reading is None:
         return None
-    offsets = tip_height_offsets(springs, design.press.attitude)
-    sensor = pressed_sensor(design, contact, springs.C, offsets, springs.sideways)
-    sensor = replace(sensor, signal=design_signal(design, springs))
-    analysis = error_analysis(sensor, design.reading)
-    return replace(analysis, pressures=skin_pressures(sensor), tilted=tilted_presses(sensor, design.reading))
+    analysis = error_analysis(sensor, reading)
+    return replace(analysis, pressures=skin_pressures(sensor), tilted=tilted_presses(sensor, reading))
 
 
-def design_signal(design: Design, springs: FittedSprings) -> SignalPath | None:
-    """Return the signal path of a design on its springs; None where it names no read-out."""
-    if design.readout is None:
-        return None
-    return signal_path(design.readout, springs_to_read(design, springs), springs.process, design.tips.springs)
-
-
-def fastest_design_press(design: Design, contact: FruitCompliance, springs: FittedSprings) -> float | None:
-    """Return the shortest duration of a press by hand [s]; None without a read-out."""
-    offsets = tip_height_offsets(springs, design.press.attitude)
-    sensor = pressed_sensor(design, contact, springs.C, offsets, springs.sideways)
-    return fastest_press(replace(sensor, signal=design_signal(design, springs)))
-
-
-def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
+def error_analysis(sensor: Sensor, reading: Reading) -> Readings:
     """Return how good the readings of a sensor are, of whole presses by the rise of their contrast.
 
     Raises InputError where the poses are outside the domain of contact, SolveError when a solve is not exact.
@@ -310,7 +287,7 @@ def _read(
     return read, f"{len(reasons)} of {count} poses have no reading, {reasons[0]}"
 
 
-def _by_poisson(sensor: PressedSensor, model: RiseModel, press: Floats) -> float:
+def _by_poisson(sensor: Sensor, model: RiseModel, press: Floats) -> float:
     """Return the standard uncertainty of a reading [1] by Poisson's ratio, whose spread is two of its own.
 
     What is felt is E / (1 - nu^2), and under domes also the stone, which flesh of another ratio feels otherwise.
@@ -365,7 +342,7 @@ def _touched(depths: Floats) -> Floats:
     return np.asarray(1.0 - np.divide(depths[0], grown, out=np.full_like(grown, math.inf), where=grown > 0.0))
 
 
-def tilted_presses(sensor: PressedSensor, reading: Reading) -> Presses | None:
+def tilted_presses(sensor: Sensor, reading: Reading) -> Presses | None:
     """Return presses at tilts along the tips up to the largest, to full travel of the middle; None without a tilt."""
     if reading.tilt_deg == 0.0:
         return None
@@ -374,7 +351,7 @@ def tilted_presses(sensor: PressedSensor, reading: Reading) -> Presses | None:
     return sensor.presses(read_moduli(sensor.design.fruit), placements)
 
 
-def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
+def skin_pressures(sensor: Sensor) -> tuple[SkinPressure, ...]:
     """Return the largest pressure at each modulus shown, at full travel; none where the fruit has no limit.
 
     With a reading the sensor stands in all placements that occur. Raises as `pose_forces`.
@@ -403,11 +380,9 @@ def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
     return tuple(worst_at_each)
 
 
-def reading_constants(
-    design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress, readings: Readings | None
-) -> ReadOut:
+def reading_constants(sensor: Sensor, press: ScenePress, readings: Readings | None) -> ReadOut:
     """Return what a finished sensor is read by; raises SolveError when a solve is not exact."""
-    sensor = pressed_sensor(design, contact, springs.C, press.height_offsets, springs.sideways)
+    contact = sensor.contact
     error = max(contact.error_own, contact.error_pair)
     full_scale = press.at_largest_E.F[-1, -1]
     if readings is not None:
@@ -415,21 +390,20 @@ def reading_constants(
             full_scale = np.array(readings.full_scale)
         if readings.bias is not None:
             error = max(error, readings.bias.error)
-    signal = design_signal(design, springs)
     level = rise_model(sensor).level if readings is None else readings.level
     constants = ReadOut(
         method=RiseModel.method,
-        springs_mm_per_N=rows_of(springs.C),
+        springs_mm_per_N=rows_of(sensor.C),
         full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),
         model_error_percent=100.0 * error,
         level=(),
-        signal=signal,
-        fastest_press_s=fastest_press(replace(sensor, signal=signal)),
+        signal=sensor.signal,
+        fastest_press_s=fastest_press(sensor),
     )
-    if design.tips.tip_layout.is_pair:
+    if sensor.design.tips.tip_layout.is_pair:
         return replace(constants, level=level, own_less_other_per_mm=1.0 / contact.K_m_over_E())
     law = sensor.contrast
-    lean = np.subtract(law.C, springs.C)
+    lean = np.subtract(law.C, sensor.C)
     return replace(
         constants,
         rise_level=level,

@@ -4,7 +4,6 @@ A modulus of the fruit is that at the first instant. What forces at a time tell 
 apparent one.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,13 +13,11 @@ from cad.design.parameters import Design
 from cad.quantity import Estimate, validation_error
 from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from cad.theory.relaxation import Relaxation
-from pipeline.reading.measurement import PressedSensor, pressed_sensor
 from pipeline.reading.poses import Placement
+from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import scene_of
 from solve.contact.linear_response import high_over_low
 from solve.contact.relaxing import elastic_forces, timed_forces
-from solve.contact.scene import SidewaysGive
-from solve.fruit.compliance import FruitCompliance
 
 RAMP_STEPS = 12
 HOLD_STEPS = 12
@@ -82,23 +79,13 @@ def refuse_unsolvable_time(design: Design) -> None:
         raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
 
 
-def reading_over_time(
-    design: Design,
-    contact: FruitCompliance,
-    C: Floats,
-    height_offsets: Sequence[float] = (),
-    sideways: SidewaysGive | None = None,
-) -> ReadingOverTime | None:
-    """Return the readings of a design over time; None for flesh that does not relax.
-
-    C (tips, tips) [mm/N] is the compliance of the springs, `height_offsets` [mm] and `sideways` as for
-    `pressed_sensor`. Raises SolveError.
-    """
+def reading_over_time(sensor: Sensor) -> ReadingOverTime | None:
+    """Return the readings of a sensor over time; None for flesh that does not relax. Raises SolveError."""
+    design = sensor.design
     if design.fruit.relaxation is None:
         return None
-    sensor = pressed_sensor(design, contact, C, height_offsets, sideways)
     law = _contrast(sensor)
-    first_touch = float(np.min(np.add(law.gaps, height_offsets or 0.0)))
+    first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
     relaxation = Relaxation(design.fruit.relaxation)
     hold = design.press.hold_s or 0.0
     wait = design.read_s - design.stop_s
@@ -144,7 +131,7 @@ def reading_over_time(
     )
 
 
-def _contrast(sensor: PressedSensor) -> ContrastLaw:
+def _contrast(sensor: Sensor) -> ContrastLaw:
     """Return the contrast of the tips; that of a pair is right where it is pressed level."""
     if not sensor.design.tips.tip_layout.is_pair:
         return sensor.contrast
@@ -182,7 +169,7 @@ def _moves(held: Floats, index: int) -> Floats:
     return np.where(np.isfinite(changes), changes, np.inf)
 
 
-def _off_elastic(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
+def _off_elastic(sensor: Sensor, law: ContrastLaw, first_touch: float) -> float:
     """Return by how much the law of the contrast misses the forces that are solved at full travel [1]."""
     design = sensor.design
     E = np.array(design.fruit.E_MPa)

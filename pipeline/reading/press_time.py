@@ -7,15 +7,15 @@ import numpy as np
 from cad.design.reading import LARGEST_TOUCH_FRACTION, LEAST_OVER_NOISE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RisingPress
-from pipeline.reading.measurement import RISE_TRAVELS, PressedSensor
 from pipeline.reading.poses import Placement
+from pipeline.reading.sensor import RISE_TRAVELS, Sensor
 from solve.contact.linear_response import travels
 
 SAMPLES = 60
 """Of a press by hand, which slows to a stop: x = X (1 - (1 - t / T)^2)."""
 
 
-def fastest_press(sensor: PressedSensor) -> float | None:
+def fastest_press(sensor: Sensor) -> float | None:
     """Return the shortest duration [s] of a press by hand, from the first touch to its deepest point, that tells E.
 
     The times of the channels then leave 2 % of E open on level fruit, one standard deviation, and enough samples follow
@@ -25,7 +25,7 @@ def fastest_press(sensor: PressedSensor) -> float | None:
     if signal is None:
         return None
     design = sensor.design
-    forces = sensor.presses([design.largest_E_MPa], [Placement()]).F[0, 0]
+    forces = sensor.presses([design.fruit.largest_E_MPa], [Placement()]).F[0, 0]
     x = np.concatenate([[0.0], travels(design.press.travel_mm, RISE_TRAVELS)])
     forces = np.concatenate([np.zeros((1, forces.shape[1])), np.nan_to_num(forces)])
     at = design.press.travel_mm * (1.0 - np.linspace(1.0, 0.0, SAMPLES + 1) ** 2)

@@ -4,12 +4,12 @@ from concurrent.futures import Executor, Future
 from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
-from cad.design.parameters import Design
 from cad.quantity import Estimate
 from cad.verdict import Verdict
 from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import fastest_design_press
+from pipeline.reading.press_time import fastest_press
+from pipeline.reading.sensor import Sensor
 from pipeline.report.cad_tasks import write_fabrication_files
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_to_read
 from pipeline.springs.leaf_lengths import COARSE
@@ -18,30 +18,23 @@ from pipeline.storage.cache import cached
 from pipeline.storage.kept_files import Verdicts, kept_files
 from pipeline.storage.workers import finished, submit
 from pipeline.verdicts.rules import margin_verdict
-from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import sideways_stiffness
 
 SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
 
 
-def begin_fabrication(
-    design: Design,
-    contact: FruitCompliance,
-    springs: FittedSprings,
-    options: RunOptions,
-    folder: Path,
-    executor: Executor | None,
-) -> Future[Verdicts]:
+def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executor: Executor | None) -> Future[Verdicts]:
     """Let the files for fabrication be written beside the solids, where asked for; none where no housing can be made.
 
     The result is the verdicts on cover and bracket. The future raises OSError where a file cannot be written,
     ExportError where one read back has another volume.
     """
+    design, springs = sensor.design, sensor.springs
     housing = springs.housing
     if not options.fabrication or housing is None:
         return finished(())
     to_read = springs_to_read(design, springs)
-    fastest_s = None if design.readout is None else fastest_design_press(design, contact, springs)
+    fastest_s = fastest_press(sensor)
     inputs = {
         "design": design_as_mapping(design),
         "process": springs.process,

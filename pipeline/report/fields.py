@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.design.parameters import Design
 from cad.quantity import InputError
 from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
+from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import ScenePress, scene_of
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import attached_to
@@ -16,7 +16,6 @@ from pipeline.storage.vtu import write_vtu
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
 from solve.elasticity import NodalFields
-from solve.fruit.compliance import FruitCompliance
 from solve.housing.clamped_half import ClampedHalf, clamped_half
 from solve.housing.fields import fields_of, most_strained_node
 from solve.housing.stiffness import displacements, leaf_faces
@@ -26,20 +25,14 @@ _ROWS = (0, 1, 2, 0, 1, 0)  # of a tensor: xx, yy, zz, xy, yz, xz
 _COLUMNS = (0, 1, 2, 1, 2, 2)
 
 
-def write_fields(
-    design: Design,
-    contact: FruitCompliance,
-    springs: FittedSprings,
-    press: ScenePress,
-    options: RunOptions,
-    folder: Path,
-) -> tuple[str, ...]:
+def write_fields(sensor: Sensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
     """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; with `options.fields` its fields, and fruit.vtu.
 
     Fields at the nodes are displacement [mm], stress and its von Mises value [MPa], and the largest principal strain
     [1], with a mark where it is largest on the leaves of each spring. The housing is under the forces at which the root
     strain of each spring is judged, the fruit under those of the scene. Returns why a file is left out, if one is.
     """
+    springs = sensor.springs
     if not options.fields:
         if springs.housing is not None:
             write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {})
@@ -48,11 +41,11 @@ def write_fields(
         _write_flexure(springs, folder)
     except SolveError as error:
         return (f"the fields of housing and fruit are left out: {error}",)
-    scene = scene_of(design, press.height_offsets)
+    scene = scene_of(sensor.design, press.height_offsets)
     E = float(press.at_largest_E.E[-1])
     try:
-        pressure = footprint_pressure(scene, contact, springs.C, E, design.press.travel_mm)
-        mesh, fields = fruit_fields(design.fruit, pressure)
+        pressure = footprint_pressure(scene, sensor.contact, sensor.C, E, scene.press.travel_mm)
+        mesh, fields = fruit_fields(scene.fruit, pressure)
     except (InputError, SolveError) as error:
         return (f"fruit.vtu is left out: {error}",)
     write_vtu(folder / "fruit.vtu", mesh, field_arrays(fields))

@@ -77,24 +77,15 @@ def _check_skin(scene: Scene) -> None:
         raise validation_error("fruit.skin_mm", thickness, "mm", bound, hint)
 
 
-def press_scene(
-    design: Design,
-    contact: FruitCompliance,
-    C: Floats,
-    height_offsets: Sequence[float] = (),
-    sideways: SidewaysGive | None = None,
-) -> ScenePress:
-    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `pressed_at`.
-
-    Height offsets [mm] are those of the tips before the foremost one, none where all are level.
-    """
-    scene = scene_of(design, height_offsets, sideways)
+def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress:
+    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `pressed_at`."""
+    fruit = scene.fruit
     moduli = curve_moduli(scene)
     ends_and_middle = moduli[[0, len(moduli) // 2, -1]]
     return ScenePress(
-        table=pressed_at(scene, contact, C, design.fruit.E_MPa, TRAVELS),
+        table=pressed_at(scene, contact, C, fruit.E_MPa, TRAVELS),
         scan=press_scan(scene, contact, C),
-        at_largest_E=pressed_at(scene, contact, C, [design.largest_E_MPa], 1),
+        at_largest_E=pressed_at(scene, contact, C, [fruit.largest_E_MPa], 1),
         curve=pressed_at(scene, contact, C, moduli, CURVE_TRAVELS),
         tilted=_tilted_presses(scene, contact, C, ends_and_middle),
         height_offsets=scene.height_offset_mm,

@@ -23,7 +23,6 @@ from cad.theory.strain_gauge import FOIL
 from cad.theory.two_spring_law import Springs
 from mesh.session import MeshError
 from pipeline.options import RunOptions
-from pipeline.response.scene_press import ScenePress, press_scene
 from pipeline.springs.leaf_lengths import FittedHousing, fit_lengths
 from pipeline.springs.mounts import mount_changes, sideways_give
 from pipeline.springs.rough_fit import fit_roughly
@@ -31,7 +30,6 @@ from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from solve.contact.linear_response import spring_compliance
 from solve.contact.scene import SidewaysGive
-from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
 
 GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
@@ -304,12 +302,6 @@ def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[floa
         return ()
     of_kind = {spring.name: sag - max(sags) for spring, sag in zip(springs.springs, sags, strict=True)}
     return tuple(of_kind[kind] for kind in springs.tips.springs)
-
-
-def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSprings) -> ScenePress:
-    """Return the presses of the springs as they are made, whose tips their weight may set off level."""
-    offsets = tip_height_offsets(springs, design.press.attitude)
-    return press_scene(design, contact, springs.C, offsets, springs.sideways)
 
 
 def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:

@@ -74,7 +74,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
         K_m_over_E=K_m_over_E,
         K_m_max=K_m_max,
         K_m_max_contact=fruit.E_max_MPa * stiffest.K_m_over_E(),
-        K_m_at_largest_E=design.largest_E_MPa * pair.at(design.largest_E_MPa).K_m_over_E(),
+        K_m_at_largest_E=design.fruit.largest_E_MPa * pair.at(design.fruit.largest_E_MPa).K_m_over_E(),
         stiffening=stiffening,
         stiffness_ratio=stiffest.stiffness_ratio(),
         sizing_stiffness_ratio=ratio,

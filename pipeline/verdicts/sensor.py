@@ -7,6 +7,7 @@ from cad.quantity import Estimate
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
 from pipeline.reading.analysis import Readings
+from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of, spring_shares
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.sizing import SpringSizing
@@ -25,34 +26,26 @@ from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
 
 
-def reached_targets(
-    design: Design, contact: FruitCompliance, sizing: SpringSizing, springs: FittedSprings, press: ScenePress | None
-) -> SceneTargets:
+def reached_targets(sensor: Sensor, sizing: SpringSizing, press: ScenePress | None) -> SceneTargets:
     """Return P_max and NL of a sensor in its own scene; those of a level sensor where it was not pressed.
 
     More tips than two are evaluated by the pair that stands for them.
     """
-    contact = contact.per_spring(*design.tips.spring_groups)
-    springs = springs.per_spring
-    pair = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
-    return scene_targets(pair, design.nominal_targets, contact, springs.C, press)
+    pair = sensor.pair
+    law = characteristic(pair.contact, sizing, pair.springs.stiffnesses, pair.springs.errors)
+    return scene_targets(law, sensor.design.nominal_targets, pair.contact, pair.C, press)
 
 
 def sensor_verdicts(
-    design: Design,
-    contact: FruitCompliance,
-    springs: FittedSprings,
-    press: ScenePress | None,
-    readings: Readings | None,
-    reached: SceneTargets,
+    sensor: Sensor, press: ScenePress | None, readings: Readings | None, reached: SceneTargets
 ) -> tuple[Verdict, ...]:
     """Return the verdicts on readings or force ratio, springs and tips; without a press none that needs it.
 
     A design with a reading is evaluated by that, not by its force ratio. A line gets no verdicts on
     parts.
     """
-    contact = contact.per_spring(*design.tips.spring_groups)
-    springs = springs.per_spring
+    design = sensor.design
+    springs = sensor.springs.per_spring
     by_ratio = design.reading is None
     verdicts = list(reading_verdicts(design, readings))
     if by_ratio and design.targets is not None and (press is not None or scene_of(design).linear):
@@ -73,17 +66,19 @@ def sensor_verdicts(
             verdicts.append(tip_face_verdict(design, press))
         limits = design.fruit.bruise_limits_MPa
         if by_ratio and limits:
-            verdicts.append(bruise_verdict(tip_pressure(design, contact, springs, press), max(limits)))
+            verdicts.append(bruise_verdict(tip_pressure(sensor, press), max(limits)))
     return tuple(verdicts)
 
 
-def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress) -> Estimate:
+def tip_pressure(sensor: Sensor, press: ScenePress) -> Estimate:
     """Return the largest mean pressure under a tip at the largest modulus and full travel, with its error [MPa]."""
-    shares = spring_shares(contact, springs.C, float(press.at_largest_E.E[-1]))
+    pair = sensor.pair
+    springs = pair.springs
+    shares = spring_shares(pair.contact, pair.C, float(press.at_largest_E.E[-1]))
     of_springs = float(np.max(shares * np.divide(springs.errors, springs.stiffnesses.stiffnesses)))
     of_contact = float(press.at_largest_E.F_error[-1, -1])
     relative = of_springs + (of_contact if of_contact > 0.0 else 0.0)  # nan where no tip is on the fruit
-    pressure = mean_tip_pressure(design, press)
+    pressure = mean_tip_pressure(sensor.design, press)
     return Estimate(pressure, relative * pressure, "MPa")
 
 
@@ -112,7 +107,7 @@ def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizin
     if not design.has_paper_scene:
         return None
     C = spring_compliance(*PAPER_SPRINGS.stiffnesses)
-    press = press_scene(design, contact, C)
+    press = press_scene(scene_of(design), contact, C)
     reached = scene_targets(characteristic(contact, sizing, PAPER_SPRINGS), PAPER_TARGETS, contact, C, press)
     return (
         *target_verdicts(reached.P_max, reached.NL, PAPER_TARGETS, _of_scene(press, reached)),

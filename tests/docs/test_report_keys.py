@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from stand_ins import CONTACT, result_of, springs_of
+from stand_ins import result_of, sensor_of
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
@@ -90,8 +90,7 @@ def read_report(tmp_path_factory):
 def timed_report():
     """Return what the report of a sensor has beside the others' keys where its fruit relaxes and a file is stale."""
     design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
-    springs = springs_of(design)
-    over_time = reading_over_time(design, CONTACT, springs.C)
+    over_time = reading_over_time(sensor_of(design))
     data = report_mapping(replace(result_of(design), over_time=over_time), stale={"sheet.md": "0"})
     return {key: data[key] for key in ("relaxation", "stale")}
 

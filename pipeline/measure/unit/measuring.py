@@ -171,7 +171,7 @@ class MeasuringUnit:
     @property
     def range_MPa(self) -> tuple[float, float]:
         """Return the least and the largest modulus that the design is made for [MPa]."""
-        return min(self.design.fruit.E_MPa), self.design.largest_E_MPa
+        return min(self.design.fruit.E_MPa), self.design.fruit.largest_E_MPa
 
     @property
     def steepest_deg(self) -> float:

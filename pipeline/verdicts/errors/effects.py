@@ -20,6 +20,7 @@ from cad.theory.sloped_skin import frictionless_press
 from cad.theory.soft_tissue import LARGEST_CHANGE, constitutive_spread, large_strain_factor, no_slip
 from cad.theory.strain_gauge import GAUGES, sandwich_gain
 from cad.theory.two_spring_law import series_stiffness, spring_give
+from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.behaviour import stiffening
 from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
@@ -93,22 +94,15 @@ class LevelSensor:
         return tuple(max(pair) for pair in zip(level, self.springs.deflections, strict=True))
 
 
-def level_sensor(
-    design: Design,
-    contact: FruitCompliance,
-    sizing: SpringSizing,
-    springs: FittedSprings,
-    mounts: Mapping[str, PerTip],
-) -> LevelSensor:
+def level_sensor(sensor: Sensor, sizing: SpringSizing, mounts: Mapping[str, PerTip]) -> LevelSensor:
     """Return what effects act on; a pair stands for more tips than two."""
-    contact = contact.per_spring(*design.tips.spring_groups)
-    springs = springs.per_spring
+    pair = sensor.pair
     return LevelSensor(
-        design=design.per_spring,
-        contact=contact,
+        design=pair.design,
+        contact=pair.contact,
         sizing=sizing,
-        springs=springs,
-        characteristic=characteristic(contact, sizing, springs.stiffnesses, springs.errors),
+        springs=pair.springs,
+        characteristic=characteristic(pair.contact, sizing, pair.springs.stiffnesses, pair.springs.errors),
         mounts=mounts,
     )
 

@@ -3,10 +3,10 @@
 import pytest
 from square_stand_ins import linear_pose_forces
 
-from pipeline.reading import measurement
+from pipeline.reading import sensor
 
 
 @pytest.fixture
 def linear_world(monkeypatch):
     """Let every press of the readings be linear."""
-    monkeypatch.setattr(measurement, "pose_forces", linear_pose_forces)
+    monkeypatch.setattr(sensor, "pose_forces", linear_pose_forces)

@@ -12,15 +12,18 @@ from square_stand_ins import (
     square_design,
     square_springs,
 )
+from stand_ins import with_compliance
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
 from cad.theory.contrast_law import read_modulus
-from pipeline.reading import measurement
+from pipeline.reading import sensor as sensor_module
 from pipeline.reading.analysis import error_analysis, skin_pressures, touch_fraction
+from pipeline.reading.measurement import LEVEL_MODULI, rise_model
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
+from pipeline.reading.sensor import RISE_TRAVELS, Presses
 from pipeline.verdicts.rules import analysis_verdicts, skin_verdict
 from solve.contact.domes.body import Body
 from solve.contact.domes.geometry import dome_poses
@@ -38,7 +41,7 @@ def assessed(design=None):
 
 
 def sensor_of(design):
-    return measurement.pressed_sensor(design, square_contact(), square_springs())
+    return with_compliance(design, square_contact(), square_springs())
 
 
 def outcomes(found, design):
@@ -63,7 +66,7 @@ def test_heights_of_the_tips_drop_out(monkeypatch):
         F = np.array(made.F) + moved
         return dataclasses.replace(made, F=np.where((made.F > 0.0) & (F > 0.0), F, 0.0))
 
-    monkeypatch.setattr(measurement, "pose_forces", on_uneven_tips)
+    monkeypatch.setattr(sensor_module, "pose_forces", on_uneven_tips)
     design = square_design(tilt_deg=0.5)
     found = assessed(design)
     assert found.bias.value < 1e-9
@@ -101,7 +104,7 @@ def judged_with_round_off(design, monkeypatch, seed):
         )
         return dataclasses.replace(made, F=made.F * factors, mean_pressure=made.mean_pressure * factors)
 
-    monkeypatch.setattr(measurement, "pose_forces", leaning)
+    monkeypatch.setattr(sensor_module, "pose_forces", leaning)
     sensor = sensor_of(design)
     found, pressures = error_analysis(sensor, design.reading), skin_pressures(sensor)
     bias, uncertainty, _ = analysis_verdicts(found, design.reading)
@@ -126,7 +129,7 @@ def test_planted_misread_spring_fails_the_bias(monkeypatch):
         from_touch = np.array([pose.from_touch for pose in poses])
         return dataclasses.replace(by_hand, F=np.where(from_touch[:, None], by_hand.F, by_stand.F))
 
-    monkeypatch.setattr(measurement, "pose_forces", stiffer)
+    monkeypatch.setattr(sensor_module, "pose_forces", stiffer)
     found = assessed(design)
     assert found.bias.value > 0.02
     assert outcomes(found, design)["reading.bias"] is False
@@ -138,8 +141,8 @@ def test_level_readings_of_a_pair_off_the_middle_undo_what_its_line_makes_of_the
     S = np.array([[0.8, 0.04], [0.04, 0.83]])
     contact = dataclasses.replace(square_contact(), tips=design.tips.names, S=S, shape_change=np.zeros((2, 2)))
     C = np.diag([1.1, 0.05])
-    sensor = measurement.pressed_sensor(design, contact, C)
-    model = measurement.rise_model(sensor)
+    sensor = with_compliance(design, contact, C)
+    model = rise_model(sensor)
     for E in (0.5, 1.3, 3.5):
         press = np.outer(np.linspace(0.1, 1.0, 12), np.linalg.solve(C + S / E, [0.6, 0.6]))
         by_line = dataclasses.replace(model, level=()).modulus(press)
@@ -195,7 +198,7 @@ def test_poses_whose_contact_runs_off_the_face_have_no_reading_and_fail(monkeypa
             made, F=np.where(tilted[:, None], np.nan, made.F), face_mm=np.where(tilted, wide, 0.0)
         )
 
-    monkeypatch.setattr(measurement, "pose_forces", off_face_where_tilted)
+    monkeypatch.setattr(sensor_module, "pose_forces", off_face_where_tilted)
     found = assessed(design)
     assert f"{wide:.3g} mm" in found.refused
     assert found.bias.value < 1e-9
@@ -222,9 +225,9 @@ def test_level_press_without_a_reading_is_left_out_of_the_level_readings(monkeyp
         made = linear_pose_forces(scene, contact, C, poses)
         return dataclasses.replace(made, F=made.F * (1.0 + 1e-3 * np.array([-1.0, 1.0, -1.0, 1.0])))
 
-    monkeypatch.setattr(measurement, "pose_forces", off)
-    rows = measurement.rise_model(sensor_of(hard(1e6))).level
-    moduli = np.geomspace(0.5, 1e6, measurement.LEVEL_MODULI).tolist()
+    monkeypatch.setattr(sensor_module, "pose_forces", off)
+    rows = rise_model(sensor_of(hard(1e6))).level
+    moduli = np.geomspace(0.5, 1e6, LEVEL_MODULI).tolist()
     assert [row.E_MPa for row in rows] == pytest.approx(moduli[: len(rows)])
     assert 1 <= len(rows) < len(moduli)
 
@@ -244,7 +247,7 @@ def test_touch_is_where_the_force_of_the_last_tip_begins(tilt):
             per_mm, at_touch = np.linalg.solve(C + S / E, np.stack([np.ones(4), lowered], axis=1)).T
             expected = max(expected, float((-at_touch / per_mm).max()) / 0.6)
     assert abs(found.touch.value - expected) <= found.touch.error + 1e-9
-    assert found.touch.error <= 0.5 / measurement.RISE_TRAVELS
+    assert found.touch.error <= 0.5 / RISE_TRAVELS
     assert outcomes(found, design)["reading.touch"] is (expected < 0.5)
 
 
@@ -274,11 +277,11 @@ def test_touch_of_domes_is_within_its_bar(angle, E):
     pose = Pose(E=E, travel=0.9, tilt_deg=(3.0 * np.cos(toward), 3.0 * np.sin(toward)), from_touch=True)
     fine = dome_press(pose, np.linspace(0.0, 0.9, 901)[1:])
     expected = float(np.argmax((fine > 0.0).all(axis=1))) / 900
-    count = measurement.RISE_TRAVELS
+    count = RISE_TRAVELS
     F = dome_press(pose, np.linspace(0.0, 0.9, count + 1)[1:])[None, None]
     none = np.zeros_like(F)
     face = np.zeros((1, 1))
-    presses = measurement.Presses(
+    presses = Presses(
         moduli=(E,), placements=(Placement(),), F=F, flesh=none, mean_pressure=none, error=none, face_mm=face
     )
     found = touch_fraction(presses)

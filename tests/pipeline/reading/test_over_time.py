@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from square_stand_ins import square_contact, square_design, square_springs
-from stand_ins import CONTACT, springs_of
+from stand_ins import CONTACT, sensor_of, springs_of, with_compliance
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
@@ -27,7 +27,7 @@ def relaxing(arms=ORANGE, speed=0.6, hold=900.0, **tables):
 
 
 def over_time(design):
-    return reading_over_time(design, CONTACT, springs_of(design).C)
+    return reading_over_time(sensor_of(design))
 
 
 def test_flesh_that_is_not_said_to_relax_costs_nothing():
@@ -98,7 +98,9 @@ def test_square_of_whole_faces_reads_as_its_pair():
     square = square_design()
     fruit = dataclasses.replace(square.fruit, relaxation=((0.4, 2.0),))
     press = dataclasses.replace(square.press, speed_mm_per_s=0.5, hold_s=3.0)
-    found = reading_over_time(dataclasses.replace(square, fruit=fruit, press=press), square_contact(), square_springs())
+    found = reading_over_time(
+        with_compliance(dataclasses.replace(square, fruit=fruit, press=press), square_contact(), square_springs())
+    )
     fallen = found.apparent[:, found.stop :] / found.E[:, None]
     assert (np.diff(fallen, axis=1) < 0.0).all()
     assert (fallen < 1.0).all()

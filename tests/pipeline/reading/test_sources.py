@@ -7,14 +7,17 @@ import pytest
 from scipy.optimize import root
 from square_stand_ins import linear_pose_forces, square_contact, square_design, square_springs
 from squares import GENTLE
+from stand_ins import with_compliance
 
 from cad.design.reading import PRESS_SAMPLES, Reading
 from cad.fabrication.bridges import SignalPath
 from cad.theory.contrast_law import contrast_weights, stiffened
 from cad.theory.contrast_rise import RollingDomes
-from pipeline.reading import measurement
+from pipeline.reading import sensor as sensor_module
 from pipeline.reading.analysis import error_analysis
-from pipeline.reading.measurement import RISE_TRAVELS, RiseModel, intervals_by_hand, pressed_sensor, rise_model
+from pipeline.reading.measurement import RiseModel, intervals_by_hand, rise_model
+from pipeline.reading.poses import Placement
+from pipeline.reading.sensor import RISE_TRAVELS
 from pipeline.reading.uncertainty import Channels, mean_sources, noise_to_reach, uncertainty_sources
 from pipeline.response.contact import contact_compliance
 from solve.contact.domes import law
@@ -97,8 +100,8 @@ def pressed(request):
     if request.param == "domes":
         return Pressed(domes(), 0.9)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measurement, "pose_forces", linear_pose_forces)
-        model = rise_model(pressed_sensor(square_design(), square_contact(), square_springs()))
+        patch.setattr(sensor_module, "pose_forces", linear_pose_forces)
+        model = rise_model(with_compliance(square_design(), square_contact(), square_springs()))
     return Pressed(model.law, 0.6)
 
 
@@ -249,10 +252,10 @@ def test_sources_of_readings_that_occur_alike_add_by_their_mean_squares(pressed)
 
 def test_flesh_of_another_ratio_moves_a_square_of_flat_tips_as_told(monkeypatch):
     """On a half-space all of the compliance is proportional to 1 - nu^2: forces in closed form."""
-    monkeypatch.setattr(measurement, "pose_forces", linear_pose_forces)
+    monkeypatch.setattr(sensor_module, "pose_forces", linear_pose_forces)
     design = square_design(tilt_deg=1.0)
     fruit = design.fruit
-    sensor = pressed_sensor(design, square_contact(), square_springs())
+    sensor = with_compliance(design, square_contact(), square_springs())
     told = error_analysis(sensor, design.reading)
     other = fruit.poisson + 0.5 * fruit.poisson_spread  # the spread is two standard deviations
     softer = (1.0 - other**2) / (1.0 - fruit.poisson**2)
@@ -266,10 +269,10 @@ def test_flesh_of_another_ratio_moves_a_square_of_flat_tips_as_told(monkeypatch)
 
 def test_ratio_near_one_half_is_moved_down(monkeypatch):
     """From 0.49 by a standard deviation of 0.025: up there is no flesh of more than a half."""
-    monkeypatch.setattr(measurement, "pose_forces", linear_pose_forces)
+    monkeypatch.setattr(sensor_module, "pose_forces", linear_pose_forces)
     design = square_design(tilt_deg=1.0)
     design = dataclasses.replace(design, fruit=dataclasses.replace(design.fruit, poisson=0.49))
-    told = error_analysis(pressed_sensor(design, square_contact(), square_springs()), design.reading)
+    told = error_analysis(with_compliance(design, square_contact(), square_springs()), design.reading)
     expected = (1.0 - 0.49**2) / (1.0 - 0.465**2) - 1.0
     assert told.moduli[0].sources.contributions["poisson"] == pytest.approx(-expected, rel=1e-9)
 
@@ -283,7 +286,7 @@ def gentle():
         reading=Reading(tilt_deg=1.0, off_centre_mm=0.0, radius_spread=0.05, thickness_mm=(8.0, 20.0)),
     )
     design = dataclasses.replace(design, tips=dataclasses.replace(design.tips, side_mm=5.8))
-    sensor = pressed_sensor(
+    sensor = with_compliance(
         design, contact_compliance(design.fruit, design.tips), spring_compliance(0.3, 2.0, 0.3, 2.0)
     )
     return sensor, error_analysis(sensor, design.reading)
@@ -293,7 +296,7 @@ def bias_on(sensor, fruit, modulus):
     """Return E read / E - 1 of a level press on another fruit, whose compliance is solved anew."""
     design = dataclasses.replace(sensor.design, fruit=fruit)
     other = dataclasses.replace(sensor, design=design, contact=contact_compliance(fruit, design.tips))
-    press = other.presses([modulus], [measurement.Placement(from_touch=True)], RISE_TRAVELS).F[0, 0]
+    press = other.presses([modulus], [Placement(from_touch=True)], RISE_TRAVELS).F[0, 0]
     return rise_model(sensor).modulus(press) / modulus - 1.0
 
 

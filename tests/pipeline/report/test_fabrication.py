@@ -1,7 +1,7 @@
 """Sideways stiffness as a verdict: what passes, what a thin plate does, what an error bar leaves open."""
 
 import pytest
-from stand_ins import springs_of
+from stand_ins import sensor_of, springs_of
 
 from cad.design.parameters import Design
 from pipeline.options import RunOptions
@@ -31,6 +31,6 @@ def test_sideways_stiffness_against_its_least_share(name, ratio, step, passed):
 @pytest.mark.parametrize(("made", "fabrication"), [(True, False), (False, True)])
 def test_nothing_is_made_unasked_or_where_no_housing_is(made, fabrication, tmp_path):
     options, springs = RunOptions(fabrication=fabrication), springs_of(Design(), made=made)
-    assert begin_fabrication(Design(), None, springs, options, tmp_path, None).result() == ()
+    assert begin_fabrication(sensor_of(Design(), springs), options, tmp_path, None).result() == ()
     assert sideways_verdicts(springs, options) == ()
     assert list(tmp_path.iterdir()) == []

@@ -19,8 +19,7 @@ def write(default_run, tmp_path_factory):
 
     def written():
         folder = tmp_path_factory.mktemp("fields")
-        given = (result.design, result.contact, result.springs, result.press)
-        assert write_fields(*given, options, folder) == ()
+        assert write_fields(result.sensor, result.press, options, folder) == ()
         return pv.read(folder / "flexure.vtu"), pv.read(folder / "fruit.vtu")
 
     return written

@@ -11,7 +11,7 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
-from pipeline.response.scene_press import TRAVELS, mean_tip_pressure, press_scene, spring_shares
+from pipeline.response.scene_press import TRAVELS, mean_tip_pressure, press_scene, scene_of, spring_shares
 from solve.contact.scene import check_scene
 
 
@@ -53,13 +53,13 @@ def test_spread_of_the_tilt_that_contact_cannot_solve_is_left_out(tilt, presses,
     """At 20 deg the slopes are no longer small; a press at 19.5 deg is solved, only not one degree steeper."""
     monkeypatch.setattr(pipeline.response.scene_press, "scene_response", lambda scene, *_: check_scene(scene))
     design = Design(press=Press(tilt_deg=tilt, tilt_spread_deg=1.0))
-    assert len(press_scene(design, CONTACT, np.eye(2)).tilted) == presses
+    assert len(press_scene(scene_of(design), CONTACT, np.eye(2)).tilted) == presses
 
 
 def test_presses_end_where_the_design_says():
     """The table at full travel and each modulus shown, the scan at E_max, the hardest at the largest of all."""
     design = Design(fruit=Fruit(E_MPa=(1.0, 10.0), E_max_MPa=3.5))
-    press = press_scene(design, CONTACT, springs_of(design).C)
+    press = press_scene(scene_of(design), CONTACT, springs_of(design).C)
     assert press.table.E.tolist() == [1.0, 10.0]
     assert (len(press.table.x), press.table.x[-1]) == (TRAVELS, design.press.travel_mm)
     assert (press.scan.E[0], press.scan.E[-1]) == (1.0, 3.5)

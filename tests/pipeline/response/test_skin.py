@@ -5,12 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 from squares import BALL
+from stand_ins import with_compliance
 
 from cad.quantity import InputError
 from cad.theory.two_spring_law import Springs, curve_nonlinearity, curve_shares, force_ratio, nonlinearity, size_springs
 from pipeline.evaluate import refuse_unsolvable
 from pipeline.options import RunOptions, contact_inputs, load_design
-from pipeline.reading.measurement import pressed_sensor, rise_model
+from pipeline.reading.measurement import rise_model
 from pipeline.reading.over_time import refuse_unsolvable_time
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.sizing import fruit_stiffening, spring_sizing
@@ -80,7 +81,7 @@ def test_stiffening_is_the_fruit_stiffness_over_the_modulus(contact):
 def test_a_press_under_a_skin_reads_the_modulus_of_the_flesh(contact):
     design = load_design("paper", SKIN)
     C = spring_compliance(1.3, 49.0)
-    model = rise_model(pressed_sensor(design, contact, C))
+    model = rise_model(with_compliance(design, contact, C))
     for E in (0.5, 1.2, 3.5):
         x = np.linspace(0.1, 0.6, 12)
         press = scene_response(scene_of(design), contact, C, [E], x).F[0]
@@ -90,7 +91,7 @@ def test_a_press_under_a_skin_reads_the_modulus_of_the_flesh(contact):
 
 
 def test_readings_are_corrected_by_more_rows_under_a_skin(contact):
-    sensor = pressed_sensor(load_design("paper", SKIN), contact, spring_compliance(1.3, 49.0))
+    sensor = with_compliance(load_design("paper", SKIN), contact, spring_compliance(1.3, 49.0))
     assert len(rise_model(sensor).level) == 25
 
 

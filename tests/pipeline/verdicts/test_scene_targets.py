@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from stand_ins import CONTACT, sizing_of, springs_of
+from stand_ins import CONTACT, sensor_of, sizing_of, springs_of
 
 from cad.design.parameters import Design, Targets
 from cad.design.tips import Press
 from cad.verdict import Verdict
-from pipeline.response.scene_press import ScenePress, press_scene
+from pipeline.response.scene_press import ScenePress, press_scene, scene_of
 from pipeline.verdicts.sensor import reached_targets, sensor_verdicts
 from pipeline.verdicts.targets import SceneTargets
 
@@ -30,9 +30,9 @@ class Checked:
 def checked(design, height_offsets=()):
     """Return the press of springs of the design's targets, what it reaches, and its verdicts by name."""
     springs = springs_of(design)
-    press = press_scene(design, CONTACT, springs.C, height_offsets)
-    reached = reached_targets(design, CONTACT, sizing_of(design), springs, press)
-    verdicts = sensor_verdicts(design, CONTACT, springs, press, None, reached)
+    press = press_scene(scene_of(design, height_offsets), CONTACT, springs.C)
+    reached = reached_targets(sensor_of(design, springs), sizing_of(design), press)
+    verdicts = sensor_verdicts(sensor_of(design, springs), press, None, reached)
     return Checked(press, reached, {verdict.name: verdict for verdict in verdicts})
 
 

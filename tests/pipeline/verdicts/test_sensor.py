@@ -3,10 +3,10 @@
 import dataclasses
 
 import pytest
-from stand_ins import CONTACT, result_of, sizing_of, springs_of
+from stand_ins import CONTACT, result_of, sensor_of, sizing_of, springs_of
 
 from cad.design.parameters import Design, Targets
-from pipeline.response.scene_press import press_scene
+from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.verdicts.sensor import paper_verdicts, tip_pressure
 
 ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high"]
@@ -25,12 +25,12 @@ def test_every_run_has_the_same_verdicts_then_those_on_its_solid():
 def test_error_of_the_pressure_is_that_of_the_worst_spring_and_of_the_contact(solved, added):
     """A spring's relative error moves its force by the spring's share (1/K) / (1/K + 1/K_m) of the compliance."""
     design, springs = Design(), springs_of(Design())
-    press = press_scene(design, CONTACT, springs.C)
+    press = press_scene(scene_of(design), CONTACT, springs.C)
     hardest = press.at_largest_E
     known = dataclasses.replace(
         press, at_largest_E=dataclasses.replace(hardest, F_error=hardest.F_error * 0.0 + solved)
     )
-    pressure = tip_pressure(design, CONTACT, springs, known)
+    pressure = tip_pressure(sensor_of(design, springs), known)
     K_m = 3.5 * CONTACT.K_m_over_E()
     shares = [K_m / (K_m + spring.stiffness) * spring.K.relative for spring in springs.springs]
     assert pressure.relative == pytest.approx(max(shares) + added, rel=1e-9)

@@ -10,7 +10,7 @@ from stand_ins import CONTACT, springs_of
 
 from cad.design.parameters import Design
 from cad.design.tips import Press
-from pipeline.response.scene_press import press_scene
+from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.verdicts.rules import tip_face_verdict
 
 HIGH_FORCE = 1.98  # [N] on a high tip of the gentle square at E 3.5 MPa
@@ -20,7 +20,7 @@ HIGH_FORCE = 1.98  # [N] on a high tip of the gentle square at E 3.5 MPa
 def press():
     """Return a press of four tips: forces at full travel at three moduli, whatever they come from."""
     design = Design()
-    found = press_scene(design, CONTACT, springs_of(design).C)
+    found = press_scene(scene_of(design), CONTACT, springs_of(design).C)
     forces = np.array([[0.15, 0.4, 0.15, 0.4], [0.2, 0.7, 0.2, 0.7], [0.3, HIGH_FORCE, 0.3, HIGH_FORCE]])
     table = replace(found.table, E=np.array([0.5, 1.0, 3.5]), F=forces[:, None, :])
     return replace(found, table=table)

@@ -172,7 +172,7 @@ def covered(measured, rng, calibrate, with_plate=False):
     """Return the share of fruit whose modulus lies in the bar of its reading, each pressed by a unit of its own."""
     inside = []
     per_K = measured.design.process.E_per_K
-    softest, firmest = np.log(measured.design.fruit.E_MPa[0]), np.log(measured.design.largest_E_MPa)
+    softest, firmest = np.log(measured.design.fruit.E_MPa[0]), np.log(measured.design.fruit.largest_E_MPa)
     for _ in range(UNITS):
         factors = rng.normal(1.0, 0.12, len(measured.K)).clip(0.7, 1.3)
         electronics = Electronics(measured, rng)
@@ -210,7 +210,7 @@ def test_a_plate_takes_off_what_a_dial_is_wrong_by(mango, rng, calibrate):
     electronics = Electronics(mango, rng)
     table = weights(mango, factors, electronics, dial=mango.design.tips.each(1.02, 0.98))
     plate = plate_press(mango, factors, electronics)
-    E = mango.design.largest_E_MPa
+    E = mango.design.fruit.largest_E_MPa
     rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, E, factors))])
     readings = []
     for calibration in (calibrate(mango.report, table), calibrate(mango.report, table, plate)):
@@ -261,7 +261,7 @@ def test_a_unit_without_the_plate_of_its_design_is_told_so(mango, ball, rng, cal
 def test_a_travel_that_is_rounded_is_so_for_all_tips(mango, rng, calibrate):
     """A dial of 0.01 mm: E is off by at most 1.5 of what a slope by it is, and the bar hardly grows."""
     electronics = Electronics(mango, rng)
-    E = mango.design.largest_E_MPa
+    E = mango.design.fruit.largest_E_MPa
     rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, E))])
     readings = []
     for digits in (3, 2):

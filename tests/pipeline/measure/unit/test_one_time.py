@@ -22,7 +22,6 @@ from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.presses import readings_of, sensor_times
 from pipeline.measure.unit.signals import Signal
 from pipeline.options import load_design
-from pipeline.reading.measurement import pressed_sensor
 from pipeline.reading.press_time import fastest_press
 from solve.contact.poses import Pose
 
@@ -81,6 +80,13 @@ def with_path(sensor, **changed):
     read_out = sensor.report.read_out
     signal = replace(read_out.signal, **changed)
     return replace(sensor, report=replace(sensor.report, read_out=replace(read_out, signal=signal)))
+
+
+def with_signal(sensor, signal):
+    """Return a sensor whose forces are read by another signal path."""
+    other = replace(sensor)
+    vars(other)["signal"] = signal
+    return other
 
 
 def told(sensor, skew_ms):
@@ -228,7 +234,7 @@ def read_pair(sensor, forces):
 def test_fastest_press_of_a_pair_is_the_one_that_is_flagged_also_by_firmware(paper, on_foil, tmp_path):
     signal = on_foil.report.read_out.signal
     assert (signal.delays, signal.time_error_ms) == ((), 50.0)
-    fastest = fastest_press(replace(pressed_sensor(paper.design, paper.contact, paper.C), signal=signal))
+    fastest = fastest_press(with_signal(paper.sensor, signal))
     module = {}
     exec(micropython(on_foil), module)
     for duration, too_fast in ((0.9 * fastest, True), (1.1 * fastest, False)):
@@ -345,14 +351,14 @@ def test_delays_of_other_tips_and_longer_than_a_sample_are_refused(delay):
 def test_fastest_press_is_the_one_that_is_flagged(mango):
     """At 5 Hz the samples decide: seven after half of the travel. At 100 Hz loose times do, and the flag agrees."""
     sensor = mango.measuring(percent=1.0, gain_percent=0.5)
-    pressed = pressed_sensor(mango.design, mango.contact, mango.C, (), mango.sideways)
+    pressed = mango.sensor
     signal = mango.report.read_out.signal
     slow = replace(signal, rate_Hz=5.0, time_error_ms=0.0)
-    assert fastest_press(replace(pressed, signal=slow)) == pytest.approx(7.0 / 5.0 * math.sqrt(2.0))
+    assert fastest_press(with_signal(pressed, slow)) == pytest.approx(7.0 / 5.0 * math.sqrt(2.0))
     assert mango.report.read_out.fastest_press_s < 0.6
     loose = {"delay_ms": (), "rate_Hz": 100.0, "time_error_ms": 3.0}
     signal = replace(signal, **loose)
-    fastest = fastest_press(replace(pressed, signal=signal))
+    fastest = fastest_press(with_signal(pressed, signal))
     assert 0.3 < fastest < 10.0
     travel = np.linspace(0.02, 1.0, 40) * mango.design.press.travel_mm
     forces = mango.forces([Pose(E=3.5, travel=x) for x in travel.tolist()])

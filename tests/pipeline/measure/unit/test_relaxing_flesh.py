@@ -117,7 +117,7 @@ def test_saddle_drops_out_of_a_press_on_flesh_that_relaxes(square):
 def test_pair_reads_the_first_instant_however_one_tip_leads(pair, lead):
     """0.05 mm over 8 mm are 0.36 degrees, by which the force ratio alone would be 10 % off."""
     times = times_of(pair.design)
-    level = reading_over_time(pair.design, pair.contact, pair.C)
+    level = reading_over_time(pair.sensor)
     late = pair.design.stop_s + LATE * pair.design.press.hold_s
     for E, apparent in ((0.5, level.apparent[0]), (2.5, level.apparent[4])):
         reading = read_log(pair, times, pair_press(pair, E, times, lead))

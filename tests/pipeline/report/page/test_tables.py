@@ -13,7 +13,7 @@ from cad.design.reading import PRESS_SAMPLES
 from cad.design.tips import Press
 from cad.theory.two_spring_law import fruit_stiffness
 from pipeline.options import load_design
-from pipeline.reading.measurement import pressed_sensor, rise_model
+from pipeline.reading.measurement import rise_model
 from pipeline.reading.poses import Placement
 from pipeline.report.page.tables import page_tables
 from pipeline.response.scene_press import scene_of
@@ -133,9 +133,7 @@ def test_numbers_over_the_tilt_are_those_of_a_solve(preset_page, open_page, rng)
     moduli, tilts, settings = random_settings(page, rng, "tilt")
     assert np.ptp(tilts) > design.reading.tilt_deg
     found = evaluated(page, settings)
-    sensor = pressed_sensor(
-        design, result.contact, result.springs.C, result.press.height_offsets, result.springs.sideways
-    )
+    sensor = result.sensor
     placements = [Placement(tilt_deg=(tilt, 0.0)) for tilt in tilts]
     solved = sensor.presses(moduli.tolist(), placements)
     F = solved.F[:, :, -1].reshape(len(settings), -1)

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import stand_ins
 from scipy.optimize import brentq
 from stand_ins import CONTACT, ERRORS, K_M_OVER_E, LENGTHS, sizing_of, springs_of
 
@@ -43,7 +44,7 @@ STEP = 4.0 * math.tan(math.radians(1.0))  # [mm] that one degree of tilt lifts o
 def sensor_of(design, springs=None):
     springs = springs or springs_of(design)
     mounts = MOUNTS if springs.housing is not None else {}
-    return level_sensor(design, CONTACT, sizing_of(design), springs, mounts)
+    return level_sensor(stand_ins.sensor_of(design, springs), sizing_of(design), mounts)
 
 
 def budgets_of(design, springs=None):

@@ -1,0 +1,157 @@
+"""A sensor: a design on its fruit with its springs, which is pressed, read and judged as one thing."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from cad.arrays import Floats, rows_of
+from cad.design.parameters import Design
+from cad.fabrication.bridges import SignalPath, signal_path
+from cad.theory.contrast_law import ContrastLaw, contrast_weights, pair_law
+from cad.theory.contrast_rise import RiseLaw
+from pipeline.reading.poses import Placement
+from pipeline.reading.rise import fall_under_domes, rise_law
+from pipeline.response.scene_press import scene_of
+from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
+from solve.contact.domes.law import dome_contrast
+from solve.contact.linear_response import travels
+from solve.contact.poses import Pose, PoseForces, pose_forces
+from solve.contact.scene import Scene
+from solve.fruit.compliance import FruitCompliance
+
+RISE_TRAVELS = 16  # samples of a press from which a rise is read
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Presses:
+    """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
+
+    F is nan where a contact runs off the face of a dome. `flesh` [N], as F, is what Hencky's law of flesh adds under
+    domes; `mean_pressure` [MPa], as F, is that of each contact; `error` [N], as F, is how far all forces are off where
+    what is left open has one sign under all tips; `face_mm` (moduli, placements) is how wide the face of a dome must be
+    to hold every contact of a press, 0 for other tips.
+    """
+
+    moduli: tuple[float, ...]
+    placements: tuple[Placement, ...]
+    F: Floats
+    flesh: Floats
+    mean_pressure: Floats
+    error: Floats
+    face_mm: Floats
+
+    @property
+    def full_scale(self) -> Floats:
+        """Return the largest force of each channel [N], (tips,)."""
+        return np.asarray(np.nanmax(self.F, axis=(0, 1, 2)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sensor:
+    """A design, the compliance of its fruit under the tips, and the springs that it is fitted with."""
+
+    design: Design
+    contact: FruitCompliance
+    springs: FittedSprings
+
+    @property
+    def pair(self) -> "Sensor":
+        """Return the pair that stands for the sensor: the tips of one kind, on one spring, count as one."""
+        contact = self.contact.per_spring(*self.design.tips.spring_groups)
+        return Sensor(design=self.design.per_spring, contact=contact, springs=self.springs.per_spring)
+
+    @cached_property
+    def C(self) -> Floats:
+        """Return the compliance of the springs [mm/N], (tips, tips)."""
+        return self.springs.C
+
+    @cached_property
+    def height_offsets(self) -> tuple[float, ...]:
+        """Return how far each tip stands before the foremost one by its weight [mm], none where all are level."""
+        return tip_height_offsets(self.springs, self.design.press.attitude)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """Return the scene of contact."""
+        return scene_of(self.design, self.height_offsets, self.springs.sideways)
+
+    @cached_property
+    def signal(self) -> SignalPath | None:
+        """Return what becomes of the forces on the way to counts; None where the design names no read-out."""
+        readout = self.design.readout
+        if readout is None:
+            return None
+        to_read = springs_to_read(self.design, self.springs)
+        return signal_path(readout, to_read, self.springs.process, self.design.tips.springs)
+
+    @cached_property
+    def contrast(self) -> ContrastLaw:
+        """Return the contrast of the tips; that of a pair is right whatever their heights, which a press leaves out."""
+        tips = self.design.tips
+        if tips.tip_layout.is_pair:
+            return pair_law(rows_of(self.C), 1.0 / self.contact.K_m_over_E())
+        weights = contrast_weights(tips.places_mm, tips.springs)
+        if tips.dome_radius_mm is None:
+            fall = [self.design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
+            gaps = tuple(np.subtract(fall, tips.height_offset_mm).tolist())
+            law = ContrastLaw(weights=weights, gaps=gaps, C=rows_of(self.C), S=rows_of(self.contact.S))
+        else:
+            law = self._dome_law(weights)
+        if self.height_offsets:
+            law = replace(law, gaps=tuple(np.subtract(law.gaps, self.height_offsets).tolist()))
+        return law
+
+    def _dome_law(self, weights: tuple[float, ...]) -> ContrastLaw:
+        """Return the contrast of domes that stand level in the middle of the fruit, in the middle of the range of E."""
+        scene = scene_of(self.design, (), self.springs.sideways)
+        middle = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
+        contrast = dome_contrast(scene, self.contact, self.C, middle)
+        fall = fall_under_domes(scene.fruit, scene.tips)
+        return ContrastLaw(
+            weights=weights,
+            gaps=tuple((fall - scene.tips.height_offset_mm).tolist()),
+            C=rows_of(self.C + contrast.lean),
+            S=rows_of(contrast.S),
+            hertz=contrast.hertz,
+        )
+
+    @property
+    def law(self) -> RiseLaw:
+        """Return the law by which whole presses are read."""
+        is_pair = self.design.tips.tip_layout.is_pair
+        return RiseLaw(contrast=self.contrast) if is_pair else rise_law(self.design, self.contrast)
+
+    @property
+    def is_exact(self) -> bool:
+        """Say whether the law holds all that a level press does: a pair of flat tips in the middle of bare flesh."""
+        tips = self.design.tips
+        in_the_middle = self.contact.stiffness_ratio() == 1.0
+        is_bare = self.contact.skin is None
+        return tips.tip_layout.is_pair and tips.tip_shape.has_flat_face and in_the_middle and is_bare
+
+    def presses(self, moduli: Sequence[float], placements: Sequence[Placement], samples: int = RISE_TRAVELS) -> Presses:
+        """Return the presses at moduli [MPa] in placements; raises as `pose_forces`."""
+        travel = self.design.press.travel_mm
+        x = travels(travel, samples).tolist()
+        poses = []
+        for E in moduli:
+            for placement in placements:
+                poses += [placement.pressed(E, each, each / travel) for each in x]
+        forces = self.in_poses(poses)
+        shape = (len(moduli), len(placements), samples)
+        return Presses(
+            moduli=tuple(moduli),
+            placements=tuple(placements),
+            F=forces.F.reshape(*shape, -1),
+            flesh=forces.F_flesh.reshape(*shape, -1),
+            mean_pressure=forces.mean_pressure.reshape(*shape, -1),
+            error=forces.error_alike.reshape(*shape, -1),
+            face_mm=forces.face_mm.reshape(shape).max(axis=2),
+        )
+
+    def in_poses(self, poses: Sequence[Pose]) -> PoseForces:
+        """Return the forces of the tips in poses; raises as `pose_forces`."""
+        return pose_forces(self.scene, self.contact, self.C, poses)
