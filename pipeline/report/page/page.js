@@ -285,7 +285,7 @@
       numbers.push(["modulus read, unit calibrated", text(found.E_read, "MPa"), null]);
       numbers.push(["its error", error === null ? "none" : percent(Math.round(1e5 * error) / 1e5), rule]);
       const loud = asked && noise > asked.uncertainty_limit * setting.E; // noise is one source of several
-      numbers.push(["its standard deviation by noise", text(noise, "MPa"), loud ? judged(false, `limit ${percent(asked.uncertainty_limit)} of E, all sources together`) : null]);
+      numbers.push(["its standard deviation by noise", text(noise === null ? null : Number(noise.toPrecision(2)), "MPa"), loud ? judged(false, `limit ${percent(asked.uncertainty_limit)} of E, all sources together`) : null]);
     }
     const limit = limitAt(setting.E);
     numbers.push(["mean pressure under the worst tip", text(worst(found), "MPa"), limit === undefined ? null
