@@ -2,8 +2,8 @@
 
 `python -m benchmarks.cheeks DESIGN [--by solids|elements] [--count 27] [--seed 1] [--skip 0]` prints a table as it
 goes, and exits with 1 where a reading is farther off than 6 % or than twice its bar. Forces are without noise, on
-springs as designed: by solids at finite strain over a stone (`tests/reference/pressed_solids.py`, some 75 CPU seconds
-each), or by boundary elements on a half-space (`tests/reference/ellipsoid_presses.py`, a second each).
+springs as designed: by solids at finite strain over a stone (`reference/pressed_solids.py`, some 75 CPU seconds
+each), or by boundary elements on a half-space (`reference/ellipsoid_presses.py`, a second each).
 """
 
 import argparse
@@ -14,14 +14,10 @@ import time
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from benchmarks.harness import ROOT
-
-sys.path.append(str(ROOT / "tests"))
-from measured_units import MeasuredDesign
+from pipeline.measure.unit.contrast_press import ContrastPress
 from reference import ellipsoid_presses, pressed_solids
 from reference.ellipsoid_presses import Fruit, Sensor
-
-from pipeline.measure.unit.contrast_press import ContrastPress
+from tests.measured_units import MeasuredDesign
 
 SOLVED = 10  # samples of a press
 READ = 40  # samples that are read, between those that are solved

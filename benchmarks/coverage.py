@@ -10,16 +10,14 @@ import statistics
 import sys
 from collections.abc import Callable, Sequence
 
+from benchmarks.hard.contact import compliance_checks
+from benchmarks.hard.flexure import process_checks
+from benchmarks.hard.press import press_checks
+from benchmarks.hard.reference_check import REFUSALS, ReferenceCheck
 from benchmarks.harness import ROOT, percent, section, write_page
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press, Tips
-
-sys.path.append(str(ROOT / "tests"))
-from hard.contact import compliance_checks
-from hard.flexure import process_checks
-from hard.press import press_checks
-from hard.reference_check import REFUSALS, ReferenceCheck
 
 GOAL = 0.95
 HEADS = ["kind", "scenes", "refused", "numbers", "inside", "largest error / bar", "median bar"]

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 from skfem import ElementTetP2
 
-from benchmarks.element_study import boundary_places, element_basis, face_load
 from cad.arrays import Floats, Ints
 from pipeline.storage.vtu import VTK_NODES
+from reference.element_study import boundary_places, element_basis, face_load
 from solve.fruit.direct import FACES, MIDDLE, SIDE
 from solve.housing.stiffness import SPRINGS, tip_face
 from solve.linear import SolveError
@@ -47,7 +47,7 @@ class Elements:
 
 
 def peer_elements(mesh: SkfemMesh, choice: str, kind: str) -> Elements:
-    """Return the nodes [mm] and cells that a choice of `benchmarks.element_study` has on a mesh, as a peer's kind.
+    """Return the nodes [mm] and cells that a choice of `reference.element_study` has on a mesh, as a peer's kind.
 
     A cell that is inside out is turned: CalculiX needs a positive volume.
     """
@@ -161,7 +161,7 @@ class FlexureDeck:
 def flexure_deck(mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: float) -> FlexureDeck:
     """Return the deck of the half housing y >= 0 [mm], its holes held, E [MPa].
 
-    `choice` names the element of `benchmarks.element_study` whose nodes and loads are taken, `kind` that of
+    `choice` names the element of `reference.element_study` whose nodes and loads are taken, `kind` that of
     CalculiX. Raises SolveError where they do not fit.
     """
     elements = peer_elements(mesh, choice, kind)

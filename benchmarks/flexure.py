@@ -11,7 +11,6 @@ import cadquery as cq
 
 from benchmarks.calculix import calculix
 from benchmarks.deck import SkfemMesh, flexure_deck
-from benchmarks.element_study import element_stiffness
 from benchmarks.harness import OURS, Bench, Measurement, Reference, print_measurements, timed
 from benchmarks.peers import NGSOLVE, Solver, deck_solvers
 from cad.parts.housing import Arm, Housing
@@ -22,6 +21,7 @@ from mesh.housing.sweep import flexure_mesh
 from mesh.volume import SizeField, volume_mesh
 from pipeline.springs.leaf_lengths import MESH_PAIRS, solve_on
 from pipeline.springs.rough_fit import rough_stiffness
+from reference.element_study import element_stiffness
 
 BENCH = Bench(
     name="flexures",
@@ -138,7 +138,7 @@ def peer_stiffness(
 ) -> tuple[tuple[float, ...], float, int]:
     """Return the stiffness of each spring of the half housing [N/mm from MPa, mm] by a peer, CPU seconds [s] and dofs.
 
-    `element` names the one of `benchmarks.element_study` whose nodes and loads are taken, and CalculiX's type of
+    `element` names the one of `reference.element_study` whose nodes and loads are taken, and CalculiX's type of
     it; `material` is E [MPa] and Poisson's ratio. Raises SolveError.
     """
     scene = flexure_deck(mesh, *element, *material)

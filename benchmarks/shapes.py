@@ -1,6 +1,6 @@
 """What presses and single moments of a sensor tell of fruits of other shapes, and what moves both: tables of docs.
 
-Forces are of boundary elements, which share no code with the product (`tests/reference/ellipsoid_presses.py`). They are
+Forces are of boundary elements, which share no code with the product (`reference/ellipsoid_presses.py`). They are
 read by a unit with exact springs. Its bars count a standard uncertainty of 1 % for springs, and for channels 0.1 %
 beside their drift.
 """
@@ -15,15 +15,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from benchmarks.harness import ROOT
-from benchmarks.plot import STYLE
-
-sys.path.append(str(ROOT / "tests"))
-from measured_units import MeasuredDesign, read_press
-from reference.ellipsoid_presses import Fruit, press
-
 from benchmarks.cheeks import sensor_of
+from benchmarks.plot import STYLE
 from cad.theory.contrast_law import ReadingError, read_modulus
+from reference.ellipsoid_presses import Fruit, press
+from tests.measured_units import MeasuredDesign, read_press
 
 MODULI = (0.5, 1.0, 3.5)
 SAMPLES = 24

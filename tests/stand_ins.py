@@ -16,6 +16,7 @@ from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.quantity import Estimate
 from cad.verdict import Verdict
+from pipeline.measure.compression.specimens import Specimen
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import reading_constants
 from pipeline.reading.sensor import Sensor
@@ -180,3 +181,17 @@ def print_summary(result: SensorResult) -> None:
 def print_everything(result: SensorResult) -> None:
     """Print every table of a result, as the command does."""
     print_parts(everything(stored_report(result)))
+
+
+def specimen(travel, force, file="virtual.csv", time=None) -> Specimen:
+    """Return a curve as if it were read of a file with a header."""
+    return Specimen(
+        file=file,
+        name="1",
+        travel=travel,
+        force=force,
+        time=time,
+        lines=tuple(range(2, len(travel) + 2)),
+        labels={"force": "force_N", "travel": "travel_mm", "time": "time_s"},
+        notes=(),
+    )

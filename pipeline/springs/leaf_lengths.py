@@ -67,7 +67,8 @@ class MeshPair:
 
 DEFAULT = MeshPair(fine=1.0, coarse=2.0, share=ERROR_SHARE, floor=1e-4, least_tolerance=1e-3)
 # Seen of the difference: 0.27 on the first, against 112 thousand dofs and 30 random designs; 0.024 on the last, against
-# one arm of five designs with 2.7 times the dofs, which is 0.026 against four times. tests/fits/test_housing.py
+# one arm of five designs with 2.7 times the dofs, which is 0.026 against four times.
+# tests/reference/fits/test_housing.py
 MESH_PAIRS = (
     MeshPair(fine=2.0, coarse=4.0, share=0.3, floor=2e-4, least_tolerance=1e-2),
     DEFAULT,
@@ -332,7 +333,7 @@ class _LengthFit:
 def _lift(flexure: Flexure) -> float:
     """Return the stiffness on the coarse mesh over that on a finer one [1], before it is known: to 5e-4 as a rule.
 
-    Fitted by tests/fits/test_housing.py.
+    Fitted by tests/reference/fits/test_housing.py.
     """
     return 1.0 + 0.0035 / (1.0 + 0.55 * flexure.length / flexure.depth)
 

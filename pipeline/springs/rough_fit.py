@@ -24,7 +24,7 @@ from solve.housing.stiffness import HousingStiffness, compliance_of, housing_sti
 from solve.linear import SolveError
 
 # Stiffness there over that on the mesh to solve on, of 93 random designs 1.0035 to 1.0146, and a bar on what is left,
-# of which 300 designs took up to 0.0056: tests/fits/test_rough_springs.py
+# of which 300 designs took up to 0.0056: tests/reference/fits/test_rough_springs.py
 LIFT = 1.009
 ERROR = 0.0088
 ALLOWED_MISS = 5e-3  # of the targets

@@ -21,7 +21,7 @@ from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
 # Times the step from the coarse grid: at order 1.5 the fine grid is 1.4 of that step away from the limit.
-# Both numbers: tests/fits/test_contact.py
+# Both numbers: tests/reference/fits/test_contact.py
 SAFETY = 1.5
 # Over the number of touching cells: how far the rim of contact, which runs through cells, moves the force of a sphere.
 RIM = 0.15

@@ -18,7 +18,7 @@ Lines = tuple[Floats, Floats, Floats]  # rising coordinates along x, y and z [mm
 
 SAMPLES = 2000
 UP = 2
-# Found by halving steps, watched by tests/fits/test_fruit.py.
+# Found by halving steps, watched by tests/reference/fits/test_fruit.py.
 SLENDER = 0.4  # reach of the clamp of a slender column [widths]
 SCREENED = 2.5  # reach of a low block's loads [heights]
 DEPTH = 0.6  # fraction of the distance to the image below the base that a step along z may take account of

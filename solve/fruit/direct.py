@@ -21,7 +21,7 @@ Held = Mapping[str, Sequence[str]]  # components of the displacement fixed at ze
 EDGE_RATE = 1.0  # u ~ r^1/2 at the edge of a sharp tip: strain energy converges at first order in the size there
 BALANCE_LIMIT = 1e-8
 # Quadratic tetrahedra stiffen as nu tends to 0.5: what three meshes leave of that, found against the split
-# by tests/fits/test_fruit.py.
+# by tests/reference/fits/test_fruit.py.
 LOCKS_TO = 0.4999
 LOCKING = (4e-4, 3.2e-3, 0.4)  # at nu 0.45, growth from there, power of 1 - 2 nu
 WIDEST_ERROR = 0.1  # relative: a compliance known no better than this tells nothing of ripeness

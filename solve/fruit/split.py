@@ -44,7 +44,7 @@ LEVELS = (
 LARGEST_ERROR = 1e-3
 MOST_DOFS = 60_000  # of a finer level: 4 GiB
 # Fourth order at 3/4 of the steps leaves 0.46 of the step between both meshes: the bar is twice that.
-# tests/fits/test_fruit.py
+# tests/reference/fits/test_fruit.py
 SAFETY = 0.9
 # A difference of two meshes may vanish by accident: at grading step 0.7 it counts as at least this fraction of the
 # remainder in a value, averaged with the value where that is largest.

@@ -38,15 +38,16 @@ PerTip = tuple[float, ...]
 SPRINGS = ("low", "high")  # names of the springs, in the order of every result
 
 # Of the difference to the coarse mesh. A mesh of 4.5 times the dofs has shown at most 0.23 of it, over designs in all
-# processes; the median is 0.07 (tests/fits/test_housing.py). A floor, and more for leaves of odd shape, are added
-# where springs are fitted.
+# processes; the median is 0.07 (tests/reference/fits/test_housing.py). A floor, and more for leaves of odd shape, are
+# added where springs are fitted.
 ERROR_SHARE = 0.2
 # At the edges of a foil on plastic the stress is singular: both meshes are too stiff alike. Of the step from the coarse
 # mesh 0.24 (steel) to 1.17 (plastic) is still to come, and 0.3 to 2.1 for the strain under a grid, against meshes of
-# eight times the elements along the leaves: (fraction added, fraction left open). tests/fits/test_housing.py
+# eight times the elements along the leaves: (fraction added, fraction left open). tests/reference/fits/test_housing.py
 EDGE_STIFFNESS = (0.7, 0.5)
 EDGE_STRAIN = (1.1, 1.0)
-# Of what continuing the strain to the edges of the elements adds; seen at most 1.1, 0.85 by tests/fits/test_housing.py
+# Of what continuing the strain to the edges of the elements adds; seen at most 1.1, 0.85 by
+# tests/reference/fits/test_housing.py
 STRAIN_ERROR_SHARE = 1.5
 # Values at two Gauss points of an edge, continued in a straight line to its ends.
 _EXTRAPOLATION = 0.5 * np.array([[1.0 + np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [1.0 - np.sqrt(3.0), 1.0 + np.sqrt(3.0)]])

@@ -13,7 +13,6 @@ from benchmarks import calculix as calculix_module
 from benchmarks import contact, flexure, peers, unilateral
 from benchmarks.calculix import calculix
 from benchmarks.deck import Deck, LinearStep, boundary_sets, peer_elements
-from benchmarks.element_study import element_stiffness
 from benchmarks.peers import FELUPE, PeerTask, peer_answer
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
@@ -21,6 +20,7 @@ from cad.parts.fruit import solved_block
 from cad.quantity import InputError
 from mesh.fruit import fruit_mesh
 from mesh.housing.sweep import flexure_mesh
+from reference.element_study import element_stiffness
 from solve.fruit.direct import mesh_compliance
 from solve.housing.stiffness import tip_compliance
 from solve.linear import SolveError

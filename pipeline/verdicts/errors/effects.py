@@ -38,7 +38,8 @@ FOOT_MM = 0.15
 FOOT_HIGH_MM = 0.2
 GLUED = 0.25  # of what gauges stiffen: a judgement, as makers give neither the fill of a grid nor the glue
 # Fraction of the frame in 1/K times E w / K: 0.08 and 0.6 % at K 0.753 and 17.3 N/mm, E 2000 MPa, w 6 mm. It covers
-# leaves of plastic; the long leaves of steel see 6 to 7 times it, 0.005 and 0.04 %. tests/fits/test_housing.py
+# leaves of plastic; the long leaves of steel see 6 to 7 times it, 0.005 and 0.04 %.
+# tests/reference/fits/test_housing.py
 FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
 CALIBRATED = 0.01  # of each stiffness: what weighing a printed unit reaches
 ZEROED_MM = 0.01  # what zeroing on a flat plate leaves between the heights of two tips: a judgement

@@ -39,10 +39,11 @@ ACTING = 1.0 / 10.0
 MOST_STEPS = 60
 HALVINGS = 12
 # Of what the body adds to a half-space, by how much it changes where the domes touch elsewhere than it was solved, per
-# growth of the square of their way from the middle over the square of its size. tests/fits/test_contact.py
+# growth of the square of their way from the middle over the square of its size. tests/reference/fits/test_contact.py
 ELSEWHERE = 2.0
 # Fractions of terms that are left out or not known better: the body's deflection changes over a contact by
-# (a / size)^2, crosstalk by the next power of its moments; the rest is a fraction of the depth: tests/fits as well.
+# (a / size)^2, crosstalk by the next power of its moments; the rest is a fraction of the depth:
+# tests/reference/fits as well.
 OVER_CONTACT = 0.25
 NEXT_MOMENT = 0.5
 OF_DEPTH = 7e-4

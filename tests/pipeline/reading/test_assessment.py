@@ -5,13 +5,6 @@ import re
 
 import numpy as np
 import pytest
-from square_stand_ins import (
-    FORCE_ERROR,
-    linear_pose_forces,
-    square_contact,
-    square_design,
-    square_springs,
-)
 from stand_ins import with_compliance
 
 from cad.design.fruit import Fruit
@@ -25,6 +18,13 @@ from pipeline.reading.measurement import LEVEL_MODULI, rise_model
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
 from pipeline.reading.sensor import RISE_TRAVELS, Presses
 from pipeline.verdicts.rules import analysis_verdicts, skin_verdict
+from reference.flat_square import (
+    FORCE_ERROR,
+    linear_pose_forces,
+    square_contact,
+    square_design,
+    square_springs,
+)
 from solve.contact.domes.body import Body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces

@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from square_stand_ins import square_contact, square_design, square_springs
 from stand_ins import CONTACT, sensor_of, springs_of, with_compliance
 
 from cad.design.fruit import Fruit
@@ -18,6 +17,7 @@ from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
 from pipeline.report.mapping import relaxation_keys
 from pipeline.verdicts.hints import with_hints
 from pipeline.verdicts.rules import relaxation_verdicts
+from reference.flat_square import square_contact, square_design, square_springs
 
 ORANGE = ((0.25, 5.0), (0.33, 120.0))  # 42 % are left, as of Tarocco oranges; times as flesh has them
 

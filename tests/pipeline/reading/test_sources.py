@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy.optimize import root
-from square_stand_ins import linear_pose_forces, square_contact, square_design, square_springs
 from squares import GENTLE
 from stand_ins import with_compliance
 
@@ -20,6 +19,7 @@ from pipeline.reading.poses import Placement
 from pipeline.reading.sensor import RISE_TRAVELS
 from pipeline.reading.uncertainty import Channels, mean_sources, noise_to_reach, uncertainty_sources
 from pipeline.response.contact import contact_compliance
+from reference.flat_square import linear_pose_forces, square_contact, square_design, square_springs
 from solve.contact.domes import law
 from solve.contact.domes.large_strain import large_strain
 from solve.contact.linear_response import spring_compliance

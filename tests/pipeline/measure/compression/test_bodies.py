@@ -1,7 +1,7 @@
 """Virtual tests of bodies whose force other finite elements solved: the true modulus is in the error bar.
 
 pressed_bodies.csv holds the forces of whole bodies of half height 1 mm and E 1 MPa at travels of the plates towards
-each other, by tests/reference/pressed_bodies.py: body, Poisson's ratio, law of flesh, Coulomb's friction, as many
+each other, by reference/pressed_bodies.py: body, Poisson's ratio, law of flesh, Coulomb's friction, as many
 travels as forces. A cylinder on its side has a length of 1 mm in plane strain.
 """
 
@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reference.pressed_bodies import Body, Tool, pressed
 from scipy.interpolate import PchipInterpolator
-from virtual_compression import specimen
+from stand_ins import specimen
 
 from pipeline.measure.compression.bodies import Block, CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger
 from pipeline.measure.compression.force_law import TestGeometry, hertz_law, solved_law
 from pipeline.measure.compression.modulus import measured_modulus
+from reference.pressed_bodies import Body, Tool, pressed
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import FINE, fitted_curve
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from virtual_compression import specimen
+from stand_ins import specimen
 
 from cad.quantity import InputError
 from pipeline.measure.compression import modulus

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from virtual_compression import specimen
+from stand_ins import specimen
 
 from cad.quantity import Estimate
 from pipeline.measure.compression.bodies import Ellipsoid

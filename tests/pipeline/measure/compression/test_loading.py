@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from virtual_compression import VirtualTest, specimen
+from stand_ins import specimen
 
 from cad.quantity import InputError
 from pipeline.measure.compression.loading import loading, noise_of
+from reference.virtual_compression import VirtualTest
 
 X = np.linspace(0.0, 5.0, 601)  # [mm]
 F = 20.0 * np.maximum(X - 1.0, 0.0) ** 1.5  # [N]: from 0 to 160

@@ -7,13 +7,11 @@ import copy
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from measured_units import read_press as read
 from measured_units import stated_and_moved, with_heights
-from reference.ellipsoid_presses import press, random_fruits, square
 
 from cad.quantity import InputError
 from cad.theory.contrast_rise import RisingPress
@@ -21,13 +19,14 @@ from pipeline.cli import main
 from pipeline.measure.unit.firmware import c_header, micropython
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.signals import Signal
+from reference.ellipsoid_presses import press, random_fruits, square
+from reference.stored_presses import STORED
 from solve.contact.poses import Pose
 
 E = 1.0
 SHARES = np.linspace(0.05, 1.0, 30)
 TILT = (1.0, -0.5)
 DRAWS = 200
-REFERENCE = json.loads((Path(__file__).parents[3] / "reference" / "presses_on_ellipsoids.json").read_text())
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +131,7 @@ def test_tilt_is_told_whatever_the_saddle(mango, going_in):
     assert plain.tilt == pytest.approx(math.hypot(*TILT), rel=0.05)
 
 
-@pytest.mark.parametrize("case", REFERENCE["presses"], ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
+@pytest.mark.parametrize("case", STORED["presses"], ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
 def test_presses_on_ellipsoids_lie_in_the_bar(ball, case):
     """Forces of boundary elements on a half-space, by a square whose fruit is told nowhere; then with its radii told.
 

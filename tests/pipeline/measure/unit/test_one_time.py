@@ -3,10 +3,8 @@
 Forces are those of boundary elements over the travel; a hand presses x = X (1 - (1 - t / T)^2), slowing to a stop.
 """
 
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,9 +21,10 @@ from pipeline.measure.unit.presses import readings_of, sensor_times
 from pipeline.measure.unit.signals import Signal
 from pipeline.options import load_design
 from pipeline.reading.press_time import fastest_press
+from reference.stored_presses import STORED
 from solve.contact.poses import Pose
 
-PRESSES = json.loads((Path(__file__).parents[3] / "reference" / "presses_on_ellipsoids.json").read_text())["presses"]
+PRESSES = STORED["presses"]
 HIGH_LATER = np.array([0.0, 1.0, 0.0, 1.0])
 SKEWS_MS = (1.0, 5.0, 12.5)
 LINE = 0.02

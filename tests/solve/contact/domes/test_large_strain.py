@@ -1,10 +1,10 @@
 """Balls at finite strain over Hertz's force: limits, and finite elements that share nothing with the fit."""
 
-import ball_contact
 import numpy as np
 import pytest
-from ball_contact import Cap, over_hertz
 
+from reference import ball_contact
+from reference.ball_contact import Cap, over_hertz
 from solve.contact.domes.large_strain import DEEPEST, EDGE, FIT, FIT_OF_EDGE, POISSONS, coefficients, large_strain
 
 FLAT = np.array(0.0)

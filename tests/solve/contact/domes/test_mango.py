@@ -5,12 +5,12 @@ The forces are of true balls at finite strain, neo-Hooke, on the true piece of f
 
 import numpy as np
 import pytest
-from reference.pressed_domes import Press, extrapolated_forces
 from squares import BALL
 
 from pipeline.options import load_design
 from pipeline.response.contact import contact_compliance
 from pipeline.response.scene_press import scene_of
+from reference.pressed_domes import Press, extrapolated_forces
 from solve.contact.domes.law import domes_on
 from solve.contact.poses import Pose, pose_forces
 

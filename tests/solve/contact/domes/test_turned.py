@@ -1,21 +1,18 @@
 """Four domes on fruit whose principal directions are turned against them, by boundary elements of another program."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
+from reference.stored_presses import STORED
 from solve.contact.domes.body import Body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.scene import Scene
 
-REFERENCE = json.loads(Path("tests/reference/presses_on_ellipsoids.json").read_text(encoding="utf-8"))
-SENSOR = REFERENCE["sensor"]
-PRESSES = [pytest.param(press, id="{R1}-{R2}-{azimuth}-{tilt}".format(**press)) for press in REFERENCE["presses"]]
+SENSOR = STORED["sensor"]
+PRESSES = [pytest.param(press, id="{R1}-{R2}-{azimuth}-{tilt}".format(**press)) for press in STORED["presses"]]
 TIPS = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.9, spacing_mm=6.0)
 ORDER = [TIPS.places_mm.index(tuple(place)) for place in SENSOR["positions"]]
 SPRINGS = np.diag([1.0 / (0.15 if kind == "low" else 1.4) for kind in TIPS.springs])  # [mm/N]
@@ -38,7 +35,7 @@ def forces(press, azimuth):
         first_touch -= float((apart.interference / apart.cosine).max())
     travel = np.array(press["travel"])
     none = np.zeros((len(travel), 4, 4))
-    body = Body(poisson=REFERENCE["poisson"], remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm))
+    body = Body(poisson=STORED["poisson"], remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm))
     poses = dome_poses([scene] * len(travel), travel + first_touch)
     return dome_forces(poses, np.full(len(travel), press["E"]), SPRINGS, body).F[:, ORDER]
 

@@ -1,0 +1,130 @@
+"""Hard springs: leaves and whole designs at their limits, meshes of bad quality, clamps that hardly hold."""
+
+import dataclasses
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from benchmarks import contact
+from benchmarks.flexure import BENCH, E_MPA, HOUSING, POISSON
+from benchmarks.hard.reference_check import ReferenceCheck, attempted, checks
+from benchmarks.harness import Reference
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, Print, Targets
+from cad.design.tips import Tips
+from cad.parts.fruit import solved_block
+from cad.parts.housing import Housing
+from cad.quantity import InputError
+from mesh.fruit import REFINEMENTS, fruit_mesh
+from mesh.housing.sweep import flexure_mesh
+from mesh.quality import check_quality
+from pipeline.options import RunOptions
+from pipeline.response.contact import contact_compliance
+from pipeline.springs.fitted_springs import fit_springs
+from pipeline.springs.leaf_lengths import DEFAULT, MeshPair, solve_on
+from pipeline.springs.sizing import spring_sizing
+from reference.element_study import element_basis
+from solve.elasticity import stiffness_matrix
+from solve.fruit.direct import direct_compliance
+from solve.housing.stiffness import tip_compliance
+from solve.linear import factorised
+
+FINER = 0.5  # scale of the mesh that judges: over four times the dofs
+TARGET_TOLERANCE = 5e-3
+LEAST_QUALITY = 0.05
+DIGITS = 1e-4  # relative: a tenth of what springs are made to
+BLOCK, TIPS, TARGETS = Fruit(), Tips(), Targets()
+
+
+def stiffness_checks(
+    housing: Housing, E: float, poisson: float, pairs: Sequence[MeshPair] = (DEFAULT,)
+) -> tuple[ReferenceCheck, ...]:
+    """Return the checks of each pair of meshes on the springs of a housing [N/mm from MPa, mm], by a finer mesh."""
+    reference = attempted(partial(_finer_stiffness, housing, E, poisson))
+    every: list[ReferenceCheck] = []
+    for pair in pairs:
+        stiffness = solve_on(pair, housing, E, poisson).stiffness
+        every += checks(BENCH.values, stiffness.K, stiffness.error, reference)
+    return tuple(every)
+
+
+def _finer_stiffness(housing: Housing, E: float, poisson: float) -> Reference:
+    """Return the stiffnesses [N/mm] on a mesh of over four times the dofs."""
+    finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson)
+    return Reference(values=tuple(finer.K), errors=(), source=f"finer mesh, {finer.dofs} dofs")
+
+
+def leaf_checks(thickness: float, length: float, depth: float) -> tuple[ReferenceCheck, ...]:
+    """Return the checks on a housing whose low flexure has leaves of this size [mm], the high one the same depth."""
+    low = dataclasses.replace(HOUSING.low, thickness=thickness, length=length, depth=depth)
+    high = dataclasses.replace(HOUSING.high, depth=depth)
+    housing = dataclasses.replace(HOUSING, tip_side=min(HOUSING.tip_side, depth))
+    return stiffness_checks(housing.with_flexures({"low": low, "high": high}), E_MPA, POISSON)
+
+
+def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:
+    """Return the checks on the springs of a whole design; raises InputError with the reason why one is not made."""
+    return _springs_checks(Design(targets=targets, fruit=fruit))
+
+
+def _springs_checks(design: Design) -> tuple[ReferenceCheck, ...]:
+    sizing = spring_sizing(design, contact_compliance(design.fruit, design.tips), RunOptions())
+    springs = fit_springs(design, sizing, RunOptions())
+    each, housing = springs.springs, springs.housing
+    failed = [spring.printable for spring in each if spring.printable.passed is False]
+    if failed or housing is None:
+        verdict = failed[0] if failed else each[0].printable
+        msg = f"{verdict.name}: {verdict.reason}"
+        raise InputError(msg)
+    solved = [spring.stiffness for spring in each]
+    asked = Reference(values=tuple(spring.target for spring in each), errors=(), source="target")
+    return (
+        *stiffness_checks(housing, springs.process.E_MPa, springs.process.poisson),
+        *checks(BENCH.values, solved, (TARGET_TOLERANCE,) * len(solved), asked),
+    )
+
+
+def process_checks(process: str, P_max: float, NL: float) -> tuple[ReferenceCheck, ...]:
+    """Return the checks on the springs of the paper's block for some targets in a process; raises InputError."""
+    return _springs_checks(Design(targets=Targets(P_max=P_max, NL=NL), print=Print(process=process)))
+
+
+def jittered_checks(share: float) -> tuple[ReferenceCheck, ...]:
+    """Return the check of s11 from meshes whose inner nodes are moved by a share of their edges [1]."""
+    meshes = [_jittered(scale, share) for scale in REFINEMENTS]
+    for mesh in meshes:
+        check_quality(np.asarray(mesh.p), np.asarray(mesh.t), LEAST_QUALITY)
+    compliance = direct_compliance(meshes, BLOCK.poisson)
+    values = contact.pair_and_own(compliance.S)
+    reference = dataclasses.replace(contact.BENCH.reference, source="two independent methods")
+    return checks(contact.BENCH.values, values, contact.relative_errors(compliance), reference)
+
+
+def _jittered(scale: float, share: float) -> Any:
+    mesh = fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, scale)
+    points = np.array(mesh.p)
+    lengths = np.linalg.norm(points[:, mesh.edges[1]] - points[:, mesh.edges[0]], axis=0)
+    shortest = np.full(points.shape[1], np.inf)
+    for ends in mesh.edges:
+        np.minimum.at(shortest, ends, lengths)
+    outer = np.unique(mesh.facets[:, mesh.boundary_facets()])
+    inner = np.setdiff1d(np.arange(points.shape[1]), outer)
+    shift = np.random.default_rng(1).uniform(-1.0, 1.0, (3, len(inner)))
+    points[:, inner] += share * shortest[inner] * shift
+    return dataclasses.replace(mesh, doflocs=points)
+
+
+def grounded_checks(share: float) -> tuple[ReferenceCheck, ...]:
+    """Return the check that a free block on springs k, a share [1] of its stiffest dof, moves by 1 under loads k."""
+    basis = element_basis(fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, 1.0), "tet P2")
+    K = stiffness_matrix(basis, 1.0, BLOCK.poisson)
+    k = share * float(K.diagonal().max())
+    K.setdiag(K.diagonal() + k)
+    load = np.zeros(basis.N)
+    vertical = np.concatenate([basis.nodal_dofs[2], basis.edge_dofs[2]])
+    load[vertical] = k
+    shifts = factorised(K, np.zeros(0, dtype=np.int64)).solve(load)[vertical]
+    worst = shifts[np.argmax(np.abs(shifts - 1.0))]
+    return checks(("shift",), (worst,), (DIGITS,), Reference(values=(1.0,), errors=(), source="rigid body on springs"))

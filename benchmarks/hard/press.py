@@ -1,0 +1,123 @@
+"""Hard presses: travel, modulus, tilt, curvature, springs of very different stiffness."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import nnls
+
+from benchmarks.hard.reference_check import ReferenceCheck, attempted, checks
+from benchmarks.harness import Reference
+from cad.arrays import Floats
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
+from cad.quantity import InputError
+from pipeline.response.contact import contact_compliance
+from solve.contact.cells import ContactCells, contact_cells, folded
+from solve.contact.gap import tip_gap
+from solve.contact.linear_response import spring_compliance
+from solve.contact.response import scene_response
+from solve.contact.scene import Scene
+from solve.fruit.compliance import FruitCompliance
+from solve.fruit.footprints import Footprint
+from solve.halfspace.punch import graded_edges
+
+ROUNDING = 1e-9  # relative: what a closed formula may lose
+CELLS, CELLS_ROLLED = (22, 32), (16, 24)  # a side, of the independent solution; the product has others
+GRADING = 2.0
+ORDER = 1.5  # of cells of constant pressure under an edge
+BLOCK, TIPS, PRESS = Fruit(), Tips(), Press()
+SPRINGS = (0.9057, 20.831)  # [N/mm]
+
+
+@dataclass(frozen=True, kw_only=True)
+class State:
+    """One state of a scene: modulus [MPa], springs [N/mm]; the travel [mm] is that of the scene's press."""
+
+    scene: Scene
+    E: float
+    springs: Sequence[float]
+
+
+def forces(state: State, compliance: FruitCompliance) -> tuple[Floats, float]:
+    """Return the product's force on each tip [N], and the relative error that it states [1]."""
+    C, travel = spring_compliance(*state.springs), state.scene.press.travel_mm
+    response = scene_response(state.scene, compliance, C, [state.E], [travel])
+    return response.F[0, 0], float(response.F_error[0, 0])
+
+
+def level_checks(
+    press: Press = PRESS, E: float = 1.0, springs: Sequence[float] = SPRINGS
+) -> tuple[ReferenceCheck, ...]:
+    """Return the check that P of level flat tips [1] is the paper's law (3), E in MPa and springs in N/mm."""
+    compliance = contact_compliance(BLOCK, TIPS)
+    F, _ = forces(State(scene=Scene(fruit=BLOCK, tips=TIPS, press=press), E=E, springs=springs), compliance)
+    K_m = E * compliance.K_m_over_E()
+    give = [1.0 / K + 1.0 / K_m for K in springs]
+    law = Reference(values=(give[0] / give[1],), errors=(), source="paper's law (3)")
+    return checks(("P",), (F[1] / F[0],), (ROUNDING,), law)
+
+
+def press_checks(
+    fruit: Fruit = BLOCK, press: Press = PRESS, E: float = 1.0, springs: Sequence[float] = SPRINGS
+) -> tuple[ReferenceCheck, ...]:
+    """Return the checks of the forces under unilateral contact [N], E in MPa and springs in N/mm, by another solver."""
+    state = State(scene=Scene(fruit=fruit, tips=TIPS, press=press), E=E, springs=springs)
+    compliance = contact_compliance(fruit, TIPS)
+    F, error = forces(state, compliance)
+    if F.max() == 0.0:
+        msg = f"off the fruit, P is null: the travel of {press.travel_mm:g} mm must reach the middle of a cell"
+        raise InputError(msg)
+    reference = attempted(partial(_extrapolated, state, compliance))
+    every, least = checks(("F_l", "F_h"), F, (error,) * len(F), reference), ROUNDING * float(F.max())
+    return tuple(check for check in every if check.value > 0.0 or (check.reference or 0.0) > least)
+
+
+def _extrapolated(state: State, compliance: FruitCompliance) -> Reference:
+    cells = CELLS if state.scene.press.roll_deg == 0.0 else CELLS_ROLLED
+    coarse, fine = (independent_forces(state, compliance, count) for count in cells)
+    step = (fine - coarse) / ((cells[1] / cells[0]) ** ORDER - 1.0)
+    source = f"least squares over forces on {cells[1]} cells a side"
+    return Reference(values=tuple((fine + step).tolist()), errors=tuple(np.abs(step).tolist()), source=source)
+
+
+def independent_forces(state: State, compliance: FruitCompliance, count: int) -> Floats:
+    """Return the force on each tip [N] by another solver on `count` cells a side; it shares the influence alone.
+
+    Flat faces answer a level press as the compliance does.
+    """
+    scene = state.scene
+    cells, interference = _cells(scene, count)
+    tips = cells.tips
+    rigid = state.E * spring_compliance(*state.springs)
+    if not scene.tips.tip_shape.has_flat_face:
+        rigid = rigid + compliance.shape_change
+    else:
+        faces = np.isfinite(interference)
+        level = tips[faces].T @ np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips[faces])
+        rigid = rigid + compliance.S - np.linalg.inv(level)
+    near = interference > 0.0
+    if not near.any():
+        return np.zeros(len(rigid))
+    system = cells.compliance[np.ix_(near, near)] + tips[near] @ rigid @ tips[near].T
+    pressed: Floats = state.E * (tips[near].T @ _complementary(system, interference[near]))
+    return pressed
+
+
+def _cells(scene: Scene, count: int) -> tuple[ContactCells, Floats]:
+    """Return cells, and how far each (cells,) is moved beyond the fruit [mm], minus infinity beyond a tip's face."""
+    footprints = tuple(Footprint(x, y, scene.tips.side_mm) for x, y in scene.centres)
+    cells = contact_cells(scene.fruit.equivalent_block, footprints, graded_edges(count, GRADING))
+    cells = folded(cells) if scene.press.roll_deg == 0.0 else cells
+    gap = scene.fruit_gap(*cells.points.T) + tip_gap(scene.tips.tip_shape, *cells.local.T) - scene.first_touch_mm
+    travel = scene.press.travel_mm + (cells.points - cells.centres.mean(axis=0)) @ scene.turn
+    return cells, np.asarray(travel - gap)
+
+
+def _complementary(system: Floats, interference: Floats) -> Floats:
+    """Return the forces f >= 0 of least energy f A f / 2 - b f: least squares on the Cholesky factor of A."""
+    lower, scale = cholesky(system, lower=True), float(interference.max())
+    right = solve_triangular(lower, interference / scale, lower=True)
+    return np.asarray(scale * nnls(lower.T, right, maxiter=100 * len(right))[0])

@@ -1,0 +1,81 @@
+"""Hard cases: each ends in a right answer inside its error bar, or in a refusal that names the cause; nothing else.
+
+`python -m benchmarks.hard_cases` runs all, writes docs/hard-cases.md and exits with 1 where one is wrong.
+"""
+
+import sys
+import tomllib
+from collections import Counter
+from functools import partial
+from pathlib import Path
+
+from benchmarks.hard.contact import compliance_checks, paper_checks
+from benchmarks.hard.flexure import design_checks, grounded_checks, jittered_checks, leaf_checks
+from benchmarks.hard.press import level_checks, press_checks
+from benchmarks.hard.reference_check import ending
+from benchmarks.harness import ROOT, percent, section, write_page
+from cad.design.fruit import Fruit
+from cad.design.parameters import Targets
+from cad.design.tips import Press, Tips
+
+CHECKS = {
+    "paper": paper_checks,
+    "contact": compliance_checks,
+    "level press": level_checks,
+    "press": press_checks,
+    "leaf": leaf_checks,
+    "design": design_checks,
+    "moved nodes": jittered_checks,
+    "clamp": grounded_checks,
+}
+ANSWERABLE = ("paper", "level press")
+TABLES = {"fruit": Fruit, "tips": Tips, "press": Press, "targets": Targets}
+INTRODUCTION = """\
+This page is written by `python -m benchmarks.hard_cases`, never typed. The cases are meant to break the solvers:
+nearly incompressible flesh, tips that almost touch, thin fruit, extreme springs, damaged meshes, a part that is hardly
+held. Each must end in a right answer, one that lies within its error bar of an independent reference, or in a refusal
+that says why."""
+HEADS = ["case", "number", "error bar", "off, of what is allowed", "verdict", "compared with, or reason"]
+NOTES = [
+    "allowed: the error bar and the reference's own error together; a closed formula, a target, and a reference of at "
+    "least four times the dofs count as exact",
+    "no reference: the computation that should tell refused; this says nothing about the value",
+]
+
+
+def every_case():
+    """Yield the name of each case, the work that ends in its checks, and whether an answer is promised."""
+    text = (Path(__file__).parent / "hard" / "cases.toml").read_text(encoding="utf-8")
+    for group, lines in tomllib.loads(text).items():
+        for what, changes in lines.items():
+            yield f"{group}: {what}", partial(checked, group, changes), group in ANSWERABLE
+
+
+def checked(group, changes):
+    """Return the checks of a case: what its tables of a design refuse counts as its end."""
+    return CHECKS[group](**{key: TABLES[key](**value) if key in TABLES else value for key, value in changes.items()})
+
+
+CASES = {name: (work, answerable) for name, work, answerable in every_case()}
+
+
+def main():
+    """Evaluate every case and write the page."""
+    count = Counter()
+    rows = []
+    for name, case in CASES.items():
+        found = ending(*case)
+        count[found.verdict] += 1
+        numbers = ["-", "-", "-"]
+        if found.check:
+            off = "-" if found.check.reference is None else percent(found.check.excess)
+            numbers = [found.check.name, percent(found.check.relative_error), off]
+        rows.append([name, *numbers, found.verdict, found.reason])
+    title = ", ".join(f"{number} {verdict}" for verdict, number in count.items())
+    table = section(title, HEADS, rows, NOTES)
+    write_page(ROOT / "docs" / "hard-cases.md", "Hard cases", INTRODUCTION, [table])
+    return 1 if count["WRONG"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Published solutions and independent programs that tests, benchmarks and documents compare the product with."""
