@@ -124,7 +124,14 @@ def test_ci_runs_make_targets():
     called = re.findall(r"^make ([a-z-]+)$", script, flags=re.MULTILINE)
     assert called == ["test-all", "design"]
     assert set(called) <= make_targets()
-    assert "bash .ci/run" in (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
+
+
+def test_workflow_checks_each_push_and_runs_studies_each_night():
+    lines = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8").splitlines()
+    runs = [line.partition("run: ")[2] for line in lines if "run: " in line]
+    assert {"bash .ci/run", "make test-studies"} <= set(runs)
+    assert [line for line in lines if line.strip().startswith("- cron:")] != []
+    assert "    if: github.event_name == 'schedule'" in lines
 
 
 def test_only_the_quick_tests_of_make_leave_slow_ones_out():
