@@ -5,6 +5,7 @@ The cap stands on a held base. E = 1, lengths in radii of the contact.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import bmat, csc_matrix
@@ -12,13 +13,15 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, LinearForm, MeshTri, asm
 from skfem.helpers import grad
 
+from cad.arrays import Flags, Floats, Ints
+
 WIDE = 9.0  # radius and height of the cap
 CELLS = 14  # over 1.25 contact radii
 GROWTH = 1.3
 NEAR = 1.6  # within which the skin may touch
 
 
-def parts(u, w):
+def parts(u: Any, w: Any) -> Floats:
     """Return the displacement gradient with its hoop part, 3 x 3."""
     H = np.zeros((3, 3, *w.x.shape[1:]))
     H[:2, :2] = grad(u)
@@ -26,19 +29,19 @@ def parts(u, w):
     return H
 
 
-def strained(w):
+def strained(w: Any) -> tuple[Floats, Floats, Floats]:
     F = parts(w["u"], w) * w["finite"] + np.eye(3)[:, :, None, None]
     inverse = np.linalg.inv(F.transpose(2, 3, 0, 1)).transpose(2, 3, 0, 1)  # F^-1
     J = np.linalg.det(F.transpose(2, 3, 0, 1))
     return F, inverse, J
 
 
-def lame(poisson):
+def lame(poisson: float) -> tuple[float, float]:
     return poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), 0.5 / (1.0 + poisson)
 
 
 @BilinearForm
-def tangent(du, v, w):
+def tangent(du: Any, v: Any, w: Any) -> Floats:
     lam, mu = lame(w["poisson"])
     _, G, J = strained(w)
     A, B = parts(du, w), parts(v, w)
@@ -50,14 +53,14 @@ def tangent(du, v, w):
 
 
 @LinearForm
-def internal(v, w):
+def internal(v: Any, w: Any) -> Floats:
     lam, mu = lame(w["poisson"])
     F, G, J = strained(w)
     P = mu * F + (lam * np.log(J) - mu) * G.swapaxes(0, 1)
     return np.einsum("ij...,ij...->...", P, parts(v, w)) * w.x[0]
 
 
-def graded(end):
+def graded(end: float) -> Floats:
     lines = np.linspace(0.0, 1.25, CELLS + 1).tolist()
     step = lines[1]
     while lines[-1] < end:
@@ -75,7 +78,7 @@ class Cap:
     curvature: float
     poisson: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         flat = MeshTri.init_tensor(graded(WIDE), graded(WIDE))
         r, down = flat.p
         fall = 0.5 * self.curvature * r**2 / (0.5 + 0.5 * np.sqrt(1.0 - (self.curvature * r) ** 2))
@@ -83,7 +86,7 @@ class Cap:
         self.basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=4)
         places = self.basis.doflocs
 
-        def dofs_on(nodes):
+        def dofs_on(nodes: Flags) -> Ints:
             """Return both dofs of nodes and of the edges between them, (2, n)."""
             edges = np.flatnonzero(np.isin(mesh.facets, np.flatnonzero(nodes)).all(axis=0))
             return np.concatenate([self.basis.nodal_dofs[:, nodes], self.basis.facet_dofs[:, edges]], axis=1)
@@ -93,7 +96,9 @@ class Cap:
         self.x = places[:, self.skin[0]]
         self.held = np.union1d(dofs_on(r == 0.0)[0], dofs_on(down == down.max()))
 
-    def force(self, ball, depth, *, finite=1.0, start=None):
+    def force(
+        self, ball: float, depth: float, *, finite: float = 1.0, start: Floats | None = None
+    ) -> tuple[float, Floats]:
         """Return the force and displacements at a depth of a ball; not `finite`: small strain under a paraboloid."""
         u = np.zeros(self.basis.N) if start is None else start.copy()
         count = self.skin.shape[1]
@@ -143,7 +148,7 @@ class Cap:
                 return 2.0 * np.pi * float(-(push * normal[1]).sum()), u
         raise AssertionError("no equilibrium")
 
-    def contact_radius(self, u, ball, depth):
+    def contact_radius(self, u: Floats, ball: float, depth: float) -> float:
         """Return where the gap of the pressed skin begins: beside a contact it opens with the power of 3/2."""
         x = self.x + u[self.skin]
         gap = np.linalg.norm(x - np.array([0.0, ball - depth])[:, None], axis=0) - ball
@@ -155,7 +160,7 @@ class Cap:
         return float(min(roots.real, key=lambda root: abs(root - r[last])))
 
 
-def over_hertz(cap, dome):
+def over_hertz(cap: Cap, dome: float) -> tuple[float, float, float]:
     """Return Hertz's contact radius, force and contact radius over Hertz's, under a ball of a curvature.
 
     The contact's radius is 1. Small strain on the same mesh tells what the cap gives way.
@@ -165,9 +170,8 @@ def over_hertz(cap, dome):
     stiffness = 4.0 / 3.0 / (1.0 - cap.poisson**2) * np.sqrt(radius)
     small, _ = cap.force(1.0 / dome, depth, finite=0.0)
     body = (depth - (small / stiffness) ** (2.0 / 3.0)) / small
-    start = None
-    for part in (0.5, 1.0):
-        force, start = cap.force(1.0 / dome, part * depth, start=start)
+    _, start = cap.force(1.0 / dome, 0.5 * depth)
+    force, start = cap.force(1.0 / dome, depth, start=start)
     hertz_depth = depth - body * force
     hertz_radius = np.sqrt(radius * hertz_depth)
     edge = cap.contact_radius(start, 1.0 / dome, depth)

@@ -6,11 +6,13 @@ the same sizes, whose answer is known: their difference counts.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import cadquery as cq
 import numpy as np
 from skfem import ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet1, MeshTet2
 
+from cad.arrays import Floats
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
 from cad.parts.fruit import curved_fruit, solved_block
@@ -78,10 +80,9 @@ def curved_mesh(fruit: Fruit, tips: Tips, size: SizeField) -> MeshTet2:
 
 
 def _on_skin(places: np.ndarray, fruit: Fruit) -> np.ndarray:
-    axes = np.array(
-        [fruit.radius_mm, (fruit.radius_mm * (fruit.radius_across_mm or fruit.radius_mm)) ** 0.5, fruit.radius_mm]
-    )
-    centre = np.array([0.0, 0.0, -fruit.radius_mm])
+    radius = fruit.radius_mm or 0.0  # a curved fruit has one
+    axes = np.array([radius, (radius * (fruit.radius_across_mm or radius)) ** 0.5, radius])
+    centre = np.array([0.0, 0.0, -radius])
     u = (places - centre[:, None]) / axes[:, None]
     if fruit.whole:
         on_base = places[2] < -fruit.depth_mm + NEAR
@@ -112,7 +113,7 @@ def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, 
     along, up = slope / np.hypot(1.0, slope), 1.0 / np.hypot(1.0, slope)
 
     @LinearForm
-    def opposed(v, w):
+    def opposed(v: Any, w: Any) -> Floats:
         right, left = density(w.x, centre), density(w.x, -centre)
         return ((right - left) * up * v[2] + (right + left) * along * v[0]) * w.n[2]
 

@@ -16,10 +16,17 @@ Lengths in mm, forces in N, moduli in MPa.
 """
 
 import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
+
+from cad.arrays import Flags, Floats
+
+Complexes = NDArray[np.complex128]
+Slope = tuple[float, float] | Floats
 
 CELLS = 32
 NODES = 8  # of a grid, each way: from a neighbour 5 mm away a contact of 2 mm radius looks smooth to 1e-5
@@ -39,7 +46,7 @@ class Sensor:
     K: np.ndarray
 
 
-def square(side=6.0, K_low=0.15, K_high=1.4, dome_radius=10.0):
+def square(side: float = 6.0, K_low: float = 0.15, K_high: float = 1.4, dome_radius: float = 10.0) -> Sensor:
     """Return a square of a side [mm], low and high springs [N/mm] in turn round it."""
     corners = 0.5 * side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     return Sensor(dome_radius=dome_radius, positions=corners, K=np.array([K_low, K_high, K_low, K_high]))
@@ -64,7 +71,7 @@ class Fruit:
     heights: tuple[float, ...] = field(default=(0.0,))
 
     @property
-    def curvature(self):
+    def curvature(self) -> Floats:
         """Return the tensor of curvatures [1/mm], (2, 2)."""
         angle = math.radians(self.azimuth)
         along = np.array([math.cos(angle), math.sin(angle)])
@@ -72,18 +79,18 @@ class Fruit:
         return np.outer(along, along) / self.R1 + np.outer(across, across) / self.R2
 
     @property
-    def slope(self):
+    def slope(self) -> Floats:
         """Return by how much the skin rises along x and y in the frame of the sensor [1]."""
         angle = math.radians(self.tilt_azimuth)
         return math.tan(math.radians(self.tilt)) * np.array([math.cos(angle), math.sin(angle)])
 
     @property
-    def compliance(self):
+    def compliance(self) -> float:
         """Return the deflection times distance that a unit point load makes [mm^2/N]."""
         return (1.0 - self.poisson**2) / (math.pi * self.E)
 
 
-def random_fruits(count, seed):
+def random_fruits(count: int, seed: int) -> Iterator[Fruit]:
     """Return fruits of the new mango: any azimuth, tilts up to 4 degrees evenly over all slopes."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
@@ -97,7 +104,7 @@ def random_fruits(count, seed):
         )
 
 
-def love(cells):
+def love(cells: int) -> Complexes:
     """Return the transform of the deflections of cells of side 1 by a unit pressure on one cell, times pi E*."""
     i = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
     x, y = np.meshgrid(i, i, indexing="ij")
@@ -113,7 +120,7 @@ def love(cells):
 class Grids:
     """Grids of cells about `middles` (tips, 2), half as wide as `reach` (tips,) [mm], and what their forces do."""
 
-    def __init__(self, middles, reach, cells, kernel):
+    def __init__(self, middles: Floats, reach: Floats, cells: int, kernel: Complexes) -> None:
         self.middles, self.reach, self.cells, self.kernel = middles, reach, cells, kernel
         self.steps = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0
         self.size = 2.0 * reach / cells
@@ -127,14 +134,14 @@ class Grids:
         distance[range(len(middles)), range(len(middles))] = np.inf
         self.cross = 1.0 / distance
 
-    def places(self):
+    def places(self) -> tuple[Floats, Floats]:
         """Return x and y of all cells [mm], each (tips, cells, cells)."""
         x = self.middles[:, 0, None] + self.reach[:, None] * self.steps
         y = self.middles[:, 1, None] + self.reach[:, None] * self.steps
         shape = (len(x), self.cells, self.cells)
         return np.broadcast_to(x[:, :, None], shape), np.broadcast_to(y[:, None, :], shape)
 
-    def moved_to(self, middles, reach, forces):
+    def moved_to(self, middles: Floats, reach: Floats, forces: Floats) -> Floats:
         """Return forces of cells of other grids under the same pressure, nearly [N]."""
         moved = np.zeros_like(forces)
         for tip in range(len(forces)):
@@ -147,13 +154,13 @@ class Grids:
             moved[tip] = found * np.outer(*inside) * (reach[tip] / self.reach[tip]) ** 2
         return moved
 
-    def stiffened(self, deflections):
+    def stiffened(self, deflections: Floats) -> Floats:
         """Return nearly the forces of cells that make deflections in each grid alone, to some factor alike in all."""
         twice = (2 * self.cells, 2 * self.cells)
         forces = irfft2(rfft2(deflections, twice) / self.kernel.real, twice)[:, : self.cells, : self.cells]
         return forces * self.size[:, None, None]
 
-    def deflection(self, forces):
+    def deflection(self, forces: Floats) -> Floats:
         """Return pi E* times the deflection [N/mm] under forces of cells [N], (tips, cells, cells)."""
         twice = (2 * self.cells, 2 * self.cells)
         own = irfft2(rfft2(forces, twice) * self.kernel, twice)[:, : self.cells, : self.cells]
@@ -168,7 +175,7 @@ class Grids:
 class Pressing:
     """A sensor on a fruit, pressed farther and farther."""
 
-    def __init__(self, sensor, fruit, cells=CELLS):
+    def __init__(self, sensor: Sensor, fruit: Fruit, cells: int = CELLS) -> None:
         self.sensor, self.fruit, self.cells = sensor, fruit, cells
         self.kernel = love(cells)
         # where each dome first touches, by Newton's method
@@ -179,10 +186,10 @@ class Pressing:
         self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
         bend = np.linalg.eigvalsh(fruit.curvature)[0]
         self.widest = 1.0 / (1.0 / sensor.dome_radius + bend)
-        self.grids = None
+        self.grids: Grids | None = None
         self.cell_forces = np.zeros((len(self.touch), cells, cells))
 
-    def _slopes(self, tip):
+    def _slopes(self, tip: int) -> tuple[Floats, Floats]:
         """Return the second and the first derivatives of the gap where the dome is taken to touch."""
         r = self.sensor.dome_radius
         away = self.touch[tip] - self.sensor.positions[tip]
@@ -191,7 +198,7 @@ class Pressing:
         beside = self.touch[tip] - self.fruit.apex
         return own + self.fruit.curvature, away / fall + self.fruit.curvature @ beside - self.fruit.slope
 
-    def gap(self, x, y):
+    def gap(self, x: Floats, y: Floats) -> Floats:
         """Return the gaps between the domes and the skin [mm], (tips, ...), where the sensor stands at height 0."""
         r = self.sensor.dome_radius
         dx = x - self.sensor.positions[:, 0, None, None]
@@ -203,7 +210,7 @@ class Pressing:
         out = np.broadcast_to(self.fruit.heights, len(dx))[:, None, None]
         return dome + skin - self.fruit.slope[0] * x - self.fruit.slope[1] * y - out
 
-    def forces(self, travel, changed_slope=(0.0, 0.0)):
+    def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
         """Return the forces of the domes at a travel [mm] from the first touch, (tips,)."""
         lowered = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope)
         entered = lowered - self.nearest
@@ -224,7 +231,7 @@ class Pressing:
         self.area = (found > 0.0).sum(axis=(1, 2)) * grids.size**2
         return total
 
-    def _fitted(self, grids, found, entered):
+    def _fitted(self, grids: Grids, found: Floats, entered: Floats) -> tuple[Floats, Floats, bool]:
         """Return where grids fit these contacts, and whether these do."""
         middles, reach = grids.middles.copy(), grids.reach.copy()
         fits = True
@@ -244,13 +251,13 @@ class Pressing:
                 reach[tip] = grids.reach[tip] * (1.5 if edge and width > 0.9 else max(width, 2.5 / grids.cells) / 0.83)
         return middles, reach, fits
 
-    def _pressed(self, grids, lowered, start):
+    def _pressed(self, grids: Grids, lowered: Floats, start: Floats | None) -> Floats:
         """Return the forces of all cells [N] of least energy."""
         x, y = grids.places()
         wanted = lowered[:, None, None] - self.gap(x, y)
         give = (1.0 / self.sensor.K)[:, None, None]
 
-        def sunk(forces):
+        def sunk(forces: Floats) -> Floats:
             return self.fruit.compliance * grids.deflection(forces) + give * forces.sum(axis=(1, 2), keepdims=True)
 
         allowed = SETTLED * max(wanted.max(), 1e-6)
@@ -276,7 +283,9 @@ class Pressing:
         raise ArithmeticError(allowed)
 
 
-def _balanced(grids, sunk, wanted, f, active, allowed):
+def _balanced(
+    grids: Grids, sunk: Callable[[Floats], Floats], wanted: Floats, f: Floats, active: Flags, allowed: float
+) -> tuple[Floats, Floats]:
     """Return forces of the active cells [N] that sink them as wanted, by conjugate gradients, and the gaps of all."""
     apart = sunk(f) - wanted
     way, before = np.zeros_like(f), 1.0
@@ -295,7 +304,9 @@ def _balanced(grids, sunk, wanted, f, active, allowed):
     raise ArithmeticError(np.abs(left).max() / allowed)
 
 
-def press(sensor, fruit, travels, cells=CELLS, drift=(0.0, 0.0)):
+def press(
+    sensor: Sensor, fruit: Fruit, travels: Sequence[float] | Floats, cells: int = CELLS, drift: Slope = (0.0, 0.0)
+) -> Floats:
     """Return the forces of the domes at travels [mm] from the first touch, (samples, tips) [N].
 
     The slope of the sensor grows by `drift` [1] along x and y from the first travel to the last.
@@ -305,7 +316,7 @@ def press(sensor, fruit, travels, cells=CELLS, drift=(0.0, 0.0)):
     return np.array([pressing.forces(x, np.multiply(drift, x / last)) for x in travels])
 
 
-def hertz_error(cells):
+def hertz_error(cells: int) -> Floats:
     """Return by how much a single rigid dome on a flat fruit is stiffer here than in Hertz's formula [1]."""
     alone = Sensor(dome_radius=1000.0, positions=np.zeros((1, 2)), K=np.array([1e9]))
     fruit = Fruit(E=1.0, R1=1e9, R2=1e9)

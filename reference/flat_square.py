@@ -1,13 +1,18 @@
 """A square of flat tips that touch whole at any tilt: forces in closed form, where reading is exact."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
+from cad.arrays import Floats
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import PoseForces
+from solve.contact.poses import Pose, PoseForces
+from solve.contact.scene import Scene
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
@@ -15,7 +20,7 @@ FORCE_ERROR = 1e-3
 SPRINGS = (1.2, 20.0)
 
 
-def square_design(**reading):
+def square_design(**reading: Any) -> Design:
     return Design(
         name="square",
         targets=None,
@@ -27,7 +32,7 @@ def square_design(**reading):
     )
 
 
-def square_contact():
+def square_contact() -> FruitCompliance:
     places = np.array(square_design().tips.places_mm)
     apart = np.hypot(*(np.subtract.outer(axis, axis) for axis in places.T))
     S = 0.91 / np.where(apart > 0.0, np.pi * apart, 1.15)
@@ -35,11 +40,11 @@ def square_contact():
     return FruitCompliance(tips=square_design().tips.names, S=S, error_pair=1e-4, error_own=1e-4, info=info)
 
 
-def square_springs():
+def square_springs() -> Floats:
     return spring_compliance(*SPRINGS, *SPRINGS)
 
 
-def linear_pose_forces(scene, contact, C, poses):
+def linear_pose_forces(scene: Scene, contact: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
     """Return the forces of flat tips that follow any tilt; a tip that would be pulled is off.
 
     All may be off as on a fruit that gives way by `FORCE_ERROR` more than it does.
@@ -51,11 +56,11 @@ def linear_pose_forces(scene, contact, C, poses):
         if pose.from_touch:
             lowered = lowered - (places @ np.tan(np.radians(pose.tilt_deg))).max()
         compliance = np.asarray(C) + contact.S / pose.E
-        F = np.linalg.solve(compliance, lowered)
-        softer = np.linalg.solve(compliance, contact.S / pose.E @ F)
-        rows.append(np.where(F > 0.0, F, 0.0))
-        errors.append(np.where(F > 0.0, FORCE_ERROR * softer, 0.0))
-    F = np.array(rows)
+        pushed = np.linalg.solve(compliance, lowered)
+        softer = np.linalg.solve(compliance, contact.S / pose.E @ pushed)
+        rows.append(np.where(pushed > 0.0, pushed, 0.0))
+        errors.append(np.where(pushed > 0.0, FORCE_ERROR * softer, 0.0))
+    F: Floats = np.array(rows)
     shape = F.shape
     return PoseForces(
         F=F,

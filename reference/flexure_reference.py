@@ -20,7 +20,7 @@ class ReferenceStiffness:
 
     K: Pair
     spread_percent: Pair
-    K_meshes: tuple[Pair, ...]
+    K_meshes: tuple[tuple[float, ...], ...]
     dofs: tuple[int, ...]
     seconds: float
 

@@ -6,6 +6,7 @@ edge of the contact; the tip is rigid and frictionless, the base held, lengths i
 
 import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
@@ -14,12 +15,16 @@ from scipy.sparse.linalg import LinearOperator, cg, splu
 from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad2, ElementVector, MeshQuad, asm
 from skfem.helpers import ddot, grad, sym_grad, trace
 
+from cad.arrays import Flags, Floats, Ints
+
+Line = tuple[Any, Any, Any]
+
 BEYOND = 1.4  # each step over the one before, away from the contact
 FAST = 1.8  # the same in three dimensions
 ON = 1e-9
 
 
-def lines(edge, end, cells, growth, beyond=BEYOND):
+def lines(edge: float, end: float, cells: int, growth: float, beyond: float = BEYOND) -> Floats:
     """Return lines from 0 to an end, finest on both sides of an edge, so many before it."""
     steps = growth ** np.arange(cells)
     steps *= edge / steps.sum()
@@ -30,18 +35,18 @@ def lines(edge, end, cells, growth, beyond=BEYOND):
     return np.concatenate([[0.0], np.cumsum(steps[::-1]), edge + rest])
 
 
-def depths(skin, end, cells, beyond=BEYOND):
+def depths(skin: float, end: float, cells: int, beyond: float = BEYOND) -> Floats:
     """Return lines down from the surface, so many equal cells in the skin."""
     under = lines(skin / cells, end - skin, 1, 1.0, beyond)[1:] + skin
     return np.concatenate([[0.0], np.cumsum(np.full(cells, skin / cells)), under])
 
 
-def lame(w):
+def lame(w: Any) -> tuple[float, float]:
     return w["poisson"] / ((1.0 + w["poisson"]) * (1.0 - 2.0 * w["poisson"])), 0.5 / (1.0 + w["poisson"])
 
 
 @BilinearForm
-def of_revolution(u, v, w):
+def of_revolution(u: Any, v: Any, w: Any) -> Floats:
     lam, mu = lame(w)
     hoop_u = u[0] / w.x[0]
     hoop_v = v[0] / w.x[0]
@@ -50,7 +55,7 @@ def of_revolution(u, v, w):
     return 2.0 * np.pi * w.x[0] * w["modulus"] * (2.0 * mu * strain + lam * swelling)
 
 
-def of_line(lines, modulus=1.0):
+def of_line(lines: Floats, modulus: float | Floats = 1.0) -> Line:
     """Return what elements of second order along a line have: masses, stiffness and slopes times values."""
     step = np.diff(lines)
     first = 2 * np.arange(len(step))
@@ -58,7 +63,7 @@ def of_line(lines, modulus=1.0):
     rows = np.repeat(nodes, 3, axis=1).ravel()
     columns = np.tile(nodes, (1, 3)).ravel()
 
-    def assembled(weight, element):
+    def assembled(weight: Floats, element: Any) -> Any:
         values = (modulus * weight)[:, None, None] * np.array(element)
         return csr_matrix((values.ravel(), (rows, columns)))
 
@@ -68,7 +73,7 @@ def of_line(lines, modulus=1.0):
     return masses, stiffness, slopes
 
 
-def of_box(x, y, z, poisson):
+def of_box(x: Line, y: Line, z: Line, poisson: float) -> Any:
     """Return the stiffness of bricks from what three lines have; its dofs are all along x, then y, then z.
 
     Bricks of second order are products of lines, and so are all integrals over them: a modulus may change along z.
@@ -94,7 +99,7 @@ def of_box(x, y, z, poisson):
 class ByLines:
     """The inverse of the stiffness of bricks without what couples the directions: exact in the modes of three lines."""
 
-    def __init__(self, x, y, z, poisson):
+    def __init__(self, x: Line, y: Line, z: Line, poisson: float) -> None:
         self.shape = tuple(line[0].shape[0] for line in (x, y, z))
         stretched = 2.0 * (1.0 - poisson) / (1.0 - 2.0 * poisson)  # lam + 2 mu over mu
         shear = 0.5 / (1.0 + poisson)
@@ -110,7 +115,7 @@ class ByLines:
                 stiffness = stiffness + own.reshape([-1 if i == axis else 1 for i in range(3)])
             self.parts.append((modes, stiffness))
 
-    def __call__(self, forces):
+    def __call__(self, forces: Floats) -> Floats:
         """Return displacements under forces, both of all dofs."""
         moved = np.zeros((3, *self.shape))
         for (modes, stiffness), force, of_one in zip(self.parts, forces.reshape(moved.shape), moved, strict=True):
@@ -120,7 +125,9 @@ class ByLines:
         return moved.ravel()
 
 
-def cube_stiffness(cells, ratio, side, width, height, skin, poisson=0.3):
+def cube_stiffness(
+    cells: int, ratio: float, side: float, width: float, height: float, skin: float, poisson: float = 0.3
+) -> float:
     """Return the stiffness of a block's middle under a cube, so many cells in half its side: a quarter of the block."""
     across = lines(0.5 * side, 0.5 * width, cells, 1.3, FAST)
     down = depths(skin, height, max(2, cells // 2), FAST)
@@ -137,7 +144,7 @@ def cube_stiffness(cells, ratio, side, width, height, skin, poisson=0.3):
     K = of_box(flat, flat, layered, poisson)
     by_lines = ByLines(flat, flat, layered, poisson)
 
-    def near(forces):
+    def near(forces: Floats) -> Floats:
         whole = np.zeros(len(u))
         whole[free] = forces
         return by_lines(whole)[free]
@@ -165,7 +172,7 @@ class RoundSolid:
     poisson: float = 0.3
     cells: int = 12
 
-    def surface_compliance(self, ratio):
+    def surface_compliance(self, ratio: float) -> tuple[Floats, Floats]:
         """Return radii of the nodes within 1.6 edges and the sinking of each under forces on each, (n, n)."""
         flat = MeshQuad.init_tensor(
             lines(self.edge, self.radius, self.cells, 1.25), depths(self.skin, self.height, self.cells // 2)
@@ -185,7 +192,7 @@ class RoundSolid:
         modulus = basis.with_element(ElementQuad0()).interpolate(np.where(in_skin, ratio, 1.0))
         K = asm(of_revolution, basis, modulus=modulus, poisson=self.poisson)
 
-        def dofs_on(nodes):
+        def dofs_on(nodes: Flags) -> Ints:
             edges = np.flatnonzero(np.isin(mesh.facets, np.flatnonzero(nodes)).all(axis=0))
             return np.concatenate([basis.nodal_dofs[:, nodes], basis.facet_dofs[:, edges]], axis=1)
 
@@ -203,13 +210,13 @@ class RoundSolid:
         sunk[free] = lu.solve(loads[free])
         return r[near], sunk[top[1, near]]
 
-    def flat(self, ratio):
+    def flat(self, ratio: float) -> float:
         """Return the stiffness under a flat circle of radius `edge`."""
         r, sinking = self.surface_compliance(ratio)
         under = r < self.edge + ON
         return float(np.linalg.solve(sinking[under][:, under], np.ones(under.sum())).sum())
 
-    def dome(self, ratio, curvature, depth):
+    def dome(self, ratio: float, curvature: float, depth: float) -> float:
         """Return the force of a paraboloid of a curvature against the surface at a depth."""
         r, sinking = self.surface_compliance(ratio)
         gap = depth - 0.5 * curvature * r**2

@@ -6,6 +6,7 @@ Coulomb's friction. The body is one of revolution, or of 1 mm length in plane st
 """
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, pi
 
@@ -14,6 +15,8 @@ from numpy.polynomial import legendre
 from scipy.interpolate import BarycentricInterpolator
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
+
+from cad.arrays import Floats
 
 ORDER = 4
 PENALTY = 1e5
@@ -25,19 +28,19 @@ PARTS = (0, 2, 4, 6, 8)  # rr, rz, hoop, zr, zz of F in rows
 EVEN = tuple(np.linspace(0.0, 1.0, 6) ** 0.7)
 
 
-def shapes(nodes, points):
+def shapes(nodes: Floats, points: Floats) -> tuple[Floats, Floats]:
     """Return Lagrange's functions of nodes and their slopes at points, (points, nodes) each."""
     identity = np.eye(len(nodes))
     interpolator = BarycentricInterpolator(nodes, identity)
     return interpolator(points), interpolator.derivative(points)
 
 
-def lobatto(order):
+def lobatto(order: int) -> Floats:
     inner = legendre.Legendre.basis(order).deriv().roots()
     return np.concatenate([[-1.0], np.real(inner), [1.0]])
 
 
-def stress(F, law, nu):
+def stress(F: Floats, law: str, nu: float) -> Floats:
     """Return P (points, 3, 3) at F (points, 3, 3), E = 1, from the principal stretches."""
     mu = 0.5 / (1.0 + nu)
     lam = nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -61,7 +64,7 @@ class Tool:
     ball: float = inf
     flat: float = inf
 
-    def rise(self, r):
+    def rise(self, r: Floats) -> tuple[Floats, Floats, Floats]:
         """Return how far the tool's face lies behind its tip at r, its slope and curvature."""
         if self.ball == inf:
             return np.zeros_like(r), np.zeros_like(r), np.zeros_like(r)
@@ -69,7 +72,7 @@ class Tool:
         return self.ball - root, r / root, self.ball**2 / root**3
 
 
-def lines_about_edge(near):
+def lines_about_edge(near: float) -> tuple[Floats, Floats]:
     """Return lines across and upward [1], close to each other about the edge of a flat plunger."""
     ladder = np.array([0.0, 0.03, 0.12, 0.4, 1.0])
     inner = near * (1.0 - ladder[::-1])
@@ -85,7 +88,7 @@ def lines_about_edge(near):
     return across, np.array([*upper[:-1], 0.0])[::-1]
 
 
-def refined(lines, base):
+def refined(lines: Floats, base: Floats) -> Floats:
     """Return the nodes of elements between lines."""
     values = [lines[0]]
     for a, b in itertools.pairwise(lines):
@@ -96,7 +99,9 @@ def refined(lines, base):
 class Body:
     """A section of half height 1: an ellipse or a rectangle of a half width."""
 
-    def __init__(self, shape, half_width, *, plane=False, edge=None, order=ORDER):
+    def __init__(
+        self, shape: str, half_width: float, *, plane: bool = False, edge: float | None = None, order: int = ORDER
+    ) -> None:
         self.plane = plane
         round_ = shape == "round"
         across = np.array(GROWTH if round_ else EVEN)
@@ -160,7 +165,10 @@ class Body:
             self.ends.append((parts, np.concatenate(edges), sign, M))
 
 
-def pressed(body, tools, travels, law, nu):
+Tools = tuple[Tool, Tool]
+
+
+def pressed(body: Body, tools: Tools, travels: Sequence[float] | Floats, law: str, nu: float) -> Floats:
     """Return the force [E x half height^2] at travels of the upper tool [half heights]; tools are (upper, lower)."""
     u = np.zeros(body.x.size)
     previous = u.copy()
@@ -189,7 +197,9 @@ def pressed(body, tools, travels, law, nu):
     return np.array(forces)
 
 
-def newton(body, tools, travel, law, nu, start, ref):  # noqa: C901 - one iteration, from the stress to the step
+def newton(  # noqa: C901 - one iteration, from the stress to the step
+    body: Body, tools: Tools, travel: float, law: str, nu: float, start: Floats, ref: list[Floats]
+) -> tuple[Floats, float, list[Floats]] | None:
     size = body.x.size
     u = start.copy()
     u[body.held] = 0.0
@@ -266,7 +276,7 @@ def newton(body, tools, travel, law, nu, start, ref):  # noqa: C901 - one iterat
                             )
                         )
             news.append(new)
-        norm = np.linalg.norm(R[free])
+        norm = float(np.linalg.norm(R[free]))
         if iteration and norm < 1e-7 * max(abs(force), 1e-5):
             return u, force, news
         if iteration > ROUGH and norm > last and length > 0.1:  # nodes go in and out of contact: a shorter step

@@ -6,7 +6,9 @@ symmetry runs through two balls that stand across from each other; a level press
 """
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import gmsh
 import numpy as np
@@ -15,6 +17,7 @@ from scipy.sparse.linalg import LinearOperator, cg, splu
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet, RefTri
 
+from cad.arrays import Floats, Ints
 from mesh.session import element_nodes, gmsh_session, used_nodes
 
 EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))  # of the nodes 4 to 9 of a tetrahedron of gmsh
@@ -48,19 +51,19 @@ class Press:
     poisson: float = 0.3
 
     @property
-    def level(self):
+    def level(self) -> bool:
         return self.tilt_deg == 0.0 and self.off_centre == 0.0
 
     @property
-    def axis(self):
+    def axis(self) -> Floats:
         tilt = np.radians(self.tilt_deg)
         return np.array([np.sin(tilt), 0.0, np.cos(tilt)])
 
     @property
-    def middle(self):
+    def middle(self) -> Floats:
         return np.array([0.0, 0.0, -self.radius])
 
-    def balls(self):
+    def balls(self) -> tuple[Floats, Floats, Floats]:
         """Return the centres of balls where a level sensor first touches, their springs, and which part is solved."""
         reach = self.side * np.sqrt(0.5)
         away = (abs(self.off_centre - reach), abs(self.off_centre + reach), np.hypot(self.off_centre, reach))
@@ -74,19 +77,19 @@ class Press:
             return centres[:2], springs[:2], np.array([0.5, 0.5])
         return centres, springs, np.array([0.5, 1.0, 0.5])
 
-    def feet(self):
+    def feet(self) -> Floats:
         """Return where the balls that are solved meet the skin."""
         away = self.balls()[0] - self.middle
         return self.middle + self.radius * away / np.linalg.norm(away, axis=1)[:, None]
 
 
-def tetrahedra(press, size):
+def tetrahedra(press: Press, size: float) -> tuple[Floats, Ints, Ints]:
     """Return the nodes (n, 3), the tetrahedra (10, m) and the faces of the skin (6, k), of a size under the balls."""
     feet = press.feet()
     half = 0.5 * press.plan
     far = 4.0 * half
 
-    def wanted(_dimension, _tag, x, y, z, _size):
+    def wanted(_dimension: int, _tag: int, x: float, y: float, z: float, _size: float) -> float:
         distance = np.linalg.norm(feet - [x, y, z], axis=1).min()
         return min(size + GROWTH * max(0.0, distance - REACH), COARSEST)
 
@@ -113,7 +116,7 @@ def tetrahedra(press, size):
     return x, nodes.index[solid], faces[:, on_skin[faces].all(axis=0)]
 
 
-def shapes(points, edges):
+def shapes(points: Floats, edges: Sequence[tuple[int, int]]) -> tuple[Floats, Floats]:
     """Return the functions of second order of a simplex and their slopes, (nodes, points) and (nodes, points, dim)."""
     dim, count = points.shape
     corners = np.concatenate([1.0 - points.sum(axis=0, keepdims=True), points])
@@ -126,7 +129,7 @@ def shapes(points, edges):
     return np.array(values), np.array(slopes)
 
 
-def flesh(u, solid, slope, weight, poisson):
+def flesh(u: Floats, solid: Ints, slope: Floats, weight: Floats, poisson: float) -> tuple[Floats, Floats]:
     """Return the forces at the nodes of neo-Hookean elements and their stiffness, (m, 30) and (m, 30, 30).
 
     `u` (n, 3) are displacements, `solid` (10, m) the elements, with slopes of their functions `slope` (m, points, 10,
@@ -153,7 +156,7 @@ def flesh(u, solid, slope, weight, poisson):
 class Pressed:
     """A piece of flesh under balls."""
 
-    def __init__(self, press, size):
+    def __init__(self, press: Press, size: float) -> None:
         self.press = press
         self.x, self.solid, faces = tetrahedra(press, size)
         points, weights = get_quadrature(RefTet, 2)
@@ -187,9 +190,9 @@ class Pressed:
         if press.level:
             held[np.abs(self.x[:, 0]) < ON, 0] = True
         self.free = np.flatnonzero(np.append(~held.ravel(), np.ones(len(springs), dtype=bool)))
-        self.factor = None
+        self.factor: Any = None
 
-    def contact(self, u, moved, penalty):
+    def contact(self, u: Floats, moved: Floats, penalty: float) -> tuple[Floats, Floats]:
         """Return the forces of faces and their stiffness, by the dofs of each and its ball: (k, 19), (k, 19, 19)."""
         centres = self.centres - [0.0, 0.0, self.press.travel] + moved[:, None] * self.press.axis
         apart = np.einsum("nq,nfk->fqk", self.on_face, (self.x + u)[self.faces]) - centres[self.of_ball][:, None]
@@ -204,14 +207,14 @@ class Pressed:
         forces = np.einsum("fqk,qkd->fd", -push[..., None] * normal, self.apart)
         return forces, np.einsum("qid,fqij,qje->fde", self.apart, H, self.apart, optimize=True)
 
-    def balance(self, unknown, penalty):
+    def balance(self, unknown: Floats, penalty: float) -> tuple[Floats, Any]:
         """Return what is out of balance and its slope at displacements of all nodes and of the balls."""
         u = unknown[: self.x.size].reshape(-1, 3)
         moved = unknown[self.x.size :]
         shape = (len(unknown), len(unknown))
         own = np.append(np.zeros(self.x.size), self.springs)
         left = own * unknown
-        slope = coo_matrix((self.springs, (np.flatnonzero(own),) * 2), shape=shape).tocsc()
+        slope: Any = coo_matrix((self.springs, (np.flatnonzero(own),) * 2), shape=shape).tocsc()
         solid = flesh(u, self.solid, self.slope, self.weight, self.press.poisson)
         parts = ((self.dofs, *solid), (self.face_dofs, *self.contact(u, moved, penalty)))
         for dofs, forces, stiffness in parts:
@@ -221,7 +224,7 @@ class Pressed:
             slope += coo_matrix((stiffness.ravel(), (rows, columns)), shape=shape).tocsc()
         return left[self.free], slope[self.free][:, self.free]
 
-    def step(self, left, slope):
+    def step(self, left: Floats, slope: Any) -> Floats:
         """Return Newton's step by conjugate gradients on the last factor, or on a new one where they are slow."""
         if self.factor is not None:
             before = LinearOperator(slope.shape, self.factor.solve)
@@ -231,7 +234,7 @@ class Pressed:
         self.factor = splu(slope, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         return self.factor.solve(-left)
 
-    def forces(self):
+    def forces(self) -> Floats:
         """Return the forces along the axis on the balls that are solved, whole ones [N]."""
         unknown = np.zeros(self.x.size + len(self.springs))
         for penalty in PENALTIES:
@@ -247,7 +250,7 @@ class Pressed:
         return self.press.E * carried / self.part
 
 
-def extrapolated_forces(press, sizes=(0.6, 0.4)):
+def extrapolated_forces(press: Press, sizes: tuple[float, float] = (0.6, 0.4)) -> Floats:
     """Return the forces of the balls that are solved, from two meshes: the error goes with the square of the size."""
     coarse, fine = (Pressed(press, size).forces() for size in sizes)
     return fine + (fine - coarse) / ((sizes[0] / sizes[1]) ** 2 - 1.0)

@@ -18,7 +18,9 @@ Lengths in mm, forces in N, moduli in MPa; within a press E = 1.
 
 import functools
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import gmsh
 import numpy as np
@@ -28,8 +30,13 @@ from scipy.sparse.linalg import LinearOperator, cg, splu
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet, RefTri
 
+from cad.arrays import Floats, Ints
 from mesh.session import element_nodes, gmsh_session, used_nodes
+from reference.ellipsoid_presses import Fruit, Sensor, Slope
 from reference.pressed_domes import EDGES, flesh, shapes
+
+Place = tuple[Floats, Floats]
+State = tuple[Floats, Floats]
 
 MIRRORED = (1, 0, 2, 3, 4, 6, 5, 9, 8, 7)  # the nodes of a tetrahedron of gmsh that is turned inside out
 IMAGES = (((1, 0, 2), (1.0, 1.0, 1.0)), ((0, 1, 2), (-1.0, 1.0, 1.0)), ((0, 1, 2), (1.0, -1.0, 1.0)))
@@ -59,7 +66,7 @@ class Piece:
     thickness: float = 12.0
 
 
-def rise_of_skin(fruit, x, y):
+def rise_of_skin(fruit: Fruit, x: Floats, y: Floats) -> Floats:
     """Return how far the ellipsoid lies over the plane through its apex [mm], at most 0."""
     angle = np.radians(fruit.azimuth)
     along = x * np.cos(angle) + y * np.sin(angle)
@@ -74,12 +81,12 @@ class Stand:
     travel.
     """
 
-    def __init__(self, sensor, fruit):
+    def __init__(self, sensor: Sensor, fruit: Fruit) -> None:
         self.sensor, self.fruit = sensor, fruit
         self.first = 0.0
         axis, centres = self.placed(0.0)
 
-        def room(place, centre):
+        def room(place: Floats, centre: Floats) -> float:
             """Return how far a dome may go down its axis before it meets the skin at a place [mm]."""
             beside = centre - [*place, rise_of_skin(fruit, *place)]
             along = beside @ axis
@@ -90,7 +97,7 @@ class Stand:
         self.first = min(one.fun for one in found)
         self.late = np.array([one.fun - self.first for one in found])
 
-    def placed(self, travel, changed_slope=(0.0, 0.0)):
+    def placed(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Place:
         """Return the axis up the sensor (3,) and the centres of the domes (tips, 3) [mm] on springs without load."""
         slope = np.append(self.fruit.slope + changed_slope, 1.0)
         axis = slope / np.linalg.norm(slope)
@@ -100,10 +107,10 @@ class Stand:
 
 
 @functools.lru_cache(maxsize=4)
-def box(size):
+def box(size: float) -> tuple[Floats, Ints, Ints]:
     """Return nodes (n, 3), tetrahedra (10, m) and faces of the top (6, k) of a box of a size under its places."""
 
-    def wanted(_dimension, _tag, x, y, z, _size):
+    def wanted(_dimension: int, _tag: int, x: float, y: float, z: float, _size: float) -> float:
         distance = np.sqrt((x - FOOT) ** 2 + (y - FOOT) ** 2 + z**2)
         return min(size + GROWTH * max(0.0, distance - REACH), COARSEST)
 
@@ -129,7 +136,7 @@ def box(size):
     return x, solid, faces
 
 
-def bent(x, fruit, piece, feet):
+def bent(x: Floats, fruit: Fruit, piece: Piece, feet: Floats) -> Floats:
     """Return the nodes (n, 3) [mm] of a box as those of a piece of a fruit, its places at feet (4, 2)."""
     plan = x[:, :2] * (1.0 + (0.5 * piece.plan / HALF - 1.0) * (x[:, :2] / HALF) ** 2)
     inside = np.prod((1.0 - (x[:, :2] / HALF) ** 2) / (1.0 - (FOOT / HALF) ** 2), axis=1)
@@ -143,29 +150,29 @@ def bent(x, fruit, piece, feet):
 class Pattern:
     """Where the entries of elements, (m, n, n) by their `dofs` (m, n), go in one sparse matrix; dof -1 is held."""
 
-    def __init__(self, *dofs):
+    def __init__(self, *dofs: Ints) -> None:
         self.size = 1 + max(each.max() for each in dofs)
-        keys = []
+        found = []
         for each in dofs:
             rows, columns = each[:, :, None], each[:, None, :]
-            keys.append(np.where((rows < 0) | (columns < 0), self.size**2, columns * self.size + rows).ravel())
-        keys, self.entry = np.unique(np.concatenate(keys), return_inverse=True)
+            found.append(np.where((rows < 0) | (columns < 0), self.size**2, columns * self.size + rows).ravel())
+        keys, self.entry = np.unique(np.concatenate(found), return_inverse=True)
         self.count = np.searchsorted(keys, self.size**2)
         columns, self.rows = np.divmod(keys[: self.count], self.size)
         self.starts = np.searchsorted(columns, np.arange(self.size + 1))
 
-    def matrix(self, *entries):
+    def matrix(self, *entries: Floats) -> Any:
         values = np.bincount(self.entry, np.concatenate([each.ravel() for each in entries]), self.count + 1)
         return csc_matrix((values[: self.count], self.rows, self.starts), shape=(self.size, self.size))
 
-    def vector(self, dofs, entries):
-        return np.bincount(dofs.ravel() + 1, entries.ravel(), self.size + 1)[1:]
+    def vector(self, dofs: Ints, entries: Floats) -> Floats:
+        return np.bincount(dofs.ravel() + 1, entries.ravel(), self.size + 1)[1:].astype(np.float64, copy=False)
 
 
 class Numbers:
     """Unknowns of a box under four domes: displacements of its nodes but for the base, then the ways of the domes."""
 
-    def __init__(self, size):
+    def __init__(self, size: float) -> None:
         x, solid, faces = box(size)
         free = x[:, 2] > ON - HALF
         self.of_nodes = np.where(free[:, None], 3 * np.cumsum(free)[:, None] - 3 + np.arange(3), -1)
@@ -185,7 +192,7 @@ numbers_of = functools.lru_cache(maxsize=4)(Numbers)
 class Pressed:
     """A sensor of four domes on a piece of a fruit, pressed farther and farther."""
 
-    def __init__(self, sensor, fruit, piece=None, size=SIZE):
+    def __init__(self, sensor: Sensor, fruit: Fruit, piece: Piece | None = None, size: float = SIZE) -> None:
         piece = piece or Piece()
         self.sensor, self.fruit, self.stand = sensor, fruit, Stand(sensor, fruit)
         self.springs = np.asarray(sensor.K) / fruit.E
@@ -202,10 +209,12 @@ class Pressed:
         self.on_face, slopes = shapes(points, EDGES[:3])
         tangents = np.einsum("nfk,nqd->fqkd", self.x[self.numbers.faces], slopes)
         self.area = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) * weights
-        self.found = []  # travels, unknowns and pressures
-        self.factor = None
+        self.found: list[tuple[float, Floats, Floats]] = []  # travels, unknowns and pressures
+        self.factor: Any = None
 
-    def contact(self, u, moved, place, expected, penalty):
+    def contact(
+        self, u: Floats, moved: Floats, place: Place, expected: Floats, penalty: float
+    ) -> tuple[Floats, Floats, Floats]:
         """Return pressures at the points of faces, and by the dofs of each face and its dome forces and stiffness.
 
         `place` are the axis and the centres, `expected` the pressures where nothing penetrates.
@@ -230,7 +239,7 @@ class Pressed:
         forces = np.einsum("fqk,qkd->fd", -(self.area * pressure)[..., None] * normal, moves)
         return pressure, forces, np.einsum("qid,fqij,qje->fde", moves, H, moves, optimize=True)
 
-    def balance(self, unknown, place, expected, penalty):
+    def balance(self, unknown: Floats, place: Place, expected: Floats, penalty: float) -> tuple[Floats, Any, Floats]:
         """Return what is out of balance, its slope, and the pressures, at displacements of the nodes and domes."""
         numbers = self.numbers
         u = np.where(numbers.of_nodes < 0, 0.0, unknown[numbers.of_nodes])
@@ -242,7 +251,7 @@ class Pressed:
         left += pattern.vector(numbers.of_domes, self.springs * moved)
         return left, pattern.matrix(stiffness, stiffening, self.springs), pressure
 
-    def step(self, left, slope):
+    def step(self, left: Floats, slope: Any) -> Floats:
         """Return Newton's step by conjugate gradients on the last factor, or on a new one where they are slow."""
         if self.factor is not None:
             before = LinearOperator(slope.shape, self.factor.solve)
@@ -253,7 +262,7 @@ class Pressed:
         self.factor = splu(slope, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options=symmetric)
         return self.factor.solve(-left)
 
-    def forces(self, travel, changed_slope=(0.0, 0.0)):
+    def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
         """Return the forces along the axis on the domes at a travel [mm] from the first touch, (tips,) [N].
 
         Raises ArithmeticError where no balance is found.
@@ -268,7 +277,7 @@ class Pressed:
         self.found.append((travel, unknown, pressure))
         return self.fruit.E * self.springs * unknown[self.numbers.of_domes]
 
-    def balanced(self, place, start, passes):
+    def balanced(self, place: Place, start: State, passes: Sequence[tuple[float, float]]) -> State:
         """Return displacements and pressures in balance from others, by passes of a penalty and what it allows."""
         unknown, pressure = start
         for penalty, allowed in passes:
@@ -282,7 +291,7 @@ class Pressed:
                 raise ArithmeticError(penalty)
         return unknown, pressure
 
-    def start(self, travel):
+    def start(self, travel: float) -> State:
         """Return the polynomials in the travel through the last displacements and pressures."""
         unknown, pressure = np.zeros(self.numbers.pattern.size), np.zeros_like(self.area)
         last = self.found[-SETTLED:]
@@ -292,13 +301,20 @@ class Pressed:
         return unknown, np.maximum(pressure, 0.0)
 
 
-def rising_travels(sensor, fruit, travel, samples=10):
+def rising_travels(sensor: Sensor, fruit: Fruit, travel: float, samples: int = 10) -> Floats:
     """Return travels [mm] from a little after the last dome touches to the whole travel."""
     late = Stand(sensor, fruit).late.max()
     return np.linspace(late + 0.05 * (travel - late), travel, samples)
 
 
-def press(sensor, fruit, travels, piece=None, size=SIZE, drift=(0.0, 0.0)):
+def press(
+    sensor: Sensor,
+    fruit: Fruit,
+    travels: Sequence[float] | Floats,
+    piece: Piece | None = None,
+    size: float = SIZE,
+    drift: Slope = (0.0, 0.0),
+) -> Floats:
     """Return the forces of the domes at travels [mm] from the first touch, (samples, tips) [N].
 
     The slope of the sensor grows by `drift` [1] along x and y from the first touch to the last travel.

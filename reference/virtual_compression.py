@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cad.arrays import Floats
 from cad.theory.hertz import force_factor
 
 # F over Hertz's law of a ball between slippery plates, by the travel over the height: neo-Hooke at finite strain,
@@ -12,7 +13,7 @@ from cad.theory.hertz import force_factor
 OVER_HERTZ = {0.01: 1.046, 0.02: 1.069, 0.05: 1.120, 0.10: 1.190}
 
 
-def over_hertz(strain):
+def over_hertz(strain: Floats) -> Floats:
     """Return F over Hertz's law at travels over the height [1]."""
     roots = np.sqrt(list(OVER_HERTZ))
     powers = np.arange(1, 4)
@@ -21,7 +22,7 @@ def over_hertz(strain):
     return 1.0 + np.sqrt(strain)[:, None] ** powers @ coefficients
 
 
-def true_force(E, travel, radius=35.0, poisson=0.3):
+def true_force(E: float, travel: Floats, radius: float = 35.0, poisson: float = 0.3) -> Floats:
     """Return the force [N] on a ball of a modulus [MPa] at travels of plates towards each other [mm]."""
     stiffness = force_factor(E / (1.0 - poisson**2), radius / 8.0)  # each side takes half of the travel
     return stiffness * travel**1.5 * over_hertz(travel / (2.0 * radius))
@@ -51,11 +52,11 @@ class VirtualTest:
     seed: int = 1
 
     @property
-    def first_touch_mm(self):
+    def first_touch_mm(self) -> float:
         """Return the travel at which the law begins, the settling of the skin left out [mm]."""
         return self.gap_mm + self.toe_mm
 
-    def curve(self):
+    def curve(self) -> tuple[Floats, Floats]:
         """Return travel [mm] and force [N], shape (rows,) each."""
         depth = np.linspace(0.0, self.failure_strain * 2.0 * self.radius_mm, 4000)
         force = true_force(self.E_MPa, depth, self.radius_mm, self.poisson)
@@ -69,7 +70,7 @@ class VirtualTest:
         noise = np.random.default_rng(self.seed).normal(0.0, 0.01 * self.noise_percent * strongest, self.rows)
         return travel, exact + self.offset_N + self.drift_N_per_mm * travel + noise
 
-    def csv(self):
+    def csv(self) -> str:
         """Return the test as a file of two columns, `travel_mm,force_N`."""
         rows = zip(*self.curve(), strict=True)
         return "travel_mm,force_N\n" + "".join(f"{x:.5f},{F:.5f}\n" for x, F in rows)
