@@ -106,12 +106,12 @@ class MeasuredDesign:
         )
 
 
-def read_press(sensor, forces):
-    """Return what a unit reads of one press, forces [N] of (samples, tips)."""
-    press = ContrastPress(sensor)
-    for row in np.asarray(forces):
-        press.add(row)
-    return press.reading()
+def read_press(sensor, forces, travels=None):
+    """Return what a unit reads of a press, from forces [N] (samples, tips) and the travels [mm] where it has them."""
+    found = ContrastPress(sensor)
+    for index, row in enumerate(np.asarray(forces)):
+        found.add(row, None if travels is None else travels[index])
+    return found.reading()
 
 
 def with_heights(sensor, heights):

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from squares import square_sensor
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
@@ -29,6 +30,12 @@ def housing():
 @pytest.fixture(scope="session")
 def sensor(housing):
     return Sensor(housing=housing, part=housing_part(housing), fruit=Fruit(), tips=Tips(), press=Press())
+
+
+@pytest.fixture(scope="session")
+def square():
+    """Return the sensor of a gentle square, its plate as it is made."""
+    return square_sensor()
 
 
 @pytest.fixture(scope="session")

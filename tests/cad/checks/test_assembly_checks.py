@@ -58,11 +58,6 @@ def test_cover_of_a_longer_housing_and_without_enough_recess_fails(sensor):
     assert (holes.passed, holes.value) == (False, None)
 
 
-@pytest.fixture(scope="module")
-def square():
-    return square_sensor()
-
-
 def test_single_plate_has_no_verdict_on_two(sensor):
     assert plate_verdicts(sensor) == ()
 

@@ -5,16 +5,11 @@ from dataclasses import replace
 
 import cadquery as cq
 import pytest
-from squares import RESIN, square_sensor
+from squares import RESIN
 
 from cad.fabrication.mount import PLATE_MM, back_of, flange_holes, mount_solid, mounted_grip
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.parts.assembly import grip, screw_length
-
-
-@pytest.fixture(scope="module")
-def square():
-    return square_sensor()
 
 
 @pytest.fixture(scope="module")

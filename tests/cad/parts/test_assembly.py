@@ -16,11 +16,6 @@ KERNEL = 1e-6  # [mm] and [mm^3] of the geometry kernel
 
 
 @pytest.fixture(scope="module")
-def square():
-    return square_sensor()
-
-
-@pytest.fixture(scope="module")
 def bodies(square):
     return {body.name: body.shape for body in assembly_bodies(square)}
 

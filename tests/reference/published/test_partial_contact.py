@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scenes import BLOCK, SPHERE, SPRINGS
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 from skfem import ElementTetP2
 
-from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.parts.fruit import HALF, fruit_block
 from mesh.fruit import fruit_mesh
@@ -24,10 +24,7 @@ from solve.elasticity import stiffness_matrix, vector_basis
 from solve.fruit.split import split_compliance
 from solve.linear import factorised
 
-BLOCK = Fruit()
-SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
 TIPS = Tips()
-SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # mm/N
 E = 2.0
 SCALES = (2.0, 1.0)
 BAR = 0.25  # of the extrapolation step: at most 0.2 of it is seen between two and three meshes

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import BLOCK, SPHERE
 
 import solve.contact.scene_cells
-from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from solve.contact.linear_response import spring_compliance
 from solve.contact.response import scene_response
@@ -17,8 +17,6 @@ from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
 from solve.fruit.split import LEVELS, footprint_compliance
 
-BLOCK = Fruit()
-SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
 TIPS = Tips(layout="square", spacing_mm=4.0)
 SQUARE = TIPS.places_mm
 C = spring_compliance(0.9, 20.0, 0.9, 20.0)

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scenes import SPHERE, SPRINGS, scene_of
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
@@ -9,17 +10,8 @@ from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.split import split_compliance
 
-BLOCK = Fruit()
-SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
-C = np.diag([1.0 / 0.9057, 1.0 / 20.831])
 E, X = 2.0, 0.6
-
-
-@pytest.fixture(scope="module")
-def compliance():
-    return split_compliance(BLOCK, Tips())
 
 
 def areas(found):
@@ -37,28 +29,24 @@ def mean_pressure(found):
     return np.divide(found.forces, area_above(found), out=np.zeros(len(found.forces)), where=found.forces > 0.0)
 
 
-def scene_of(fruit=BLOCK, tilt=0.0, roll=0.0, **tips):
-    return Scene(fruit=fruit, tips=Tips(**tips), press=Press(tilt_deg=tilt, roll_deg=roll))
-
-
-def pressed(compliance, **scene):
-    return footprint_pressure(scene_of(**scene), compliance, C, E, X)
+def pressed(block_compliance, **scene):
+    return footprint_pressure(scene_of(**scene), block_compliance, SPRINGS, E, X)
 
 
 @pytest.mark.parametrize(
     "scene", [{}, {"tilt": 5.0}, {"roll": 2.0}, {"fruit": SPHERE}, {"shape": "cylinder"}, {"shape": "sphere"}]
 )
-def test_cells_carry_the_forces_of_the_tips(compliance, scene):
-    found = pressed(compliance, **scene)
-    response = scene_response(scene_of(**scene), compliance, C, (E,), (X,))
+def test_cells_carry_the_forces_of_the_tips(block_compliance, scene):
+    found = pressed(block_compliance, **scene)
+    response = scene_response(scene_of(**scene), block_compliance, SPRINGS, (E,), (X,))
     np.testing.assert_allclose(found.forces, response.F[0, 0], rtol=1e-12)
     assert found.cell_forces.min() >= 0.0
     assert found.cell_forces.shape == (2, len(found.edges) - 1, len(found.edges) - 1)
 
 
-def test_flat_faces_carry_what_the_linear_law_says(compliance):
-    found = pressed(compliance)
-    np.testing.assert_allclose(found.forces, np.linalg.solve(C + compliance.S / E, [X, X]), rtol=1e-8)
+def test_flat_faces_carry_what_the_linear_law_says(block_compliance):
+    found = pressed(block_compliance)
+    np.testing.assert_allclose(found.forces, np.linalg.solve(SPRINGS + block_compliance.S / E, [X, X]), rtol=1e-8)
     np.testing.assert_allclose(area_above(found), 1.0, rtol=1e-12)
     np.testing.assert_allclose(mean_pressure(found), found.forces, rtol=1e-12)
 
@@ -76,7 +64,7 @@ def test_sphere_presses_as_hertz_says():
     np.testing.assert_allclose(mean_pressure(found), largest / 1.5, rtol=0.05)
 
 
-def test_bad_modulus_is_refused(compliance):
+def test_bad_modulus_is_refused(block_compliance):
     with pytest.raises(InputError) as refused:
-        footprint_pressure(Scene(fruit=BLOCK, tips=Tips(), press=Press()), compliance, C, 0.0, X)
+        footprint_pressure(scene_of(), block_compliance, SPRINGS, 0.0, X)
     assert refused.value.field == "E"

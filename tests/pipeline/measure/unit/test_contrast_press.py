@@ -10,8 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import read_press as read
-from measured_units import stated_and_moved, with_heights
+from measured_units import read_press, stated_and_moved, with_heights
 
 from cad.quantity import InputError
 from cad.theory.contrast_rise import RisingPress
@@ -57,17 +56,17 @@ def forces_into_the_fruit(measured):
 def test_noise_scatters_as_stated_and_falls_with_the_samples(noisy, going_in, rng):
     """A scatter of 200 draws is known to 5 %, so that three deviations are 15 %; a mean, to four of its own."""
     sensor = noisy.measuring()
-    plain = read(sensor, going_in).E
+    plain = read_press(sensor, going_in).E
     scatters = []
     for each in (1, 4, 16):
         shares = np.linspace(0.0, len(going_in) - 1.0, len(going_in) * each)
         forces = np.column_stack([np.interp(shares, range(len(going_in)), row) for row in going_in.T])
-        readings = [read(sensor, forces + sensor.noises * rng.normal(size=forces.shape)) for _ in range(DRAWS)]
-        moduli = np.array([reading.E for reading in readings]) / read(sensor, forces).E
+        readings = [read_press(sensor, forces + sensor.noises * rng.normal(size=forces.shape)) for _ in range(DRAWS)]
+        moduli = np.array([reading.E for reading in readings]) / read_press(sensor, forces).E
         scatters.append(moduli.std())
         assert abs(moduli.mean() - 1.0) < 4.0 * moduli.std() / np.sqrt(DRAWS) + scatters[-1] ** 2
         assert np.mean([reading.noise for reading in readings]) == pytest.approx(2.0 * moduli.std(), rel=0.2)
-        assert pytest.approx(plain, rel=2e-3) == read(sensor, forces).E
+        assert pytest.approx(plain, rel=2e-3) == read_press(sensor, forces).E
     assert np.array(scatters[:2]) / scatters[1:] == pytest.approx([2.0] * 2, rel=0.25)
 
 
@@ -75,11 +74,11 @@ def test_gains_and_springs_do_not_fall_with_the_samples(noisy, going_in):
     """A gain that is 2 % off is in what is left of the bar, whatever the number of samples."""
     sensor = noisy.measuring(percent=1.0, gain_percent=2.0)
     few, many = going_in, np.repeat(going_in, 100, axis=0)
-    plain = [read(sensor, forces) for forces in (few, many)]
+    plain = [read_press(sensor, forces) for forces in (few, many)]
     assert plain[1].left == pytest.approx(plain[0].left, rel=0.1)
     assert plain[1].noise == pytest.approx(0.1 * plain[0].noise, rel=0.1)
     assert plain[1].u == pytest.approx(np.hypot(plain[1].noise, plain[1].left))
-    off = abs(read(sensor, many * [1.0, 1.02, 1.0, 1.0]).E / plain[1].E - 1.0)
+    off = abs(read_press(sensor, many * [1.0, 1.02, 1.0, 1.0]).E / plain[1].E - 1.0)
     assert 3.0 * plain[1].noise < off < plain[1].left
 
 
@@ -88,14 +87,14 @@ def test_gains_and_springs_do_not_fall_with_the_samples(noisy, going_in):
 def test_springs_and_gains_widen_the_bar_by_what_they_move(noisy, going_in, field, calibrated_by):
     sensor = noisy.measuring()
     sensor = replace(sensor, unit=replace(sensor.unit, calibrated_by=calibrated_by))
-    stated, moved = stated_and_moved(sensor, going_in, read, field, 1)
+    stated, moved = stated_and_moved(sensor, going_in, read_press, field, 1)
     assert stated == pytest.approx(moved, rel=0.03)
 
 
 def test_zeros_that_are_off_or_drift_widen_the_bar_by_what_they_move(mango, going_in):
     """Both by the drift that the read-out allows for, a bound over root three; its slope is known to a tenth."""
     sensor = mango.measuring()
-    plain = read(sensor, going_in)
+    plain = read_press(sensor, going_in)
     signal = sensor.report.read_out.signal
     drift = np.array([0.0, 0.002, 0.0, 0.0])
 
@@ -103,11 +102,11 @@ def test_zeros_that_are_off_or_drift_widen_the_bar_by_what_they_move(mango, goin
         read_out = replace(sensor.report.read_out, signal=replace(signal, zero_drift_N=zero_drift))
         return replace(sensor, report=replace(sensor.report, read_out=read_out))
 
-    without = read(drifting((0.0,) * 4), going_in)
-    wider = read(drifting(tuple(drift.tolist())), going_in)
+    without = read_press(drifting((0.0,) * 4), going_in)
+    wider = read_press(drifting(tuple(drift.tolist())), going_in)
     since = np.linspace(0.0, 1.0, len(going_in))
-    off = abs(read(sensor, going_in + drift).E / plain.E - 1.0)
-    moved = abs(read(sensor, going_in + np.outer(since, drift)).E / plain.E - 1.0)
+    off = abs(read_press(sensor, going_in + drift).E / plain.E - 1.0)
+    moved = abs(read_press(sensor, going_in + np.outer(since, drift)).E / plain.E - 1.0)
     assert np.sqrt(wider.u**2 - without.u**2) == pytest.approx(2.0 / math.sqrt(3.0) * math.hypot(off, moved), rel=0.12)
 
 
@@ -115,7 +114,7 @@ def test_heights_and_the_offset_of_any_gaps_drop_out(mango, going_in):
     """Heights that are told wrong by 0.05 mm move the offset by themselves."""
     sensor = mango.measuring()
     wrong = with_heights(sensor, (0.0, -0.05, 0.02, -0.03))
-    plain, moved = read(sensor, going_in), read(wrong, going_in)
+    plain, moved = read_press(sensor, going_in), read_press(wrong, going_in)
     # S alone takes the offset for a saddle: that moves E by a share of the offset
     assert pytest.approx(plain.E, rel=0.015) == moved.E
     # the high tips are nearer than told by the mean of 0.05 and 0.03, the low ones are farther by 0.01
@@ -126,7 +125,7 @@ def test_heights_and_the_offset_of_any_gaps_drop_out(mango, going_in):
 def test_tilt_is_told_whatever_the_saddle(mango, going_in):
     """An offset of the contrast is no plane."""
     sensor = mango.measuring()
-    plain, moved = read(sensor, going_in), read(with_heights(sensor, (0.0, -0.05, 0.0, -0.05)), going_in)
+    plain, moved = read_press(sensor, going_in), read_press(with_heights(sensor, (0.0, -0.05, 0.0, -0.05)), going_in)
     assert (moved.tilt, moved.direction) == pytest.approx((plain.tilt, plain.direction), rel=0.01)
     assert plain.tilt == pytest.approx(math.hypot(*TILT), rel=0.05)
 
@@ -139,9 +138,9 @@ def test_presses_on_ellipsoids_lie_in_the_bar(ball, case):
     """
     sensor = ball.measuring()
     forces = np.array(case["forces"])
-    found = read(sensor, forces)
+    found = read_press(sensor, forces)
     assert abs(found.E / case["E"] - 1.0) <= found.u < 0.35
-    told = read(replace(sensor, radii_mm=(case["R1"], case["R2"])), forces)
+    told = read_press(replace(sensor, radii_mm=(case["R1"], case["R2"])), forces)
     assert abs(told.E / case["E"] - 1.0) < min(0.04, told.u)
     assert told.u < found.u
 
@@ -152,7 +151,7 @@ def test_sixty_presses_of_cheeks_lie_in_the_bar(ball):
     sensor = ball.measuring()
     errors, bars = [], []
     for fruit in random_fruits(60, seed=44):
-        found = read(sensor, press(square(), fruit, np.linspace(0.03, 0.9, 30)))
+        found = read_press(sensor, press(square(), fruit, np.linspace(0.03, 0.9, 30)))
         errors.append(abs(found.E / fruit.E - 1.0))
         bars.append(found.u)
         assert found.tilt == pytest.approx(fruit.tilt, rel=0.2, abs=0.1)
@@ -163,11 +162,11 @@ def test_sixty_presses_of_cheeks_lie_in_the_bar(ball):
 def test_radii_that_are_told_leave_the_bar(ball, into_the_ball):
     """A ball of the design's own radius reads alike, with what the untold curvature adds taken off."""
     sensor = ball.measuring()
-    untold, told = read(sensor, into_the_ball), read(replace(sensor, radii_mm=(35.0, 35.0)), into_the_ball)
+    untold, told = read_press(sensor, into_the_ball), read_press(replace(sensor, radii_mm=(35.0, 35.0)), into_the_ball)
     assert pytest.approx(untold.E, rel=1e-9) == told.E
     step = 1e-3
     radius = 35.0 / (1.0 + step)
-    moved = abs(read(replace(sensor, radii_mm=(radius, radius)), into_the_ball).E / told.E - 1.0) / step
+    moved = abs(read_press(replace(sensor, radii_mm=(radius, radius)), into_the_ball).E / told.E - 1.0) / step
     assert np.sqrt(untold.u**2 - told.u**2) == pytest.approx(2.0 * 0.25 * moved, rel=0.1)
 
 
@@ -175,8 +174,8 @@ def test_radii_that_are_told_change_nothing_where_the_design_names_the_same_ones
     """A design that names the radii that occur has what they move E by in the source of its pose."""
     sensor = mango.measuring()
     fruit = mango.design.fruit
-    told = read(replace(sensor, radii_mm=(fruit.radius_mm, fruit.radius_across_mm)), going_in)
-    untold = read(sensor, going_in)
+    told = read_press(replace(sensor, radii_mm=(fruit.radius_mm, fruit.radius_across_mm)), going_in)
+    untold = read_press(sensor, going_in)
     assert (told.E, told.u) == pytest.approx((untold.E, untold.u), rel=1e-9)
 
 
@@ -222,7 +221,7 @@ def test_way_out_of_the_fruit_does_not_count(noisy, going_in):
     """A fruit that gives back nine tenths of its force on the way out reads as it did on the way in."""
     sensor = noisy.measuring()
     back = 0.9 * going_in[::-1]
-    assert read(sensor, np.concatenate([going_in, back])) == read(sensor, going_in)
+    assert read_press(sensor, np.concatenate([going_in, back])) == read_press(sensor, going_in)
 
 
 def test_a_press_that_tells_nothing_has_its_flag_and_no_number(mango, going_in):
@@ -234,7 +233,7 @@ def test_a_press_that_tells_nothing_has_its_flag_and_no_number(mango, going_in):
         (going_in[-7:], "no_rise"),  # the last tip touches late
         (going_in[:, [1, 0, 3, 2]], "out_of_range"),
     ):
-        assert (read(sensor, forces).E, read(sensor, forces).flags) == (None, (flag,))
+        assert (read_press(sensor, forces).E, read_press(sensor, forces).flags) == (None, (flag,))
 
 
 def test_a_report_without_readings_of_presses_is_refused(mango):
@@ -256,8 +255,8 @@ def test_a_signal_is_read_whole_once_a_press(noisy, going_in):
     sensor = noisy.measuring()
     first, second = readings_of(sensor, Signal(lines, "press.csv", 4))
     count = len(going_in)
-    assert pytest.approx(read(sensor, going_in).E, rel=1e-9) == first.E
-    assert pytest.approx(read(sensor, 0.9 * going_in).E, rel=1e-9) == second.E
+    assert pytest.approx(read_press(sensor, going_in).E, rel=1e-9) == first.E
+    assert pytest.approx(read_press(sensor, 0.9 * going_in).E, rel=1e-9) == second.E
     # the first sample of a press serves the next one alone
     assert [(reading.samples, reading.t) for reading in (first, second)] == [
         (count - 1, pytest.approx(0.01 * (2 + count))),
@@ -287,6 +286,6 @@ def test_a_zero_that_is_off_by_less_than_a_per_cent_is_no_touch(mango, tip, modu
     for row in forces:
         told.add(row)
     expected = told.reading().slopes.zeros[tip] * zero
-    moved = read(sensor, forces + zero * np.eye(4)[tip]).E / read(sensor, forces).E - 1.0
+    moved = read_press(sensor, forces + zero * np.eye(4)[tip]).E / read_press(sensor, forces).E - 1.0
     assert abs(expected) < 0.03
     assert moved == pytest.approx(expected, rel=0.5, abs=1e-3)

@@ -58,11 +58,6 @@ def module_of(folder, sensor):
     return runpy.run_path(str(path))
 
 
-@pytest.fixture
-def square(mango):
-    return mango
-
-
 def at_random(rng, tips):
     """Return forces, many of them no sensible ones: NaN, infinite, negative, huge, zero."""
     rows = rng.uniform(-0.2, 1.5, (1000, tips)) * 10.0 ** rng.uniform(-2.0, 0.5, (1000, tips))
@@ -99,16 +94,16 @@ def both(sensor, rows, tmp_path):
 
 
 @pytest.mark.parametrize("samples", [10, 100, 1000])
-def test_press_of_a_square_agrees_sample_for_sample(samples, square, rng, tmp_path, in_c):
+def test_press_of_a_square_agrees_sample_for_sample(samples, mango, rng, tmp_path, in_c):
     """Random poses and heights, there and back, with noise and air beside; single precision over a thousand samples."""
-    sensor = square.measuring(FACTORS["mango"])
-    travel = square.design.press.travel_mm
+    sensor = mango.measuring(FACTORS["mango"])
+    travel = mango.design.press.travel_mm
     flags = set()
     for E in np.exp(rng.uniform(math.log(0.5), math.log(3.5), 4)).tolist():
         x = np.concatenate([np.linspace(0.15, 1.0, samples), np.linspace(0.9, 0.5, 3)]) * travel
         tilt = tuple(rng.uniform(-2.0, 2.0, 2))
         steps = np.linspace(0.15, 1.0, 60) * travel
-        forces = square.forces([Pose(E=E, travel=at, tilt_deg=tilt) for at in steps.tolist()], FACTORS["mango"])
+        forces = mango.forces([Pose(E=E, travel=at, tilt_deg=tilt) for at in steps.tolist()], FACTORS["mango"])
         rows = np.column_stack([np.interp(x, steps, row) for row in forces.T])
         rows = rows + rng.normal(size=rows.shape) * sensor.noises
         rows = np.concatenate([np.zeros((3, 4)), rows, np.zeros((3, 4))]).astype(np.float32)

@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign, stated_and_moved
+from measured_units import MeasuredDesign, read_press, stated_and_moved
 
 from cad.design.reading import Reading
 from cad.quantity import InputError
 from cad.theory.contrast_rise import RisingPress
-from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.pair_press import single_reading
 from pipeline.measure.unit.presses import readings_of, refuse_out_of_scale
 from pipeline.measure.unit.seating import seating_of
@@ -24,17 +23,15 @@ def press(paper, E, tilt=0.0, factors=1.0):
 
 
 def read(sensor, forces, travels=None):
-    found = ContrastPress(sensor)
-    for place, row in enumerate(forces):
-        if row.min() > 0.0:
-            found.add(row, None if travels is None else travels[place])
-    return found.reading()
+    """Return what a unit reads of the samples in which both tips touch."""
+    touching = forces.min(axis=1) > 0.0
+    return read_press(sensor, forces[touching], None if travels is None else travels[touching].tolist())
 
 
 @pytest.mark.parametrize("E", [0.5, 1.3, 3.5])
 def test_level_press_is_exact_by_every_read_out(paper, E):
     forces = press(paper, E)
-    reading = read(paper.measuring(), forces, TRAVELS.tolist())
+    reading = read(paper.measuring(), forces, TRAVELS)
     assert pytest.approx(E, rel=1e-3) == reading.E
     assert reading.others == {"force_ratio": pytest.approx(E, rel=1e-3), "stroke": pytest.approx(E, rel=1e-3)}
     assert reading.flags == ()

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import stand_ins
+from scenes import SPHERE
 from scipy.optimize import brentq
 from stand_ins import CONTACT, ERRORS, K_M_OVER_E, LENGTHS, sizing_of, springs_of
 
@@ -35,7 +36,6 @@ OF_FRUIT = ["no slip", "large strain", "law of the flesh"]
 OF_PRINT = ["modulus", "leaf thickness"]
 OF_TIPS = ["tip side", "tip edge"]
 OF_SCENE = ["Poisson's ratio", "pose"]
-SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
 FREE = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
 GAUGED = Design(print=Print(gauges="foil"))
 STEP = 4.0 * math.tan(math.radians(1.0))  # [mm] that one degree of tilt lifts or lowers a tip
