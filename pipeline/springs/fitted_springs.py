@@ -161,6 +161,34 @@ def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     )
 
 
+def leaning_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
+    """Return springs exactly as they were sized or given, with the sideways compliance of their housing under domes.
+
+    The leaves have the lengths of the beam law, and one rough mesh is solved. Springs that cannot be printed do not
+    lean; where no housing is found, both are undecided.
+    """
+    springs = ideal_springs(design, sizing)
+    printable = [spring.printable for spring in springs.springs]
+    tips = design.tips
+    if not (tips.tip_layout.has_housing and tips.tip_shape.obeys_hertz):
+        return springs
+    if any(verdict.passed is False for verdict in printable):
+        return springs
+    process = design.process
+    lengths = tuple(verdict.length_mm for verdict in printable)
+    try:
+        housing = housing_for(design, process, lengths, springs.deflections)
+        K = springs.stiffnesses.stiffnesses
+        return replace(springs, of_plate=sideways_give(housing, process.E_MPa, process.poisson, K, rough=True))
+    except (InputError, MeshError, SolveError) as error:
+        return replace(springs, springs=_undecided(springs.springs, str(error)))
+
+
+def _undecided(springs: Sequence[FittedSpring], reason: str) -> tuple[FittedSpring, ...]:
+    """Return springs of which is not known whether they can be printed, for a reason."""
+    return tuple(replace(spring, printable=replace(spring.printable, passed=None, reason=reason)) for spring in springs)
+
+
 def fit_springs(
     design: Design, sizing: SpringSizing, options: RunOptions, executor: Executor | None = None
 ) -> FittedSprings:
@@ -194,10 +222,7 @@ def fit_springs(
             if design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None:
                 of_plate = _sideways_of(fitted, E, poisson, rough=options.rough)
         except (InputError, MeshError, SolveError) as error:
-            reason = str(error)
-            springs = tuple(
-                replace(spring, printable=replace(spring.printable, passed=None, reason=reason)) for spring in springs
-            )
+            springs = _undecided(springs, str(error))
         else:
             springs = _springs_as_fitted(design, sizing, fitted, deflections)
     return FittedSprings(

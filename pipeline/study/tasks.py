@@ -9,7 +9,7 @@ from typing import Literal
 
 from cad.design.parameters import Design
 from cad.quantity import InputError
-from pipeline.evaluate import check_targets, refuse_unsolvable
+from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
 from pipeline.report.mapping import (
     contact_keys,
@@ -23,12 +23,10 @@ from pipeline.report.mapping import (
 from pipeline.report.stored import as_data
 from pipeline.response.scene_press import scene_of
 from pipeline.result import Evaluation
-from pipeline.springs.fitted_springs import ideal_springs
-from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.plain import Plain
 from pipeline.study.points import Point, design_of
 from pipeline.study.report_keys import parts_of, value_at_key
-from pipeline.study.scenes import scene_compliance, unit_scene
+from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.study_file import Study
 
 Status = Literal["done", "refused", "failed"]
@@ -97,12 +95,7 @@ def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object
 def _sized_report(study: Study, design: Design) -> Plain:
     """Return the part of report.json that follows from contact and springs as they were sized."""
     parts = parts_of(study.wanted, reads=design.reading is not None, linear=scene_of(design).linear)
-    if parts:
-        refuse_unsolvable(design)  # before the contact is solved for nothing
-    contact = scene_compliance(unit_scene(design), study.tol)
-    sizing = spring_sizing(design, contact, RunOptions())
-    springs = ideal_springs(design, sizing)
-    return evaluation_mapping(check_targets(design, contact=contact, sizing=sizing, springs=springs, parts=parts))
+    return evaluation_mapping(sized_sensor(design, study.tol, parts=parts).evaluation())
 
 
 def evaluation_mapping(evaluation: Evaluation) -> Plain:

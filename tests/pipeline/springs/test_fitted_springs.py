@@ -13,11 +13,13 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Print
 from cad.design.tips import Tips
 from cad.parts.housing import solid_size
+from cad.parts.layout import housing_for
 from cad.quantity import InputError
 from mesh.session import MeshError
-from pipeline.options import RunOptions
-from pipeline.springs.fitted_springs import fit_springs, tip_height_offsets
+from pipeline.options import RunOptions, load_design
+from pipeline.springs.fitted_springs import fit_springs, leaning_springs, tip_height_offsets
 from pipeline.springs.leaf_lengths import FittedHousing
+from pipeline.springs.mounts import sideways_give
 from solve.contact.scene import SidewaysGive
 from solve.linear import SolveError
 
@@ -84,6 +86,43 @@ def test_sideways_give_is_solved_where_a_force_may_lean():
             # the way of the leaves is stiffest, across less so, and along the press is not in it
             assert 0.0 < x < y < along_press
             assert z == 0.0
+
+
+@pytest.mark.parametrize("name", ["mango", "kiwi"])
+def test_sideways_compliance_of_sized_springs_is_that_of_a_finer_mesh(name):
+    """To 1 %, on leaves as the beam law has them; more than two cantilevers L^3 / (6 E I) alone, as they twist too."""
+    design = load_design(name)
+    sizing = sizing_of(design)
+    springs = leaning_springs(design, sizing)
+    process = design.process
+    lengths = [spring.printable.length_mm for spring in springs.springs]
+    housing = housing_for(design, process, tuple(lengths), springs.deflections)
+    finer = sideways_give(housing, process.E_MPa, process.poisson, sizing.springs.stiffnesses)
+    for tip, leaf in enumerate((housing.low, housing.high)):
+        across = springs.sideways.compliance[tip, tip, 1, 1]
+        assert across == pytest.approx(finer.compliance[tip, tip, 1, 1], rel=0.01)
+        second_moment = leaf.thickness * leaf.depth**3 / 12.0
+        assert across > leaf.length**3 / (6.0 * process.E_MPa * second_moment)
+    assert springs.ideal
+
+
+@pytest.mark.parametrize(
+    "design",
+    [Design(), gentle(layout="line", order="LHL"), replace(gentle(), print=Print(max_length_mm=8.0))],
+    ids=["flat tips", "no housing", "leaf too long"],
+)
+def test_sized_springs_do_not_lean_without_domes_or_leaves(design):
+    assert leaning_springs(design, sizing_of(design)).sideways is None
+
+
+def test_sized_springs_without_a_mesh_are_undecided(monkeypatch):
+    def fail(*_, **__):
+        raise MeshError("generate", "no room", "take smaller elements")
+
+    monkeypatch.setattr(pipeline.springs.fitted_springs, "sideways_give", fail)
+    springs = leaning_springs(gentle(), sizing_of(gentle()))
+    assert [spring.printable.passed for spring in springs.springs] == [None, None]
+    assert springs.sideways is None
 
 
 def test_root_strain_is_that_of_the_force_at_full_travel(fit):
