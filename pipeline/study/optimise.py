@@ -5,66 +5,41 @@ R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:10082028
 
 import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from cad.arrays import Floats
 from cad.design.design_file import design_as_toml
-from cad.quantity import InputError, validation_error
-from mesh.session import MeshError
-from pipeline import run
+from cad.design.parameters import Design
+from cad.quantity import validation_error
+from cad.verdict import Verdict
 from pipeline.options import RunOptions
-from pipeline.report.verdict_rule import sense_of
 from pipeline.storage.files import is_ours, refuse_taken, write_files
-from pipeline.storage.folder import OutputError, refuse_unusable
+from pipeline.storage.folder import refuse_unusable
 from pipeline.study.page import refuse_page
 from pipeline.study.points import Point, design_of, point_at
 from pipeline.study.report_keys import VERDICT_FIELDS
+from pipeline.study.search.candidate import Candidate
+from pipeline.study.search.proof import Proof, first_proved
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import REFUSED, Study, front_number
 from pipeline.study.tasks import PointResult, lost_points, solve_points
 from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.workers import Engine, ProgressReport, completed
-from solve.linear import SolveError
 
-MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves each number by less
 MOST_RUNS = 20
 DESIGN = "design.toml"
 RUN = "best"
 FRONT = "front"
-_INFEASIBLE = 2.0  # above the costs of designs that pass, which lie from -1 to 1
-_REFUSED = 4.0
 _MEMBERS = 8  # of a generation, for each key that varies
-
-
-@dataclass(frozen=True, kw_only=True)
-class Candidate:
-    """A point of the search: its result, the number to be made least, and by how much verdicts fail [1], 0 for none."""
-
-    result: PointResult
-    value: float
-    violation: float
-
-    @property
-    def cost(self) -> float:
-        """Return a number [1] in the order of the designs: those that pass, that fail verdicts, that are refused.
-
-        The number to be made least, and among designs that fail the violation, are mapped by v / (1 + |v|).
-        """
-        if not math.isfinite(self.value) or not math.isfinite(self.violation):
-            return _REFUSED
-        if self.violation == 0.0:
-            return self.value / (1.0 + abs(self.value))
-        return _INFEASIBLE + self.violation / (1.0 + self.violation)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,15 +62,6 @@ def places(study: Study, folder: Path) -> tuple[Place, ...]:
     return tuple(found)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Proof:
-    """A candidate that was run, whether all verdicts passed, None where one is undecided, and its file if they did."""
-
-    candidate: Candidate
-    design: Path | None
-    passed: bool | None
-
-
 def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport | None = None) -> tuple[Candidate, ...]:
     """Return every candidate of a search, the best first; all are points of the study's store.
 
@@ -112,7 +78,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
     with study_store(folder, study) as store:
         _evolve(study, store, engine, progress)
         candidates = [candidate_of(study, result) for result in store.rows()]
-    return tuple(sorted(candidates, key=lambda candidate: (candidate.cost, candidate.result.number)))
+    return tuple(sorted(candidates, key=lambda candidate: (candidate.cost, candidate.number)))
 
 
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:
@@ -188,46 +154,26 @@ def _base_fractions(study: Study) -> Floats | None:
 
 def is_base(study: Study, candidate: Candidate) -> bool:
     """Say whether a candidate is the base design itself, where a search without a front began."""
-    return candidate.result.number == 0 and not study.front and _base_fractions(study) is not None
+    return candidate.number == 0 and not study.front and _base_fractions(study) is not None
 
 
 def candidate_of(study: Study, result: PointResult) -> Candidate:
-    """Return a point as a candidate: refused and failed ones have no value."""
+    """Return a point as a candidate: refused and failed ones have no verdicts."""
+    of_point = Candidate(changes=result.settings, verdicts=None, number=result.number)
     if result.status != "done":
-        return Candidate(result=result, value=math.nan, violation=math.inf)
+        return of_point
     value = result.values[study.goal.minimise]
-    return Candidate(
-        result=result,
+    return replace(
+        of_point,
+        verdicts=tuple(_verdict(name, result.values) for name in study.goal.under),
         value=value if is_number(value) else math.nan,
-        violation=sum(_violation(name, result.values) for name in study.goal.under),
     )
 
 
-def _violation(name: str, values: Mapping[str, object]) -> float:
-    """Return by how much a verdict fails, or comes too near to its limit [1]; 0 where it passes."""
-    value, error, limit, tolerance, passed = (values[f"verdicts.{name}.{field}"] for field in VERDICT_FIELDS)
-    if passed is None and name.startswith("printable."):
-        return 0.0  # whether a process can make a spring is left to the run to decide
-    if not is_number(value) or not is_number(limit):
-        return 0.0 if passed else 1.0
-    width = abs(tolerance) if is_number(tolerance) else 0.0
-    scale = abs(limit) or width or 1.0  # a limit of 0 is no measure of a distance, and without a tolerance the unit is
-    distance = abs(value - limit) / scale
-    if not passed:
-        bar = error / scale if is_number(error) else 0.0
-        match sense_of(name):
-            case "at most":
-                distance = max(0.0, (value - limit) / scale + bar)
-            case "at least":
-                distance = max(0.0, (limit - value) / scale + bar)
-        return MARGIN + distance + _unread(name, values)
-    return 0.0 if width else max(0.0, MARGIN - distance)  # a target is met on either side, a limit kept by a margin
-
-
-def _unread(name: str, values: Mapping[str, object]) -> float:
-    """Return in which fraction of the poses [1] there is no reading, for which a verdict on readings fails."""
-    poses = re.match(r"(\d+) of (\d+) poses", str(values.get(REFUSED))) if name.startswith("reading.") else None
-    return int(poses[1]) / int(poses[2]) if poses else 0.0
+def _verdict(name: str, values: Mapping[str, object]) -> Verdict:
+    """Return a verdict as a point of the store tells it; where poses have no reading, it says in how many."""
+    told: dict[str, Any] = {field: values[f"verdicts.{name}.{field}"] for field in VERDICT_FIELDS}
+    return Verdict(name=name, unit="", reference=str(values.get(REFUSED)), **told)
 
 
 def refuse_occupied(study: Study, folder: Path, *, force: bool = False) -> None:
@@ -245,24 +191,18 @@ def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force:
     design file. A candidate that a run refuses or cannot solve fails. None where no candidate passes the verdicts of
     the search. Raises InputError as `write_files`, and OutputError for a folder that cannot be used.
     """
-    proof = None
-    passing = [candidate for candidate in candidates if candidate.violation == 0.0]
+    passing = [candidate for candidate in candidates if candidate.passes]
     if study.front:
         number = front_number(place.value)
-        passing = [one for one in passing if front_number(one.result.settings[study.goal.front]) == number]
-    for candidate in passing[:MOST_RUNS]:
-        design = replace(design_of(study, candidate.result.settings), name=study.name)
-        try:
-            passed = run(design, RunOptions(out=place.run, tolerance=study.tol, force=force)).passed
-        except OutputError:
-            raise
-        except (InputError, MeshError, SolveError):
-            passed = False  # as of softer flesh, whose contact runs off a face that held those of the readings
-        proof = Proof(candidate=candidate, design=None, passed=passed)
-        if passed:
-            text = design_as_toml(design)
-            write_files({place.design: text.encode()}, "--out", force=force, renew=True)
-            return replace(proof, design=place.design)
-    if is_ours(place.design):  # that of a shorter search, and the place no longer holds its run
+        passing = [one for one in passing if front_number(one.changes[study.goal.front]) == number]
+
+    def design(candidate: Candidate) -> Design:
+        return replace(design_of(study, candidate.changes), name=study.name)
+
+    proof = first_proved(passing, design, RunOptions(out=place.run, tolerance=study.tol, force=force), MOST_RUNS)
+    if proof is not None and proof.passed:
+        text = design_as_toml(design(proof.candidate))
+        write_files({place.design: text.encode()}, "--out", force=force, renew=True)
+    elif is_ours(place.design):  # that of a shorter search, and the place no longer holds its run
         place.design.unlink()
     return proof

@@ -104,7 +104,7 @@ def _exchanged(study: Study, start: int, stop: int) -> Iterator[list[float]]:
         start = end
 
 
-def design_of(study: Study, settings: Mapping[str, Setting]) -> Design:
+def design_of(study: Study, settings: Mapping[str, Setting | None]) -> Design:
     """Return the design of a point; raises InputError where it is outside the bounds of the design file."""
     changed: dict[str, Plain] = {}
     for name, value in settings.items():

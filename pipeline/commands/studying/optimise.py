@@ -9,7 +9,8 @@ from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_f
 from pipeline.commands.studying.study import add_engine_flags
 
 if TYPE_CHECKING:
-    from pipeline.study.optimise import Place, Proof
+    from pipeline.study.optimise import Place
+    from pipeline.study.search.proof import Proof
     from pipeline.study.study_file import Study
 
 PURPOSE = "find the design that makes a number least while verdicts pass"
@@ -45,10 +46,10 @@ def execute(arguments: Namespace) -> int:
     refuse_occupied(study, folder, force=arguments.force)
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         candidates = search(study, folder, engine, progress)
-    possible = sum(candidate.violation == 0.0 for candidate in candidates)
-    done = [candidate.result.number for candidate in candidates if candidate.result.status == "done"]
+    possible = sum(candidate.passes for candidate in candidates)
+    done = [candidate.number for candidate in candidates if candidate.verdicts is not None]
     proofs = {place: prove(study, candidates, place, force=arguments.force) for place in places(study, folder)}
-    proved = {proof.candidate.result.number: proof.design for proof in proofs.values() if proof and proof.design}
+    proved = {proof.candidate.number: place.design for place, proof in proofs.items() if proof and proof.passed}
     best = list(proved) if study.front and proved else done[:BEST]
     with stored_study(folder) as store:
         page = write_page(store, study, best, proved, force=arguments.force)
@@ -56,8 +57,9 @@ def execute(arguments: Namespace) -> int:
     with answering():
         if arguments.json:
             counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
-            answers = [{"at": place.value, **_as_mapping(proof)} for place, proof in proofs.items()]
-            print_json({**counts, **({"front": answers} if study.front else _as_mapping(*proofs.values()))})
+            answers = [_as_mapping(place, proof) for place, proof in proofs.items()]
+            of_front = [{"at": place.value, **answer} for place, answer in zip(proofs, answers, strict=True)]
+            print_json({**counts, **({"front": of_front} if study.front else answers[0])})
         else:
             print(f"{len(candidates)} candidates, {possible} of them pass the verdicts that the file names")
             for message, count in messages.items():
@@ -72,14 +74,14 @@ def execute(arguments: Namespace) -> int:
     return PASSED if len(proved) == len(proofs) else FAILED
 
 
-def _as_mapping(proof: "Proof | None") -> dict[str, object]:
+def _as_mapping(place: "Place", proof: "Proof | None") -> dict[str, object]:
     if proof is None:
         return {"design": None, "passed": None}
     return {
-        "design": None if proof.design is None else str(proof.design),
+        "design": str(place.design) if proof.passed else None,
         "passed": proof.passed,
         "value": proof.candidate.value,
-        "settings": dict(proof.candidate.result.settings),
+        "settings": dict(proof.candidate.changes),
     }
 
 
@@ -91,8 +93,8 @@ def _print_proof(study: "Study", place: "Place", proof: "Proof | None") -> None:
         return
     best = proof.candidate
     title = "best" if proof.passed else "the last that was run, as none passes in full"
-    print(f"{title}{at}: {best.value:.4g} at point {best.result.number}")
-    for key, value in best.result.settings.items():
+    print(f"{title}{at}: {best.value:.4g} at point {best.number}")
+    for key, value in best.changes.items():
         print(f"  {key} = {value if isinstance(value, str | list) else f'{value:.6g}'}")
     print(f"its run {'passes' if proof.passed else 'does not pass'} all verdicts")
-    print(proof.design or place.run)
+    print(place.design if proof.passed else place.run)

@@ -9,8 +9,9 @@ from cad.design.design_file import design_as_mapping, design_from_mapping, overr
 from cad.design.parameters import Design, GivenSprings
 from cad.design.processes import PROCESSES
 from cad.tips.shapes import OPTIONAL_KEYS
+from pipeline.study.variation import Setting
 
-Value = float | str | tuple[float, ...] | None
+Value = Setting | None
 Changes = Mapping[str, Value]
 """Values by TABLE.KEY; None unsets a key."""
 Sweep = list[Changes]

@@ -5,23 +5,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from cad.design.parameters import Design
-from cad.files.export_error import ExportError
-from cad.quantity import InputError
 from cad.verdict import Verdict, failed
-from mesh.session import MeshError
 from pipeline import run
-from pipeline.evaluate import check_targets, refuse_unsolvable
 from pipeline.options import RunOptions
 from pipeline.response.scene_press import TRAVELS, pressed_at, scene_of
 from pipeline.result import SensorResult
-from pipeline.springs.fitted_springs import ideal_springs
-from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.stopwatch import Progress, silent
-from pipeline.study.scenes import scene_compliance, unit_scene
+from pipeline.study.scenes import unit_scene
+from pipeline.study.search.candidate import Candidate
+from pipeline.study.search.proof import UNSOLVED, Proof, first_proved
+from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.suggest.changes import Changes, changed, in_words, size, sweeps, value_of
 from pipeline.verdicts.hints import least_travel, rounded, shorter_travel
 from pipeline.verdicts.rules import displacement_verdict, tolerance_remedy
-from solve.linear import SolveError
 
 BUDGET = 6000.0  # of trials, in about hundredths of a processor second
 MOST_RUNS = 4  # that prove a candidate; each costs some ten seconds
@@ -34,7 +30,6 @@ ROUGH = 0.02  # tolerance of the springs whose contact is good enough to try a c
 _TRAVEL = "press.travel_mm"
 # Readings of flat tips are too slow to try.
 _FLAT_TIPS = failed("reading.bias", "tips with a dome", unit="1", reference="readings of flat tips")
-UNSOLVED = (ExportError, InputError, MeshError, SolveError)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,30 +53,6 @@ class Suggestion:
         return changed(self.design, self.changes or {})
 
 
-@dataclass(frozen=True, kw_only=True)
-class Candidate:
-    """A design with some keys changed, and its verdicts with sized springs that do not pass."""
-
-    changes: Changes
-    design: Design
-    failed: tuple[Verdict, ...]
-
-    @property
-    def distance(self) -> float:
-        """Return how many verdicts do not pass, and by how much more they are off [1]; 0 where all pass.
-
-        What is off is a fraction of the limit, mapped from 0 to 1; it is 1 for a verdict without a number.
-        """
-        distance = 0.0
-        for verdict in self.failed:
-            excess = 1.0
-            if verdict.value is not None and isinstance(verdict.limit, int | float):
-                off = abs(verdict.value - verdict.limit)
-                excess = off / (off + abs(verdict.limit)) if off else 0.0
-            distance += 1.0 + excess
-        return distance
-
-
 class Search:
     """Tries changes of a design with sized springs until a budget is spent; `tried` counts them."""
 
@@ -98,7 +69,7 @@ class Search:
 
         Nearest is the one with the fewest keys changed, then with the smallest sum of |log ratio|.
         """
-        beam = [Candidate(changes={}, design=self._base.design, failed=tuple(failed_verdicts))]
+        beam = [Candidate(changes={}, verdicts=tuple(failed_verdicts))]
         for _ in range(MOST_KEYS):
             candidates = []
             for start in beam:
@@ -107,9 +78,9 @@ class Search:
             if passing:
                 self._budget_left = max(self._budget_left, 0.05 * BUDGET)  # to bring near what passes
                 return sorted([self._nearer(candidate) for candidate in passing[:_BEAM]], key=self._size)
-            beam = sorted(candidates, key=lambda candidate: (candidate.distance, self._size(candidate)))[:_BEAM]
+            beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size(candidate)))[:_BEAM]
             misses = [*beam, self.nearest_miss] if self.nearest_miss else beam
-            self.nearest_miss = min(misses, key=lambda candidate: candidate.distance, default=None)
+            self.nearest_miss = min(misses, key=lambda candidate: candidate.rank, default=None)
         return []
 
     def trial(self, changes: Changes) -> Candidate | None:
@@ -128,8 +99,10 @@ class Search:
             verdicts = self._verdicts(design)
         except UNSOLVED:
             return None
-        not_passed = tuple(verdict for verdict in verdicts if verdict.passed is not True)
-        return Candidate(changes=changes, design=design, failed=not_passed)
+        return Candidate(changes=changes, verdicts=verdicts)
+
+    def _design_of(self, candidate: Candidate) -> Design:
+        return changed(self._base.design, candidate.changes)
 
     def _size(self, candidate: Candidate) -> tuple[int, int, float]:
         return size(self._base.design, candidate.changes)
@@ -137,9 +110,10 @@ class Search:
     def _one_change_more(self, start: Candidate) -> list[Candidate]:
         """Return the best candidate of each sweep over keys that are neither changed yet nor fixed."""
         names = [verdict.name for verdict in start.failed]
+        design = self._design_of(start)
         taken = self._fixed | start.changes.keys()
         best = []
-        for sweep in sweeps(start.design, names, on_cells=_on_cells(start.design)):
+        for sweep in sweeps(design, names, on_cells=_on_cells(design)):
             if not sweep[0] or not taken.isdisjoint(sweep[0]):
                 continue
             trials: list[Candidate] = []
@@ -150,40 +124,37 @@ class Search:
                     if not candidate.failed:
                         break
             if trials:
-                best.append(min(trials, key=lambda candidate: candidate.distance))
+                best.append(min(trials, key=lambda candidate: candidate.rank))
         return best
 
     def _verdicts(self, design: Design) -> tuple[Verdict, ...]:
         """Return the verdicts of a design with ideal springs, fewer where the first ones decide that it fails."""
         if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
             return (_FLAT_TIPS,)
-        refuse_unsolvable(design)
         base = self._base
-        scene = unit_scene(design)
-        same_contact = scene == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
-        contact = base.contact if same_contact else scene_compliance(scene, ROUGH, "split")
-        sizing = spring_sizing(design, contact, RunOptions())
+        same_contact = unit_scene(design) == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
+        sensor = sized_sensor(design, ROUGH, method="split", contact=base.contact if same_contact else None)
         sags = design.press.attitude != "side" and design.tips.layout == base.design.tips.layout
         offsets = base.press.height_offsets if sags else ()
-        springs = replace(ideal_springs(design, sizing), ideal_offsets_mm=offsets)
+        sensor = replace(sensor, springs=replace(sensor.springs, ideal_offsets_mm=offsets))
         if _on_cells(design):  # a tenth of the press often shows that it fails
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
-            few_presses = pressed_at(scene_of(design, offsets), contact, springs.C, moduli, TRAVELS)
+            few_presses = pressed_at(scene_of(design, offsets), sensor.contact, sensor.springs.C, moduli, TRAVELS)
             spread = displacement_verdict(few_presses)
             if spread.passed is not True:
-                printable = check_targets(design, contact=contact, sizing=sizing, springs=springs, parts=())
-                return (*printable.verdicts, spread)
+                return (*replace(sensor, parts=()).evaluation().verdicts, spread)
             self._budget_left -= 2.0 * _cost(design)
-        return check_targets(design, contact=contact, sizing=sizing, springs=springs).verdicts
+        return sensor.evaluation().verdicts
 
     def _nearer(self, candidate: Candidate) -> Candidate:
         """Return a candidate each of whose numbers is as near to the design's as lets it pass, a little beyond."""
+        on_cells = _on_cells(self._design_of(candidate))
         for key, passes in candidate.changes.items():
             fails = value_of(self._base.design, key)
             if not (isinstance(passes, float) and isinstance(fails, float) and fails * passes > 0.0):
                 continue
             beyond = _BEYOND if passes > fails else -_BEYOND
-            for _ in range(_BISECTIONS_ON_CELLS if _on_cells(candidate.design) else _BISECTIONS):
+            for _ in range(_BISECTIONS_ON_CELLS if on_cells else _BISECTIONS):
                 middle = math.sqrt(fails * passes)
                 trial = self.trial({**candidate.changes, key: middle})
                 if trial is not None and not trial.failed:
@@ -230,31 +201,31 @@ def suggestion(
     progress("tries changes with ideal springs")
     search = Search(result, fixed)
     passing = search.passing(failed_verdicts)
-    waiting = [*_less_travel(result, {}, fixed), *(candidate.changes for candidate in passing)]
-    runs = 1
-    while waiting and runs <= MOST_RUNS:
-        changes = waiting.pop(0)
-        progress(f"runs the candidate with {in_words(changes)}")
-        runs += 1
-        try:
-            proof = run(changed(design, changes), options)
-        except UNSOLVED:
-            continue
-        if proof.passed:
-            return Suggestion(design=design, changes=changes, verdicts=proof.verdicts, tried=search.tried, runs=runs)
-        waiting = [*_less_travel(proof, changes, fixed), *waiting]
-    return replace(none_found, reason=_failure(search, passing), tried=search.tried, runs=runs)
+
+    def design_of(candidate: Candidate) -> Design:
+        progress(f"runs the candidate with {in_words(candidate.changes)}")
+        return changed(design, candidate.changes)
+
+    def mended(proof: Proof) -> list[Candidate]:
+        return [] if proof.result is None else _less_travel(proof.result, proof.candidate.changes, fixed)
+
+    proof = first_proved([*_less_travel(result, {}, fixed), *passing], design_of, options, MOST_RUNS, mended)
+    runs = 1 if proof is None else 1 + proof.runs
+    if proof is None or proof.result is None or not proof.passed:
+        return replace(none_found, reason=_failure(search, passing), tried=search.tried, runs=runs)
+    changes = proof.candidate.changes
+    return Suggestion(design=design, changes=changes, verdicts=proof.result.verdicts, tried=search.tried, runs=runs)
 
 
-def _less_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Changes]:
-    """Return changes with the shorter travel that solved strains and clearances ask for; nothing where none does."""
+def _less_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Candidate]:
+    """Return a candidate with the shorter travel that solved strains and clearances ask for, if any does."""
     travels = []
     if _TRAVEL not in {*changes, *fixed}:
         for verdict in result.verdicts:
             shorter = shorter_travel(verdict, result.design, result.springs)
             if verdict.passed is not True and verdict.name != "bruise" and shorter is not None:
                 travels.append(shorter)
-    return [{**changes, _TRAVEL: min(travels)}] if travels else []
+    return [Candidate(changes={**changes, _TRAVEL: min(travels)}, verdicts=())] if travels else []
 
 
 def _failure(search: Search, passing: Sequence[Candidate]) -> str:

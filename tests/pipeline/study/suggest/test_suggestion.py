@@ -11,6 +11,8 @@ from cad.design.processes import PROCESSES
 from cad.design.tips import Press
 from cad.quantity import InputError
 from pipeline.options import RunOptions, load_design
+from pipeline.study.search import proof
+from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.suggest import changes
 from pipeline.study.suggest import suggestion as room
 from pipeline.study.suggest.changes import changed, size, sweeps, written
@@ -33,7 +35,7 @@ def few_steps(monkeypatch, request):
 
 def search_of(design, fixed=frozenset(), budget=room.BUDGET):
     base = result_of(Design())
-    contact = base.contact if design.tips == Design().tips else room.scene_compliance(room.unit_scene(design), 0.02)
+    contact = base.contact if design.tips == Design().tips else sized_sensor(design, 0.02, parts=()).contact
     return Search(dataclasses.replace(base, design=design, contact=contact), fixed, budget)
 
 
@@ -119,6 +121,12 @@ def test_settings_of_changes_give_the_design_again():
     assert load_design("paper", given | settings) == changed(load_design("paper", given), changes)
 
 
+def replace_run(monkeypatch, stand_in):
+    """Put a stand-in in the place of the design's own run, and of those that prove candidates."""
+    monkeypatch.setattr(room, "run", stand_in)
+    monkeypatch.setattr(proof, "run", stand_in)
+
+
 @pytest.fixture
 def runs(monkeypatch):
     """Return the designs that were run: contact and springs are the reference's, no solid is looked at."""
@@ -128,7 +136,7 @@ def runs(monkeypatch):
         designs.append(design)
         return result_of(design)
 
-    monkeypatch.setattr(room, "run", stand_in)
+    replace_run(monkeypatch, stand_in)
     return designs
 
 
@@ -169,7 +177,7 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
         ]
         return dataclasses.replace(result_of(design), verdicts=tuple(rows))
 
-    monkeypatch.setattr(room, "run", too_tight)
+    replace_run(monkeypatch, too_tight)
     mended = suggestion(Design(), RunOptions(), TIPS)
     assert (mended.changes, mended.runs) == ({"press.travel_mm": 0.49}, 2)  # 0.98 (0.6 - 0.1)
     designs.clear()
@@ -207,7 +215,7 @@ def test_candidate_that_its_run_refutes_is_not_suggested(monkeypatch):
             return dataclasses.replace(result_of(design), verdicts=(dataclasses.replace(GOOD, passed=False),))
         raise InputError("refused")
 
-    monkeypatch.setattr(room, "run", refuted)
+    replace_run(monkeypatch, refuted)
     refused = suggestion(BRUISED, RunOptions(), TIPS)
     assert refused.changes is None
     assert 1 < refused.runs <= 1 + room.MOST_RUNS
@@ -215,7 +223,7 @@ def test_candidate_that_its_run_refutes_is_not_suggested(monkeypatch):
 
 def test_undecided_design_is_given_a_tolerance_and_nothing_is_tried(monkeypatch):
     wide = dataclasses.replace(GOOD, name="K_l", limit=900.0, tolerance=0.001, relative=True, error=9.0, passed=None)
-    monkeypatch.setattr(room, "run", lambda design, _: dataclasses.replace(result_of(design), verdicts=(wide,)))
+    replace_run(monkeypatch, lambda design, _: dataclasses.replace(result_of(design), verdicts=(wide,)))
     undecided = suggestion(Design(), RunOptions(tolerance=0.02))
     assert (undecided.changes, undecided.tried) == (None, 0)
     assert "--tol 0.0005" in undecided.reason

@@ -1,0 +1,62 @@
+"""The proof of a candidate: its design passes all verdicts of a whole run."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from cad.design.parameters import Design
+from cad.files.export_error import ExportError
+from cad.quantity import InputError
+from mesh.session import MeshError
+from pipeline import run
+from pipeline.options import RunOptions
+from pipeline.result import SensorResult
+from pipeline.storage.folder import OutputError
+from pipeline.study.search.candidate import Candidate
+from solve.linear import SolveError
+
+UNSOLVED = (ExportError, InputError, MeshError, SolveError)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Proof:
+    """A candidate that was run, its result, None where the run refused or could not solve it, and the runs so far."""
+
+    candidate: Candidate
+    result: SensorResult | None
+    runs: int
+
+    @property
+    def passed(self) -> bool | None:
+        """Say whether all verdicts passed; None where one is undecided."""
+        return False if self.result is None else self.result.passed
+
+
+def first_proved(
+    candidates: Iterable[Candidate],
+    design_of: Callable[[Candidate], Design],
+    options: RunOptions,
+    most_runs: int,
+    mended: Callable[[Proof], list[Candidate]] = lambda _: [],
+) -> Proof | None:
+    """Return the first candidate whose run passes, else the last that was run; None where there is no candidate.
+
+    What `mended` makes of one whose run does not pass is run next. Raises OutputError for a folder that cannot be used.
+    """
+    waiting = list(candidates)
+    proof = None
+    for runs in range(1, most_runs + 1):
+        if not waiting:
+            break
+        candidate = waiting.pop(0)
+        result = None
+        try:
+            result = run(design_of(candidate), options)
+        except OutputError:
+            raise
+        except UNSOLVED:
+            pass
+        proof = Proof(candidate=candidate, result=result, runs=runs)
+        if proof.passed:
+            break
+        waiting = [*mended(proof), *waiting]
+    return proof

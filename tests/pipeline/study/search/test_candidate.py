@@ -1,0 +1,76 @@
+"""The shortfall of verdicts with planted values, and the order of candidates that it makes."""
+
+import math
+
+import pytest
+
+from cad.verdict import Verdict
+from pipeline.study.search.candidate import MARGIN, Candidate, shortfall
+
+
+def verdict(name="P_max", value=1.0, limit=1.0, **changes):
+    told = {"unit": "1", "tolerance": 0.1, "passed": True, "reference": "", "error": 0.0, **changes}
+    return Verdict(name=name, value=value, limit=limit, **told)
+
+
+def falling_short(by):
+    """Return a verdict that falls short by so much, at least the margin."""
+    return verdict(value=1.0 + by - MARGIN, passed=False) if by else verdict()
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "tolerance", "passed", "off"),
+    [
+        (0.5, 0.0, None, False, MARGIN + 0.5),
+        (0.5, 0.0, 0.25, False, MARGIN + 2.0),
+        (3.0, 2.0, 0.0, False, MARGIN + 0.5),
+        (1.995, 2.0, 0.0, True, MARGIN - 0.0025),
+        (1.9, 2.0, 0.0, True, 0.0),
+        (1.995, 2.0, 0.01, True, 0.0),
+        (None, 2.0, 0.0, False, 1.0),
+        (None, None, None, True, 0.0),
+    ],
+)
+def test_shortfall_is_the_distance_over_the_limit(value, limit, tolerance, passed, off):
+    one = verdict(value=value, limit=limit, tolerance=tolerance, passed=passed, error=0.1)
+    assert shortfall(one) == pytest.approx(off)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "passed", "off"),
+    [
+        ("reading.bias", 3.0, False, MARGIN + 0.6),
+        ("reading.bias", 1.9, None, MARGIN + 0.05),
+        ("geometry.fillets", 1.0, False, MARGIN + 0.6),
+        ("geometry.fillets", 2.1, None, MARGIN + 0.05),
+        ("geometry.fillets", 3.0, True, 0.0),
+    ],
+)
+def test_shortfall_of_a_limit_on_one_side_is_how_far_the_bar_reaches_beyond_it(name, value, passed, off):
+    one = verdict(name, value, 2.0, tolerance=0.0, error=0.2, passed=passed)
+    assert shortfall(one) == pytest.approx(off)
+
+
+def test_poses_without_a_reading_add_their_fraction():
+    """The value is that of the other poses, and keeps the limit."""
+    told = "3 of 60 poses have no reading, as at 1 MPa, level: all off"
+    one = verdict("reading.bias", 1.0, 2.0, tolerance=0.0, passed=False, reference=told)
+    assert shortfall(one) == pytest.approx(MARGIN + 0.05)
+
+
+@pytest.mark.parametrize(("passed", "off", "failed"), [(None, 0.0, 1), (False, 1.0, 1), (True, 0.0, 0)])
+def test_leaf_that_the_beam_law_cannot_tell_is_left_to_the_run(passed, off, failed):
+    candidate = Candidate(changes={}, verdicts=(verdict("printable.low", 60.0, "4 to 60", passed=passed),))
+    assert (candidate.shortfall, candidate.passes, candidate.rank) == (off, off == 0.0, (off, failed))
+
+
+def test_costs_are_in_the_order_of_the_designs():
+    def cost(value, off=0.0):
+        return Candidate(changes={}, verdicts=(falling_short(off),), value=value).cost
+
+    passing = [cost(value) for value in (-1e6, -2.0, 0.0, 0.1, 2e4, 2.1e4, 1e12)]
+    failing = [cost(-5.0, off) for off in (MARGIN, 1.0, 1e6)]
+    refused = Candidate(changes={}, verdicts=None)
+    costs = [*passing, *failing, refused.cost]
+    assert costs == sorted(set(costs))
+    assert Candidate(changes={}, verdicts=(), value=math.nan).cost == refused.cost
