@@ -30,7 +30,7 @@ from pipeline.study.report_keys import VERDICT_FIELDS
 from pipeline.study.search.candidate import Candidate
 from pipeline.study.search.proof import Proof, first_proved
 from pipeline.study.store import StudyStore, study_store
-from pipeline.study.study_file import REFUSED, Study, front_number
+from pipeline.study.study_file import REFUSED, UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT, Study, front_number
 from pipeline.study.tasks import PointResult, lost_points, solve_points
 from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.workers import Engine, ProgressReport, completed
@@ -167,7 +167,22 @@ def candidate_of(study: Study, result: PointResult) -> Candidate:
         of_point,
         verdicts=tuple(_verdict(name, result.values) for name in study.goal.under),
         value=value if is_number(value) else math.nan,
+        unit=_unit(study, result),
     )
+
+
+def _unit(study: Study, result: PointResult) -> float:
+    """Return what the number to be made least is a multiple of in comparisons: 1 [unit of the number] for most.
+
+    An uncertainty with a limit at each modulus is told at the modulus where it is largest over its limit. That modulus
+    is another one from design to design, so the uncertainty jumps; as a multiple of its limit [1] it does not.
+    """
+    of_base = getattr(study.base_tables.get("reading"), "uncertainty_limit", None)
+    asked = result.settings.get("reading.uncertainty_limit", of_base)
+    if study.goal.minimise not in UNCERTAINTY_KEYS or not isinstance(asked, list | tuple):
+        return 1.0
+    limit = result.values[UNCERTAINTY_LIMIT]
+    return limit if is_number(limit) else 1.0
 
 
 def _verdict(name: str, values: Mapping[str, object]) -> Verdict:

@@ -28,6 +28,10 @@ How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 HOW = ("sobol", "grid", "points", "search", "sensitivity")
 MOST_POINTS = 10_000_000
 REFUSED = "reading.refused"
+UNCERTAINTY_KEYS = ("verdicts.reading.uncertainty.value", "reading.uncertainty_percent")
+"""The uncertainty at the modulus where it is largest over its limit."""
+UNCERTAINTY_LIMIT = "verdicts.reading.uncertainty.limit"
+"""The limit there."""
 _PROCESS_FILE = "print.process_file"
 _NO_NUMBERS = ("passed", "fruit_stiffness", "method", "status", "refused")
 _FILE_KEYS = ("base", "samples", "seed", "wanted", "vary", "set", "how", "points", "tol", "level", "optimise")
@@ -136,6 +140,7 @@ def read_study(path: Path) -> Study:
     wanted = _texts("wanted", data.get("wanted", []))
     if how == "search":
         why = [REFUSED] if any(name.startswith("reading.") for name in goal.under) else []
+        why += [UNCERTAINTY_LIMIT] if goal.minimise in UNCERTAINTY_KEYS else []
         wanted = tuple(dict.fromkeys((*wanted, goal.minimise, *verdict_keys(goal), *why)))
     level = data.get("level", "contact")
     if level in LEVELS:

@@ -27,6 +27,7 @@ from pipeline.study.optimise import (
 from pipeline.study.search import proof
 from pipeline.study.search.candidate import MARGIN, Candidate
 from pipeline.study.store import study_store
+from pipeline.study.study_file import UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT
 from pipeline.study.tasks import PointResult
 from solve.linear import SolveError
 
@@ -246,6 +247,29 @@ def test_poses_without_a_reading_count_as_a_shortfall(written):
     values = {"springs.K_l_N_per_m": 1.0, "reading.refused": "3 of 60 poses have no reading"}
     values |= verdict_values("reading.bias", 1.0, 2.0, passed=False)
     assert candidate_of(study, result_of(values)).shortfall == pytest.approx(MARGIN + 0.05)
+
+
+@pytest.mark.parametrize("key", UNCERTAINTY_KEYS)
+def test_uncertainty_with_a_limit_at_each_modulus_is_compared_over_its_limit(written, key):
+    """The value jumps from 0.049 to 0.098 where another modulus has the largest multiple of its limit, 0.98."""
+    study = read_study(
+        written(f'base = "mango"\n[vary]\n"press.travel_mm" = [1.0, 1.1]\n[optimise]\nminimise = "{key}"')
+    )
+    assert UNCERTAINTY_LIMIT in study.wanted
+    others = {name: value for name in study.goal.under for name, value in verdict_values(name, 0.5, 1.0).items()}
+
+    def candidate(value, limit, **settings):
+        values = {**others, **verdict_values("reading.uncertainty", value, limit), "reading.uncertainty_percent": value}
+        return candidate_of(study, result_of(values, **settings))
+
+    better, softest, firmest = candidate(0.097, 0.1), candidate(0.049, 0.05), candidate(0.098, 0.1)
+    assert better.passes
+    assert better.cost < softest.cost == pytest.approx(firmest.cost, rel=1e-12)
+    assert (softest.value, firmest.value) == (0.049, 0.098)
+    one_limit = [
+        candidate(value, limit, reading__uncertainty_limit=0.1) for value, limit in ((0.049, 0.1), (0.05, 0.2))
+    ]
+    assert one_limit[0].cost < one_limit[1].cost
 
 
 def test_distribution_is_refused_before_anything_is_written(written, engine, tmp_path):
