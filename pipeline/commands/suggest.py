@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from cad.design.design_file import design_as_mapping, design_as_toml, every_key, refuse_former_keys
 from cad.design.parameters import Design
 from cad.quantity import nearest, validation_error
+from cad.verdict import Verdict
 from pipeline.commands.console import (
     FAILED,
     PASSED,
@@ -24,19 +25,21 @@ from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
 from pipeline.storage.digests import Json
 
 if TYPE_CHECKING:
+    from pipeline.study.suggest.fruit_range import FruitRange
     from pipeline.study.suggest.suggestion import Suggestion
 
 PURPOSE = "find the nearest design that passes"
 EXAMPLE = r"""pipeline suggest --out mine.toml \
          --fruit 'radius 45 to 52 by 90 to 130, flesh 9 to 18, E 0.5 to 3'"""
-FRUIT_PRESET = "mango"  # the sensor that --fruit starts from
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add DESIGN, the flags that give a design, --keep, --out and --json."""
     add = parser.add_argument
     add_design_flags(parser)
-    words = "find a sensor for this fruit by the preset mango: 'radius 26, E 0.3 to 2' [mm, MPa] or a .json file"
+    words = (
+        "find a sensor for this fruit from the preset most like it: 'radius 26, E 0.3 to 2' [mm, MPa] or a .json file"
+    )
     add("--fruit", metavar="TEXT|FILE.json", help=f"{words} of pipeline modulus --json")
     add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")
     add("--out", metavar="FILE.toml", type=Path, help="write the design that passes there")
@@ -47,15 +50,20 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Search, prove and print; return 0 where a design passes, 1 where none was found."""
     named = named_design(arguments)
+    fruit = None
     if arguments.fruit is not None:
+        from pipeline.study.suggest.fruit_design import most_alike
+        from pipeline.study.suggest.fruit_range import fruit_range
+
         if named != DEFAULT_DESIGN:
-            hint = f"the search starts from {FRUIT_PRESET}"
+            hint = "the search starts from the preset most like the fruit"
             raise validation_error("DESIGN", named, "", "left out beside --fruit", hint)
-        named = FRUIT_PRESET
+        fruit = fruit_range(arguments.fruit)
+        named = most_alike(fruit)
     settings = settings_of(arguments)
     design = load_design(named, settings)
     _refuse_flags(arguments)
-    found = _found(arguments, design, frozenset(settings))
+    found = _found(arguments, design, fruit, frozenset(settings))
     from pipeline.study.suggest.changes import value_of, written
 
     changes: list[Json] = []
@@ -100,14 +108,12 @@ def _refuse_flags(arguments: Namespace) -> None:
     refuse_taken([arguments.out], "--out", force=arguments.force)
 
 
-def _found(arguments: Namespace, design: Design, given: frozenset[str]) -> "Suggestion":
+def _found(arguments: Namespace, design: Design, fruit: "FruitRange | None", given: frozenset[str]) -> "Suggestion":
     """Return what is found for a design, or for a fruit with the keys that are `given` as they are."""
     from pipeline.study.suggest.fruit_design import fruit_suggestion
-    from pipeline.study.suggest.fruit_range import fruit_range
     from pipeline.study.suggest.suggestion import suggestion
 
     keep = frozenset(arguments.keep)
-    fruit = None if arguments.fruit is None else fruit_range(arguments.fruit)
     with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
         if fruit is None:
             return suggestion(design, RunOptions(), keep, progress)
@@ -122,10 +128,20 @@ def _print(found: "Suggestion", changes: list[Json]) -> None:
         for verdict in found.verdicts:
             if verdict.passed is not True:
                 outcome = "undecided" if verdict.passed is None else "failed"
-                print(f"{outcome} {verdict.name}: {verdict.reference}")
+                print(f"{outcome} {verdict.name}: {_numbers(verdict)}{verdict.reference}")
     rows = [{"key": "key", "from": "from", "to": "to"}, *changes] if changes else []
     for row in rows:
         print(f"{row['key']:<28}{_formatted(row['from']):<14}{_formatted(row['to'])}")
+
+
+def _numbers(verdict: Verdict) -> str:
+    """Return a value with its error bar and its limit; nothing without a number."""
+    from pipeline.report.verdict_rule import limit_text, number_text
+
+    if verdict.value is None:
+        return ""
+    bar = "" if not verdict.error else f" ± {verdict.error:.2g}"
+    return f"{number_text(verdict.value, digits=3)}{bar}, must be {limit_text(verdict, verdict.unit)}; "
 
 
 def _formatted(value: object) -> str:

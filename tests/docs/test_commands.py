@@ -50,6 +50,7 @@ SLOW = ("default", "own file", "compression tests")  # the others are studies
 
 OTHER_FRUIT = [
     'pipeline suggest --fruit "radius 26, E 0.3 to 2" --out kiwi.toml',
+    'pipeline suggest --fruit "radius 45 to 52 by 90 to 130, flesh 9 to 18, E 0.5 to 3" --out my-mango.toml',
     "pipeline run --design kiwi",
     "pipeline run --design apple",
     "pipeline run --design peach",

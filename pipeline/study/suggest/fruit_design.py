@@ -1,55 +1,103 @@
-"""A sensor for one's own fruit: the preset mango's, as much smaller or softer as the fruit is, stepped until it passes.
+"""A sensor for one's own fruit: the preset of the fruit most like it, as much smaller or softer as the fruit is.
 
-Contact has no length and no modulus of its own: a sensor whose lengths go with the fruit's radius, and whose springs go
-with radius times modulus, reads as well. What does not scale is left to the steps: rounded sizes, the bruise limit, how
-far off centre a hand is, what can be printed.
+Contact has no length and no modulus of its own: a sensor whose lengths are proportional to the fruit's radius, and
+whose springs are proportional to radius times modulus, reads as well. What does not scale is left to steps: rounded
+sizes, the bruise limit, how far off centre a hand is, what can be printed.
 """
 
 import math
 
 from cad.design.parameters import Design
+from cad.design.reading import Reading
 from cad.quantity import InputError
-from pipeline import run
-from pipeline.evaluate import check_targets
-from pipeline.options import RunOptions
+from pipeline.options import RunOptions, load_design
 from pipeline.result import Evaluation
-from pipeline.springs.fitted_springs import ideal_springs
-from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.stopwatch import Progress, silent
-from pipeline.study.scenes import scene_compliance, unit_scene
-from pipeline.study.suggest.changes import Changes, Value, changed, in_words, value_of
+from pipeline.study.search.candidate import Candidate
+from pipeline.study.search.proof import first_proved
+from pipeline.study.search.sized_sensor import sized_sensor
+from pipeline.study.suggest.changes import Changes, changed, in_words, value_of
 from pipeline.study.suggest.fruit_range import Ends, FruitRange, bruise_limit, with_digits
-from pipeline.study.suggest.suggestion import ROUGH, Suggestion
+from pipeline.study.suggest.suggestion import Suggestion
 from pipeline.verdicts.hints import least_travel
-from solve.fruit.compliance import FruitCompliance
+
+PRESETS = ("apple", "avocado", "kiwi", "mango", "peach", "tomato")
+"""Sensors of single fruits, all of which pass."""
 
 MOST_TRIALS = 30
 MOST_RUNS = 4
+TOLERANCE = 0.01  # of the springs whose contact is good enough for the bars of readings
 _LEAST_SPACING_MM = 4.0
 _BEYOND_SIDE_MM = 0.5  # between two neighbouring tips, as in the preset
+_OF_DEPTH = 0.6  # by which the corners of the piece of fruit lie below its top
 _HALF_MM = 0.5
 _DOME_STEP_MM = 0.1
 _SPACING_STEP_MM = 0.05
 _TRAVEL_STEP_MM = 0.01
+_LESS_TRAVEL_MM = 0.02  # by which both signs of the largest bias shrink
 _SOFTER = 0.9  # factor of both springs that presses less hard
-_BY_BIAS = 0.04  # of the radii, by which the fruit of the design is rounder or flatter
+_BY_BIAS = 1.04  # factor of the radii of the fruit of the design, halved where the largest bias changes its sign
 _STIFFER = 1.12  # factor of the high spring that tells firm fruit better
+
+
+def most_alike(fruit: FruitRange) -> str:
+    """Return the preset whose fruit is most like a fruit: the least sum of squares of log ratios of what is told."""
+    return min(PRESETS, key=lambda name: _unlikeness(fruit, fruit_of(load_design(name))))
+
+
+def fruit_of(design: Design) -> FruitRange:
+    """Return the fruits that occur with a design; those of its own dimensions where it gives no range."""
+    own = design.fruit
+    asked = design.reading or Reading()
+    along, across = own.radii_mm
+    return FruitRange(
+        radius_mm=asked.radius_mm or (along, along),
+        radius_across_mm=asked.radius_across_mm or (across, across),
+        thickness_mm=asked.thickness_mm or (own.depth_mm, own.depth_mm),
+        E_min_MPa=min(own.E_MPa),
+        E_max_MPa=own.E_max_MPa,
+    )
+
+
+def _unlikeness(fruit: FruitRange, other: FruitRange) -> float:
+    """Return the sum of squares of log ratios [1] of middle radii, moduli and flesh, where it is told."""
+    ratios = [fruit.E_min_MPa / other.E_min_MPa, fruit.E_max_MPa / other.E_max_MPa]
+    for own, of_other in zip(sorted(map(_middle, fruit.radii_mm)), sorted(map(_middle, other.radii_mm)), strict=True):
+        ratios.append(own / of_other)
+    if fruit.thickness_mm is not None and other.thickness_mm is not None:
+        ratios.append(_middle(fruit.thickness_mm) / _middle(other.thickness_mm))
+    return math.fsum(math.log(ratio) ** 2 for ratio in ratios)
+
+
+def _middle(ends: Ends) -> float:
+    return math.sqrt(ends[0] * ends[1])
 
 
 def scaled(fruit: FruitRange, preset: Design) -> Changes:
     """Return the changes of the preset that fit it to a fruit, in sizes that a maker can measure."""
     tips = preset.tips
+    own = preset.fruit
+    other = fruit_of(preset)
     moduli = fruit.moduli_MPa
     # As large as the fruit is, but no smaller than plates and leaves can be printed.
-    larger = max(_mean_curvature(preset) / fruit.mean_curvature, _LEAST_SPACING_MM / tips.spacing_mm)
-    of_preset = math.sqrt(preset.fruit.E_MPa[0] * preset.fruit.E_max_MPa)
-    firmer = math.sqrt(fruit.E_min_MPa * fruit.E_max_MPa) / of_preset
+    larger = max(other.mean_curvature / fruit.mean_curvature, _LEAST_SPACING_MM / tips.spacing_mm)
+    firmer = math.sqrt(fruit.E_min_MPa * fruit.E_max_MPa) / math.sqrt(other.E_min_MPa * other.E_max_MPa)
     spacing = _nearest(tips.spacing_mm * larger, _SPACING_STEP_MM)
+    # The fruit of the design lies within the ranges where that of the preset lies within its own.
+    radii = [_within(*row) for row in zip(fruit.radii_mm, own.radii_mm, other.radii_mm, strict=True)]
+    depth = _nearest(own.depth_mm * larger, _HALF_MM)
+    if fruit.thickness_mm is not None and other.thickness_mm is not None:
+        depth = _within(fruit.thickness_mm, own.depth_mm, other.thickness_mm)
+    widest = _widest_piece(math.fsum(1.0 / radius for radius in radii) / len(radii), depth)
     return {
-        "fruit.thickness_mm": _nearest(preset.fruit.depth_mm * larger, _HALF_MM),
-        **_shape(fruit, preset),
-        "fruit.length_mm": _nearest(preset.fruit.length_mm * larger, _HALF_MM),
-        "fruit.width_mm": _nearest(preset.fruit.width_mm * larger, _HALF_MM),
+        "fruit.thickness_mm": depth,
+        "fruit.radius_mm": radii[0],
+        "fruit.radius_across_mm": radii[1],
+        "reading.radius_mm": fruit.radii_mm[0],
+        "reading.radius_across_mm": fruit.radii_mm[1],
+        "reading.thickness_mm": fruit.thickness_mm,
+        "fruit.length_mm": _nearest(min(own.length_mm * larger, widest), _HALF_MM),
+        "fruit.width_mm": _nearest(min(own.width_mm * larger, widest), _HALF_MM),
         "fruit.E_max_MPa": fruit.E_max_MPa,
         "fruit.E_MPa": moduli,
         "fruit.bruise_limit_MPa": tuple(bruise_limit(E) for E in moduli),
@@ -61,45 +109,18 @@ def scaled(fruit: FruitRange, preset: Design) -> Changes:
     }
 
 
-def _shape(fruit: FruitRange, preset: Design) -> Changes:
-    """Return the changes of the shape of the fruit, and of which shapes occur: a ball, or principal radii.
-
-    The fruit of the design lies within the ranges where that of the preset lies within its own.
-    """
-    asked = preset.reading
-    if isinstance(fruit.radius_mm, float) or fruit.radius_across_mm is None or asked is None:
-        ball = {"fruit.shape": "sphere", "fruit.radius_mm": fruit.radius_mm, "fruit.radius_across_mm": None}
-        return {**ball, **dict.fromkeys(("reading.radius_mm", "reading.radius_across_mm", "reading.thickness_mm"))}
-    own = preset.fruit
-    changes: dict[str, Value] = {
-        "fruit.shape": "ellipsoid",
-        "fruit.radius_mm": _within(fruit.radius_mm, own.radii_mm[0], asked.radius_mm),
-        "fruit.radius_across_mm": _within(fruit.radius_across_mm, own.radii_mm[1], asked.radius_across_mm),
-        "reading.radius_mm": fruit.radius_mm,
-        "reading.radius_across_mm": fruit.radius_across_mm,
-        "reading.thickness_mm": fruit.thickness_mm,
-    }
-    if fruit.thickness_mm is not None:
-        changes["fruit.thickness_mm"] = _within(fruit.thickness_mm, own.depth_mm, asked.thickness_mm)
-    return changes
+def _widest_piece(curvature: float, depth: float) -> float:
+    """Return the side of a square piece of a ball [mm; 1/mm] whose corners lie well above its base, and on the ball."""
+    radius = 1.0 / curvature
+    fall = _OF_DEPTH * min(depth, radius)
+    return math.sqrt(2.0 * (2.0 * radius * fall - fall**2))
 
 
-def _within(ends: Ends, of_preset: float, ends_of_preset: Ends | None) -> float:
+def _within(ends: Ends, of_preset: float, ends_of_preset: Ends) -> float:
     """Return the length that lies within its ends as that of the preset does, to three digits [mm]."""
-    fraction = 0.5
-    if ends_of_preset is not None:
-        least, most = ends_of_preset
-        fraction = math.log(of_preset / least) / math.log(most / least)
+    least, most = ends_of_preset
+    fraction = math.log(of_preset / least) / math.log(most / least) if least < most else 0.5
     return with_digits(ends[0] * (ends[1] / ends[0]) ** fraction, 3)
-
-
-def _mean_curvature(design: Design) -> float:
-    """Return the mean curvature in the middle of all radii that occur [1/mm]."""
-    radii: tuple[float, ...] = design.fruit.radii_mm
-    asked = design.reading
-    if asked is not None and asked.radius_mm is not None and asked.radius_across_mm is not None:
-        radii = (*asked.radius_mm, *asked.radius_across_mm)
-    return math.fsum(1.0 / radius for radius in radii) / len(radii)
 
 
 def fruit_suggestion(
@@ -107,7 +128,8 @@ def fruit_suggestion(
 ) -> Suggestion:
     """Return the preset changed for a fruit so that a run shows it to pass, without changing the keys that are `fixed`.
 
-    Raises InputError where fruit and preset make no design, and as `run`.
+    Where none passes, its verdicts are those of the design nearest to that. Raises InputError where fruit and preset
+    make no design, MeshError or SolveError.
     """
     changes: Changes = {
         key: value
@@ -115,44 +137,66 @@ def fruit_suggestion(
         if key not in fixed and value != value_of(preset, key)
     }
     design = changed(preset, changes)
-    progress("starts from the preset in the size of the fruit")
-    contact = scene_compliance(unit_scene(design), ROUGH, "split")  # of the first dome: a run knows that of the last
+    progress(f"starts from the preset {preset.name} in the size of the fruit")
     runs = 0
     seen: set[Design] = set()
-    result: Evaluation | None = None
+    tried: list[Candidate] = []
+    centring = _BY_BIAS
+    side = 0.0
     while len(seen) < MOST_TRIALS and runs < MOST_RUNS and design not in seen:
         seen.add(design)
-        result = _with_ideal_springs(design, contact)
-        if result is not None and all(verdict.passed is not False for verdict in result.verdicts):
-            progress("runs the design that passes with ideal springs")
+        result = _sized(design)
+        candidate = Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
+        if candidate.passes:
+            progress("runs the design that passes with springs as they were sized")
             runs += 1
-            result = run(design, RunOptions())
-            if result.passed:
+            proof = first_proved([candidate], lambda one: changed(preset, one.changes), RunOptions(), 1)
+            result = None if proof is None else proof.result
+            candidate = Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
+            if result is not None and result.passed:
                 return Suggestion(design=preset, changes=changes, verdicts=result.verdicts, tried=len(seen), runs=runs)
-        step = _step(design, result)
+        tried.append(candidate)
+        last_side, side = side, _side(result) or side
+        step = _step(design, result, centring)
+        if side * last_side < 0.0:  # neither fruit rounder nor flatter will do: centred finer, and pressed less deep
+            centring = math.sqrt(centring)
+            less = round(design.press.travel_mm - _LESS_TRAVEL_MM, 2)
+            step = {**_step(design, result, centring), "press.travel_mm": max(least_travel(design), less)}
         if not step or not fixed.isdisjoint(step):
             break
         progress(f"tries {in_words(step)}")
         changes = {**changes, **step}
         design = changed(preset, changes)
-    verdicts = () if result is None else result.verdicts
-    reason = f"none found: of {len(seen)} designs around the preset none passes; the last is that of the verdicts below"
+    nearest = min(tried, key=lambda candidate: candidate.shortfall)
+    reason = f"none found: of {len(seen)} designs around the preset none passes; the nearest has the verdicts below"
+    verdicts = nearest.verdicts or ()
     return Suggestion(design=preset, changes=None, verdicts=verdicts, reason=reason, tried=len(seen), runs=runs)
 
 
-def _with_ideal_springs(design: Design, contact: FruitCompliance) -> Evaluation | None:
-    """Return the verdicts with springs just as stiff as given; None where a level press runs off the face of a dome."""
-    sizing = spring_sizing(design, contact, RunOptions())
+def _sized(design: Design) -> Evaluation | None:
+    """Return the verdicts with springs as they were sized; None where a level press runs off the face of a dome."""
     try:
-        return check_targets(design, contact=contact, sizing=sizing, springs=ideal_springs(design, sizing))
+        return sized_sensor(design, TOLERANCE).evaluation()
     except InputError as error:
         if error.field != "tips.side_mm":
             raise
         return None
 
 
-def _step(design: Design, result: Evaluation | None) -> Changes:
-    """Return the change that brings a design nearer to passing, in steps that a maker can measure; none for no rule."""
+def _side(result: Evaluation | None) -> float:
+    """Return the largest bias [1], above 0 where fruit is read too firm; 0 where it passes or nothing is read."""
+    readings = None if result is None else result.readings
+    if result is None or readings is None or not readings.moduli:
+        return 0.0
+    passed = {verdict.name: verdict.passed for verdict in result.verdicts}
+    return 0.0 if passed.get("reading.bias") else readings.worst_bias.bias.value
+
+
+def _step(design: Design, result: Evaluation | None, centring: float) -> Changes:
+    """Return the change that brings a design nearer to passing, in steps that a maker can measure; none for no rule.
+
+    `centring` is the factor [1] by which the fruit of the design becomes flatter, or rounder by its inverse.
+    """
     readings = None if result is None else result.readings
     failed = set() if result is None else {verdict.name for verdict in result.verdicts if verdict.passed is not True}
     off_the_face = readings is not None and readings.face_mm > design.tips.side_mm
@@ -162,16 +206,15 @@ def _step(design: Design, result: Evaluation | None) -> Changes:
         return _springs(design, _SOFTER, _SOFTER)
     if "reading.touch" in failed or (readings is not None and readings.refused is not None):
         return {"press.travel_mm": round(design.press.travel_mm + _TRAVEL_STEP_MM, 2)}
-    if "reading.bias" in failed and readings is not None and readings.moduli:
-        return _centred(design, readings.worst_bias.bias.value)
+    if _side(result):
+        return _centred(design, centring if _side(result) > 0.0 else 1.0 / centring)
     if "reading.uncertainty" in failed:
         return {"springs.K_h_N_per_m": _springs(design, 1.0, _STIFFER)["springs.K_h_N_per_m"]}
     return {}
 
 
-def _centred(design: Design, bias: float) -> Changes:
-    """Return a fruit of the design that is nearer to that of the largest bias [1]: rounder fruit is read too soft."""
-    factor = 1.0 - _BY_BIAS if bias < 0.0 else 1.0 + _BY_BIAS
+def _centred(design: Design, factor: float) -> Changes:
+    """Return the radii of the fruit of the design times a factor [1]: rounder fruit than that is read too soft."""
     radii = {"fruit.radius_mm": design.fruit.radius_mm, "fruit.radius_across_mm": design.fruit.radius_across_mm}
     return {key: with_digits(factor * radius, 3) for key, radius in radii.items() if radius is not None}
 

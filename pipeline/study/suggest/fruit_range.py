@@ -14,6 +14,7 @@ from pipeline.verdicts.hints import rounded
 
 BRUISE_MPA = 0.1  # of flesh of 1 MPa: an assumption, as the exponent; apple flesh of 3.5 MPa fails at 0.29
 BRUISE_EXPONENT = 0.85
+BALL_SPREAD = 0.2  # of the radius of a ball: no fruit is one
 _FORM = (
     "as in 'radius 26, E 0.3 to 2' or 'radius 24 to 31 by 40 to 51, flesh 14 to 27, E 0.3 to 2' [mm, MPa], or a file "
     "of pipeline modulus --json that ends in .json"
@@ -31,7 +32,7 @@ Ends = tuple[float, float]
 class FruitRange:
     """Fruits as they were measured: radii where they are pressed and flesh [mm], softest and firmest flesh [MPa].
 
-    A fruit of one `radius_mm` is a ball; with `radius_across_mm` its principal radii and its `thickness_mm` lie
+    A fruit of one `radius_mm` is nearly a ball; with `radius_across_mm` its principal radii and its `thickness_mm` lie
     anywhere between from and to.
     """
 
@@ -54,10 +55,17 @@ class FruitRange:
                 raise validation_error(name, list(ends), "mm", "two numbers that rise", "give the lesser first")
 
     @property
+    def radii_mm(self) -> tuple[Ends, Ends]:
+        """Return the principal radii that occur, from and to [mm]; those of a ball lie within 20 %."""
+        radius = self.radius_mm
+        if not isinstance(radius, tuple):
+            radius = (with_digits((1.0 - BALL_SPREAD) * radius, 3), with_digits((1.0 + BALL_SPREAD) * radius, 3))
+        return radius, self.radius_across_mm or radius
+
+    @property
     def mean_curvature(self) -> float:
         """Return the mean curvature in the middle of all radii [1/mm]."""
-        radii = self.radius_mm if isinstance(self.radius_mm, tuple) else (self.radius_mm,)
-        radii = (*radii, *(self.radius_across_mm or radii))
+        radii = [radius for ends in self.radii_mm for radius in ends]
         return math.fsum(1.0 / radius for radius in radii) / len(radii)
 
     @property

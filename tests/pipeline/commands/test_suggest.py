@@ -1,15 +1,19 @@
 """`pipeline suggest` prints a table and a command that gives the design, and writes a design file where asked."""
 
 import json
+import re
 import shlex
 
 import pytest
 
 from cad.design.design_file import design_as_toml
+from cad.quantity import Estimate
 from pipeline.cli import main
 from pipeline.options import load_design
+from pipeline.study.suggest import fruit_design
 from pipeline.study.suggest import suggestion as room
 from pipeline.study.suggest.suggestion import Suggestion
+from pipeline.verdicts.rules import margin_verdict
 
 BRUISED = ["suggest", "paper", "--set", "fruit.bruise_limit_MPa=0.29", "--nl", "0.04"]
 
@@ -62,6 +66,32 @@ def test_design_file_reads_back_as_the_design(tmp_path):
     assert text.startswith("# pipeline run --design paper ")
     assert design_as_toml(load_design(tmp_path / "mended.toml")) in text
     assert main([*BRUISED, "--out", "mended.toml"]) == 2
+
+
+@pytest.fixture
+def fruits(monkeypatch):
+    """Put none found in the place of the search for a fruit; return how it was asked."""
+    asked = []
+
+    def stand_in(fruit, preset, keep, _progress):
+        asked.append((fruit, preset, keep))
+        failed = margin_verdict("reading.bias", Estimate(0.0519, 0.0008), 0.05, "at 2 MPa", at_most=True)
+        return Suggestion(design=preset, changes=None, verdicts=(failed,), reason="none found")
+
+    monkeypatch.setattr(fruit_design, "fruit_suggestion", stand_in)
+    return asked
+
+
+def test_fruit_starts_from_the_preset_most_like_it_and_is_told_what_it_lacks(fruits, capsys):
+    assert (
+        main(["suggest", "--fruit", "radius 26, E 0.3 to 2", "--set", "reading.tilt_deg=3", "--out", "ball.toml"]) == 1
+    )
+    ((fruit, preset, keep),) = fruits
+    assert fruit.E_max_MPa == 2.0
+    assert preset.fruit == load_design("peach").fruit
+    assert (preset.name, preset.reading.tilt_deg, keep) == ("ball", 3.0, {"reading.tilt_deg"})
+    line = capsys.readouterr().out.splitlines()[1]
+    assert re.findall(r"[\d.]+", line.partition(": ")[2])[:3] == ["0.0519", "0.0008", "0.05"]
 
 
 def test_design_without_a_remedy_ends_with_1(monkeypatch, capsys):

@@ -2,16 +2,19 @@
 
 import dataclasses
 import json
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from cad.quantity import InputError
+from cad.quantity import Estimate, InputError
 from cad.verdict import Verdict
 from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.options import load_design
+from pipeline.study.search import proof
 from pipeline.study.suggest import fruit_design as room
 from pipeline.study.suggest.changes import changed
-from pipeline.study.suggest.fruit_design import fruit_suggestion, scaled
+from pipeline.study.suggest.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_alike, scaled
 from pipeline.study.suggest.fruit_range import FruitRange, bruise_limit, fruit_range
 from pipeline.verdicts.hints import least_travel
 
@@ -77,17 +80,32 @@ def test_bruise_limits_are_the_stated_law_never_wider():
         assert 0.99 * 0.1 * E**0.85 < bruise_limit(E) <= 0.1 * E**0.85
 
 
-def test_preset_in_the_size_of_its_own_fruit_is_the_preset():
-    fruit = fruit_range("radius 42 to 53 by 86 to 144, flesh 8 to 20, E 0.5 to 3.5")
-    same = changed(MANGO, scaled(fruit, MANGO))
+@pytest.mark.parametrize("name", PRESETS)
+def test_preset_in_the_size_of_its_own_fruit_is_the_preset(name):
+    preset = load_design(name)
+    fruit = fruit_of(preset)
+    assert most_alike(fruit) == name
+    same = changed(preset, scaled(fruit, preset))
     shown = ("E_MPa", "bruise_limit_MPa")
-    assert dataclasses.replace(same.fruit, **{key: getattr(MANGO.fruit, key) for key in shown}) == MANGO.fruit
-    assert (same.tips, same.springs, same.press, same.reading) == (
-        MANGO.tips,
-        MANGO.springs,
-        MANGO.press,
-        MANGO.reading,
-    )
+    assert dataclasses.replace(same.fruit, **{key: getattr(preset.fruit, key) for key in shown}) == preset.fruit
+    assert (same.tips, same.springs, same.reading) == (preset.tips, preset.springs, preset.reading)
+    assert same.press.travel_mm == pytest.approx(preset.press.travel_mm, abs=0.00501)  # half a step, and round-off
+
+
+@pytest.mark.parametrize(
+    "text", ["radius 10, E 0.5 to 3", "radius 36 to 40 by 36 to 40, flesh 4 to 6, E 0.3 to 2", "radius 100, E 0.3 to 9"]
+)
+def test_fruit_unlike_any_preset_is_a_design(text):
+    """The piece that is modelled is cut so small that its corners lie on the fruit."""
+    fruit = fruit_range(text)
+    preset = load_design(most_alike(fruit))
+    assert changed(preset, scaled(fruit, preset)).fruit.E_max_MPa == fruit.E_max_MPa
+
+
+def test_ball_occurs_as_fruit_whose_radii_lie_within_a_fifth():
+    assert KIWI.radii_mm == ((20.8, 31.2), (20.8, 31.2))
+    design = changed(MANGO, scaled(KIWI, MANGO))
+    assert (design.reading.radius_mm, design.reading.radius_across_mm) == KIWI.radii_mm
 
 
 @pytest.mark.parametrize("radius", [20.0, 26.0, 33.0, 50.0])
@@ -115,16 +133,15 @@ def trials(monkeypatch):
     """Let trials and runs end as told; return the designs that were tried."""
     tried = []
 
-    def arranged(*outcomes, proof=None):
+    def arranged(*outcomes, proved=None):
         rest = list(outcomes)
 
-        def trial(design, _contact):
+        def trial(design):
             tried.append(design)
             return rest.pop(0) if rest else Outcome(verdicts=(PASSED,))
 
-        monkeypatch.setattr(room, "_with_ideal_springs", trial)
-        monkeypatch.setattr(room, "scene_compliance", lambda *_: None)
-        monkeypatch.setattr(room, "run", lambda *_: proof or Outcome(verdicts=(PASSED,)))
+        monkeypatch.setattr(room, "_sized", trial)
+        monkeypatch.setattr(proof, "run", lambda *_: proved or Outcome(verdicts=(PASSED,)))
         return tried
 
     return arranged
@@ -164,7 +181,29 @@ def test_step_of_a_key_that_stays_ends_the_search(trials):
 
 def test_design_that_no_run_proves_is_not_suggested(trials):
     """The same step again and again ends where it returns to a design, or after all trials."""
-    tried = trials(proof=Outcome(verdicts=failing("bruise").verdicts, passed=False))
+    tried = trials(proved=Outcome(verdicts=failing("bruise").verdicts, passed=False))
     found = fruit_suggestion(KIWI, MANGO)
     assert (found.changes, found.runs) == (None, room.MOST_RUNS)
     assert len(tried) == room.MOST_RUNS
+
+
+def biased(bias):
+    """Return the outcome of a design whose largest bias fails."""
+    row = SimpleNamespace(bias=Estimate(bias, 0.0))
+    readings = SimpleNamespace(face_mm=0.0, refused=None, moduli=(row,), worst_bias=row)
+    return Outcome(verdicts=(dataclasses.replace(PASSED, value=abs(bias), passed=False),), readings=readings)
+
+
+def test_fruit_of_the_design_is_centred_and_the_nearest_design_told_where_none_passes(trials):
+    """Fruit read too firm makes it flatter by 4 %, read too soft then rounder by 2 %, with less travel.
+
+    No step mends the last verdict; of the biases 0.09, 0.06 and 0.07 the second is nearest to its limit.
+    """
+    tried = trials(biased(0.09), biased(0.06), biased(-0.07), failing("sideways.low"))
+    found = fruit_suggestion(KIWI, MANGO)
+    assert (found.changes, found.runs) == (None, 0)
+    assert [verdict.value for verdict in found.verdicts] == [0.06]
+    radii = [design.fruit.radius_mm for design in tried]
+    assert np.divide(radii[1:], radii[:-1]) == pytest.approx([1.04, 1.04, 1.04**-0.5], rel=0.005)  # three digits
+    travels = [design.press.travel_mm for design in tried]
+    assert travels == pytest.approx([travels[0], travels[0], travels[0], travels[0] - 0.02])
