@@ -1,4 +1,7 @@
-"""What a person may choose: unit, bounds, hint and meaning of each input, stated once beside its field."""
+"""Unit and meaning of a number, stated once beside its field: of what a person may choose, and of what is reported.
+
+What may be chosen has bounds and a hint too.
+"""
 
 import dataclasses
 import difflib
@@ -120,6 +123,23 @@ def text_field(
 ) -> Any:  # noqa: ANN401 - as above
     """Declare a field that holds free text on one line."""
     return field(default=default, metadata={"text": "a line of text", "hint": hint, "meaning": meaning})
+
+
+def report_field(
+    unit: str,
+    meaning: str,
+    *,
+    default: Any = MISSING,  # noqa: ANN401 - as above
+    default_factory: Any = MISSING,  # noqa: ANN401 - as above
+    **notes: object,
+) -> Any:  # noqa: ANN401 - as above
+    """Declare a field that is a key of report.json: its unit and what it means; nothing is checked.
+
+    The unit is "1" for a plain number, and empty for a text, a truth value and a table. `notes` are further metadata.
+    """
+    metadata = {"unit": unit, "meaning": meaning, **notes}
+    options: dict[str, Any] = {"default": default, "default_factory": default_factory, "metadata": metadata}
+    return field(**options)
 
 
 def validation_error(name: str, value: object, unit: str, bound: str, hint: str) -> InputError:

@@ -3,26 +3,30 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from cad.quantity import report_field
+
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """One target, what came out, and whether it passed; None where the error bar or a failed check leaves it open.
+    """One target, what came out, and whether it passed; None where the error bar or a failed check leaves it open."""
 
-    The tolerance is a share of the limit where `relative`, else in the unit of the value. `error` is the half width of
-    the value's error bar [unit of the value]; `reference` says what was compared, or why there is no number. `remedy`
-    says what would make it pass, or that nothing does; None where it passed or nobody looked.
-    """
-
-    name: str
-    value: float | None
-    unit: str
-    limit: float | str | None
-    tolerance: float | str | None
-    passed: bool | None
-    reference: str
-    error: float | None = None
-    relative: bool = False
-    remedy: str | None = None
+    name: str = report_field("", "name of the verdict, see [verdicts](words.md#verdicts)")
+    value: float | None = report_field("as in `unit`", "what came out; null where there is no number")
+    unit: str = report_field("", 'unit of value, limit and error; "1" for a plain number')
+    limit: float | str | None = report_field("as in `unit`", "the target or the limit, a number or words")
+    tolerance: float | str | None = report_field(
+        "as in `unit`", "how far the value may be off; a fraction of the limit where `relative` is true"
+    )
+    passed: bool | None = report_field("", "true, false, or null for undecided")
+    reference: str = report_field("", "what was compared, or why there is no number; why a verdict did not pass")
+    error: float | None = report_field("as in `unit`", "half width of the value's error bar", default=None)
+    relative: bool = report_field("", "true where the tolerance is a fraction of the limit", default=False)
+    remedy: str | None = report_field(
+        "",
+        "what would make a verdict pass, from its own numbers, or that `pipeline suggest` searches it; null where it "
+        "passed or nobody looked",
+        default=None,
+    )
 
 
 def equal(name: str, value: float, limit: float, tolerance: float, *, unit: str, reference: str) -> Verdict:

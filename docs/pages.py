@@ -1,6 +1,6 @@
-"""Write design-file.md, processes.md and words.md from what the program itself reads.
+"""Write design-file.md, processes.md, words.md and the tables of report-json.md from the program's own data.
 
-`python docs/pages.py` writes the pages whole. The meaning of a key stands beside its field.
+`python docs/pages.py` writes them. The meaning of a key stands beside its field.
 """
 
 import dataclasses
@@ -16,6 +16,7 @@ sys.path.insert(0, str(DOCS.parent))
 from cad.design.design_file import TABLE_TYPES  # noqa: E402
 from cad.design.processes import PROCESSES, Process  # noqa: E402
 from pipeline.report.explain.entries import entries  # noqa: E402
+from pipeline.report.keys import report_keys  # noqa: E402
 
 DESIGN_HEAD = """\
 # The design file
@@ -198,12 +199,34 @@ def words_page() -> str:
     return "\n".join(parts)
 
 
+_KEYS = re.compile(r"(<!-- keys: (.+) -->\n)(?:\|.*\n)*")
+
+
+def report_page() -> str:
+    """Return the page on report.json with its tables, each behind a comment that names its first keys."""
+    return _KEYS.sub(key_table, (DOCS / "report-json.md").read_text(encoding="utf-8"))
+
+
+def key_table(found: re.Match[str]) -> str:
+    """Return the comment of a table with the keys of report.json below those that it names."""
+    named = found[2].split()
+    keys = [key for key in report_keys() if re.split(r"[.\[]", key.name)[0] in named]
+    keys.sort(key=lambda key: named.index(re.split(r"[.\[]", key.name)[0]))
+    rows = [(f"`{key.name}`", key.unit, key.meaning) for key in keys]
+    return f"{found[1]}{table(('key', 'unit', 'meaning'), rows)}\n"
+
+
 def first_sentence(text: str) -> str:
     """Return a text up to the end of its first sentence or question."""
     return re.split(r"(?<=[.?]) ", text, maxsplit=1)[0]
 
 
-PAGES = {"design-file.md": design_page, "processes.md": process_page, "words.md": words_page}
+PAGES = {
+    "design-file.md": design_page,
+    "processes.md": process_page,
+    "words.md": words_page,
+    "report-json.md": report_page,
+}
 
 
 def main() -> None:

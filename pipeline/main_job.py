@@ -64,8 +64,8 @@ def run(
             making = (*fabrication.result(), *sideways)
         verdicts = with_file_verdicts(result, geometry, making)
         result = replace(result, verdicts=verdicts, left_out=result.left_out + fields_left_out, seconds=timed.seconds())
-        write_outputs(result, folder, page=options.out is not None)
-    return result
+        report = write_outputs(result, folder, page=options.out is not None)
+    return replace(result, report=report)
 
 
 def look(design: Design, options: RunOptions, timed: Stopwatch) -> SensorResult:
@@ -73,5 +73,5 @@ def look(design: Design, options: RunOptions, timed: Stopwatch) -> SensorResult:
     with output_folder(options.out, force=options.force) as folder:
         result = evaluate(design, options, timed=timed)
         result = replace(result, verdicts=with_hints(result.verdicts, design, result.springs, options))
-        write_outputs(result, folder, page=options.out is not None)
-    return result
+        report = write_outputs(result, folder, page=options.out is not None)
+    return replace(result, report=report)

@@ -1,7 +1,7 @@
 """What a run returns: every number, verdict and error of a sensor, typed and frozen."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from cad.design.parameters import Design
 from cad.verdict import Verdict, all_passed, failed
@@ -14,6 +14,7 @@ from pipeline.response.scene_press import ScenePress
 from pipeline.springs.behaviour import SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.sizing import SpringSizing
+from pipeline.storage.plain import Plain
 from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.sensor_errors import SensorErrors
 from pipeline.verdicts.targets import SceneTargets
@@ -76,7 +77,7 @@ class SensorResult(Evaluation):
 
     `paper` are the verdicts on the paper's own springs, None where fruit or tips are not the paper's. `read_out` is
     what a finished sensor is read by. `left_out` says what could not be solved or written after the verdicts. `seconds`
-    are wall and processor seconds by stage.
+    are wall and processor seconds by stage. `report` are the data of report.json, empty where nothing was written.
     """
 
     press: ScenePress
@@ -86,6 +87,7 @@ class SensorResult(Evaluation):
     errors: SensorErrors
     left_out: tuple[str, ...] = ()
     seconds: Seconds
+    report: Plain = field(default_factory=dict, compare=False)
 
 
 def with_solids(verdicts: Sequence[Verdict], geometry: Sequence[Verdict]) -> tuple[Verdict, ...]:

@@ -19,13 +19,12 @@ from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import error_analysis, reading_constants
 from pipeline.reading.read_out import ReadOut
 from pipeline.reading.sensor import Sensor
-from pipeline.report.mapping import contact_keys, reading_keys, tip_keys
-from pipeline.report.stored import StoredContact, StoredModulus, StoredReading, StoredTip, as_data
+from pipeline.report.of_result import contact_report, reading_report, tip_reports
+from pipeline.report.report import ContactReport, ModulusReport, TipReport
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
-from pipeline.storage.plain import from_plain, strict_converter
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 from solve.contact.scene import SidewaysGive
@@ -39,20 +38,15 @@ ACROSS = (0.76, 0.21)  # [mm/N] of low and high domes of the mango across their 
 
 @dataclass(frozen=True, kw_only=True)
 class ReportOfUnits:
-    """What measuring takes of a `StoredReport`."""
+    """What measuring takes of a `Report`."""
 
     design: Design
-    tips: tuple[StoredTip, ...]
-    contact: StoredContact
+    tips: tuple[TipReport, ...]
+    contact: ContactReport
     compliance: FruitCompliance
     read_out: ReadOut
-    moduli: tuple[StoredModulus, ...]
+    moduli: tuple[ModulusReport, ...]
     housing: Housing | None = None
-
-
-def stored(kind, value):
-    """Return keys of a report as the record that reads them back."""
-    return from_plain(kind, as_data(value), converter=strict_converter(forbid_extra_keys=False))
 
 
 class MeasuredDesign:
@@ -83,11 +77,11 @@ class MeasuredDesign:
         read_out = reading_constants(self.sensor, press, readings)
         self.report = ReportOfUnits(
             design=design,
-            tips=stored(tuple[StoredTip, ...], tip_keys(design.tips)),
-            contact=stored(StoredContact, contact_keys(self.contact)),
+            tips=tip_reports(design.tips),
+            contact=contact_report(self.contact),
             compliance=self.contact,
             read_out=read_out,
-            moduli=() if readings is None else stored(StoredReading, reading_keys(readings)).moduli,
+            moduli=() if readings is None else reading_report(readings).moduli,
         )
 
     def forces(self, poses, factors=1.0):

@@ -21,7 +21,8 @@ from pipeline.options import RunOptions
 from pipeline.reading.analysis import reading_constants
 from pipeline.reading.sensor import Sensor
 from pipeline.report.answer import everything, summary
-from pipeline.report.mapping import report_mapping
+from pipeline.report.of_result import report_of_result
+from pipeline.report.report import report_data
 from pipeline.report.verdict_table import print_parts
 from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.result import SensorResult, with_solids
@@ -170,7 +171,7 @@ _kept_result = functools.cache(fresh_result)
 
 def stored_report(result: SensorResult) -> dict[str, Any]:
     """Return the report of a result as it is read back."""
-    return json.loads(json.dumps(report_mapping(result)))
+    return json.loads(json.dumps(report_data(report_of_result(result))))
 
 
 def print_summary(result: SensorResult) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from cad.design.processes import Process
 from cad.design.readout import AMPLIFIERS, BRIDGE, PROBE, Amplifier, Readout
+from cad.quantity import report_field
 from cad.theory.leaf_spring import Flexure, gauge_strain
 from cad.theory.strain_gauge import FOIL, shortest_gauged
 
@@ -88,31 +89,37 @@ def excitation(process: Process, amplifier: Amplifier = HX711) -> float:
 class SignalPath:
     """What becomes of forces on the way to counts, each list in the order of the tips; fields are keys of report.json.
 
-    `mV_per_V` is the output of a bridge at its largest force, none for a sensor of displacement; `full_counts` are the
-    counts of the largest force. Noise is one sigma of a sample; drifts are bounds, after a change of the temperature
-    as [readout] allows: zeros since the last taring, all else since the calibration. `modulus_drift_percent` is that of
-    all forces together, by the modulus of the leaves; `self_heating_K` is by how much gauges warm their leaf, at most.
-    `delay_ms` is how much later each channel of a sample is converted than its first one, none where all are at once;
-    `time_error_ms` bounds what the time of each conversion may be off beside it.
+    Drifts are bounds, after a change of the temperature as [readout] allows.
     """
 
-    transducer: str
-    amplifier: str
-    board: str
-    rate_Hz: float
-    excitation_V: float
-    saturation_counts: int
-    mV_per_V: tuple[float, ...]
-    full_counts: tuple[float, ...]
-    counts_per_N: tuple[float, ...]
-    noise_N: tuple[float, ...]
-    zero_drift_N: tuple[float, ...]
-    gain_drift_percent: tuple[float, ...]
-    modulus_drift_percent: float
-    self_heating_K: float
-    self_heating_percent: float
-    delay_ms: tuple[float, ...] = ()
-    time_error_ms: float = 0.0
+    transducer: str = report_field("", "what turns a force into a signal, `foil` or `displacement`")
+    amplifier: str = report_field("", "name of the amplifier")
+    board: str = report_field("", "name of the board that reads it")
+    rate_Hz: float = report_field("Hz", "samples a second of each channel")
+    excitation_V: float = report_field("V", "voltage across the transducer")
+    saturation_counts: int = report_field("1", "the largest count")
+    mV_per_V: tuple[float, ...] = report_field(
+        "mV/V", "output of each bridge at its largest force; empty for a displacement sensor"
+    )
+    full_counts: tuple[float, ...] = report_field("1", "counts of each channel at its largest force")
+    counts_per_N: tuple[float, ...] = report_field("1/N", "slope of each channel")
+    noise_N: tuple[float, ...] = report_field("N", "noise of a sample, one standard deviation")
+    zero_drift_N: tuple[float, ...] = report_field("N", "how far each zero may drift since the last taring")
+    gain_drift_percent: tuple[float, ...] = report_field("%", "how far each gain may drift since the calibration")
+    modulus_drift_percent: float = report_field(
+        "%", "how far all forces may drift together since the calibration, by the modulus of the leaves"
+    )
+    self_heating_K: float = report_field("K", "how much gauges warm their leaf at most")
+    self_heating_percent: float = report_field("%", "how far that moves the modulus of the leaf")
+    delay_ms: tuple[float, ...] = report_field(
+        "ms",
+        "how much later each channel of a sample is converted than the first one; empty where all are at once",
+        default=(),
+        since="0.2",
+    )
+    time_error_ms: float = report_field(
+        "ms", "bound of the error of the time of a conversion beside that delay", default=0.0, since="0.2"
+    )
 
     @property
     def quanta_N(self) -> tuple[float, ...]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from cad.design.tips import Press
-from cad.quantity import InputError, validation_error
+from cad.quantity import InputError, report_field, validation_error
 from cad.theory.leaf_spring import Flexure
 from cad.theory.strain_gauge import Span
 
@@ -58,43 +58,47 @@ class Arm:
 
 @dataclass(frozen=True, kw_only=True)
 class Housing:
-    """Every dimension of the housing [mm]; levels are heights z above the tip faces; gauges by their name.
+    """Every dimension of the housing [mm]; levels are heights z above the tip faces.
 
-    Where pins stand out, the tip is their foot: levels are heights above its face, and z = -pin_out touches. `mount` is
-    what holds the frame; its covers reach down to `cover_level`. A plate that is made `back_to_back` with its like,
-    which is turned half round the press axis, has a frame of equal halves, pads on its back face y = depth / 2 that
-    rest on those of the other, and holes of the diameter `dowel_hole` for two dowels. A printed tip ends in a cap of
-    the radius `dome_radius`, or in a flat face where that is 0.
+    Where pins stand out, the tip is their foot: levels are heights above its face, and z = -pin_out touches. A plate
+    that is made `back_to_back` with its like, which is turned half round the press axis, has a frame of equal halves.
+    The pads on its back face y = depth / 2 rest on those of the other plate.
     """
 
-    low: Flexure
-    high: Flexure
-    tip_side: float
-    tip_height: float
-    spacing: float
-    shuttle_width: float
-    neck_level: float
-    lower_leaf_level: float
-    low_top_level: float
-    high_top_level: float
-    cavity_level: float
-    top_level: float
-    protrusion: float
-    wall_width: float = 8.0
-    hole_diameter: float = 3.4
-    hole_inset: float = 4.5
-    mount: HeldBy = "holes"
-    cover_level: float = 0.0
-    gauges: str = "none"
-    pin_side: float = 0.0
-    pin_round: bool = False
-    pin_out: float = 0.0
-    pocket_side: float = 0.0
-    pocket_depth: float = 0.0
-    dome_radius: float = 0.0
-    back_to_back: bool = False
-    pad_height: float = 0.0
-    dowel_hole: float = 0.0
+    low: Flexure = report_field("", "leaves of the low spring")
+    high: Flexure = report_field("", "leaves of the high spring")
+    tip_side: float = report_field("mm", "side of the printed tip, or of the foot that carries a pin")
+    tip_height: float = report_field("mm", "straight height of that tip or foot")
+    spacing: float = report_field("mm", "distance of the tips, centre to centre")
+    shuttle_width: float = report_field("mm", "width of the bars between the leaves")
+    neck_level: float = report_field("mm", "where a shuttle begins to taper towards its tip")
+    lower_leaf_level: float = report_field("mm", "middle of the lower leaves")
+    low_top_level: float = report_field("mm", "top of the low shuttle")
+    high_top_level: float = report_field("mm", "top of the high shuttle")
+    cavity_level: float = report_field("mm", "stop above both shuttles")
+    top_level: float = report_field("mm", "top of the frame")
+    protrusion: float = report_field("mm", "how far the tips stand out below the frame")
+    wall_width: float = report_field("mm", "width of the frame's side walls", default=8.0)
+    hole_diameter: float = report_field("mm", "diameter of the screw holes", default=3.4)
+    hole_inset: float = report_field("mm", "distance of their middles from the edges of the frame", default=4.5)
+    mount: HeldBy = report_field("", "what holds the frame: `covers` or `washers`", default="holes")
+    cover_level: float = report_field("mm", "foot of its covers", default=0.0)
+    gauges: str = report_field("", "strain gauges on the leaves, `none` or `foil`", default="none")
+    pin_side: float = report_field(
+        "mm", "side or diameter of a pin; 0 where tips are printed, like the other sizes of pins", default=0.0
+    )
+    pin_round: bool = report_field("", "true for a round pin", default=False)
+    pin_out: float = report_field("mm", "how far a pin stands out of its foot", default=0.0)
+    pocket_side: float = report_field("mm", "width of the pocket for a pin", default=0.0)
+    pocket_depth: float = report_field("mm", "depth of that pocket", default=0.0)
+    dome_radius: float = report_field("mm", "radius of the domes at the tips; 0 for flat tips", default=0.0)
+    back_to_back: bool = report_field("", "true for a plate of which two stand back to back", default=False)
+    pad_height: float = report_field(
+        "mm", "height of the pads on the back of the frame; 0 for a plate that stands alone", default=0.0
+    )
+    dowel_hole: float = report_field(
+        "mm", "diameter of the holes for two dowels; 0 for a plate that stands alone", default=0.0
+    )
 
     def __post_init__(self) -> None:
         """Refuse tips, shuttles and pockets for which a design leaves no room."""

@@ -11,13 +11,13 @@ _REMEDY = "choose another process or other targets"
 
 @dataclass(frozen=True, kw_only=True)
 class Flexure:
-    """Two leaves of length L between fillets' outer ends, thickness t, depth w, one separation apart [mm]."""
+    """Two leaves of one size, one separation apart [mm]."""
 
-    thickness: float = quantity("mm", _POSITIVE, hint=_REMEDY)
-    length: float = quantity("mm", _POSITIVE, hint=_REMEDY)
-    depth: float = quantity("mm", _POSITIVE, hint=_REMEDY)
-    separation: float = quantity("mm", _POSITIVE, hint=_REMEDY)
-    fillet: float = quantity("mm", _POSITIVE, hint=_REMEDY)
+    thickness: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="thickness of a leaf")
+    length: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="length of a leaf, its fillets included")
+    depth: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="width of a leaf, which is the depth of the plate")
+    separation: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="distance of the two leaves, middle to middle")
+    fillet: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="radius of the inner corners at its roots")
 
     def __post_init__(self) -> None:
         """Check each field, and that the fillets leave a straight leaf and a window between the leaves."""

@@ -1,4 +1,4 @@
-"""`pipeline explain`: what a verdict or a symbol means, its formula, its source, and this design's number."""
+"""`pipeline explain`: what a verdict, a symbol or a key of report.json means, its source, and this design's number."""
 
 import shutil
 import sys
@@ -10,7 +10,7 @@ from pathlib import Path
 from cad.quantity import validation_error
 from pipeline.commands.console import PASSED, add_json_flag, answering, print_json
 
-PURPOSE = "say what a verdict or a symbol means"
+PURPOSE = "say what a verdict, a symbol or a key of report.json means"
 EXAMPLE = "pipeline explain NL --out outputs/paper"
 _WIDTH = 100
 
@@ -18,7 +18,12 @@ _WIDTH = 100
 def add_arguments(parser: ArgumentParser) -> None:
     """Add NAME, --out and --json."""
     add = parser.add_argument
-    add("name", metavar="NAME", nargs="?", help="a verdict or a symbol; without it all are listed")
+    add(
+        "name",
+        metavar="NAME",
+        nargs="?",
+        help="a verdict, a symbol or a key of report.json; without it verdicts and symbols are listed",
+    )
     add("--out", metavar="DIR", type=Path, help="an output folder, whose number is told too")
     add_json_flag(parser)
 
@@ -54,7 +59,8 @@ def execute(arguments: Namespace) -> int:
             print_json({**asdict(entry), "number": number})
             return PASSED
         _print_wrapped("", f"{arguments.name}: {entry.meaning}")
-        _print_wrapped("formula: ", entry.formula)
+        if entry.formula:
+            _print_wrapped("formula: ", entry.formula)
         _print_wrapped("source: ", entry.source)
         if number is not None:
             _print_wrapped(f"{whose}: ", number)

@@ -32,7 +32,7 @@ from pipeline.options import (
     refuse_unmakeable,
     run_key,
 )
-from pipeline.storage.digests import REPORT, Json
+from pipeline.storage.digests import Json
 from pipeline.storage.folder import refuse_unusable, whole_report
 
 PURPOSE = "size, shape, mesh, solve and judge a sensor"
@@ -146,8 +146,7 @@ def answered(arguments: Namespace, *, look: bool = False, fabrication: bool = Fa
         from pipeline import run
 
         with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
-            run(design, options, progress=progress)
-        report = json.loads((folder / REPORT).read_bytes())
+            report = run(design, options, progress=progress).report
     from pipeline.report.answer import everything, report_passed, summary
     from pipeline.report.verdict_table import print_parts
 

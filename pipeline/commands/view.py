@@ -31,7 +31,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Show an output folder in a window, or write what the flags ask for and print the paths; return exit code 0."""
-    from pipeline.report.stored import read_data
+    from pipeline.report.report import read_data
 
     if (arguments.other is None) != (arguments.compare is None):
         hint = "pipeline view DIR OTHER --compare"

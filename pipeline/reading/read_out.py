@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.fabrication.bridges import SignalPath
+from cad.quantity import report_field
 from cad.theory.contrast_law import ContrastLaw, pair_law
 
 Matrix = tuple[tuple[float, ...], ...]
@@ -16,8 +17,8 @@ Matrix = tuple[tuple[float, ...], ...]
 class LevelReading:
     """What a level sensor in the middle of its fruit reads [MPa] where the modulus is E [MPa]: shape and skin."""
 
-    E_MPa: float
-    read_MPa: float
+    E_MPa: float = report_field("MPa", "a modulus at which the sensor was pressed level in the middle of its fruit")
+    read_MPa: float = report_field("MPa", "what the rise of that press tells")
 
 
 def corrected(read: float, level: Sequence[LevelReading]) -> float:
@@ -33,29 +34,66 @@ def corrected(read: float, level: Sequence[LevelReading]) -> float:
 class ReadOut:
     """What turns forces into a modulus, in the terms of the contrast law; that of a pair needs fewer.
 
-    `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, the largest force of each
-    channel, `weights` [1] and `gaps_mm` (tips,). A pair has `own_less_other_per_mm` and None for the terms of a
-    contrast; other layouts the other way round. `level`, of a pair, or `rise_level`, of other layouts, are readings of
-    level presses over the range of E, by which all are corrected; none where the law is exact. `lean_mm_per_N` (tips,
-    tips) is what the contrast of domes adds to the springs, for forces that lean; None for other tips. `signal` is what
-    becomes of forces on the way to counts; None where the design names no read-out. `fastest_press_s` is the shortest
-    duration of a press by hand, from the first touch to its deepest point; None without a read-out.
+    `springs_mm_per_N`, `fruit_per_mm` and `lean_mm_per_N` have shape (tips, tips), `full_scale_N`, `weights` and
+    `gaps_mm` (tips,). A pair has `own_less_other_per_mm` and None for the terms of a contrast; other layouts the other
+    way round.
     """
 
-    method: str
-    springs_mm_per_N: Matrix
-    full_scale_N: tuple[float, ...]
-    model_error_percent: float
-    level: tuple[LevelReading, ...]
-    own_less_other_per_mm: float | None = None
-    weights: tuple[float, ...] | None = None
-    gaps_mm: tuple[float, ...] | None = None
-    fruit_per_mm: Matrix | None = None
-    hertz: float | None = None
-    lean_mm_per_N: Matrix | None = None
-    signal: SignalPath | None = None
-    rise_level: tuple[LevelReading, ...] = ()
-    fastest_press_s: float | None = None
+    method: str = report_field("", "how forces become a modulus: the rise of the contrast over a press")
+    springs_mm_per_N: Matrix = report_field(
+        "mm/N", "compliance of the springs, a row for each tip; what the frame couples stands off the diagonal"
+    )
+    full_scale_N: tuple[float, ...] = report_field(
+        "N", "largest force of each channel, over all poses where the design has `[reading]`"
+    )
+    model_error_percent: float = report_field("%", "how far E may be off by the solved contact")
+    level: tuple[LevelReading, ...] = report_field(
+        "", "of a pair: readings of level presses, by which all readings are corrected; empty where its law is exact"
+    )
+    own_less_other_per_mm: float | None = report_field(
+        "1/mm", "s11 - s12 of a pair, times E; null for other layouts", default=None
+    )
+    weights: tuple[float, ...] | None = report_field(
+        "1", "weight of each tip in the contrast; null for a pair", default=None
+    )
+    gaps_mm: tuple[float, ...] | None = report_field(
+        "mm", "distance of each tip from the fruit when the foremost ones touch; null for a pair", default=None
+    )
+    fruit_per_mm: Matrix | None = report_field(
+        "1/mm", "compliance of the fruit times E, without Hertz's part under domes; null for a pair", default=None
+    )
+    hertz: float | None = report_field(
+        "mm (MPa/N)^(2/3)",
+        "a dome sinks by this times (F / E)^(2/3); 0 for flat tips, null for a pair",
+        default=None,
+    )
+    lean_mm_per_N: Matrix | None = report_field(
+        "mm/N",
+        "domes alone: what leaning forces of a level press add to the springs in the contrast, as they push tips "
+        "sideways; left out for other tips",
+        default=None,
+        left_out=True,
+    )
+    signal: SignalPath | None = report_field(
+        "",
+        "how forces become counts, where the design has `[readout]`, else left out; lists are in the order of `tips`",
+        default=None,
+        left_out=True,
+    )
+    rise_level: tuple[LevelReading, ...] = report_field(
+        "",
+        "of a line or a square: readings of level presses, by which all readings are corrected; left out for a pair",
+        default=(),
+        left_out=True,
+    )
+    fastest_press_s: float | None = report_field(
+        "s",
+        "shortest duration of a press by hand that tells E, from the first touch to the deepest point: a shorter one "
+        "has too few samples, or times of channels that leave 2 % of E open on level fruit; left out without "
+        "`[readout]`",
+        default=None,
+        left_out=True,
+    )
 
     @property
     def is_pair(self) -> bool:

@@ -9,7 +9,7 @@ from cad.design.design_file import design_from_mapping, without_former_defaults
 from cad.design.processes import PROCESSES
 from cad.input_file import read_toml
 from cad.verdict import Verdict, equal, failed
-from pipeline.report.stored import StoredReport, is_as_written, read_data, report_of
+from pipeline.report.report import Report, is_as_written, read_data, report_of
 from pipeline.storage.digests import is_regular
 from pipeline.storage.vtu import vtu_points
 from pipeline.storage.workers import close_workers, open_workers
@@ -60,7 +60,7 @@ def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
     )
 
 
-def files_of_another_run(folder: Path, report: StoredReport) -> list[str]:
+def files_of_another_run(folder: Path, report: Report) -> list[str]:
     """Return the files among those of a report that say something else than the report: another run wrote them.
 
     Digests tell which files are as they were listed; this tells files that were listed again.
@@ -78,11 +78,11 @@ def files_of_another_run(folder: Path, report: StoredReport) -> list[str]:
     return others
 
 
-def _is_design(path: Path, report: StoredReport) -> bool:
+def _is_design(path: Path, report: Report) -> bool:
     return design_from_mapping(without_former_defaults(read_toml(path, "design.toml"))) == report.design
 
 
-def _is_response(path: Path, report: StoredReport) -> bool:
+def _is_response(path: Path, report: Report) -> bool:
     """Say whether the rows at full travel have the moduli and force ratios of the report, and who may show them."""
     table = np.genfromtxt(path, delimiter=",", names=True)  # an empty cell is nan
     curve = report.curve
@@ -96,7 +96,7 @@ def _is_response(path: Path, report: StoredReport) -> bool:
     return True
 
 
-def _is_mesh(path: Path, report: StoredReport) -> bool:
+def _is_mesh(path: Path, report: Report) -> bool:
     """Say whether the mesh of the housing is as wide and as high as the housing of the report."""
     housing = report.housing
     if housing is None:

@@ -2,17 +2,19 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 from cad.design.design_file import design_as_mapping, design_as_toml, without_former_defaults
 from pipeline.options import run_key
-from pipeline.report.mapping import report_mapping
+from pipeline.report.of_result import report_of_result
 from pipeline.report.page.page import page_of
+from pipeline.report.report import ListedFile, read_data, report_data
 from pipeline.report.response_csv import response_csv
-from pipeline.report.stored import StoredFile, read_data, report_of
 from pipeline.result import SensorResult
 from pipeline.storage.digests import REPORT, content_digest, file_digest
 from pipeline.storage.folder import managed_files
+from pipeline.storage.plain import Plain
 
 PAGE = "report.html"
 LATEST = "latest.js"  # beside the page of a look, which reads it
@@ -20,8 +22,10 @@ FORMER_FILES = "drawing-*"
 """Files that 0.1 wrote and no command makes any more: they are not kept."""
 
 
-def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> None:
-    """Write the files, report.json last, with the digest of every other; raises ValueError for nan or infinity.
+def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> Plain:
+    """Write the files, report.json last, with the digest of every other; return its data.
+
+    Raises ValueError for nan or infinity.
 
     A `page`, report.html, is made of the report without the page itself. Files that earlier commands left in the
     output folder, and that this one does not make, are kept.
@@ -32,12 +36,13 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     stale = keep_earlier_files(result, folder)
     if result.options.look:
         (folder / LATEST).write_text(f'latest("{run_key(result.design, result.options)}")\n', encoding="utf-8")
+    report = report_of_result(result, listed_files(folder), stale)
     if page:
-        data = report_mapping(result, listed_files(folder), stale)
-        (folder / PAGE).write_text(page_of(report_of(folder, data), data, result, folder), encoding="utf-8")
-    report = report_mapping(result, listed_files(folder), stale)
-    text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
+        (folder / PAGE).write_text(page_of(report, result, folder), encoding="utf-8")
+    data = report_data(replace(report, files=listed_files(folder)))
+    text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")
+    return data
 
 
 def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
@@ -66,7 +71,7 @@ def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
     return stale
 
 
-def listed_files(folder: Path) -> list[StoredFile]:
+def listed_files(folder: Path) -> tuple[ListedFile, ...]:
     """Return every file in the folder but its report.json with its digest, in order of their names."""
     paths = sorted(path for path in folder.rglob("*") if path.is_file() and path != folder / REPORT)
-    return [StoredFile(path=path.relative_to(folder).as_posix(), sha256=file_digest(path)) for path in paths]
+    return tuple(ListedFile(path=path.relative_to(folder).as_posix(), sha256=file_digest(path)) for path in paths)

@@ -8,6 +8,7 @@ from cad.theory.elastica import large_deflection_stiffening
 from cad.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
 from cad.theory.strain_gauge import FOIL
 from pipeline.response.scene_press import ScenePress
+from pipeline.springs.arm_behaviour import ArmBehaviour
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.cache import cached
@@ -16,20 +17,6 @@ from solve.housing.modes import Modes, Solid, modes_of
 GAUGE_FACTOR = FOIL.gauge_factor
 GRID_MM = FOIL.grid_length_mm
 LONGEST_SHARE = 0.5  # of a leaf, to which the elastica is given
-
-
-@dataclass(frozen=True, kw_only=True)
-class ArmBehaviour:
-    """One spring at full travel: tilt of its tip [rad], stiffening [1], first frequency [Hz], output of its bridge.
-
-    The bridge output [mV/V] is given at each modulus; None where a leaf is too short for the grid.
-    """
-
-    tilt_at_full_force_rad: float
-    large_deflection_stiffening: float
-    natural_frequency_Hz: float
-    bridge_mV_per_V: tuple[float | None, ...]
-    bridge_error_percent: float | None
 
 
 @dataclass(frozen=True, kw_only=True)

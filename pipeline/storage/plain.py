@@ -7,7 +7,6 @@ from typing import Any, TypeVar, get_origin
 
 import cattrs
 import numpy as np
-from cattrs.gen import make_dict_unstructure_fn, override
 from cattrs.strategies import configure_union_passthrough
 
 from cad.quantity import InputError
@@ -25,7 +24,7 @@ def to_plain(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
 def from_plain(kind: type[T], data: object, name: str = "", converter: cattrs.Converter | None = None) -> T:
     """Return the record of a type that plain data describe; errors call the data by the name, else by the type's.
 
-    A converter of `strict_converter` may be given that leaves unknown keys alone.
+    A converter of `strict_converter` may be given that knows further types.
 
     Raises ValueError that names the place where the data do not fit: a missing or unknown key, a value of another kind.
     """
@@ -55,7 +54,7 @@ def _reason(error: BaseException, kind: type | None) -> str:
     return "expected a JSON object" if isinstance(error, AttributeError) else cattrs.v.format_exception(error, kind)
 
 
-def is_array(kind: object) -> bool:
+def _is_array(kind: object) -> bool:
     """Say whether a type is that of NumPy arrays."""
     return getattr(kind, "__origin__", kind) is np.ndarray
 
@@ -76,25 +75,19 @@ def _itself(value: object, kind: type) -> object:
     return value
 
 
-def strict_converter(*, forbid_extra_keys: bool) -> cattrs.Converter:
+def strict_converter() -> cattrs.Converter:
     """Return a converter between records and JSON data that takes no value of another kind for a number or a text."""
-    converter = cattrs.Converter(forbid_extra_keys=forbid_extra_keys, unstruct_collection_overrides={tuple: list})
+    converter = cattrs.Converter(forbid_extra_keys=True, unstruct_collection_overrides={tuple: list})
     configure_union_passthrough(float | int | str | bool | None, converter)
     converter.register_structure_hook(float, _number)
     for scalar in (str, int, bool):
         converter.register_structure_hook(scalar, _itself)
-    converter.register_structure_hook_func(is_array, lambda data, _: np.array(data, dtype=np.float64))
-    converter.register_unstructure_hook_func(is_array, lambda array: array.tolist())
+    converter.register_structure_hook_func(_is_array, lambda data, _: np.array(data, dtype=np.float64))
+    converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
     return converter
 
 
-def leave_out_default(converter: cattrs.Converter, record: type, *keys: str) -> None:
-    """Let JSON data of a record be without each of these keys where that has its default."""
-    options: dict[str, Any] = {key: override(omit_if_default=True) for key in keys}
-    converter.register_unstructure_hook(record, make_dict_unstructure_fn(record, converter, **options))
-
-
-_CONVERTER = strict_converter(forbid_extra_keys=True)
+_CONVERTER = strict_converter()
 
 
 def first_largest(values: Iterable[float], least: float = 0.0) -> int:

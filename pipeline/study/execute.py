@@ -10,11 +10,11 @@ from pathlib import Path
 
 from cad.quantity import InputError
 from pipeline.study.points import Point, design_of, point_count, points_between
-from pipeline.study.report_keys import parts_of
 from pipeline.study.scenes import UnitScene, move_contact, unit_scene
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import Study
 from pipeline.study.tasks import lost_points, solve_points
+from pipeline.study.wanted import parts_of
 from pipeline.study.workers import Engine, ProgressReport, completed
 
 QUICK = 500  # points of a task without a solve

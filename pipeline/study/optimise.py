@@ -26,13 +26,13 @@ from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
 from pipeline.study.page import refuse_page
 from pipeline.study.points import Point, design_of, point_at
-from pipeline.study.report_keys import VERDICT_FIELDS
 from pipeline.study.search.candidate import Candidate
 from pipeline.study.search.proof import Proof, first_proved
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import REFUSED, UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT, Study, front_number
 from pipeline.study.tasks import PointResult, lost_points, solve_points
 from pipeline.study.variation import Normal, Setting, is_number
+from pipeline.study.wanted import VERDICT_FIELDS
 from pipeline.study.workers import Engine, ProgressReport, completed
 
 MOST_RUNS = 20

@@ -19,8 +19,8 @@ from cad.quantity import Bounds, InputError, check_fields, choice, nearest, quan
 from pipeline.measure.measured_table import read_csv, refuse_other_length
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, load_design
 from pipeline.storage.plain import Plain
-from pipeline.study.report_keys import LEVELS, VERDICT_FIELDS, Level, level_of
 from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation
+from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
 
 Row = tuple[Setting, ...]
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]

@@ -11,23 +11,12 @@ from cad.design.parameters import Design
 from cad.quantity import InputError
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
-from pipeline.report.mapping import (
-    contact_keys,
-    reading_keys,
-    report_mapping,
-    response_keys,
-    sizing_keys,
-    spring_keys,
-    target_keys,
-)
-from pipeline.report.stored import as_data
+from pipeline.report.of_result import evaluation_parts, report_of_result
 from pipeline.response.scene_press import scene_of
-from pipeline.result import Evaluation
-from pipeline.storage.plain import Plain
 from pipeline.study.points import Point, design_of
-from pipeline.study.report_keys import parts_of, value_at_key
 from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.study_file import Study
+from pipeline.study.wanted import PASSED, parts_of, wanted_value
 
 Status = Literal["done", "refused", "failed"]
 
@@ -80,40 +69,19 @@ def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object
     """Return the wanted values of a point, at the level of its study."""
     design = design_of(study, point.settings)
     if study.level == "contact":
-        report = _sized_report(study, design)
+        report = _sized_parts(study, design)
     elif study.level == "flexures":
-        report = evaluation_mapping(check_targets(design, RunOptions(tolerance=study.tol)))
+        report = evaluation_parts(check_targets(design, RunOptions(tolerance=study.tol)))
     else:
         from pipeline import run  # with all that draws and writes, which takes seconds and only these points need
 
         out = None if folder is None else folder / "designs" / f"{point.number:07d}"
         result = run(design, RunOptions(tolerance=study.tol, out=out), beside=False)  # one process for each core
-        report = {**report_mapping(result), "passed": result.passed}
-    return {key: value_at_key(report, key) for key in study.wanted}
+        report = {**vars(report_of_result(result)), PASSED: result.passed}
+    return {key: wanted_value(report, key) for key in study.wanted}
 
 
-def _sized_report(study: Study, design: Design) -> Plain:
-    """Return the part of report.json that follows from contact and springs as they were sized."""
+def _sized_parts(study: Study, design: Design) -> dict[str, object]:
+    """Return the parts of report.json that follow from contact and springs as they were sized."""
     parts = parts_of(study.wanted, reads=design.reading is not None, linear=scene_of(design).linear)
-    return evaluation_mapping(sized_sensor(design, study.tol, parts=parts).evaluation())
-
-
-def evaluation_mapping(evaluation: Evaluation) -> Plain:
-    """Return the part of report.json that an evaluation has: all that needs no solid."""
-    springs = evaluation.springs
-    readings = evaluation.readings
-    report: dict[str, object] = {
-        "springs": sizing_keys(evaluation.sizing),
-        "deflections_mm": springs.deflections,
-        "contact": contact_keys(evaluation.contact),
-        "level": target_keys(evaluation.reached),
-        "reading": None if readings is None else reading_keys(readings),
-        "verdicts": evaluation.verdicts,
-    }
-    if not springs.ideal:
-        report["flexures"] = {spring.name: spring_keys(spring, springs) for spring in springs.springs}
-    if evaluation.press is not None:
-        tips = evaluation.design.tips
-        report["response"] = response_keys(tips, evaluation.contact, springs, evaluation.press.table)
-    data: Plain = as_data(report)
-    return data
+    return evaluation_parts(sized_sensor(design, study.tol, parts=parts).evaluation())

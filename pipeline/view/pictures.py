@@ -11,7 +11,7 @@ from typing import Any
 import pyvista as pv
 
 from cad.quantity import validation_error
-from pipeline.report.stored import read_report
+from pipeline.report.report import read_report
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.view.scene import Vector, draw_cells, draw_part, draw_scene
 from pipeline.view.scenes import (

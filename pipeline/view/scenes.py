@@ -12,7 +12,7 @@ from cad.design.parameters import Design
 from cad.parts.assembly import assembly_bodies, outwards, sensor_of
 from cad.parts.sensor import Body
 from cad.quantity import validation_error
-from pipeline.report.stored import StoredReport
+from pipeline.report.report import Report
 from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
 from solve.fruit.bent_block import core_of
 from solve.fruit.curved_shape import CurvedShape
@@ -53,7 +53,7 @@ def read_mesh(path: Path) -> Mesh:
     return data
 
 
-def field_scenes(report: StoredReport, folder: Path) -> tuple[FieldScene, ...]:
+def field_scenes(report: Report, folder: Path) -> tuple[FieldScene, ...]:
     """Return the scenes of a folder that have fields: the low and the high spring, the fruit; raises InputError."""
     scenes: list[FieldScene] = []
     if (folder / FLEXURE).is_file():
@@ -67,7 +67,7 @@ def field_scenes(report: StoredReport, folder: Path) -> tuple[FieldScene, ...]:
     return tuple(scenes)
 
 
-def _flexure_scenes(report: StoredReport, mesh: Mesh) -> list[FieldScene]:
+def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
     """Return the housing on the side of each spring, cut off midway between the tips."""
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
@@ -140,7 +140,7 @@ def on_true_shape(design: Design, block: Mesh) -> Mesh:
     return mesh
 
 
-def assembly(report: StoredReport) -> tuple[Body, ...]:
+def assembly(report: Report) -> tuple[Body, ...]:
     """Return every body of the sensor over its fruit [mm]; none where the design has no housing."""
     return () if report.housing is None else assembly_bodies(sensor_of(report.design, report.housing))
 

@@ -10,7 +10,7 @@ from cad.parts.housing import Housing
 from cad.quantity import validation_error
 from mesh.housing.sweep import flexure_mesh
 from pipeline.report.fields import field_arrays
-from pipeline.report.stored import StoredReport, StoredResponse, read_report
+from pipeline.report.report import Report, ResponseReport, read_report
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.mounts import attached_to
 from pipeline.storage.files import refuse_taken, write_files
@@ -61,7 +61,7 @@ def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Pat
     return write_files(files, FLAG, force=force, renew=True)
 
 
-def _write_housing(housing: Housing, process: Process, row: StoredResponse, folder: Path) -> None:
+def _write_housing(housing: Housing, process: Process, row: ResponseReport, folder: Path) -> None:
     """Write the half housing y >= 0 [mm] under the forces of each travel; it is linear, so it is solved once."""
     mesh = flexure_mesh(housing)
     u_per_N = displacements(clamped_half(mesh, process.E_MPa, process.poisson, attached_to(housing)))
@@ -71,7 +71,7 @@ def _write_housing(housing: Housing, process: Process, row: StoredResponse, fold
         write_vtu(folder / f"flexure_{step:02d}.vtu", mesh, field_arrays(fields))
 
 
-def _write_fruit(report: StoredReport, row: StoredResponse, folder: Path) -> None:
+def _write_fruit(report: Report, row: ResponseReport, folder: Path) -> None:
     """Write the fruit's block [mm] under the pressure of each travel, the sensor level but for the design's tilt."""
     spring_compliance = np.array(report.read_out.springs_mm_per_N)
     for step, x in enumerate(row.x_mm):

@@ -10,7 +10,7 @@ from cad.quantity import validation_error
 from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, legend, palette_colours, shown
 from pipeline.report.page.template import BODIES, FIGURES, rendered
-from pipeline.report.stored import StoredReport, read_data, report_of
+from pipeline.report.report import Report, read_data, report_of
 from pipeline.report.verdict_rule import limit_text, number_text
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.plain import Plain
@@ -54,7 +54,7 @@ def assembly_bodies(folder: Path) -> list[Plain]:
         return []
 
 
-def field_bodies(report: StoredReport, folder: Path) -> list[Plain]:
+def field_bodies(report: Report, folder: Path) -> list[Plain]:
     """Return each scene of an output folder in the colours of each of its fields; none without fields."""
     return [_coloured(scene, field) for scene in field_scenes(report, folder) for field in scene.fields]
 
@@ -84,7 +84,7 @@ def write_comparison(folders: tuple[Path, Path], path: Path, *, force: bool = Fa
     """
     refuse_page(path, COMPARE, force=force)
     sides: list[Plain] = []
-    reports: list[StoredReport] = []
+    reports: list[Report] = []
     for folder in folders:
         data = read_data(folder)
         report = report_of(folder, data)

@@ -1,5 +1,6 @@
-"""docs/report-json.md explains every key of a report, every verdict and every column, and none that is not there."""
+"""Every key of a written report has a unit and a meaning, and docs/report-json.md explains it, and none besides."""
 
+import dataclasses
 import importlib
 import json
 import os
@@ -8,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from stand_ins import result_of, sensor_of
+from stand_ins import result_of, sensor_of, stored_report
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
@@ -16,15 +17,20 @@ from cad.design.tips import Press
 from pipeline.cli import main
 from pipeline.reading.over_time import reading_over_time
 from pipeline.report.explain.entries import entries
-from pipeline.report.mapping import report_mapping
+from pipeline.report.keys import report_key, report_keys
+from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import write_outputs
+from pipeline.report.report import Report, report_data
+from pipeline.study.wanted import LEVELS
 
-PAGE = (Path(__file__).parents[2] / "docs" / "report-json.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "report-json.md").read_text(encoding="utf-8")
+STUDIES = (DOCS / "studies.md").read_text(encoding="utf-8")
+BY_READING = ("reading.bias", "reading.uncertainty", "reading.touch")
 WORDS = {
     "SPRING": "(low|high)",
     "NUMBER": "(K_l|K_h|P_max|NL|contact)",
-    "TABLE": "[a-z]+",
-    "KEY": r"\w+(\[\])?",
+    "KEY": r"\w+(\.\w+)?(\[\])?",
     "STAGE": r"\w+",
     "PACKAGE": r"[\w-]+",
     "SOURCE": r"\w+",
@@ -39,8 +45,10 @@ def leaves(value, path=""):
         for key, item in value.items():
             yield from leaves(item, f"{path}.{key}" if path else key)
     elif isinstance(value, list):
+        path = path if path.endswith("[]") else f"{path}[]"
+        yield from [path] if not value else []
         for item in value:
-            yield from leaves(item, path if path.endswith("[]") else f"{path}[]")
+            yield from leaves(item, path)
     else:
         yield path
 
@@ -52,7 +60,19 @@ def all_leaves(*reports):
 
 
 def pattern(key):
-    return re.compile(re.sub(r"[A-Z]{3,}", lambda word: WORDS[word[0]], re.escape(key)))
+    return re.compile(re.sub(r"\b[A-Z]{3,}(?=\b|_)", lambda word: WORDS[word[0]], re.escape(key)))
+
+
+def numbers(value, path=""):
+    """Yield the path of every number in nested tables and lists, with the place of each element of a list."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from numbers(item, f"{path}.{key}" if path else key)
+    elif isinstance(value, list):
+        for place, item in enumerate(value):
+            yield from numbers(item, f"{path}.{place}")
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield path
 
 
 def explained(kind):
@@ -64,9 +84,33 @@ def explained(kind):
     return names
 
 
-def unexplained(names, kind):
-    patterns = [pattern(name) for name in explained(kind)]
+def unexplained(names):
+    patterns = [pattern(key.name) for key in report_keys() if key.is_value]
     return {name for name in names if not any(each.fullmatch(name) for each in patterns)}
+
+
+SUFFIXES = {
+    "_N_per_m": "N/m", "_mm_per_N": "mm/N", "mV_per_V": "mV/V", "_per_mm": "1/mm", "_per_N": "1/N",
+    "_mm_per_s": "mm/s", "_percent": "%", "_counts": "1", "_fraction": "1", "_rad": "rad", "_MPa": "MPa",
+    "_mm": "mm", "_ms": "ms", "_Hz": "Hz", "_N": "N", "_K": "K", "_V": "V", "_s": "s",
+}  # fmt: skip
+"""What a key that carries its unit ends in, the longer endings first."""
+
+
+def test_page_has_each_key_in_one_table():
+    named = [name for names in re.findall(r"<!-- keys: (.+) -->", PAGE) for name in names.split()]
+    assert sorted(named) == sorted(item.name for item in dataclasses.fields(Report))
+    assert explained("key") == list(dict.fromkeys(explained("key")))
+    assert set(explained("key")) == {key.name for key in report_keys()}
+
+
+def test_every_key_has_a_meaning_and_the_unit_that_its_name_ends_in():
+    for key in report_keys():
+        assert key.meaning, key.name
+        last = key.name.rpartition(".")[2].removesuffix("[]")
+        suffix = next((suffix for suffix in SUFFIXES if last.endswith(suffix)), None)
+        if suffix is not None and key.is_value:
+            assert key.unit.partition(" of ")[0] == SUFFIXES[suffix], key.name
 
 
 @pytest.fixture(scope="module")
@@ -91,20 +135,40 @@ def timed_report():
     """Return what the report of a sensor has beside the others' keys where its fruit relaxes and a file is stale."""
     design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
     over_time = reading_over_time(sensor_of(design))
-    data = report_mapping(replace(result_of(design), over_time=over_time), stale={"sheet.md": "0"})
+    data = report_data(report_of_result(replace(result_of(design), over_time=over_time), stale={"sheet.md": "0"}))
     return {key: data[key] for key in ("relaxation", "stale")}
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_page_on_studies_names_what_each_level_gives(level):
+    row = re.search(rf"^\| {level} \| (.*?) \|", STUDIES, flags=re.MULTILINE)[1]
+    keys, _, verdicts = row.partition("the verdict")
+    named = set(re.findall(r"`(\w+)\.\*`", keys))
+    assert named == {re.match(r"\w+", key.name)[0] for key in report_keys() if key.level == level}
+    if level != "files":  # which has the verdicts on solids beside those below
+        asked = set(re.findall(r"`([\w.*]+)`", verdicts.replace("reading.*", "` `".join(BY_READING))))
+        assert asked == {entry.name for entry in entries() if entry.level == level}
+
+
+def test_every_number_of_a_light_report_has_a_unit(timed_report):
+    """And the name of its key is found with the places of lists, as a study and `explain` ask for it."""
+    paths = [
+        path for path in numbers({**stored_report(result_of()), **timed_report}) if not path.startswith("verdicts")
+    ]
+    assert len(paths) > 1000
+    assert [path for path in paths if not (report_key(path) and report_key(path).unit)] == []
 
 
 @pytest.mark.slow
 def test_every_key_is_explained(report, read_report, timed_report):
-    assert unexplained(all_leaves(report, read_report, timed_report), "key") == set()
+    assert unexplained(all_leaves(report, read_report, timed_report)) == set()
 
 
 @pytest.mark.slow
 def test_no_explained_key_is_missing(report, read_report, timed_report):
     found = all_leaves(report, read_report, timed_report)
-    assert [key for key in explained("key") if not any(pattern(key).fullmatch(path) for path in found)] == []
-    assert {key.split(".")[0].split("[")[0] for key in explained("key")} == {*report, *timed_report}
+    values = [key.name for key in report_keys() if key.is_value and not key.name.startswith("contact.skin")]
+    assert [key for key in values if not any(pattern(key).fullmatch(path) for path in found)] == []
 
 
 @pytest.mark.slow

@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
-from stand_ins import result_of
+from stand_ins import result_of, stored_report
 
 import pipeline
 from cad.design.parameters import Design
 from pipeline.cli import main
 from pipeline.options import RunOptions
-from pipeline.report.mapping import report_mapping
 from pipeline.result import SensorResult
 from pipeline.storage.folder import output_folder
 
@@ -65,7 +64,8 @@ class StandInRun:
         verdicts = tuple(replace(verdict, passed=self.passed) for verdict in self.result.verdicts)
         result = replace(self.result, design=design, options=options, verdicts=verdicts)
         with output_folder(options.out, force=options.force) as folder:
-            (folder / "report.json").write_text(json.dumps(report_mapping(result)), encoding="utf-8")
+            result = replace(result, report=stored_report(result))
+            (folder / "report.json").write_text(json.dumps(result.report), encoding="utf-8")
             if self.error is not None:
                 raise self.error
         self.asked.append((design, options))

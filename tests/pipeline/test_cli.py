@@ -9,6 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from stand_ins import stored_report
 
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
@@ -17,7 +18,6 @@ from pipeline import cli
 from pipeline.cli import main
 from pipeline.commands import console
 from pipeline.options import RunOptions
-from pipeline.report.mapping import report_mapping
 from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
 
@@ -79,7 +79,7 @@ def test_defaults_are_the_papers_sensor_in_a_folder_of_its_name(command, fabrica
 def test_json_is_the_report_and_nothing_else(stand_in_run, capsys):
     code, out, err = settle(["run", "--json"], capsys)
     assert (code, err) == (0, "")
-    assert json.loads(out) == json.loads(json.dumps(report_mapping(stand_in_run.result)))
+    assert json.loads(out) == stored_report(stand_in_run.result)
 
 
 @pytest.mark.parametrize(

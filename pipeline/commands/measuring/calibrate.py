@@ -43,7 +43,7 @@ def execute(arguments: Namespace) -> int:
     from pipeline.measure.template import print_answer
     from pipeline.measure.unit.printed_unit import unit_as_toml
     from pipeline.measure.unit.ripeness import ripeness_classes
-    from pipeline.report.stored import read_report
+    from pipeline.report.report import read_report
     from pipeline.report.verdict_table import print_verdicts
     from pipeline.storage.files import write_files
 

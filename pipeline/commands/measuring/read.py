@@ -97,7 +97,7 @@ def _sensor(arguments: Namespace) -> "MeasuringUnit":
     from pipeline.measure.unit.measuring import MeasuringUnit
     from pipeline.measure.unit.printed_unit import nominal_unit, read_unit
     from pipeline.measure.unit.ripeness import ripeness_classes
-    from pipeline.report.stored import read_report
+    from pipeline.report.report import read_report
 
     report = read_report(arguments.folder)
     unit = nominal_unit(report) if arguments.unit is None else read_unit(arguments.unit, report)

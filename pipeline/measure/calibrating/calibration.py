@@ -28,7 +28,7 @@ from pipeline.measure.measured_table import (
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
-from pipeline.report.stored import StoredReport
+from pipeline.report.report import Report
 
 _WEIGHED = {
     "force": Quantity(units=FORCE, most=1e3, words=("weight",)),
@@ -59,7 +59,7 @@ class Calibration:
     channels: ChannelCalibration | None = None
 
 
-def measured_print(source: Path | str, report: StoredReport) -> MeasuredTable:
+def measured_print(source: Path | str, report: Report) -> MeasuredTable:
     """Return what was measured of a print of a design; its column of texts is tip or coupon.
 
     Raises InputError.
@@ -83,7 +83,7 @@ def measured_print(source: Path | str, report: StoredReport) -> MeasuredTable:
 
 
 def calibrated(
-    report: StoredReport, table: MeasuredTable, fruit: MeasuredTable | None = None, plate: MeasuredTable | None = None
+    report: Report, table: MeasuredTable, fruit: MeasuredTable | None = None, plate: MeasuredTable | None = None
 ) -> Calibration:
     """Return the calibration of a unit, with the scale of `fruit` that was pressed with it, as `measured_fruit` has it.
 
@@ -123,7 +123,7 @@ def calibrated(
     )
 
 
-def _with_channels(unit: PrintedUnit, channels: ChannelCalibration, report: StoredReport) -> PrintedUnit:
+def _with_channels(unit: PrintedUnit, channels: ChannelCalibration, report: Report) -> PrintedUnit:
     """Return a unit with the channels that weights told: what they leave of the gains, and what drifts beside it."""
     return replace(
         unit,
@@ -141,7 +141,7 @@ def _on_plate(
     table: MeasuredTable,
     channels: ChannelCalibration | None,
     weighed: Sequence[Estimate],
-    report: StoredReport,
+    report: Report,
 ) -> PrintedUnit:
     """Return a unit whose channels tell deflections, by a press on a plate; raises InputError as `pressed_springs`."""
     if channels is None:
@@ -159,14 +159,14 @@ def _on_plate(
     )
 
 
-def _drifted(percent: Sequence[float], report: StoredReport) -> tuple[float, ...]:
+def _drifted(percent: Sequence[float], report: Report) -> tuple[float, ...]:
     """Return what is left of each channel [%] with the drift of its gain, which lies anywhere within its bound."""
     signal = report.read_out.signal
     drifts = [0.0] * len(percent) if signal is None else signal.gain_drift_percent
     return tuple(math.hypot(left, drift / math.sqrt(3.0)) for left, drift in zip(percent, drifts, strict=True))
 
 
-def modulus_of_coupon(table: MeasuredTable, report: StoredReport) -> Estimate:
+def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     """Return the modulus of a print [MPa] with its standard deviation, by the leaves of its coupon; raises InputError.
 
     The surer leaf counts more.

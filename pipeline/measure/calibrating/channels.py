@@ -10,7 +10,7 @@ from cad.quantity import validation_error
 from pipeline.measure.calibrating.weighing import line_through
 from pipeline.measure.measured_table import MeasuredTable, place_of
 from pipeline.measure.unit.signals import count_keys
-from pipeline.report.stored import StoredReport
+from pipeline.report.report import Report
 
 USUAL_SATURATION = 2**23 - 1
 """The largest count of a converter of 24 bits."""
@@ -41,7 +41,7 @@ class ChannelCalibration:
         return tuple(map(tuple, np.linalg.inv(self.counts_per_N).tolist()))
 
 
-def weighed_channels(table: MeasuredTable, report: StoredReport) -> ChannelCalibration | None:
+def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration | None:
     """Return the channels of a table of weights, tare first; None where it has no counts.
 
     Raises InputError for saturated counts, for a tip whose first row has a weight, and for channels that do not tell

@@ -17,7 +17,7 @@ from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of
 from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_through
 from pipeline.measure.measured_table import LENGTH, MeasuredTable, Quantity, numbers_of, read_csv
 from pipeline.measure.unit.signals import COUNTS, count_keys
-from pipeline.report.stored import StoredReport
+from pipeline.report.report import Report
 
 _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _UNLIKE = 0.1  # of all stiffnesses: a dial or a balance is less wrong, a unit is more
@@ -34,7 +34,7 @@ def measured_plate(source: Path | str, tips: int) -> MeasuredTable:
 
 
 def pressed_springs(
-    table: MeasuredTable, channels: ChannelCalibration, weighed: Sequence[Estimate], report: StoredReport
+    table: MeasuredTable, channels: ChannelCalibration, weighed: Sequence[Estimate], report: Report
 ) -> tuple[list[Estimate], list[float]]:
     """Return the stiffness of each spring [N/mm], its force over its deflection on a plate of glass.
 
@@ -77,9 +77,7 @@ def pressed_springs(
     return springs, left_percent
 
 
-def _refuse_unlike(
-    table: MeasuredTable, stiffnesses: Floats, weighed: Sequence[Estimate], report: StoredReport
-) -> None:
+def _refuse_unlike(table: MeasuredTable, stiffnesses: Floats, weighed: Sequence[Estimate], report: Report) -> None:
     """Raise InputError where stiffnesses on a plate [N/mm] are not those from weights, all of them or one."""
     ratios = stiffnesses / [spring.value for spring in weighed]
     mean = float(ratios.mean())
@@ -95,7 +93,7 @@ def _refuse_unlike(
             raise validation_error(field, float(f"{ratio:.4g}"), "", bound, hint)
 
 
-def flattening(report: StoredReport, forces: Floats) -> Floats:
+def flattening(report: Report, forces: Floats) -> Floats:
     """Return by how much a tip is flattened on glass [mm] by forces [N]; 0 for a flat face.
 
     Two elastic bodies: K. L. Johnson, Contact Mechanics (1985), (4.23), doi:10.1017/CBO9781139171731.

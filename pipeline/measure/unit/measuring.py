@@ -18,7 +18,7 @@ from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
 from pipeline.reading.uncertainty import BOUNDED, OF_FRUIT, LeftOpen, by_heat, least_forces
-from pipeline.report.stored import StoredReport
+from pipeline.report.report import Report
 from solve.contact.domes.large_strain import large_strain
 
 PAIR_TILT_DEG = 2.0  # beyond it a press of a pair is told to be crooked, where the design names no tilt
@@ -38,7 +38,7 @@ class MeasuringUnit:
     `radii_mm` are the principal radii of the fruit under the sensor, where they are told.
     """
 
-    report: StoredReport
+    report: Report
     unit: PrintedUnit
     classes: RipenessClasses | None = None
     radii_mm: tuple[float, float] | None = None

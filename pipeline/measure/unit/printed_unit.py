@@ -14,7 +14,7 @@ from cad.design.reading import CALIBRATED_BY, Reading
 from cad.input_file import read_toml
 from cad.quantity import Bounds, InputError, check_fields, choice, quantity, validation_error
 from pipeline.measure.unit.fruit_scale import FruitScale
-from pipeline.report.stored import StoredReport
+from pipeline.report.report import Report
 from pipeline.storage.plain import from_plain, to_plain
 
 _HINT = "take the numbers that pipeline calibrate wrote"
@@ -105,7 +105,7 @@ def design_digest(design: Design) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def nominal_unit(report: StoredReport) -> PrintedUnit:
+def nominal_unit(report: Report) -> PrintedUnit:
     """Return the unit that is exactly as designed, its springs as uncertain as the process prints them.
 
     A leaf's stiffness goes with its modulus and the third power of its thickness, whose scatters are the process's.
@@ -123,7 +123,7 @@ def nominal_unit(report: StoredReport) -> PrintedUnit:
     )
 
 
-def channel_noises(report: StoredReport) -> Sequence[float]:
+def channel_noises(report: Report) -> Sequence[float]:
     """Return the standard deviation of the noise of each channel [N]: by read-out, or as the design asks."""
     read_out = report.read_out
     if read_out.signal is not None:
@@ -132,9 +132,7 @@ def channel_noises(report: StoredReport) -> Sequence[float]:
     return [asked.force_noise(force) for force in read_out.full_scale_N]
 
 
-def unit_of(
-    report: StoredReport, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str
-) -> PrintedUnit:
+def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str) -> PrintedUnit:
     """Return a unit of a report's design with springs [N/mm] and their standard deviations [%].
 
     Its gains are as certain as the design asks.
@@ -155,7 +153,7 @@ def unit_of(
     )
 
 
-def read_unit(path: Path, report: StoredReport) -> PrintedUnit:
+def read_unit(path: Path, report: Report) -> PrintedUnit:
     """Return the unit of a file; raises InputError, in one line, for a file that is none, or one of another design."""
     tables = {key: value for key, value in read_toml(path, "--unit").items() if key not in _FORMER_KEYS}
     try:

@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from cad.quantity import InputError
+from pipeline.report.keys import ReportKey, report_key
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,8 +15,9 @@ class Entry:
     """What a name means: a paragraph, its formula and its source.
 
     The number of a symbol lies at `key` in report.json, parts of lists by their index, with the error in per cent at
-    `error_percent`; `unit` says of which part it is. That of a verdict is found by its name, and at `key` where nothing
-    was judged. A name that ends in `*` stands for the names in `each`.
+    `error_percent`; it has the unit of the key, and `part` says of what it is. That of a verdict is found by its name,
+    and at `key` where nothing was judged. A name that ends in `*` stands for the names in `each`. `level` says what a
+    study solves for a verdict, None for one that it cannot ask for.
     """
 
     name: str
@@ -28,6 +30,8 @@ class Entry:
     key: str | None = None
     error_percent: str | None = None
     unit: str = "1"
+    part: str | None = None
+    level: str | None = None
 
 
 @cache
@@ -39,8 +43,15 @@ def entries() -> tuple[Entry, ...]:
         for name, table in tomllib.loads(text).items():
             aliases = tuple(table.pop("aliases", ()))
             each = tuple(table.pop("each", ()))
+            key = report_key(table.get("key", ""))
+            if key is not None:
+                table = {"meaning": _sentence(key), **table, "unit": key.unit}
             loaded.append(Entry(name=name, is_verdict=kind == "verdicts", aliases=aliases, each=each, **table))
     return tuple(loaded)
+
+
+def _sentence(key: ReportKey) -> str:
+    return f"{key.meaning[:1].upper()}{key.meaning[1:]}."
 
 
 def entry_names() -> tuple[str, ...]:
@@ -49,15 +60,24 @@ def entry_names() -> tuple[str, ...]:
 
 
 def entry_of(name: str) -> Entry:
-    """Return the entry of a name; raises InputError for a name that nothing explains, with one that is near it."""
+    """Return the entry of a name, or of a key of report.json.
+
+    Raises InputError for a name that nothing explains, with one that is near it.
+    """
     known = {}  # names by how they are written in lower case
     for entry in entries():
         for alias in (entry.name, *entry.each, *entry.aliases):
             if alias == name:
                 return entry
             known[alias.lower()] = alias
+    key = report_key(name)
+    if key is not None:
+        source = "docs/report-json.md"
+        return Entry(
+            name=name, meaning=_sentence(key), formula="", source=source, is_verdict=False, key=name, unit=key.unit
+        )
     near = difflib.get_close_matches(name.lower(), known, n=1)
     hint = f"did you mean {known[near[0]]}? " if near else ""
-    bound = "a verdict or a symbol"
+    bound = "a verdict, a symbol or a key of report.json"
     msg = f"NAME = {name!r}: must be {bound}; {hint}`pipeline explain` lists them all"
     raise InputError(msg, field="NAME", value=name, bound=bound)

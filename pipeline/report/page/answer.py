@@ -1,8 +1,9 @@
 """The answer in words."""
 
 import csv
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
@@ -10,7 +11,7 @@ from cad.design.reading import Reading
 from cad.fabrication.templates import EACH
 from cad.verdict import Verdict
 from pipeline.options import load_design, preset_names
-from pipeline.report.stored import StoredReport
+from pipeline.report.report import Report
 from pipeline.storage.plain import Plain
 
 BILL = "bom.csv"
@@ -44,7 +45,15 @@ class Answer:
     not_passed: tuple[Verdict, ...]
 
 
-def answer_of(report: StoredReport) -> Answer:
+class Dimension(NamedTuple):
+    """A dimension of the part: its name, its size [mm] as text, and what it means."""
+
+    name: str
+    size: str
+    meaning: str
+
+
+def answer_of(report: Report) -> Answer:
     """Return the answer: what failed first, then what is undecided."""
     failed = tuple(verdict for verdict in report.verdicts if verdict.passed is False)
     undecided = tuple(verdict for verdict in report.verdicts if verdict.passed is None)
@@ -131,17 +140,19 @@ def is_on_the_part(verdict: Verdict) -> bool:
     return verdict.name.startswith(_ON_THE_PART)
 
 
-def dimensions(report: StoredReport) -> dict[str, str]:
-    """Return the dimensions of leaves and housing [mm] by their names."""
-    rows = {}
+def dimensions(report: Report) -> list[Dimension]:
+    """Return the dimensions of leaves and housing."""
+    rows = []
     for name, spring in report.flexures.items():
         if spring.dimensions_mm is not None:
-            for key, size in vars(spring.dimensions_mm).items():
-                rows[f"{name} spring, leaf {key}"] = f"{size:g}"
+            for item in fields(spring.dimensions_mm):
+                size = f"{getattr(spring.dimensions_mm, item.name):g}"
+                rows.append(Dimension(f"{name} spring, leaf {item.name}", size, item.metadata["meaning"]))
     if report.housing is not None:
-        for key, size in vars(report.housing).items():
+        for item in fields(report.housing):
+            size = getattr(report.housing, item.name)
             if isinstance(size, float) and size != 0.0:
-                rows[key.replace("_", " ")] = f"{size:.5g}"
+                rows.append(Dimension(item.name.replace("_", " "), f"{size:.5g}", item.metadata["meaning"]))
     return rows
 
 

@@ -12,7 +12,7 @@ from cad.files.glb import GlbBody, glb_of, glb_position
 from cad.theory import hertz
 from pipeline.report.fields import fields_at_full_travel
 from pipeline.report.page.template import packed
-from pipeline.report.stored import StoredReport
+from pipeline.report.report import Report
 from pipeline.result import SensorResult
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.plain import Plain
@@ -57,7 +57,7 @@ def assembly_body(folder: Path, stale: Collection[str] = ()) -> Plain:
     return shown("Sensor over its fruit", path.read_bytes(), slider="apart")
 
 
-def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
+def flexure_body(report: Report, result: SensorResult) -> Plain:
     """Return the housing, or one plate of a square, at full travel in its von Mises stress [MPa].
 
     Raises ValueError where there is no housing, SolveError.
@@ -135,7 +135,7 @@ def _triangles(quads: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
-def skin_body(report: StoredReport, scene: Scene) -> Plain:
+def skin_body(report: Report, scene: Scene) -> Plain:
     """Return the skin of the fruit under the tips at the largest modulus and full travel, drawn as it is.
 
     Each tip pushes the skin as on a half-space, in closed form, and they add up. Raises ValueError without forces.
@@ -179,7 +179,7 @@ def skin_body(report: StoredReport, scene: Scene) -> Plain:
     return shown("Skin under the tips", glb_of([body]), slider="press", caption=caption, legend=colours, labels=labels)
 
 
-def _skin_fall(report: StoredReport, E: float, force: float, distance: Floats) -> Floats:
+def _skin_fall(report: Report, E: float, force: float, distance: Floats) -> Floats:
     """Return how far the skin falls [mm] at distances [mm] from a tip with a force [N] on flesh of modulus E [MPa].
 
     A dome is Hertz's sphere: K. L. Johnson, Contact Mechanics (1985), (3.41) and (3.42). Any other tip counts as a flat

@@ -10,7 +10,7 @@ import numpy as np
 
 from cad.arrays import Floats
 from cad.design.mango_tests import MANGOES, CompressedMango
-from pipeline.report.stored import StoredReport
+from pipeline.report.report import Report
 
 
 class ModulusBar(NamedTuple):
@@ -30,7 +30,7 @@ class SeenMango:
     calibrated: ModulusBar | None
 
 
-def seen_mangoes(report: StoredReport) -> tuple[SeenMango, ...]:
+def seen_mangoes(report: Report) -> tuple[SeenMango, ...]:
     """Return the mangoes of Table I as this sensor sees them at full travel, those in its range of moduli."""
     curve = report.curve
     E = numbers(curve.E_MPa)

@@ -8,14 +8,13 @@ import numpy as np
 
 from cad.arrays import Floats
 from cad.design.tips import Tips
-from cad.verdict import Verdict
 from pipeline.report.explain.entries import entries
 from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, flexure_body, skin_body
 from pipeline.report.page.mangoes import alike_pairs, seen_mangoes
 from pipeline.report.page.tables import page_tables
 from pipeline.report.page.template import BODIES, FIGURES, packed, rendered
-from pipeline.report.stored import StoredReport, as_data
+from pipeline.report.report import Report, as_data, report_data
 from pipeline.report.verdict_rule import UNREAD, bound_sense, fails_unread, limit_text, number_text, tolerance_text
 from pipeline.response.scene_press import scene_of
 from pipeline.result import SensorResult
@@ -29,8 +28,8 @@ _POINTS = 121  # along the contact of a dome
 _CELLS = 17  # along each side of a flat tip, one of them in the middle
 
 
-def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Path) -> str:
-    """Return the page of a report and its JSON data, with the bodies of a result and of the folder of its files.
+def page_of(report: Report, result: SensorResult, folder: Path) -> str:
+    """Return the page of a report, with the bodies of a result and of the folder of its files.
 
     What cannot be drawn is left out, and the page says why.
     """
@@ -48,7 +47,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
     bodies, missing = _drawn(draws)
     drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
     page_data = {
-        "report": data,
+        "report": report_data(report),
         "verdicts": [as_data(verdict) | {"sense": bound_sense(verdict)} for verdict in verdicts],
         **page_tables(report, result),
         "profile": _pressure_profile(report, result),
@@ -64,7 +63,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
     told = answer.answer_of(report)
     not_passed = [answer.in_percent(verdict) for verdict in told.not_passed]
     targets = [(i, one) for i, one in enumerate(verdicts) if not answer.is_on_the_part(one)]
-    paper = [] if report.paper is None else [answer.in_percent(Verdict(**one)) for one in report.paper["verdicts"]]
+    paper = [] if report.paper is None else [answer.in_percent(verdict) for verdict in report.paper.verdicts]
     return rendered(
         "page.html.j2",
         (*FIGURES, *BODIES, "tables.js", "page.js"),
@@ -110,7 +109,7 @@ def _drawn(draws: dict[str, Callable[[], Plain]]) -> tuple[list[Plain], dict[str
     return bodies, missing
 
 
-def _pressure_profile(report: StoredReport, result: SensorResult) -> Plain:
+def _pressure_profile(report: Report, result: SensorResult) -> Plain:
     """Return pressure over its mean [1] along the middle of one tip of each spring; else a reason.
 
     Positions are over the root of the area [1] that the mean is of: the contact of a dome, the face of another tip.

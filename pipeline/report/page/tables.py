@@ -18,7 +18,7 @@ from pipeline.reading.measurement import RiseModel
 from pipeline.reading.poses import FEWEST_MODULI
 from pipeline.reading.read_out import ReadOut, corrected
 from pipeline.reading.rise import rise_law
-from pipeline.report.stored import StoredReport
+from pipeline.report.report import Report
 from pipeline.response.scene_press import ScenePress
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
@@ -27,7 +27,7 @@ _NOISE_PERCENT = 0.5  # where the design asks for no reading
 NOT_READ = (math.nan, math.nan)
 
 
-def page_tables(report: StoredReport, result: SensorResult) -> Plain:
+def page_tables(report: Report, result: SensorResult) -> Plain:
     """Return tables, sliders and their start; moduli in MPa, travel in mm, tilt in degrees, noise in % of full scale.
 
     A table holds numbers over its two axes, at the `held` value of what it has no axis for.
@@ -63,7 +63,7 @@ def _slider(key: str, label: str, unit: str, nodes: Sequence[float]) -> Plain:
     return {"key": key, "label": label, "unit": unit, "min": nodes[0], "max": nodes[-1]}
 
 
-def _noise_percent(report: StoredReport) -> float:
+def _noise_percent(report: Report) -> float:
     """Return the noise of the forces [% of full scale]; of a named read-out the largest over its channels."""
     reading = report.design.reading
     if reading is None:

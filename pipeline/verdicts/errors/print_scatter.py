@@ -24,12 +24,12 @@ from pipeline.springs.mounts import attached_to
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from pipeline.verdicts.errors.effects import CALIBRATED
+from pipeline.verdicts.errors.scatter_bands import Interval, ScatterBands
 from pipeline.verdicts.targets import Characteristic, characteristic
 from solve.error_estimate import propagated
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import tip_compliance
 
-Interval = tuple[float | None, float | None]
 Stiffnesses = Callable[[Housing], tuple[float, ...]]
 
 SAMPLES = 1024
@@ -48,24 +48,6 @@ class StiffnessSurrogate:
         """Return K / K_nominal [1] at the shifts s of the leaves, both of shape (springs, ...)."""
         rows = zip(self.slopes, self.curves, shifts, strict=True)
         return np.stack([np.exp(slope * s + curve * s * s) for slope, curve, s in rows])
-
-
-@dataclass(frozen=True, kw_only=True)
-class ScatterBands:
-    """The middle 95 % of what prints give [N/m; 1], and the error of the modulus read with nominal stiffnesses [1].
-
-    An end is None where prints show a P that nominal springs never do.
-
-    `calibrated_modulus_error` is what remains when all stiffnesses of a unit are known to 1 %.
-    """
-
-    K_l_N_per_m: Interval
-    K_h_N_per_m: Interval
-    P_max: Interval
-    NL: Interval
-    modulus_error: Interval
-    calibrated_modulus_error: float | None
-    surrogate_error: float
 
 
 def print_scatter(

@@ -12,7 +12,8 @@ from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.response.scene_press import ScenePress, spring_shares
 from pipeline.verdicts.errors.budget import Budgets, effects_at, ratio_budget, uncertainty_budgets
 from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
-from pipeline.verdicts.errors.print_scatter import ScatterBands, print_scatter
+from pipeline.verdicts.errors.print_scatter import print_scatter
+from pipeline.verdicts.errors.scatter_bands import ScatterBands
 from pipeline.verdicts.targets import Characteristic, SceneTargets
 from solve.contact.linear_response import SensorResponse
 

@@ -30,15 +30,26 @@ def test_one_name_has_meaning_formula_source_and_number(capsys):
 
 def test_unknown_name_is_wrong_input(capsys):
     assert main(["explain", "NLL"]) == 2
-    assert capsys.readouterr().err.startswith("pipeline: NAME = 'NLL': must be a verdict or a symbol; did you mean NL?")
+    error = capsys.readouterr().err
+    assert error.startswith("pipeline: NAME = 'NLL': ")
+    assert " NL?" in error
+
+
+def test_key_of_a_report_has_unit_and_meaning_and_its_value_in_a_folder(stand_in_run, capsys):
+    assert main(["run", "--out", "out"]) == 0
+    capsys.readouterr()
+    assert main(["explain", "response.0.x_mm.-1", "--out", "out", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["unit"], told["number"]) == ("mm", f"{stand_in_run.result.design.press.travel_mm:g} mm")
+    assert main(["explain", "files", "--out", "out"]) == 0
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["--out", "paper"], "--out = 'paper': must be left out without a NAME; "),
-        (["foo"], "NAME = 'foo': must be a verdict or a symbol; `pipeline explain` lists them all"),
-        ([""], "NAME = '': must be a verdict or a symbol; `pipeline explain` lists them all"),
+        (["foo"], "NAME = 'foo': must be "),
+        ([""], "NAME = '': must be "),
     ],
 )
 def test_words_that_would_be_dropped_or_are_near_nothing_are_wrong_input(words, said, capsys):

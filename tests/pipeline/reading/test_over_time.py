@@ -14,7 +14,7 @@ from cad.quantity import InputError
 from cad.theory.two_spring_law import force_ratio
 from pipeline.options import RunOptions
 from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
-from pipeline.report.mapping import relaxation_keys
+from pipeline.report.of_result import relaxation_report
 from pipeline.verdicts.hints import with_hints
 from pipeline.verdicts.rules import relaxation_verdicts
 from reference.flat_square import square_contact, square_design, square_springs
@@ -88,9 +88,9 @@ def test_forces_that_tell_no_modulus_in_the_hold_fail_and_are_null_in_the_report
     (verdict,) = relaxation_verdicts(design, found)
     assert verdict.passed is False
     assert verdict.value is None
-    told = relaxation_keys(found)
-    assert told["moves_percent"] is None
-    assert None in [moment["moves_percent"] for moment in told["moments"]]
+    report = relaxation_report(found)
+    assert report.moves_percent is None
+    assert None in [moment.moves_percent for moment in report.moments]
 
 
 def test_square_of_whole_faces_reads_as_its_pair():

@@ -37,8 +37,8 @@ def runs(tmp_path, monkeypatch):
         result = dataclasses.replace(RESULT, design=design, options=options)
         with output_folder(options.out, force=options.force) as folder:
             (folder / "part.step").write_text(f"part {len(designs)}")
-            write_outputs(result, folder)
-        return result
+            report = write_outputs(result, folder)
+        return dataclasses.replace(result, report=report)
 
     monkeypatch.setattr(pipeline, "run", run)
     monkeypatch.chdir(tmp_path)

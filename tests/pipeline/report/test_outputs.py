@@ -12,7 +12,7 @@ from cad.input_file import read_toml
 from pipeline.options import RunOptions
 from pipeline.report.check import unchanged_verdicts
 from pipeline.report.outputs import write_outputs
-from pipeline.report.stored import read_report
+from pipeline.report.report import read_report
 from pipeline.storage.digests import with_digest
 from pipeline.storage.folder import output_folder
 

@@ -11,6 +11,7 @@ from cad.theory.two_spring_law import size_springs
 from pipeline.cli import main
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions, load_design
+from pipeline.report.of_result import evaluation_parts
 from pipeline.response.contact import fruit_compliance
 from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
@@ -81,9 +82,9 @@ def test_springs_that_were_sized_alone_have_no_stiffness_by_elements():
     sizing = spring_sizing(design, contact, RunOptions())
     springs = ideal_springs(design, sizing)
     sized = check_targets(design, contact=contact, sizing=sizing, springs=springs, parts=())
-    assert "flexures" not in tasks.evaluation_mapping(sized)
+    assert "flexures" not in evaluation_parts(sized)
     fitted = replace(sized, springs=replace(springs, ideal=False))
-    assert set(tasks.evaluation_mapping(fitted)["flexures"]) == {"low", "high"}
+    assert set(evaluation_parts(fitted)["flexures"]) == {"low", "high"}
 
 
 class Noting:
@@ -149,7 +150,7 @@ def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, t
             raise error("of this test")
         return {"springs": {"K_l_N_per_m": 1.0, "K_h_N_per_m": 2.0}}
 
-    monkeypatch.setattr(tasks, "_sized_report", solve)
+    monkeypatch.setattr(tasks, "_sized_parts", solve)
     summary = run_study(read_study(written()), tmp_path / "out", engine)
     assert (summary.done, summary.failed) == (7, 1)
 
@@ -165,7 +166,7 @@ def test_full_disk_is_no_fault_of_a_point(written, engine, tmp_path, monkeypatch
 
     study = read_study(written())
     with monkeypatch.context() as patch:
-        patch.setattr(tasks, "_sized_report", solve)
+        patch.setattr(tasks, "_sized_parts", solve)
         with pytest.raises((OSError, InputError)):
             run_study(study, tmp_path / "out", engine)
     assert run_study(study, tmp_path / "out", engine).done == 8

@@ -1,15 +1,17 @@
 """What a study file says is what a study has: its variations, its points and its base; wrong ones are refused."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from stand_ins import GOOD
 
 from cad.quantity import InputError
 from pipeline.options import load_design
 from pipeline.study import read_study
 from pipeline.study.points import design_of, point_count, points_between
-from pipeline.study.report_keys import level_of, parts_of, value_at_key
 from pipeline.study.variation import Choices, Normal, Span, setting_of_cell
+from pipeline.study.wanted import level_of, parts_of, wanted_value
 
 ROOT = Path(__file__).parents[3]
 PROCESS_FILE = ROOT / "cad" / "design" / "processes.toml"
@@ -213,7 +215,11 @@ def test_key_needs_no_more_than_its_level(key, level, parts):
 
 
 @pytest.mark.parametrize(
-    "key", ["springs", "springs.seconds", "springs.K", "verdicts.K_l", "verdicts.geometry.x", "x.y"]
+    "key",
+    [
+        *("springs", "response", "behaviour", "springs.seconds", "contact.seconds", "springs.K", "x.y", "tips.0.x_mm"),
+        *("verdicts.K_l", "verdicts.geometry.x", "verdicts.sideways.low.value", "verdicts.K_l.remedy"),
+    ],
 )
 def test_key_that_no_report_has_is_refused(key):
     with pytest.raises(InputError) as refused:
@@ -222,11 +228,12 @@ def test_key_that_no_report_has_is_refused(key):
 
 
 def test_value_is_found_by_its_path():
-    report = {"a": [{"b": 1.5}], "c": None, "verdicts": [{"name": "x.y", "value": 2.0}]}
-    assert [value_at_key(report, key) for key in ("a.0.b", "c", "verdicts.x.y.value")] == [1.5, None, 2.0]
-    for key in ("a", "a.0", "a.1.b", "a.-1.b", "d", "verdicts.x.value", "verdicts.x.y.error"):
+    report = {"a": ({"b": 1.5},), "c": None, "verdicts": (replace(GOOD, name="x.y", value=2.0),)}
+    found = [wanted_value(report, key) for key in ("a.0.b", "a.-1.b", "c", "verdicts.x.y.value")]
+    assert found == [1.5, 1.5, None, 2.0]
+    for key in ("a.1.b", "a.x", "c.0", "d", "verdicts.x.value", "verdicts.x.y.e"):
         with pytest.raises(InputError) as absent:
-            value_at_key(report, key)
+            wanted_value(report, key)
         assert absent.value.value == key
 
 

@@ -10,7 +10,7 @@ from view_stand_ins import DEPTH, LENGTH
 
 from cad.design.design_file import design_from_mapping
 from pipeline.options import load_design
-from pipeline.report.stored import read_report
+from pipeline.report.report import read_report
 from pipeline.view.scene import deformation_factor, deformed_surface, draw_scene
 from pipeline.view.scenes import (
     STRAIN_OVER_LIMIT,

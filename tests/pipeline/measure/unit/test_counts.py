@@ -26,7 +26,7 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, readings_of
 from pipeline.measure.unit.printed_unit import read_unit
 from pipeline.measure.unit.signals import Signal, count_keys
-from pipeline.report.stored import read_report
+from pipeline.report.report import read_report
 from solve.contact.poses import Pose
 
 GRAM = 9.80665e-3  # [N]

@@ -13,7 +13,7 @@ from cad.design.tips import Tips
 from pipeline.main_job import run
 from pipeline.options import RunOptions
 from pipeline.report.outputs import PAGE, write_outputs
-from pipeline.report.stored import StoredReport, read_report
+from pipeline.report.report import Report, read_report
 from pipeline.result import SensorResult
 
 DOMES = Design(
@@ -30,7 +30,7 @@ class WrittenPage:
 
     result: SensorResult
     folder: Path
-    report: StoredReport
+    report: Report
     text: str
 
     @property

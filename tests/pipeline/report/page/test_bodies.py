@@ -5,7 +5,7 @@ import pytest
 
 from pipeline.report.page import bodies
 from pipeline.report.page.bodies import _skin_fall, flexure_body, palette_colours, skin_body
-from pipeline.report.stored import read_report
+from pipeline.report.report import read_report
 from pipeline.response.scene_press import scene_of
 
 

@@ -12,11 +12,12 @@ from stand_ins import result_of
 
 from cad.verdict import Verdict
 from pipeline.options import load_design
+from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
 from pipeline.report.page.answer import answer_of, scene_in_words
 from pipeline.report.page.page import page_of
 from pipeline.report.page.template import finite
-from pipeline.report.stored import read_data
+from pipeline.report.report import read_data
 from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest
 
@@ -109,6 +110,12 @@ def test_numbers_of_the_page_are_those_of_the_report(page):
     assert all(entry in text for entry in entries)
 
 
+def test_dimension_has_the_meaning_of_its_key_as_a_tooltip(flat_page):
+    titles = {attributes["title"] for _, attributes in Outline(flat_page.text).elements if "title" in attributes}
+    for name in ("housing.shuttle_width", "flexures.low.dimensions_mm.fillet"):
+        assert report_key(name).meaning in titles
+
+
 def test_page_is_a_listed_file_and_the_same_every_time(page, tmp_path):
     (entry,) = (file for file in page.report.files if file.path == PAGE)
     assert entry.sha256 == file_digest(page.folder / PAGE)
@@ -139,7 +146,7 @@ def test_answer_names_what_failed_first(outcomes, outcome, names, flat_page):
 def test_first_tile_is_that_of_a_verdict_that_failed(flat_page):
     passed = tuple(planted(name, passed=True) for name in ("P_max", "K_l", "K_h"))
     report = dataclasses.replace(flat_page.report, verdicts=(*passed, planted("bruise")))
-    page = page_of(report, read_data(flat_page.folder), flat_page.result, flat_page.folder)
+    page = page_of(report, flat_page.result, flat_page.folder)
     tiles = re.findall(r"<dt>(.*?)</dt>", page)
     assert [tile.replace("<wbr>", "") for tile in tiles] == ["bruise", "P_max", "K_l"]
 
@@ -148,7 +155,7 @@ def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat
     unread = planted("reading.bias", value=0.02, limit=0.05, unit="1")
     wrong = planted("bruise", remedy="travel at most 0.05 mm", reference="<script>alert(1)</script>")
     report = dataclasses.replace(flat_page.report, verdicts=(unread, wrong))
-    page = page_of(report, read_data(flat_page.folder), flat_page.result, flat_page.folder)
+    page = page_of(report, flat_page.result, flat_page.folder)
     text = Outline(page).text
     assert "≤ 5 %" in text
     assert "travel at most 0.05 mm" in text
@@ -195,7 +202,7 @@ def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tm
     (tmp_path / "bom.csv").write_text("count,part,size\n2,cover,6.1 g each\n4,nut,M3\n1,housing,13.9 g each\n")
     files = tuple(listed_files(tmp_path))
     report = dataclasses.replace(flat_page.report, files=files, stale={"before.svg": "another design"})
-    page = page_of(report, read_data(flat_page.folder), flat_page.result, tmp_path)
+    page = page_of(report, flat_page.result, tmp_path)
     drawings = data_of(page)["drawings"]
     assert [drawing["name"] for drawing in drawings] == ["drawing.svg", "wiring.svg"]
     assert zlib.decompress(base64.b64decode(drawings[0]["content"])) == b"<svg>1</svg>"
@@ -204,7 +211,7 @@ def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tm
     density = report.design.process.density_g_per_cm3
     assert float(cost["data-printed"]) == pytest.approx(float(cost["data-mass"]) / density)
     report = dataclasses.replace(report, stale={"bom.csv": "another design"})
-    page = page_of(report, read_data(flat_page.folder), flat_page.result, tmp_path)
+    page = page_of(report, flat_page.result, tmp_path)
     assert not any(attributes.get("data-mass") for _, attributes in Outline(page).elements)
 
 

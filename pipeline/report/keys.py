@@ -1,0 +1,123 @@
+"""The keys of report.json by their dotted names: unit and meaning of each, and its value in a report."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import Field, dataclass, fields, is_dataclass
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+from pipeline.report.report import LeftOut, Report
+
+_INDEX = re.compile(r"-?[0-9]+")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportKey:
+    """A key, its unit and its meaning; `level` says what a study solves for it, empty where none may ask for it."""
+
+    name: str
+    unit: str
+    meaning: str
+    level: str
+    is_value: bool
+
+
+def report_key(name: str) -> ReportKey | None:
+    """Return the key of a dotted name, None where no report has it; verdicts by their name, parts of lists by index."""
+    words = name.split(".")
+    if words[0] == "verdicts" and len(words) > 1:
+        words = ["verdicts", "0", words[-1]]
+    kind: Any = Report
+    metadata: dict[str, Any] = {}
+    for word in words:
+        if get_origin(kind) is tuple and _INDEX.fullmatch(word):
+            kind = _without_none(get_args(kind)[0])
+        elif get_origin(kind) is dict:
+            kind = _without_none(get_args(kind)[1])
+        elif word in (declared := _fields(kind)):
+            item, kind = declared[word]
+            metadata |= item.metadata
+        else:
+            return None
+    return ReportKey(
+        name=name,
+        unit=metadata.get("unit", ""),
+        meaning=metadata.get("meaning", ""),
+        level=metadata.get("level", ""),
+        is_value=get_origin(kind) not in (tuple, dict) and not is_dataclass(kind),
+    )
+
+
+def report_keys() -> Iterator[ReportKey]:
+    """Yield every key in the order of a report.
+
+    `[]` stands for the elements of a list, SPRING for low or high, other words in capitals for names that a design or a
+    run decides.
+    """
+    for item, kind in _fields(Report).values():
+        yield from _keys(item, kind, item.name, "")
+
+
+def _keys(item: Field[Any], kind: Any, name: str, level: str) -> Iterator[ReportKey]:  # noqa: ANN401 - any type
+    """Yield the key of a field by its name, and those below it."""
+    level = item.metadata.get("level", level)
+    while get_origin(kind) is tuple:
+        name = name if name.endswith("[]") else f"{name}[]"
+        kind = _without_none(get_args(kind)[0])
+    if get_origin(kind) is dict:
+        kind = _without_none(get_args(kind)[1])
+    each = item.metadata.get("each")
+    name = name if each is None else f"{name}.{each}"
+    below = {} if each == "KEY" else _fields(kind)
+    metadata = item.metadata
+    yield ReportKey(name=name, unit=metadata["unit"], meaning=metadata["meaning"], level=level, is_value=not below)
+    for word, (inner, inner_kind) in below.items():
+        if (word, inner_kind) == ("high", below.get("low", (None, None))[1]):
+            continue  # both springs have the same keys
+        if word == "low":
+            yield from list(_keys(inner, inner_kind, f"{name}.SPRING", level))[1:]
+        else:
+            yield from _keys(inner, inner_kind, f"{name}.{word}", level)
+
+
+def value_at(report: object, name: str) -> object:
+    """Return the value at a dotted key of a report, or of parts of one by their keys.
+
+    Verdicts are found by their name, parts of lists by their index. Raises KeyError where there is none.
+    """
+    value = report
+    words = name.split(".")
+    try:
+        if words[0] == "verdicts":
+            verdicts: Any = _part(report, "verdicts")
+            value = {verdict.name: verdict for verdict in verdicts}[".".join(words[1:-1])]
+            words = words[-1:]
+        for word in words:
+            value = _part(value, word)
+    except (AttributeError, LookupError, ValueError) as error:
+        raise KeyError(name) from error
+    return value
+
+
+def _part(value: object, word: str) -> object:
+    if isinstance(value, Mapping):
+        return value[word]
+    return value[int(word)] if isinstance(value, tuple) else getattr(value, word)
+
+
+@cache
+def _fields(kind: type) -> dict[str, tuple[Field[Any], Any]]:
+    """Return the fields of a record type by name, each with its type; none for another type."""
+    if not is_dataclass(kind):
+        return {}
+    hints = get_type_hints(kind)
+    return {item.name: (item, _without_none(hints[item.name])) for item in fields(kind)}
+
+
+def _without_none(kind: Any) -> Any:  # noqa: ANN401 - any type
+    """Return the type that a value has where it is neither None nor left out."""
+    if get_origin(kind) not in (Union, UnionType):
+        return kind
+    kinds = [one for one in get_args(kind) if one not in (NoneType, LeftOut)]
+    return kinds[0] if len(kinds) == 1 else kind

@@ -1,0 +1,370 @@
+"""The report of a run: every number of its result in the unit of its key; None where there is no number."""
+
+import math
+from collections.abc import Iterable, Mapping
+from importlib.metadata import version
+from types import MappingProxyType
+
+import numpy as np
+
+from cad.arrays import Floats, rows_of
+from cad.design.tips import Tips
+from cad.theory.two_spring_law import PAPER_SPRINGS
+from pipeline.options import run_key
+from pipeline.reading.analysis import Readings
+from pipeline.reading.over_time import ReadingOverTime
+from pipeline.report.notes import notes
+from pipeline.report.report import (
+    AccuracyReport,
+    BehaviourReport,
+    BudgetReport,
+    ContactReport,
+    ContributionReport,
+    CurveReport,
+    LeftOut,
+    LevelReport,
+    ListedFile,
+    MaterialReport,
+    ModeReport,
+    ModulusReport,
+    MomentReport,
+    Numbers,
+    PaperReport,
+    ReadingReport,
+    RelaxationReport,
+    RelaxingModulusReport,
+    Report,
+    ResponseReport,
+    SizingReport,
+    SkinPressureReport,
+    SkinReport,
+    SolveReport,
+    SpringReport,
+    TipReport,
+)
+from pipeline.response.scene_press import spring_shares
+from pipeline.result import Evaluation, SensorResult
+from pipeline.springs.behaviour import GAUGE_FACTOR, GRID_MM, SpringBehaviour
+from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
+from pipeline.springs.sizing import SpringSizing
+from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
+from pipeline.verdicts.errors.sensor_errors import ReadingTable
+from pipeline.verdicts.targets import SceneTargets
+from solve.contact.linear_response import SensorResponse
+from solve.fruit.compliance import FruitCompliance
+
+PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
+
+
+def report_of_result(
+    result: SensorResult, files: Iterable[ListedFile] = (), stale: Mapping[str, str] = MappingProxyType({})
+) -> Report:
+    """Return the report of a run whose folder has these files.
+
+    `stale` are those made from another design, by name, with the digest of that design.
+    """
+    design = result.design
+    springs = result.springs
+    process = springs.process
+    lines = notes(result)
+    if stale:
+        names = ", ".join(stale)
+        lines.append(f"kept from another design, no part of this one: {names}; make them anew with pipeline design")
+    fabrication = result.options.fabrication
+    return Report(
+        design=design,
+        springs=sizing_report(result.sizing),
+        flexures=spring_reports(springs) if design.tips.tip_layout.has_housing else {},
+        housing=springs.housing,
+        deflections_mm=springs.deflections,
+        material=MaterialReport(
+            name=process.material, E_MPa=process.E_MPa, poisson=process.poisson, process=process.name
+        ),
+        behaviour=None if result.behaviour is None else _behaviour(result.behaviour),
+        contact=contact_report(result.contact),
+        response=response_reports(design.tips, result.contact, springs, result.press.table),
+        curve=_curve(result.errors.reading),
+        tips=tip_reports(design.tips),
+        read_out=result.read_out,
+        reading=None if result.readings is None else reading_report(result.readings),
+        level=_level(result.reached),
+        verdicts=result.verdicts,
+        remedy=next((verdict.remedy for verdict in result.verdicts if verdict.remedy is not None), None),
+        errors=_errors(result),
+        paper=_paper(result),
+        accuracy=_accuracy(result),
+        notes=tuple(lines),
+        versions={name: version(name) for name in PACKAGES},
+        files=tuple(files),
+        seconds=result.seconds.wall,
+        cpu_seconds=result.seconds.cpu,
+        relaxation=None if result.over_time is None else relaxation_report(result.over_time),
+        tolerance=result.errors.scatter if fabrication else LeftOut.LEFT_OUT,
+        stale=dict(stale),
+        key=run_key(design, result.options),
+    )
+
+
+def evaluation_parts(evaluation: Evaluation) -> dict[str, object]:
+    """Return the parts of a report that need no solid, by their keys: those that an evaluation has."""
+    springs = evaluation.springs
+    parts: dict[str, object] = {
+        "springs": sizing_report(evaluation.sizing),
+        "deflections_mm": springs.deflections,
+        "contact": contact_report(evaluation.contact),
+        "level": _level(evaluation.reached),
+        "reading": None if evaluation.readings is None else reading_report(evaluation.readings),
+        "verdicts": evaluation.verdicts,
+    }
+    if not springs.ideal:
+        parts["flexures"] = spring_reports(springs)
+    if evaluation.press is not None:
+        table = evaluation.press.table
+        parts["response"] = response_reports(evaluation.design.tips, evaluation.contact, springs, table)
+    return parts
+
+
+def sizing_report(sizing: SpringSizing) -> SizingReport:
+    """Return the springs that were sized and the fruit stiffness that sized them."""
+    return SizingReport(
+        K_l_N_per_m=1e3 * sizing.springs.K_l,
+        K_h_N_per_m=1e3 * sizing.springs.K_h,
+        K_m_max_N_per_m=1e3 * sizing.K_m_max,
+        K_m_over_E_mm=sizing.K_m_over_E,
+        fruit_stiffness=sizing.basis,
+    )
+
+
+def spring_reports(springs: FittedSprings) -> dict[str, SpringReport]:
+    """Return the springs by their names."""
+    return {spring.name: _spring(spring, springs) for spring in springs.springs}
+
+
+def _spring(spring: FittedSpring, springs: FittedSprings) -> SpringReport:
+    K = spring.K
+    strain = spring.root_strain
+    info = None if springs.fitted is None else springs.fitted.stiffness.info
+    return SpringReport(
+        target_N_per_m=1e3 * spring.target,
+        stiffness_N_per_m=None if K is None else 1e3 * K.value,
+        error_percent=None if K is None else K.percent,
+        dimensions_mm=spring.flexure,
+        root_strain=None if strain is None else strain.value,
+        root_strain_error_percent=None if strain is None else strain.percent,
+        safety_factor=spring.safety_factor,
+        dofs=None if info is None else info.dofs,
+        seconds=None if info is None else info.seconds,
+    )
+
+
+def _behaviour(behaviour: SpringBehaviour) -> BehaviourReport:
+    modes: tuple[ModeReport, ...] = ()
+    if behaviour.modes is not None:
+        rows = zip(behaviour.modes.frequencies_Hz, behaviour.modes.errors, behaviour.modes.shapes, strict=True)
+        modes = tuple(
+            ModeReport(frequency_Hz=frequency, error_percent=100.0 * error, shape=shape)
+            for frequency, error, shape in rows
+        )
+    return BehaviourReport(
+        crosstalk_C12_over_C22=behaviour.crosstalk,
+        gauge_factor=GAUGE_FACTOR,
+        gauge_grid_mm=GRID_MM,
+        gauges=behaviour.gauges,
+        modes=modes,
+        low=behaviour.arms["low"],
+        high=behaviour.arms["high"],
+    )
+
+
+def contact_report(contact: FruitCompliance) -> ContactReport:
+    """Return the compliance of the fruit with its errors and what it cost."""
+    skin = None
+    if contact.skin is not None:
+        matrices = tuple(rows_of(S) for S in contact.skin.S)
+        skin = SkinReport(E_MPa=tuple(contact.skin.E.tolist()), compliance_per_mm=matrices)
+    info = contact.info
+    return ContactReport(
+        error_percent=100.0 * contact.error_pair,
+        s11_error_percent=100.0 * contact.error_own,
+        method=info.method,
+        dofs=info.dofs,
+        seconds=info.seconds,
+        status=info.status,
+        compliance_per_mm=rows_of(contact.S),
+        K_m_over_E_mm=contact.K_m_over_E(),
+        skin=skin,
+    )
+
+
+def response_reports(
+    tips: Tips, contact: FruitCompliance, springs: FittedSprings, table: SensorResponse
+) -> tuple[ResponseReport, ...]:
+    """Return the response at each modulus with the errors of contact and springs."""
+    relative = np.array(tips.each(*(spring.error / spring.stiffness for spring in springs.springs)))
+    rows = []
+    for i, E in enumerate(table.E.tolist()):
+        spring_errors = spring_shares(contact, springs.C, E) * relative  # of the force of each tip [1]
+        low, high = (table.F[i, :, list(group)].mean(axis=0) for group in tips.spring_groups)
+        row = ResponseReport(
+            E_MPa=E,
+            x_mm=tuple(table.x.tolist()),
+            P=_numbers(table.P[i]),
+            F_l_N=_numbers(low),
+            F_h_N=_numbers(high),
+            slope_ratio=_numbers(table.slope_ratio[i]),
+            F_error_percent=_numbers(100.0 * (table.F_error[i] + spring_errors.max())),
+            P_error_percent=_numbers(100.0 * (table.P_error[i] + spring_errors.sum())),
+            F_N=() if tips.tip_layout.is_pair else _number_rows(table.F[i].T),
+        )
+        rows.append(row)
+    return tuple(rows)
+
+
+def _curve(table: ReadingTable) -> CurveReport:
+    """Return P at full travel over the modulus, with the moduli that may show it; the first modulus is no fruit's."""
+    response = table.response
+    return CurveReport(
+        x_mm=float(response.x[-1]),
+        P_softest=_finite(float(response.P[0, -1])),
+        E_MPa=tuple(response.E[1:].tolist()),
+        P=_numbers(response.P[1:, -1]),
+        E_lower_as_printed_MPa=_numbers(table.printed[1:, -1, 0]),
+        E_upper_as_printed_MPa=_numbers(table.printed[1:, -1, 1]),
+        E_lower_calibrated_MPa=_numbers(table.calibrated[1:, -1, 0]),
+        E_upper_calibrated_MPa=_numbers(table.calibrated[1:, -1, 1]),
+    )
+
+
+def tip_reports(tips: Tips) -> tuple[TipReport, ...]:
+    """Return the tips in the order of the forces in every table."""
+    rows = zip(tips.names, tips.places_mm, tips.springs, strict=True)
+    return tuple(TipReport(name=name, x_mm=x, y_mm=y, spring=spring) for name, (x, y), spring in rows)
+
+
+def reading_report(readings: Readings) -> ReadingReport:
+    """Return how good readings are, in per cent of the modulus, and how hard the tips press the skin."""
+    bias = readings.bias
+    uncertainty = readings.uncertainty
+    moduli = []
+    for row in readings.moduli:
+        modulus = ModulusReport(
+            E_MPa=row.E,
+            E_bias_percent=100.0 * row.bias.value,
+            worst=str(row.worst),
+            uncertainty_percent=100.0 * row.sources.total,
+            sources=_percent(row.sources.contributions),
+        )
+        moduli.append(modulus)
+    pressures = []
+    for skin in readings.pressures:
+        pressure = SkinPressureReport(
+            E_MPa=skin.E, pressure_MPa=skin.pressure.value, limit_MPa=skin.limit, worst=str(skin.placement)
+        )
+        pressures.append(pressure)
+    return ReadingReport(
+        E_bias_percent=None if bias is None else 100.0 * bias.value,
+        E_bias_error_percent=None if bias is None else 100.0 * bias.error,
+        uncertainty_percent=None if uncertainty is None else 100.0 * uncertainty.value,
+        sources={} if uncertainty is None else _percent(readings.worst_uncertainty.sources.contributions),
+        method=readings.method,
+        touch_fraction=readings.touch.value,
+        noise_for_10_percent=readings.noise_percent,
+        refused=readings.refused,
+        moduli=tuple(moduli),
+        skin_pressure=tuple(pressures),
+    )
+
+
+def relaxation_report(over_time: ReadingOverTime) -> RelaxationReport:
+    """Return forces, P and the apparent modulus over time, and when a reading moves least."""
+    moduli = []
+    for i, E in enumerate(over_time.E.tolist()):
+        row = RelaxingModulusReport(
+            E_MPa=E,
+            F_N=_number_rows(over_time.F[i].T),
+            P=_numbers(over_time.P[i]),
+            E_apparent_MPa=_numbers(over_time.apparent[i]),
+        )
+        moduli.append(row)
+    moments = []
+    for moment in over_time.moments:
+        percent = _finite(100.0 * moment.moves)
+        moments.append(MomentReport(speed_mm_per_s=moment.speed_mm_per_s, at_s=moment.at_s, moves_percent=percent))
+    return RelaxationReport(
+        t_s=tuple(over_time.t.tolist()),
+        stop_s=float(over_time.t[over_time.stop]),
+        at_s=float(over_time.t[over_time.at]),
+        moves_percent=_finite(100.0 * over_time.moves.value),
+        moves_error_percent=_finite(100.0 * over_time.moves.error),
+        moduli=tuple(moduli),
+        moments=tuple(moments),
+    )
+
+
+def _level(reached: SceneTargets) -> LevelReport:
+    """Return P_max and NL of a level sensor with flat sharp tips on flat fruit, whatever scene was asked for."""
+    P_max, NL = reached.level
+    return LevelReport(P_max=P_max.value, P_max_error=P_max.error, NL=NL.value, NL_error=NL.error)
+
+
+def _errors(result: SensorResult) -> dict[str, BudgetReport | None]:
+    """Return the budget of each number; springs that a line is given have none."""
+    budgets = {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()}
+    has_housing = result.design.tips.tip_layout.has_housing
+    return {name: budget for name, budget in budgets.items() if has_housing or name not in ("K_l", "K_h")}
+
+
+def _budget(budget: UncertaintyBudget | None) -> BudgetReport | None:
+    if budget is None:
+        return None
+    return BudgetReport(
+        discretisation_percent=100.0 * budget.numerical,
+        model=_contributions(budget.model),
+        inputs=_contributions(budget.input),
+        model_percent=100.0 * budget.model_total,
+        inputs_percent=100.0 * budget.input_total,
+    )
+
+
+def _contributions(parts: Iterable[Contribution]) -> tuple[ContributionReport, ...]:
+    return tuple(
+        ContributionReport(effect=part.effect, size_percent=100.0 * part.size, reason=part.reason) for part in parts
+    )
+
+
+def _paper(result: SensorResult) -> PaperReport | None:
+    if result.paper is None:
+        return None
+    return PaperReport(K_l_N_per_m=1e3 * PAPER_SPRINGS.K_l, K_h_N_per_m=1e3 * PAPER_SPRINGS.K_h, verdicts=result.paper)
+
+
+def _accuracy(result: SensorResult) -> AccuracyReport:
+    contact = result.contact
+    springs = None
+    if result.springs.fitted is not None:
+        stiffness = result.springs.fitted.stiffness
+        springs = SolveReport(error_percent=100.0 * max(stiffness.error), choice=stiffness.info.status)
+    return AccuracyReport(
+        tolerance=result.options.tolerance,
+        springs=springs,
+        contact=SolveReport(
+            error_percent=100.0 * contact.error_pair, choice=f"{contact.info.method}: {contact.info.status}"
+        ),
+    )
+
+
+def _numbers(values: Floats) -> Numbers:
+    """Return numbers of the same unit; None for one that is not finite."""
+    return tuple(_finite(value) for value in values.tolist())
+
+
+def _number_rows(values: Floats) -> tuple[Numbers, ...]:
+    return tuple(_numbers(row) for row in values)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _percent(sources: Mapping[str, float]) -> dict[str, float]:
+    return {f"{name.removesuffix('_percent')}_percent": 100.0 * value for name, value in sources.items()}

@@ -1,0 +1,628 @@
+"""report.json as one typed tree: each field is a key with its unit and meaning; written and read here.
+
+pipeline/report/of_result.py fills the tree from the result of a run, pipeline/report/keys.py finds a key in it, and
+docs/report-json.md is printed from it.
+"""
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any, get_origin, get_type_hints
+
+import numpy as np
+from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
+
+from cad.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
+from cad.design.parameters import Design
+from cad.parts.housing import Housing
+from cad.quantity import InputError, report_field, validation_error
+from cad.theory.leaf_spring import Flexure
+from cad.verdict import Verdict
+from pipeline.reading.read_out import Matrix, ReadOut
+from pipeline.springs.arm_behaviour import ArmBehaviour
+from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
+from pipeline.storage.plain import Plain, from_plain, strict_converter
+from pipeline.verdicts.errors.scatter_bands import ScatterBands
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance, SkinTable
+
+SCHEMA = 1
+
+Numbers = tuple[float | None, ...]
+"""Numbers over the travel or over moduli; None where a tip is off the fruit or no bound is."""
+_FORMER_KEYS = ("reading.lift_deg", "reading.plates_before_zeroing_percent", "read_out.large_strain")
+"""Keys of reports before 0.2 that no command takes any more."""
+
+
+class LeftOut(Enum):
+    """The value of a key that may be null, in a report that does not have it."""
+
+    LEFT_OUT = "left out"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ListedFile:
+    """A file of an output folder and its digest when it was written."""
+
+    path: str = report_field("", "a file of the folder")
+    sha256: str = report_field("", "its digest, which `pipeline check` compares")
+
+    def is_unchanged_in(self, folder: Path) -> bool:
+        """Say whether the file still lies inside the folder as it was written; a path that no file has does not."""
+        path = folder / self.path
+        try:
+            inside = path.resolve().is_relative_to(folder.resolve())
+        except (OSError, ValueError, RuntimeError):  # a loop of links is the last one
+            return False
+        return inside and has_digest(path, self.sha256)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SizingReport:
+    """The springs that were sized and the fruit stiffness that sized them."""
+
+    K_l_N_per_m: float = report_field(
+        "N/m", "stiffness that the targets need of the low spring, or that the design gives"
+    )
+    K_h_N_per_m: float = report_field(
+        "N/m", "stiffness that the targets need of the high spring, or that the design gives"
+    )
+    K_m_max_N_per_m: float = report_field(
+        "N/m", "stiffness of the firmest fruit under one tip, by which the springs were sized"
+    )
+    K_m_over_E_mm: float = report_field("mm", "that stiffness over the modulus of the fruit")
+    fruit_stiffness: str = report_field("", "`contact`: from the solved contact; `hayes`: from the paper's formula (6)")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpringReport:
+    """One of the springs; its numbers are None where it cannot be made."""
+
+    target_N_per_m: float = report_field("N/m", "stiffness that is asked for")
+    stiffness_N_per_m: float | None = report_field(
+        "N/m", "stiffness of the housing as it is exported, by finite elements; null where it is not made"
+    )
+    error_percent: float | None = report_field("%", "half width of its error bar")
+    dimensions_mm: Flexure | None = report_field("", "its leaves; null where they are not made")
+    root_strain: float | None = report_field(
+        "1",
+        "largest strain of a leaf, at its root, at full travel on the firmest fruit; beyond the strain limit of the "
+        "material the leaf breaks or stays bent",
+    )
+    root_strain_error_percent: float | None = report_field("%", "half width of its error bar")
+    safety_factor: float | None = report_field(
+        "1", "strain limit of the material over the root strain; above 1 the leaf lasts"
+    )
+    dofs: int | None = report_field("1", "unknowns of the mesh that was solved")
+    seconds: float | None = report_field("s", "wall time of the fit of both springs", level="")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaterialReport:
+    """The material of the process."""
+
+    name: str = report_field("", "its name")
+    E_MPa: float = report_field("MPa", "its modulus")
+    poisson: float = report_field("1", "its Poisson's ratio")
+    process: str = report_field("", "the print process")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModeReport:
+    """One mode of vibration of the sensor in its mount."""
+
+    frequency_Hz: float = report_field("Hz", "its frequency, by finite elements; glued pins lower it by a per cent")
+    error_percent: float = report_field("%", "half width of its error bar")
+    shape: str = report_field(
+        "", "which spring moves most and which way: along the press, along the tips, or out of the plane of the plate"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class BehaviourReport:
+    """How the finished springs behave."""
+
+    crosstalk_C12_over_C22: float = report_field(
+        "1",
+        "how far one tip moves when the other one is pressed, through the frame that carries both springs, over the "
+        "deflection of the pressed one",
+    )
+    gauge_factor: float = report_field("1", "gauge factor that the bridge output assumes")
+    gauge_grid_mm: float = report_field("mm", "length of a gauge's grid")
+    gauges: str = report_field("", "gauges that are fitted, `none` or `foil`")
+    modes: tuple[ModeReport, ...] = report_field("", "the three lowest modes of the sensor in its mount")
+    low: ArmBehaviour = report_field("", "the low spring at full travel")
+    high: ArmBehaviour = report_field("", "the high spring at full travel")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkinReport:
+    """The compliance of the fruit under a skin; matrices have shape (tips, tips)."""
+
+    E_MPa: tuple[float, ...] = report_field("MPa", "moduli of the flesh")
+    compliance_per_mm: tuple[Matrix, ...] = report_field(
+        "1/mm", "compliance of the fruit under its skin at each of them, times E"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactReport:
+    """The compliance of the fruit under its tips, shape (tips, tips), its errors and its cost."""
+
+    error_percent: float = report_field("%", "half width of the error bar of s11 - s12")
+    s11_error_percent: float = report_field("%", "half width of the error bar of s11")
+    method: str = report_field("", "`split` or direct finite elements")
+    dofs: int = report_field("1", "unknowns of the mesh")
+    seconds: float = report_field("s", "wall time", level="")
+    status: str = report_field("", "a sentence on how it was solved")
+    compliance_per_mm: Matrix = report_field(
+        "1/mm", "rows of S: indentation of tip i per force on tip j, times E; tips in the order of `tips`"
+    )
+    K_m_over_E_mm: float = report_field("mm", "1 / (s11 - s12)")
+    skin: SkinReport | None = report_field(
+        "",
+        "fruit with a skin alone: the compliance with it; `compliance_per_mm` is then that of the flesh alone",
+        default=None,
+        left_out=True,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResponseReport:
+    """The response at one modulus; lists are over the travel, `F_N` has a row for each tip, none for a pair."""
+
+    E_MPa: float = report_field("MPa", "modulus of the fruit")
+    x_mm: tuple[float, ...] = report_field("mm", "travel, in steps from above 0 to `press.travel_mm`")
+    P: Numbers = report_field("1", "force ratio; null where a tip is off the fruit")
+    F_l_N: Numbers = report_field("N", "force on the low tip at each travel; the mean of the low tips of other layouts")
+    F_h_N: Numbers = report_field(
+        "N", "force on the high tip at each travel; the mean of the high tips of other layouts"
+    )
+    slope_ratio: Numbers = report_field(
+        "1",
+        "ratio of the slopes of both forces over the travel; null where a tip is off the fruit. Unlike P it does not "
+        "depend on which tip touches first, once both faces are seated",
+    )
+    F_error_percent: Numbers = report_field("%", "half width of the error bar of the forces")
+    P_error_percent: Numbers = report_field("%", "half width of the error bar of P")
+    F_N: tuple[Numbers, ...] = report_field(
+        "N", "layouts other than a pair: the force of each tip at each travel", default=(), left_out=True
+    )
+
+    @property
+    def tip_forces(self) -> tuple[Numbers, ...]:
+        """Return the forces of each tip over the travel [N], shape (tips, travels), in the order of the tips."""
+        return self.F_N or (self.F_l_N, self.F_h_N)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurveReport:
+    """P at full travel over many moduli, and the moduli that may show each P."""
+
+    x_mm: float = report_field("mm", "full travel")
+    P_softest: float | None = report_field("1", "force ratio on a fruit that is softer than all")
+    E_MPa: tuple[float, ...] = report_field("MPa", "moduli in fine steps up to `design.fruit.E_max_MPa`")
+    P: Numbers = report_field("1", "force ratio at each; null where a tip is off the fruit")
+    E_lower_as_printed_MPa: Numbers = report_field(
+        "MPa", "least modulus that may show this P to a sensor as printed, as in response.csv; null without a bound"
+    )
+    E_upper_as_printed_MPa: Numbers = report_field(
+        "MPa", "largest modulus that may show this P to a sensor as printed; null without a bound"
+    )
+    E_lower_calibrated_MPa: Numbers = report_field(
+        "MPa", "least modulus that may show this P to a calibrated unit; null without a bound"
+    )
+    E_upper_calibrated_MPa: Numbers = report_field(
+        "MPa", "largest modulus that may show this P to a calibrated unit; null without a bound"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TipReport:
+    """A tip and its spring."""
+
+    name: str = report_field("", "name of the tip")
+    x_mm: float = report_field("mm", "its position along the length, from the midpoint of the tips")
+    y_mm: float = report_field("mm", "its position across, from the midpoint of the tips")
+    spring: str = report_field("", "the kind of its spring, `low` or `high`")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModulusReport:
+    """How well one modulus is read."""
+
+    E_MPa: float = report_field("MPa", "a modulus of the fruit")
+    E_bias_percent: float = report_field("%", "largest error over the poses that occur, with its sign")
+    worst: str = report_field("", "the pose of that error")
+    uncertainty_percent: float = report_field("%", "standard uncertainty of all sources together")
+    sources: dict[str, float] = report_field("%", "standard uncertainty by each source", each="SOURCE_percent")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkinPressureReport:
+    """The pressure on the skin at one modulus."""
+
+    E_MPa: float = report_field("MPa", "a modulus of the fruit")
+    pressure_MPa: float = report_field("MPa", "largest mean pressure over what a tip touches")
+    limit_MPa: float = report_field("MPa", "the pressure that the fruit bears there")
+    worst: str = report_field("", "the pose of that pressure")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingReport:
+    """How well the sensor reads the modulus, over all poses of `[reading]`."""
+
+    E_bias_percent: float | None = report_field(
+        "%",
+        "largest error of the modulus without noise over all fruits and poses that have a reading; null where a level "
+        "press has none",
+    )
+    E_bias_error_percent: float | None = report_field("%", "half width of its error bar")
+    uncertainty_percent: float | None = report_field(
+        "%",
+        "standard uncertainty of the modulus, over fruits and poses that occur, all sources together, at the modulus "
+        "where it is largest over its limit",
+    )
+    sources: dict[str, float] = report_field(
+        "%",
+        "standard uncertainty by each source: noise, drifts, times of channels in a press by hand of 3 s or the "
+        "fastest of the read-out, springs, gains, shape and pose, thickness of the flesh, Poisson's ratio",
+        each="SOURCE_percent",
+    )
+    method: str = report_field("", "how forces become a modulus")
+    touch_fraction: float | None = report_field(
+        "1",
+        "travel at which all tips touch over the whole travel, the largest over fruits and poses",
+        default=None,
+        since="0.2",
+    )
+    noise_for_10_percent: float | None = report_field(
+        "% of full scale",
+        "noise of the forces at which the uncertainty of the modulus reaches 10 %: what the amplifier must do; null "
+        "where 10 % is exceeded without noise",
+    )
+    refused: str | None = report_field("", "the pose that has no reading, and why; null where every pose has one")
+    moduli: tuple[ModulusReport, ...] = report_field("", "the reading of each modulus")
+    skin_pressure: tuple[SkinPressureReport, ...] = report_field("", "each modulus at which the pressure is judged")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelReport:
+    """What the two-spring law gives for a level sensor with flat sharp tips on the middle of a flat fruit."""
+
+    P_max: float = report_field("1", "its largest force ratio")
+    P_max_error: float = report_field("1", "half width of the error bar of P_max")
+    NL: float = report_field("1", "its nonlinearity")
+    NL_error: float = report_field("1", "half width of the error bar of NL")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContributionReport:
+    """One effect on a number."""
+
+    effect: str = report_field("", "what the effect is")
+    size_percent: float = report_field("%", "by how much it moves the number")
+    reason: str = report_field("", "why by this much")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BudgetReport:
+    """What the error of a number is made of."""
+
+    discretisation_percent: float = report_field("%", "numerical error: the half width of the error bar")
+    model: tuple[ContributionReport, ...] = report_field("", "effects that the model leaves out")
+    inputs: tuple[ContributionReport, ...] = report_field("", "inputs that scatter from print to print")
+    model_percent: float = report_field("%", "what the model leaves out, sizes added")
+    inputs_percent: float = report_field("%", "scatter of prints, two standard deviations, squares added")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperReport:
+    """The verdicts on the springs of the paper under the same contact."""
+
+    K_l_N_per_m: float = report_field("N/m", "the paper's low spring, 753")
+    K_h_N_per_m: float = report_field("N/m", "the paper's high spring, 17300")
+    verdicts: tuple[Verdict, ...] = report_field("", "verdicts on these springs, as in `verdicts[]`", each="KEY")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolveReport:
+    """How accurately a stage was solved."""
+
+    error_percent: float = report_field("%", "largest error of what was solved")
+    choice: str = report_field("", "a sentence: which method and meshes were taken for it")
+
+
+@dataclass(frozen=True, kw_only=True)
+class AccuracyReport:
+    """The accuracy that was asked for, and what was done for it."""
+
+    tolerance: float = report_field("1", "`--tol`, the relative error allowed to both spring stiffnesses")
+    springs: SolveReport | None = report_field(
+        "", "the stiffnesses of both springs; null where they are not made, as in a line of tips"
+    )
+    contact: SolveReport = report_field("", "the compliance s11 - s12")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelaxingModulusReport:
+    """Forces over time on a fruit of one modulus."""
+
+    E_MPa: float = report_field("MPa", "a modulus at the first instant")
+    F_N: tuple[Numbers, ...] = report_field("N", "force of each tip over time, a row for each in the order of `tips`")
+    P: Numbers = report_field("1", "force ratio over time; null where a tip is off the fruit")
+    E_apparent_MPa: Numbers = report_field("MPa", "the modulus that the forces show as if the flesh were elastic")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MomentReport:
+    """When a reading moves least at one speed of the press."""
+
+    speed_mm_per_s: float = report_field("mm/s", "a speed that was tried, the design's first")
+    at_s: float = report_field("s", "the moment at which a reading then moves least")
+    moves_percent: float | None = report_field("%", "how far it moves; null where a tip is off the fruit")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelaxationReport:
+    """A level press to full travel and its hold, on flesh that relaxes; lists are over `t_s`."""
+
+    t_s: tuple[float, ...] = report_field("s", "times from the first touch")
+    stop_s: float = report_field("s", "when the press stops")
+    at_s: float = report_field("s", "when the forces are read")
+    moves_percent: float | None = report_field(
+        "%",
+        "largest difference of the apparent modulus in the hold from that of the reading, over all moduli; null where "
+        "a tip is off the fruit",
+    )
+    moves_error_percent: float | None = report_field("%", "half width of its error bar")
+    moduli: tuple[RelaxingModulusReport, ...] = report_field("", "the press on a fruit of each modulus")
+    moments: tuple[MomentReport, ...] = report_field("", "the best moment at each speed")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """All that a run says in numbers. Tips have the order of all forces and of the compliance.
+
+    A field with `level` may be asked for in a study; it names what must be solved for it.
+    """
+
+    schema: int = report_field("1", f"version of this layout, {SCHEMA}", default=SCHEMA)
+    design: Design = report_field(
+        "", "every input, as in [the design file](design-file.md); keys that are not set are left out", each="KEY"
+    )
+    springs: SizingReport = report_field("", "the springs that are asked for", level="contact")
+    flexures: dict[str, SpringReport] = report_field(
+        "", "the springs as they are made; left out for a line of tips", default_factory=dict, left_out=True,
+        level="flexures", each="SPRING",
+    )  # fmt: skip
+    housing: Housing | None = report_field("", "the printed part; null where none can be made, and for a line of tips")
+    deflections_mm: tuple[float, ...] = report_field(
+        "mm", "deflection of the low and of the high spring at full travel on the firmest fruit", level="flexures"
+    )
+    material: MaterialReport = report_field("", "material of the process")
+    behaviour: BehaviourReport | None = report_field(
+        "", "how the finished springs behave; null where `housing` is", level="files"
+    )
+    contact: ContactReport = report_field("", "compliance of the fruit under the tips", level="contact")
+    response: tuple[ResponseReport, ...] = report_field(
+        "", "forces over the travel, one entry for each of `design.fruit.E_MPa`", level="contact"
+    )
+    curve: CurveReport = report_field("", "P at full travel over the modulus, in fine steps")
+    tips: tuple[TipReport, ...] = report_field("", "the tips, in the order of the forces in every table")
+    read_out: ReadOut = report_field("", "what [`pipeline read`](read-a-fruit.md) reads with, for every design")
+    reading: ReadingReport | None = report_field(
+        "", "how well the sensor reads the modulus; null without `[reading]` in the design", level="contact"
+    )
+    level: LevelReport = report_field("", "a level sensor by the two-spring law", level="contact")
+    verdicts: tuple[Verdict, ...] = report_field("", "the verdicts on the design")
+    remedy: str | None = report_field("", "the remedy of the first verdict that did not pass; null where all pass")
+    errors: dict[str, BudgetReport | None] = report_field(
+        "", "what the error of each number is made of; null where it has none", level="files", each="NUMBER"
+    )
+    paper: PaperReport | None = report_field(
+        "", "the springs of the paper, judged alike; null where fruit or tips are not the paper's", level="files"
+    )
+    accuracy: AccuracyReport = report_field("", "the accuracy that was asked for, and reached")
+    notes: tuple[str, ...] = report_field("", "what a user must know beside the verdicts, one sentence each")
+    versions: dict[str, str] = report_field("", "version of each package that makes a number", each="PACKAGE")
+    files: tuple[ListedFile, ...] = report_field("", "the files of the folder")
+    seconds: dict[str, float] = report_field(
+        "s",
+        "wall time of each stage, and `total`; `solids` and `fabrication` run beside the others, so the stages may add "
+        "up to more",
+        each="STAGE",
+    )
+    cpu_seconds: dict[str, float] = report_field(
+        "s", "processor time of each stage, and `total`, of the process that solves", each="STAGE"
+    )
+    relaxation: RelaxationReport | None = report_field(
+        "", "a press over time; left out unless the design has `fruit.relaxation`", default=None, left_out=True
+    )
+    tolerance: ScatterBands | LeftOut | None = report_field(
+        "",
+        "bands of prints, of `pipeline design`, else left out; null where no housing can be made",
+        default=LeftOut.LEFT_OUT,
+        left_out=True,
+    )
+    stale: dict[str, str] = report_field(
+        "",
+        "digest of the design that a kept file was made from, where it is another design; left out where there is none",
+        default_factory=dict,
+        left_out=True,
+        each="FILE",
+    )
+    key: str = report_field(
+        "", "digest of design, options, program and packages: a folder with the same key answers without a solve"
+    )
+    digest: str = report_field(
+        "",
+        "sha256 of the report without this key: keys sorted, no spaces, UTF-8; a report that was changed lacks it",
+        default="",
+        left_out=True,
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse a layout with a housing without its flexures, and deflections of other springs than the housing's."""
+        if self.design.tips.tip_layout.has_housing and not self.flexures:
+            bound = f"given for tips.layout = {self.design.tips.layout!r}"
+            raise validation_error("flexures", None, "", bound, "run the design again")
+        if self.housing is not None and len(self.deflections_mm) != len(self.housing.arms):
+            bound = f"one number for each of {len(self.housing.arms)} springs"
+            raise validation_error("deflections_mm", list(self.deflections_mm), "mm", bound, "run the design again")
+
+    @property
+    def moduli(self) -> tuple[ModulusReport, ...]:
+        """Return how well each modulus is read, none where the design asks for no readings."""
+        return () if self.reading is None else self.reading.moduli
+
+    @property
+    def compliance(self) -> FruitCompliance:
+        """Return the compliance of the fruit under the tips [1/mm] with its errors."""
+        contact = self.contact
+        skin = None
+        if contact.skin is not None:
+            skin = SkinTable(E=np.array(contact.skin.E_MPa), S=np.array(contact.skin.compliance_per_mm))
+        return FruitCompliance(
+            skin=skin,
+            tips=tuple(tip.name for tip in self.tips),
+            S=np.array(contact.compliance_per_mm),
+            error_pair=0.01 * contact.error_percent,
+            error_own=0.01 * contact.s11_error_percent,
+            info=SolveInfo(
+                method=contact.method, dofs=contact.dofs, seconds=contact.seconds, status="read from report.json"
+            ),
+        )
+
+
+def _is_needed(item: Field[Any]) -> bool:
+    """Say whether a report must have the key of a field: one that may be left out, or that came later, need not be."""
+    return item.default is item.default_factory is MISSING or not {"left_out", "since"} & item.metadata.keys()
+
+
+def _structure_hook(kind: Any) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - the class of any record
+    """Return what makes a record of JSON data, every key of it needed but those that may be left out."""
+    needed = [item.name for item in fields(kind) if _is_needed(item)]
+    structure = make_dict_structure_fn(kind, _CONVERTER, _cattrs_forbid_extra_keys=True)
+
+    def structure_whole(data: Any, of_kind: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
+        if isinstance(data, Mapping):
+            for name in needed:
+                if name not in data:
+                    msg = f"{name} is missing"
+                    raise InputError(msg, field=name)
+        return structure(data, of_kind)
+
+    return structure_whole
+
+
+def _unstructure_hook(kind: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - the class of any record
+    """Return what makes JSON data of a record, without the keys that are left out where they have their default."""
+    names = [item.name for item in fields(kind)]
+    options: dict[str, Any] = {
+        item.name: override(omit_if_default=True) for item in fields(kind) if item.metadata.get("left_out")
+    }
+    unstructure = make_dict_unstructure_fn(kind, _CONVERTER, **options)
+
+    def in_order(record: Any) -> Plain:  # noqa: ANN401 - the record
+        data = unstructure(record)  # whose keys that may be left out stand last
+        return {name: data[name] for name in names if name in data}
+
+    return in_order if options else unstructure
+
+
+_CONVERTER = strict_converter()
+_CONVERTER.register_structure_hook_factory(is_dataclass, _structure_hook)
+_CONVERTER.register_unstructure_hook_factory(is_dataclass, _unstructure_hook)
+_CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(without_former_defaults(data)))
+_CONVERTER.register_unstructure_hook(Design, design_as_mapping)
+_CONVERTER.register_structure_hook(ScatterBands | LeftOut, lambda data, _: _CONVERTER.structure(data, ScatterBands))
+
+
+def as_data(record: object) -> Plain:
+    """Return a part of a report as JSON data."""
+    data: Plain = _CONVERTER.unstructure(record)
+    return data
+
+
+def report_data(report: Report) -> Plain:
+    """Return the JSON data of a report, with its digest; raises ValueError for nan or infinity."""
+    return with_digest(as_data(report))
+
+
+def read_report(folder: Path) -> Report:
+    """Return the report of an output folder; raises InputError, in one line, where it holds none as it was written."""
+    data = read_data(folder)
+    if not is_as_written(data):
+        raise _refused(folder, "its report.json must be as the run wrote it, and its digest is another")
+    return report_of(folder, data)
+
+
+def is_as_written(data: Plain) -> bool:
+    """Say whether a report's JSON data have the digest that they had when they were written."""
+    return bool(data.get(KEY) == content_digest(data))
+
+
+def read_data(folder: Path) -> Plain:
+    """Return the JSON data of a folder's report, whose numbers are finite; raises InputError, in one line."""
+    path = folder / "report.json"
+    try:
+        if path.exists() and not is_regular(path):
+            raise IsADirectoryError(path)
+        text = path.read_text(encoding="utf-8")
+        data = json.loads(text, parse_constant=_finite, parse_float=_finite)
+    except (OSError, ValueError, RecursionError) as error:
+        raise _refused(folder, f"must hold a report.json that can be read ({type(error).__name__})") from error
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        raise _refused(folder, f"its report.json must be one of pipeline run, schema {SCHEMA}")
+    return data
+
+
+def report_of(folder: Path, data: Plain) -> Report:
+    """Return the report of a folder's JSON data; raises InputError, in one line, where it is not as it was written.
+
+    Reports of older versions are read where keys of their design that left did nothing.
+    """
+    design = data.get("design")
+    for name in former_keys(without_former_defaults(design)) if isinstance(design, dict) else ():
+        raise _refused(folder, f"its design sets {name}, a key that is gone since 0.2")
+    try:
+        design_from_mapping(without_former_defaults(design) if isinstance(design, dict) else {})
+    except InputError as error:
+        raise _refused(folder, f"its design must be one of today: {error}") from error
+    try:
+        for key, kind in get_type_hints(Report).items():
+            if get_origin(kind) is tuple and not isinstance(data.get(key, []), list):
+                msg = f"expected a JSON list @ report.{key}"
+                raise ValueError(msg)
+        return from_plain(Report, _without_former_keys(data), "report", _CONVERTER)
+    except ValueError as error:
+        raise _refused(folder, f"its report.json must be as it was written ({error})") from error
+
+
+def _without_former_keys(data: Plain) -> Plain:
+    """Return the JSON data of a report without the keys of older versions."""
+    for name in _FORMER_KEYS:
+        table, _, key = name.partition(".")
+        held = data.get(table)
+        if isinstance(held, dict) and key in held:
+            data = {**data, table: {known: value for known, value in held.items() if known != key}}
+    return data
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        msg = f"{text} is no number of JSON"
+        raise ValueError(msg)
+    return value
+
+
+def _refused(folder: Path, bound: str) -> InputError:
+    """Return the error for a folder whose report cannot be used, in one line."""
+    reason = " ".join(bound.split())
+    message = f"PATH = {str(folder)!r}: {reason}; name an output folder, or run the design again"
+    return InputError(message, field="PATH", value=str(folder), bound=reason)

@@ -1,0 +1,20 @@
+"""How one printed spring behaves at full travel; the fields are keys of report.json, in its units."""
+
+from dataclasses import dataclass
+
+from cad.quantity import report_field
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmBehaviour:
+    """One spring at full travel; the bridge has None where a leaf is too short for the grid."""
+
+    tilt_at_full_force_rad: float = report_field("rad", "turn of the tip's face in the plane of the plate")
+    large_deflection_stiffening: float = report_field("1", "gain in stiffness at full travel, over the stiffness")
+    natural_frequency_Hz: float = report_field(
+        "Hz", "first frequency of the free spring by Rayleigh's quotient, some per cent off"
+    )
+    bridge_mV_per_V: tuple[float | None, ...] = report_field(
+        "mV/V", "output of a full bridge at full travel, one for each modulus; without gauges by the beam law"
+    )
+    bridge_error_percent: float | None = report_field("%", "half width of its error bar; null without gauges")

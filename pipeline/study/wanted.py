@@ -1,0 +1,84 @@
+"""What a study may ask for: keys of report.json, what has to be solved for each, and their values."""
+
+from collections.abc import Iterable
+from typing import Literal
+
+from cad.quantity import nearest, validation_error
+from pipeline.evaluate import Part
+from pipeline.report.explain.entries import entries
+from pipeline.report.keys import report_key, report_keys, value_at
+
+Level = Literal["contact", "flexures", "files"]
+
+LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
+"""By what they cost: closed forms and contact; springs fitted by finite elements; a whole run with its files."""
+
+VERDICT_FIELDS = ("value", "error", "limit", "tolerance", "passed")
+PASSED = "passed"
+"""Whether all verdicts of a run passed: what a study may ask for beside the keys of its report."""
+_ON_SOLIDS = "geometry."  # each solid has verdicts of its own, which only a run knows
+
+
+def level_of(name: str, keys: Iterable[str]) -> Level:
+    """Return the cheapest level that gives all keys.
+
+    Raises InputError that names the list of keys and the nearest known key, where one is not of report.json.
+    """
+    return max((_level_of(name, key) for key in keys), key=LEVELS.index, default="contact")
+
+
+def _level_of(name: str, key: str) -> Level:
+    level = "files" if key == PASSED else ""
+    found = report_key(key)
+    if key.startswith("verdicts."):
+        verdict, _, field = key.removeprefix("verdicts.").rpartition(".")
+        by_solids = "files" if verdict.startswith(_ON_SOLIDS) else ""
+        level = _verdict_levels().get(verdict, by_solids) if field in VERDICT_FIELDS else ""
+    elif found is not None and found.is_value:
+        level = found.level
+    for known in LEVELS:
+        if known == level:
+            return known
+    values = [
+        one.name.replace("[]", ".0").replace("SPRING", "low") for one in report_keys() if one.is_value and one.level
+    ]
+    verdicts = [f"verdicts.{verdict}.value" for verdict in _verdict_levels()]
+    bound = "a key of report.json that docs/studies.md names, down to one number or text"
+    raise validation_error(name, key, "", bound, f"did you mean {nearest(key, [*values, *verdicts, PASSED])}?")
+
+
+def _verdict_levels() -> dict[str, str]:
+    """Return the level of each verdict that a study may ask for by its name."""
+    judged = [entry for entry in entries() if entry.level is not None]
+    return {verdict: str(entry.level) for entry in judged for verdict in entry.each or (entry.name,)}
+
+
+def parts_of(keys: Iterable[str], *, reads: bool, linear: bool) -> tuple[Part, ...]:
+    """Return which parts of an evaluation give some keys of the level contact.
+
+    A design that `reads` is judged by its readings; a `linear` scene has P_max and NL by the two-spring law alone.
+    """
+    by_readings = ["reading.", "verdicts.reading."]
+    by_response = ["response.", "verdicts.geometry.", "verdicts.P_displacement_independent.", "verdicts.P_monotonic."]
+    (by_readings if reads else by_response).append("verdicts.bruise.")
+    if not linear:
+        by_response += ["verdicts.P_max.", "verdicts.NL."]
+    wanted = list(keys)
+    parts: list[Part] = []
+    if any(key.startswith(tuple(by_readings)) for key in wanted):
+        parts.append("reading")
+    if any(key.startswith(tuple(by_response)) for key in wanted):
+        parts.append("response")
+    return tuple(parts)
+
+
+def wanted_value(report: object, key: str) -> object:
+    """Return the value at a key of a report, or of parts of one by their keys.
+
+    Raises InputError where this design's report has no such key.
+    """
+    try:
+        return value_at(report, key)
+    except KeyError as error:
+        bound = "in the report of this design, and it is not"
+        raise validation_error("wanted", key, "", bound, "ask for another key or change the base") from error

@@ -1,0 +1,26 @@
+"""How far a print may be off before it is calibrated; the fields are keys of report.json, in its units."""
+
+from dataclasses import dataclass
+
+from cad.quantity import report_field
+
+Interval = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScatterBands:
+    """Bands that hold the middle 95 % of prints; an end is None where prints show a P that nominal springs never do."""
+
+    K_l_N_per_m: Interval = report_field("N/m", "band of the low stiffness")
+    K_h_N_per_m: Interval = report_field("N/m", "band of the high stiffness")
+    P_max: Interval = report_field("1", "band of the largest force ratio")
+    NL: Interval = report_field("1", "band of the nonlinearity")
+    modulus_error: Interval = report_field(
+        "1", "band of the relative error of the modulus, read with the nominal stiffnesses; null for no end"
+    )
+    calibrated_modulus_error: float | None = report_field(
+        "1", "relative error of the modulus when both stiffnesses of the unit are known to 1 %"
+    )
+    surrogate_error: float = report_field(
+        "1", "relative error of the formula for stiffness over leaf thickness behind these bands"
+    )

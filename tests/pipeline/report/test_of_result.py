@@ -1,0 +1,181 @@
+"""What report.json holds of a result: its numbers in the units of the keys, null where there is none."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from stand_ins import CONTACT, ERRORS, result_of, stored_report
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Press, Tips
+from cad.quantity import Estimate
+from pipeline.options import RunOptions
+from pipeline.reading.analysis import ModulusReading, Readings, SkinPressure
+from pipeline.reading.poses import Placement
+from pipeline.reading.uncertainty import UncertaintySources
+from pipeline.report.of_result import reading_report
+from pipeline.report.outputs import write_outputs
+from solve.housing.modes import Modes
+
+
+def test_stiffnesses_are_in_newtons_per_metre_and_errors_in_per_cent():
+    result = result_of()
+    report = stored_report(result)
+    low = result.springs.springs[0]
+    entry = report["flexures"]["low"]
+    assert entry["target_N_per_m"] == pytest.approx(1e3 * low.target)
+    assert entry["stiffness_N_per_m"] == pytest.approx(1e3 * low.K.value)
+    assert entry["error_percent"] == pytest.approx(100.0 * low.K.error / low.K.value)
+    assert entry["safety_factor"] == pytest.approx(low.printable.strain_limit / 2e-3)
+    assert report["springs"]["K_l_N_per_m"] == pytest.approx(1e3 * result.sizing.springs.K_l)
+    assert report["contact"]["error_percent"] == pytest.approx(100.0 * CONTACT.error_pair)
+
+
+def test_errors_are_in_per_cent_and_name_what_they_are_made_of():
+    result = result_of()
+    report = stored_report(result)
+    for name, budget in vars(result.errors.budgets).items():
+        entry = report["errors"][name]
+        sums = (entry["discretisation_percent"], entry["model_percent"], entry["inputs_percent"])
+        assert sums == pytest.approx(
+            [100.0 * part for part in (budget.numerical, budget.model_total, budget.input_total)]
+        )
+        for key, parts in (("model", budget.model), ("inputs", budget.input)):
+            assert [part["effect"] for part in entry[key]] == [part.effect for part in parts]
+            assert [part["reason"] for part in entry[key]] == [part.reason for part in parts]
+            assert [part["size_percent"] for part in entry[key]] == pytest.approx([100.0 * part.size for part in parts])
+    accuracy = report["accuracy"]
+    assert accuracy["springs"]["error_percent"] == pytest.approx(100.0 * max(ERRORS))
+    assert accuracy["contact"]["error_percent"] == pytest.approx(100.0 * CONTACT.error_pair)
+    P_max, NL = result.reached.level
+    level = {"P_max": P_max.value, "P_max_error": P_max.error, "NL": NL.value, "NL_error": NL.error}
+    assert report["level"] == pytest.approx(level)
+    assert (report["paper"]["K_l_N_per_m"], report["paper"]["K_h_N_per_m"]) == pytest.approx((753.0, 17300.0))
+
+
+def test_curve_is_the_table_at_full_travel_without_the_fruit_softer_than_all():
+    table = result_of().errors.reading
+    curve = stored_report(result_of())["curve"]
+    assert curve["x_mm"] == table.response.x[-1]
+    assert (curve["P_softest"], *curve["P"]) == tuple(table.response.P[:, -1].tolist())
+    assert curve["E_MPa"] == table.response.E[1:].tolist()
+    bands = {"as_printed": table.printed, "calibrated": table.calibrated}
+    for name, band in bands.items():
+        for end, side in enumerate(("lower", "upper")):
+            numbers = [math.nan if E is None else E for E in curve[f"E_{side}_{name}_MPa"]]
+            expected = np.where(np.isfinite(band[1:, -1, end]), band[1:, -1, end], math.nan)
+            np.testing.assert_array_equal(numbers, expected)
+
+
+def test_modes_are_in_hertz_and_per_cent():
+    result = result_of()
+    modes = Modes(frequencies_Hz=(30.0, 80.0), errors=(0.01, 0.02), shapes=("low", "high"))
+    behaviour = dataclasses.replace(result.behaviour, modes=modes)
+    told = stored_report(dataclasses.replace(result, behaviour=behaviour))["behaviour"]
+    rows = [tuple(mode.values()) for mode in told["modes"]]
+    assert rows == [(30.0, pytest.approx(1.0), "low"), (80.0, pytest.approx(2.0), "high")]
+    for name in ("low", "high"):
+        bridge = list(behaviour.arms[name].bridge_mV_per_V)
+        assert told[name] == {**vars(behaviour.arms[name]), "bridge_mV_per_V": bridge}
+
+
+def test_reading_is_in_per_cent_of_the_modulus():
+    sources = UncertaintySources(
+        contributions={"noise": 0.03, "gain_percent": 0.04}, stiffness_slope=1.0, noise_slope=1.0, by_noise=0.03
+    )
+    worst = Placement(tilt_deg=(2.0, 0.0))
+    row = ModulusReading(E=1.5, bias=Estimate(-0.02, 0.001), worst=worst, sources=sources, uncertainty_limit=0.1)
+    skin = SkinPressure(E=1.5, placement=Placement(), pressure=Estimate(0.05, 0.001, "MPa"), limit=0.06)
+    readings = Readings(
+        method="rise",
+        touch=Estimate(0.4, 0.01),
+        moduli=(row,),
+        bias=Estimate(0.02, 0.001),
+        uncertainty=Estimate(0.05, 0.002),
+        noise_percent=0.2,
+        pressures=(skin,),
+    )
+    expected = {"noise_percent": 3.0, "gain_percent": 4.0}
+    report = reading_report(readings)
+    assert (report.E_bias_percent, report.E_bias_error_percent) == pytest.approx((2.0, 0.1))
+    assert (report.uncertainty_percent, report.touch_fraction, report.noise_for_10_percent) == (5.0, 0.4, 0.2)
+    assert report.sources == pytest.approx(expected)
+    (modulus,) = report.moduli
+    assert (modulus.E_MPa, modulus.E_bias_percent, modulus.uncertainty_percent) == pytest.approx((1.5, -2.0, 5.0))
+    assert (modulus.sources, modulus.worst) == (pytest.approx(expected), str(worst))
+    (pressed,) = report.skin_pressure
+    assert (pressed.E_MPa, pressed.pressure_MPa, pressed.limit_MPa, pressed.worst) == (1.5, 0.05, 0.06, "level")
+    unread = reading_report(Readings(method="rise", touch=Estimate(0.4, 0.01)))
+    assert (unread.E_bias_percent, unread.uncertainty_percent, unread.sources, unread.moduli) == (None, None, {}, ())
+
+
+def test_springs_that_were_not_made_are_null():
+    report = stored_report(result_of(made=False))
+    assert (report["housing"], report["behaviour"], report["accuracy"]["springs"]) == (None, None, None)
+    assert (report["errors"]["K_l"], report["errors"]["K_h"]) == (None, None)
+    kept = {"target_N_per_m"}
+    assert {key for key, value in report["flexures"]["low"].items() if value is not None} == kept
+
+
+@pytest.mark.parametrize(
+    ("tables", "paper"),
+    [
+        ({}, True),
+        (
+            {"fruit": Fruit(E_MPa=(1.0, 3.0)), "press": Press(tilt_deg=0.05), "tips": Tips(gap_mm=1.0, socket="pin")},
+            True,
+        ),
+        ({"fruit": Fruit(height_mm=20.0)}, False),
+        ({"fruit": Fruit(poisson=0.45)}, False),
+        ({"fruit": Fruit(E_max_MPa=5.0)}, False),
+        ({"tips": Tips(side_mm=1.5)}, False),
+        ({"tips": Tips(shape="cylinder", socket="pin")}, False),
+        ({"tips": Tips(spacing_mm=7.0)}, False),
+        ({"tips": Tips(fillet_mm=0.1, socket="pin")}, False),
+    ],
+    ids=str,
+)
+def test_paper_is_null_unless_fruit_and_tips_are_the_papers(tables, paper):
+    """Whatever moduli are shown, however it is pressed, and by pins of the same face."""
+    design = Design(**tables)
+    assert design.has_paper_scene is paper
+
+
+def test_force_ratio_is_null_where_a_tip_is_off_the_fruit():
+    result = result_of()
+    ratios = result.press.table.P.copy()
+    ratios[0, 0] = np.nan
+    lifted = dataclasses.replace(result.press, table=dataclasses.replace(result.press.table, P=ratios))
+    row = stored_report(dataclasses.replace(result, press=lifted))["response"][0]
+    assert row["P"][0] is None
+    assert row["P"][1] == pytest.approx(ratios[0, 1])
+    assert row["x_mm"][0] > 0.0
+
+
+def test_error_of_a_force_is_that_of_its_spring_in_its_share():
+    """At E the spring has the share (1/K) / (1/K + 1/K_m) of the force; both tips add up in P; the contact's adds."""
+    result = result_of()
+    table = result.press.table
+    row = stored_report(result)["response"][-1]
+    K_m = 3.5 * CONTACT.K_m_over_E()
+    parts = [
+        100.0 * spring.K.relative * (1.0 / spring.stiffness) / (1.0 / spring.stiffness + 1.0 / K_m)
+        for spring in result.springs.springs
+    ]
+    assert row["F_error_percent"] == pytest.approx(100.0 * table.F_error[-1] + max(parts), rel=1e-9)
+    assert row["P_error_percent"] == pytest.approx(100.0 * table.P_error[-1] + sum(parts), rel=1e-9)
+
+
+def test_scatter_stands_only_in_reports_on_fabrication():
+    assert "tolerance" not in stored_report(result_of())
+    assert stored_report(result_of(options=RunOptions(fabrication=True)))["tolerance"] is None
+
+
+def test_number_that_is_not_finite_is_not_written(tmp_path):
+    result = result_of()
+    verdicts = (dataclasses.replace(result.verdicts[0], value=math.nan),)
+    with pytest.raises(ValueError, match="JSON"):
+        write_outputs(dataclasses.replace(result, verdicts=verdicts), tmp_path)
+    assert not (tmp_path / "report.json").exists()
