@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.deck import Deck, LinearStep
 from benchmarks.usage import ONE_THREAD, resource_usage
-from cad.arrays import Floats
+from sensor.arrays import Floats
 from solve.linear import SolveError
 
 CALCULIX = "CalculiX (ccx)"

@@ -15,9 +15,9 @@ from benchmarks.hard.flexure import process_checks
 from benchmarks.hard.press import press_checks
 from benchmarks.hard.reference_check import REFUSALS, ReferenceCheck
 from benchmarks.harness import ROOT, percent, section, write_page
-from cad.design.fruit import Fruit
-from cad.design.processes import PROCESSES
-from cad.design.tips import Press, Tips
+from sensor.design.fruit import Fruit
+from sensor.design.processes import PROCESSES
+from sensor.design.tips import Press, Tips
 
 GOAL = 0.95
 HEADS = ["kind", "scenes", "refused", "numbers", "inside", "largest error / bar", "median bar"]

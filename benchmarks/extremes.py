@@ -16,10 +16,10 @@ from pathlib import Path
 
 from benchmarks.harness import ROOT, section, write_page
 from benchmarks.usage import ONE_THREAD, resource_usage
-from cad.design.processes import PROCESSES
-from cad.quantity import InputError
-from cad.theory.strain_gauge import GAUGES
 from pipeline.options import load_design
+from sensor.design.processes import PROCESSES
+from sensor.quantity import InputError
+from sensor.theory.strain_gauge import GAUGES
 
 SECONDS = 300  # of wall time of a run, after which it is ended
 MOST_MIB = 4096  # of memory of a run

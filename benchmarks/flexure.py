@@ -16,12 +16,12 @@ from benchmarks.peers import NGSOLVE, Solver, deck_solvers
 from cad.parts.housing import Arm, Housing
 from cad.parts.housing_solid import housing_part, named_housing
 from cad.parts.part import FaceTest, Part, named_part, on_plane
-from cad.theory.leaf_spring import Flexure, pair_stiffness
 from mesh.housing.sweep import flexure_mesh
 from mesh.volume import SizeField, volume_mesh
 from pipeline.springs.leaf_lengths import MESH_PAIRS, solve_on
 from pipeline.springs.rough_fit import rough_stiffness
 from reference.element_study import element_stiffness
+from sensor.theory.leaf_spring import Flexure, pair_stiffness
 
 BENCH = Bench(
     name="flexures",

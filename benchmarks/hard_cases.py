@@ -14,9 +14,9 @@ from benchmarks.hard.flexure import design_checks, grounded_checks, jittered_che
 from benchmarks.hard.press import level_checks, press_checks
 from benchmarks.hard.reference_check import ending
 from benchmarks.harness import ROOT, percent, section, write_page
-from cad.design.fruit import Fruit
-from cad.design.parameters import Targets
-from cad.design.tips import Press, Tips
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Targets
+from sensor.design.tips import Press, Tips
 
 CHECKS = {
     "paper": paper_checks,

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.harness import ROOT, table
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
-from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, read_modulus
 from pipeline.response.contact import contact_compliance
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
+from sensor.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, read_modulus
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import spring_compliance, travels
 from solve.contact.poses import Pose, pose_forces

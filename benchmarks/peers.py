@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.calculix import CALCULIX, StepResult, calculix, check_balance, is_installed
 from benchmarks.deck import Deck, LinearStep, support_nodes
 from benchmarks.usage import ONE_THREAD, resource_usage
-from cad.arrays import Floats
+from sensor.arrays import Floats
 from solve.linear import SolveError
 
 ROOT = Path(__file__).parents[1]

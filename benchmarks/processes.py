@@ -9,13 +9,13 @@ from functools import partial
 from benchmarks.calculix import is_installed
 from benchmarks.flexure import peer_stiffness
 from benchmarks.harness import ROOT, percent, section, signed_percent, timed, write_page
-from cad.design.parameters import Design, Print
-from cad.design.processes import PROCESSES
 from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
 from pipeline.response.contact import fruit_compliance
 from pipeline.springs.fitted_springs import fit_springs
 from pipeline.springs.sizing import spring_sizing
+from sensor.design.parameters import Design, Print
+from sensor.design.processes import PROCESSES
 from solve.housing.stiffness import tip_compliance
 
 TARGET = 1e-3  # goal, relative: FE to target

@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 
 from benchmarks.cheeks import sensor_of
 from benchmarks.plot import STYLE
-from cad.theory.contrast_law import ReadingError, read_modulus
 from reference.ellipsoid_presses import Fruit, press
+from sensor.theory.contrast_law import ReadingError, read_modulus
 from tests.measured_units import MeasuredDesign, read_press
 
 MODULI = (0.5, 1.0, 3.5)

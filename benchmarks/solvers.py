@@ -8,11 +8,11 @@ from functools import partial
 
 from benchmarks.flexure import E_MPA, HOUSING, POISSON
 from benchmarks.harness import FAST, Measurement, measurements_of, print_measurements, section, timed
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.parts.fruit import solved_block
 from mesh.fruit import REFINEMENTS, fruit_mesh
 from mesh.housing.sweep import flexure_mesh
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
 from solve.fruit.direct import mesh_compliance
 from solve.housing.stiffness import tip_compliance
 

@@ -16,14 +16,14 @@ import numpy as np
 from benchmarks.deck import Deck, LinearStep, SkfemMesh, boundary_sets, peer_elements
 from benchmarks.harness import OURS, Bench, Measurement, Reference, print_measurements, timed
 from benchmarks.peers import GETFEM, Peer, PeerTask, deck_task, peer_answer
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
 from cad.parts.fruit import curved_fruit
 from cad.parts.part import Part
 from mesh.fruit import edge_size
 from mesh.volume import SizeField, volume_mesh
 from pipeline.options import CONTACT_SHARE, DEFAULT_TOLERANCE, ROUGH_TOLERANCE
 from pipeline.response.contact import contact_compliance
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene

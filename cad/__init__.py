@@ -1,1 +1,1 @@
-"""WHAT the sensor is: numbers, closed forms, solids."""
+"""WHAT the part is: solids, drawings, files."""

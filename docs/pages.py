@@ -13,10 +13,10 @@ from typing import Any
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS.parent))
 
-from cad.design.design_file import TABLE_TYPES  # noqa: E402
-from cad.design.processes import PROCESSES, Process  # noqa: E402
 from pipeline.report.explain.entries import entries  # noqa: E402
 from pipeline.report.keys import report_keys  # noqa: E402
+from sensor.design.design_file import TABLE_TYPES  # noqa: E402
+from sensor.design.processes import PROCESSES, Process  # noqa: E402
 
 DESIGN_HEAD = """\
 # The design file
@@ -96,7 +96,7 @@ read where they say. They set the first print: calibrate each printed unit befor
 PROCESS_TAIL = """\
 ## A printer of your own
 
-Copy the table of the process that is nearest to yours from `cad/design/processes.toml` into a file of your own, give
+Copy the table of the process that is nearest to yours from `sensor/design/processes.toml` into a file of your own, give
 it a new name, and change what you have measured. Every number needs its source, and one that is out of bounds or
 unknown is refused in a line. `kind` is fdm, sla, sls, dmls or other: it decides what the fabrication sheet says of
 supports, washing, heat and powder. Name the file in the design, with its path from the design file:

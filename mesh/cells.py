@@ -14,7 +14,7 @@ from skfem import Element, Mesh
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefQuad
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 Ints = NDArray[np.integer[Any]]
 

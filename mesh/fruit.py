@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from skfem import MeshTet1
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from mesh.volume import SizeField, volume_mesh
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
 
 if TYPE_CHECKING:
     from cad.parts.part import Part

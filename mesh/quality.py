@@ -3,8 +3,8 @@
 import numpy as np
 from skfem import Mesh
 
-from cad.arrays import Floats
 from mesh.session import Ints, MeshError
+from sensor.arrays import Floats
 
 
 def scaled_jacobian(points: Floats, tets: Ints) -> Floats:

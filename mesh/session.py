@@ -10,7 +10,7 @@ import gmsh
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 Ints = NDArray[np.int64]
 

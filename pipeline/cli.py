@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor
 from typing import Any, NoReturn
 
-from cad.quantity import InputError, nearest
 from pipeline.commands import check, design, doctor, explain, run, suggest, view
 from pipeline.commands.console import (
     EXIT_CODES,
@@ -25,6 +24,7 @@ from pipeline.commands.console import (
 )
 from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.commands.studying import optimise, study
+from sensor.quantity import InputError, nearest
 
 COMMANDS: dict[str, Any] = {
     "run": run, "design": design, "suggest": suggest, "explain": explain, "check": check, "view": view,

@@ -3,9 +3,6 @@
 from collections.abc import Collection, Sequence
 from typing import Literal
 
-from cad.design.parameters import Design
-from cad.design.tip_mount import plate_depth
-from cad.verdict import Verdict
 from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import analyse_readings, reading_constants
@@ -24,6 +21,9 @@ from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.hints import with_hints
 from pipeline.verdicts.rules import relaxation_verdicts
 from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
+from sensor.design.parameters import Design
+from sensor.design.tip_mount import plate_depth
+from sensor.verdict import Verdict
 from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
 

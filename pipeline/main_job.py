@@ -2,14 +2,13 @@
 
 from dataclasses import replace
 
-from cad.design.parameters import Design
 from pipeline.evaluate import evaluate, refuse_unsolvable, with_file_verdicts
+from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
+from pipeline.making.fields import write_fields
+from pipeline.making.solids import begin_solids
 from pipeline.options import RunOptions, refuse_unmakeable
 from pipeline.reading.sensor import Sensor
-from pipeline.report.fabrication import begin_fabrication, sideways_verdicts
-from pipeline.report.fields import write_fields
 from pipeline.report.outputs import write_outputs
-from pipeline.report.solids import begin_solids
 from pipeline.response.contact import fruit_compliance
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import fit_springs
@@ -18,6 +17,7 @@ from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Progress, Stopwatch, silent
 from pipeline.storage.workers import cad_worker
 from pipeline.verdicts.hints import with_hints
+from sensor.design.parameters import Design
 
 
 def run(

@@ -8,15 +8,21 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from cad.design.design_file import design_as_mapping, design_from_mapping, overridden, parsed_setting, with_process_file
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Tips
 from cad.files.file_date import NAME as FILE_DATE
-from cad.input_file import read_toml
-from cad.quantity import Bounds, nearest, validation_error
-from cad.tips.layouts import LAYOUTS
 from pipeline.storage.versions import code_digest, declared_packages, installed_version, pages_digest
+from sensor.design.design_file import (
+    design_as_mapping,
+    design_from_mapping,
+    overridden,
+    parsed_setting,
+    with_process_file,
+)
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.tips import Tips
+from sensor.input_file import read_toml
+from sensor.quantity import Bounds, nearest, validation_error
+from sensor.tips.layouts import LAYOUTS
 
 DEFAULT_DESIGN = "paper"
 FRUIT_STIFFNESSES = ("contact", "hayes")

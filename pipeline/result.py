@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from cad.design.parameters import Design
-from cad.verdict import Verdict, all_passed, failed
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
@@ -18,6 +16,8 @@ from pipeline.storage.plain import Plain
 from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.sensor_errors import SensorErrors
 from pipeline.verdicts.targets import SceneTargets
+from sensor.design.parameters import Design
+from sensor.verdict import Verdict, all_passed, failed
 from solve.fruit.compliance import FruitCompliance
 
 NOT_MADE = failed("geometry.made", "a housing", unit="1", reference="no housing was made, see printable.low and .high")

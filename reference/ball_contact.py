@@ -13,7 +13,7 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, LinearForm, MeshTri, asm
 from skfem.helpers import grad
 
-from cad.arrays import Flags, Floats, Ints
+from sensor.arrays import Flags, Floats, Ints
 
 WIDE = 9.0  # radius and height of the cap
 CELLS = 14  # over 1.25 contact radii

@@ -12,14 +12,14 @@ import cadquery as cq
 import numpy as np
 from skfem import ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet1, MeshTet2
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.parts.fruit import curved_fruit, solved_block
 from cad.parts.part import Part, named_part, on_plane
-from cad.theory.sloped_skin import log_coefficient
 from mesh.fruit import edge_size
 from mesh.volume import SizeField, volume_mesh
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
+from sensor.theory.sloped_skin import log_coefficient
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.fruit.curved_body import LOG_OFFSET
 from solve.fruit.curved_shape import CurvedShape, Plan

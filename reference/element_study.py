@@ -17,8 +17,8 @@ from skfem import (
     Mesh,
 )
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.stiffness import SPRINGS, tip_face, tip_stiffnesses
 from solve.linear import factorised

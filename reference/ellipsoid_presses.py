@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
 
-from cad.arrays import Flags, Floats
+from sensor.arrays import Flags, Floats
 
 Complexes = NDArray[np.complex128]
 Slope = tuple[float, float] | Floats

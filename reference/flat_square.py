@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design, GivenSprings
-from cad.design.reading import Reading
-from cad.design.tips import Press, Tips
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design, GivenSprings
+from sensor.design.reading import Reading
+from sensor.design.tips import Press, Tips
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, PoseForces
 from solve.contact.scene import Scene

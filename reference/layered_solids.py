@@ -15,7 +15,7 @@ from scipy.sparse.linalg import LinearOperator, cg, splu
 from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad2, ElementVector, MeshQuad, asm
 from skfem.helpers import ddot, grad, sym_grad, trace
 
-from cad.arrays import Flags, Floats, Ints
+from sensor.arrays import Flags, Floats, Ints
 
 Line = tuple[Any, Any, Any]
 

@@ -16,7 +16,7 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 ORDER = 4
 PENALTY = 1e5

@@ -17,8 +17,8 @@ from scipy.sparse.linalg import LinearOperator, cg, splu
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet, RefTri
 
-from cad.arrays import Floats, Ints
 from mesh.session import element_nodes, gmsh_session, used_nodes
+from sensor.arrays import Floats, Ints
 
 EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))  # of the nodes 4 to 9 of a tetrahedron of gmsh
 ON = 1e-6

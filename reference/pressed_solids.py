@@ -30,10 +30,10 @@ from scipy.sparse.linalg import LinearOperator, cg, splu
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet, RefTri
 
-from cad.arrays import Floats, Ints
 from mesh.session import element_nodes, gmsh_session, used_nodes
 from reference.ellipsoid_presses import Fruit, Sensor, Slope
 from reference.pressed_domes import EDGES, flesh, shapes
+from sensor.arrays import Floats, Ints
 
 Place = tuple[Floats, Floats]
 State = tuple[Floats, Floats]

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.theory.hertz import force_factor
+from sensor.arrays import Floats
+from sensor.theory.hertz import force_factor
 
 # F over Hertz's law of a ball between slippery plates, by the travel over the height: neo-Hooke at finite strain,
 # nu 0.3, solved with finite elements that share nothing with the product, each to 0.3 %. Between them the ratio goes

@@ -6,8 +6,8 @@ import numpy as np
 from skfem import CellBasis, Element, ElementVector, Mesh
 from skfem.element import DiscreteField
 
-from cad.arrays import Floats
 from mesh.cells import cell_jacobian, cell_points, determinant, gradients, shape_table
+from sensor.arrays import Floats
 
 
 class DisplacementBasis(CellBasis):  # type: ignore[misc]

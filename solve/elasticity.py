@@ -7,7 +7,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, Element, Mesh
 
-from cad.arrays import Floats, Ints
+from sensor.arrays import Floats, Ints
 from solve.displacement_basis import DisplacementBasis, scalar_gradients
 
 Quantity = TypeVar("Quantity", float, Floats)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, triu
 from scipy.sparse.linalg import splu
 
-from cad.arrays import Floats, Ints
+from sensor.arrays import Floats, Ints
 
 RESIDUAL_LIMIT = 1e-9
 DIGITS = 1e-4  # of the largest displacement: what round-off may leave unknown of a solution

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import CellBasis
 
-from cad.arrays import Floats, Ints
 from mesh.cells import ReferenceFacet, cell_jacobian, cell_points, gradients, reference_facets, shape_table
+from sensor.arrays import Floats, Ints
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cad.design.parameters import Design
-from cad.design.reading import Reading
 from cad.parts.housing import Housing
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.firmware import c_header
@@ -25,6 +23,8 @@ from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
+from sensor.design.parameters import Design
+from sensor.design.reading import Reading
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 from solve.contact.scene import SidewaysGive

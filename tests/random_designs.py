@@ -4,14 +4,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
-from cad.quantity import InputError
 from pipeline.evaluate import refuse_unsolvable
 from pipeline.options import RunOptions, load_design
 from pipeline.response.contact import fruit_compliance
 from pipeline.springs.fitted_springs import springs_as_sized
 from pipeline.springs.sizing import spring_sizing
+from sensor.design.parameters import Design
+from sensor.design.processes import PROCESSES
+from sensor.quantity import InputError
 
 ROUGH = RunOptions(tolerance=0.02)
 

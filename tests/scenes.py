@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
 from solve.contact.scene import Scene
 
 BLOCK = Fruit()

@@ -4,14 +4,14 @@ import functools
 from dataclasses import replace
 from pathlib import Path
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design, GivenSprings, Print
-from cad.design.processes import PROCESSES
-from cad.design.tips import Press, Tips
 from cad.parts.assembly import finished_part
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.parts.sensor import Sensor
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design, GivenSprings, Print
+from sensor.design.processes import PROCESSES
+from sensor.design.tips import Press, Tips
 
 BALL = Path(__file__).with_name("designs") / "ball.toml"
 """A square of domes on a ball of a mango's size, for which presses by finite elements were found."""

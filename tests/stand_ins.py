@@ -9,13 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from cad.design.parameters import Design
-from cad.design.printability import check_printable
-from cad.design.processes import PROCESSES
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
-from cad.quantity import Estimate
-from cad.verdict import Verdict
 from pipeline.measure.compression.specimens import Specimen
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import reading_constants
@@ -34,6 +29,11 @@ from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
+from sensor.design.parameters import Design
+from sensor.design.printability import check_printable
+from sensor.design.processes import PROCESSES
+from sensor.quantity import Estimate
+from sensor.verdict import Verdict
 from solve.contact.scene import SidewaysGive
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance

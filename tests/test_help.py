@@ -12,8 +12,8 @@ ROOT = Path(__file__).parents[1]
 HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk", "matplotlib", "trimesh", "meshio"}
 HEAVY |= {"rich"}
 # Lines through forces and sums over tables take NumPy: readings and errors need them, no help does.
-NUMERICAL = {"contrast_law", "contrast_rise", "rounded_edge", "sloped_skin", "soft_tissue"}
-ROOMS = [path for room in ("theory", "design") for path in sorted((ROOT / "cad" / room).glob("[a-z]*.py"))]
+NUMERICAL = {"contrast_law", "contrast_rise", "rounded_edge", "sloped_skin", "soft_tissue", "flesh_memory"}
+ROOMS = [path for room in ("theory", "design") for path in sorted((ROOT / "sensor" / room).glob("[a-z]*.py"))]
 SIZING = ["quantity", "verdict", *(f"{path.parent.name}.{path.stem}" for path in ROOMS if path.stem not in NUMERICAL)]
 HELP = """from pipeline.cli import COMMANDS, main
 raise SystemExit(max(map(main, [["--help"], ["--version"], *([name, "-h"] for name in COMMANDS)])))"""
@@ -25,7 +25,7 @@ DESIGN = "from pipeline import RunOptions, load_design; print(load_design('mango
     [
         (HELP, [*(f"example: pipeline {name}" for name in COMMANDS), "twintip ", "exit code: 0"]),
         (DESIGN, ["mango\n"]),
-        ("\n".join(f"import cad.{name}" for name in SIZING), []),
+        ("\n".join(f"import sensor.{name}" for name in SIZING), []),
     ],
     ids=["help", "design", "sizing"],
 )
@@ -33,6 +33,6 @@ def test_nothing_heavy_is_imported(program, printed):
     told = "import atexit, sys\natexit.register(lambda: print(*sys.modules, file=sys.stderr))"
     command = [sys.executable, "-c", f"{told}\n{program}"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=60)
-    assert "cad" in done.stderr.split()
+    assert "sensor" in done.stderr.split()
     assert set(done.stderr.split()) & HEAVY == set()
     assert [words for words in printed if words not in done.stdout] == []

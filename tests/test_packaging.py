@@ -13,7 +13,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("cad", "mesh", "solve", "pipeline")
+PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline")
 LOCKS = ("requirements.lock", "requirements-fast.lock")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
@@ -53,7 +53,7 @@ def make_targets():
 
 @functools.cache
 def imported_distributions():
-    """Return the distributions that the four packages import at the top of a module or inside a function."""
+    """Return the distributions that the packages of the product import at the top of a module or inside a function."""
     names = set()
     for path in (path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -94,7 +94,7 @@ def test_fast_lock_is_kept_to_its_platform():
 
 
 def test_own_packages_are_never_asked_of_an_index():
-    """The names cad, solve and pipeline belong to other people's projects there."""
+    """The names sensor, cad, solve and pipeline belong to other people's projects there."""
     groups = [PROJECT["dependencies"], *EXTRAS.values()]
     asked = {canonicalize_name(Requirement(text).name) for group in groups for text in group}
     assert (asked | locked(*LOCKS).keys()) & {*PACKAGES, "twintip"} == set()

@@ -6,12 +6,12 @@ from functools import partial
 from benchmarks.contact import BENCH, pair_and_own, relative_errors
 from benchmarks.hard.reference_check import ReferenceCheck, attempted, checks
 from benchmarks.harness import Reference
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.parts.fruit import solved_block
 from mesh.fruit import REFINEMENTS, fruit_mesh
 from pipeline.options import CONTACT_SHARE, DEFAULT_TOLERANCE
 from pipeline.response.contact import contact_compliance
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
 from solve.fruit.box import Grading
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.direct import direct_compliance

@@ -10,11 +10,11 @@ from scipy.optimize import nnls
 
 from benchmarks.hard.reference_check import ReferenceCheck, attempted, checks
 from benchmarks.harness import Reference
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
-from cad.quantity import InputError
 from pipeline.response.contact import contact_compliance
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
+from sensor.quantity import InputError
 from solve.contact.cells import ContactCells, contact_cells, folded
 from solve.contact.gap import tip_gap
 from solve.contact.linear_response import spring_compliance

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from benchmarks.harness import Reference
-from cad.quantity import InputError
 from mesh.session import MeshError
+from sensor.quantity import InputError
 from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
 

@@ -7,13 +7,13 @@ import numpy as np
 
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
 from cad.checks.tip_checks import PLACE_TOLERANCE_MM
-from cad.design.processes import Process
 from cad.parts.assembly import turned_twin
 from cad.parts.cover_solid import turned
 from cad.parts.part import is_hole
 from cad.parts.pose import in_place
 from cad.parts.sensor import Sensor
-from cad.verdict import Verdict, at_least, equal, failed
+from sensor.design.processes import Process
+from sensor.verdict import Verdict, at_least, equal, failed
 
 PLATES_GAP_MM = 0.3  # plates that bow towards each other by half of it each, as thin prints do, still move freely
 _TO_THE_STOP = (0.0, 0.5, 1.0)  # fractions of the way

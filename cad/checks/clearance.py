@@ -9,7 +9,7 @@ from cad.checks.line_probe import UP, Lines, Vector, solid_lines
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
 from cad.parts.pose import in_place, pressed
 from cad.parts.sensor import Sensor
-from cad.verdict import Verdict, at_least, failed
+from sensor.verdict import Verdict, at_least, failed
 
 LEAF_GAP_MM = 0.1  # a leaf printed this much off its place still moves freely
 STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from cad.checks.line_probe import UP, Lines, Vector
 from cad.parts.housing import Arm, Housing, fillet_corners
-from cad.verdict import Verdict, at_least, equal, failed
+from sensor.verdict import Verdict, at_least, equal, failed
 
 THICKNESS_TOLERANCE_MM = 1e-3  # a mesh file holds single precision, 4e-6 mm at 60 mm; the drawing rounds to 0.001
 _ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # shares of the straight part of a leaf

@@ -11,8 +11,8 @@ import numpy as np
 import OCP
 import trimesh
 
-from cad.arrays import Floats
 from cad.parts.part import NEAR_MM
+from sensor.arrays import Floats
 
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)

@@ -18,12 +18,12 @@ from cad.checks.triangle_checks import (
     self_intersection_verdict,
     size_verdicts,
 )
-from cad.design.processes import PROCESSES, Process
 from cad.files.step import read_step
 from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
-from cad.quantity import validation_error
-from cad.verdict import Verdict, equal, failed
+from sensor.design.processes import PROCESSES, Process
+from sensor.quantity import validation_error
+from sensor.verdict import Verdict, equal, failed
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
 KINDS = (".step", ".stp", ".stl", ".3mf")

@@ -18,7 +18,7 @@ from cad.files.threemf import read_3mf
 from cad.parts.assembly import assembly_bodies
 from cad.parts.pose import sensor_pose
 from cad.parts.sensor import Sensor
-from cad.verdict import Verdict, equal
+from sensor.verdict import Verdict, equal
 
 ROUND_TRIP_TOLERANCE = 1e-9  # Part 21 carries 15 digits
 

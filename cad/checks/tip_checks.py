@@ -6,12 +6,12 @@ import math
 import cadquery as cq
 
 from cad.checks.line_probe import UP, Lines, open_ahead, solid_lines
-from cad.design.tips import Tips
 from cad.parts.housing import Arm, Housing
 from cad.parts.housing_solid import BALL_SHARE
 from cad.parts.part import Part
 from cad.parts.pin_socket import gable_side, pins
-from cad.verdict import Verdict, equal, failed
+from sensor.design.tips import Tips
+from sensor.verdict import Verdict, equal, failed
 
 PLACE_TOLERANCE_MM = 1e-3
 _ON_CAP = 0.6  # share of the half side at which a cap is measured along and across the tips

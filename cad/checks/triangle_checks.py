@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
-from cad.arrays import Floats
-from cad.design.processes import Process
-from cad.verdict import Verdict, at_least, equal, judged
+from sensor.arrays import Floats
+from sensor.design.processes import Process
+from sensor.verdict import Verdict, at_least, equal, judged
 
 Indices = npt.NDArray[np.int64]
 

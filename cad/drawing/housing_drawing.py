@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import cadquery as cq
 
-from cad.design.processes import Process
-from cad.design.readout import Readout
 from cad.drawing.canvas import MEASURED, SMALL_MM, Box, Canvas, Point, text_width
 from cad.drawing.lengths import Length, draw_lengths
 from cad.drawing.measuring_table import HEADS, STEP_MM, Characteristic, measuring_table
@@ -22,7 +20,9 @@ from cad.parts.hall_places import DISC_HEIGHT_MM, DISC_MM, SENSOR_OUT_MM, HallPl
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, Housing, fillet_corners
 from cad.parts.part import NEAR_MM
 from cad.parts.sensor import Sensor
-from cad.theory.strain_gauge import GAUGES, FoilGauge, Span, gauge_spans
+from sensor.design.processes import Process
+from sensor.design.readout import Readout
+from sensor.theory.strain_gauge import GAUGES, FoilGauge, Span, gauge_spans
 
 _GAUGE_THICK = 0.25  # [mm] of a gauge seen from its edge, many times its thickness
 _ROOM_OF_ROWS_MM = 24.0  # on paper, for two rows of dimensions

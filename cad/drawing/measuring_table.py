@@ -9,12 +9,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from cad.design.processes import Process
 from cad.drawing.canvas import IN_TABLE, MEASURED, SMALL_MM, written
 from cad.parts.housing import Housing
 from cad.parts.pin import GROUND_MM
 from cad.parts.sensor import Sensor
-from cad.theory.leaf_spring import Flexure, pair_stiffness
+from sensor.design.processes import Process
+from sensor.theory.leaf_spring import Flexure, pair_stiffness
 
 GENERAL_MM = 0.2  # what no dimension says otherwise: the accuracy of a printed part in print-service guides
 PIN_FIT = "h8"  # 0 to -14 um up to 3 mm, -18 um up to 6 mm, ISO 286-2: contact is proportional to the width, to 1.4 %

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from cad.design.processes import Process
 from cad.drawing.canvas import DECIMALS, Box, Canvas, Point, text_width
 from cad.drawing.measuring_table import GENERAL_MM
 from cad.files.file_date import given_date
+from sensor.design.processes import Process
 
 SCALES = {"2:1": 2.0, "1:1": 1.0, "1:2": 0.5, "1:5": 0.2}  # ISO 5455
 BETWEEN_MM = 14.0  # on paper, between the dimensions of one view and the next

@@ -5,14 +5,14 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
-from cad.design.processes import Process
 from cad.fabrication.bridges import HX711, RESISTANCE_OHM, SignalPath, Spring, series_resistor
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.fabrication.templates import EACH, rendered
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import Sensor
-from cad.theory.strain_gauge import FOIL
+from sensor.design.processes import Process
+from sensor.theory.strain_gauge import FOIL
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cad.design.processes import Process
-from cad.design.readout import AMPLIFIERS, BRIDGE, PROBE, Amplifier, Readout
-from cad.quantity import report_field
-from cad.theory.leaf_spring import Flexure, gauge_strain
-from cad.theory.strain_gauge import FOIL, shortest_gauged
+from sensor.design.processes import Process
+from sensor.design.readout import AMPLIFIERS, BRIDGE, PROBE, Amplifier, Readout
+from sensor.quantity import report_field
+from sensor.theory.leaf_spring import Flexure, gauge_strain
+from sensor.theory.strain_gauge import FOIL, shortest_gauged
 
 HX711 = AMPLIFIERS["HX711"]
 RESISTANCE_OHM = BRIDGE.resistance_ohm

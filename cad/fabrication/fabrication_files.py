@@ -6,7 +6,6 @@ from pathlib import Path
 
 import cadquery as cq
 
-from cad.design.readout import Readout
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
@@ -20,6 +19,7 @@ from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
 from cad.parts.pose import print_pose
 from cad.parts.sensor import STEEL_COLOUR, Body, Sensor
+from sensor.design.readout import Readout
 
 _COUPON_COLOUR = (0.45, 0.62, 0.35)
 

@@ -24,8 +24,8 @@ from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.hall_places import hall_places
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import Sensor
-from cad.quantity import COVERAGE, STANDARD_GRAVITY
-from cad.theory.strain_gauge import GAUGES
+from sensor.quantity import COVERAGE, STANDARD_GRAVITY
+from sensor.theory.strain_gauge import GAUGES
 
 _COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupon may use
 _TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears

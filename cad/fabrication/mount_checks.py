@@ -7,12 +7,12 @@ import cadquery as cq
 from cad.checks.assembly_checks import hole_axes, holes_verdict
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
 from cad.checks.tip_checks import PLACE_TOLERANCE_MM
-from cad.design.processes import Process
 from cad.fabrication.mount import FLANGE_HOLE_MM, HEAD_ROOM_MM, flange_heads, flange_holes
 from cad.parts.part import is_hole
 from cad.parts.pose import in_place
 from cad.parts.sensor import Sensor
-from cad.verdict import Verdict, at_least
+from sensor.design.processes import Process
+from sensor.verdict import Verdict, at_least
 
 _WIDE = 1e3  # [mm], beyond any sensor
 _UNDER_SHELF_MM = 0.5  # the heads lie on the shelf: only what is below it may be near them

@@ -3,7 +3,7 @@
 import os
 from datetime import UTC, datetime
 
-from cad.quantity import validation_error
+from sensor.quantity import validation_error
 
 NAME = "SOURCE_DATE_EPOCH"  # https://reproducible-builds.org/specs/source-date-epoch/
 FIRST_DAY = 1577836800  # 2020-01-01, where it is not set

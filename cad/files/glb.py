@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 Tree = dict[str, Any]  # JSON of glTF while it is put together
 

@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import cadquery as cq
 
-from cad.design.parameters import Design
 from cad.parts.cover import COVER_MM, WASHER_MM
 from cad.parts.cover_solid import cover_part, turned
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
@@ -21,6 +20,7 @@ from cad.parts.part import Part
 from cad.parts.pin_socket import socketed
 from cad.parts.pose import in_place
 from cad.parts.sensor import STEEL_COLOUR, Body, Colour, Sensor
+from sensor.design.parameters import Design
 
 COVER_COLOUR: Colour = (0.60, 0.60, 0.62)
 SCREW_MM = 3.0  # diameter of M3

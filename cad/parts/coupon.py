@@ -6,7 +6,7 @@ the housing, with the middle of the clamped block at x = 0, z = 0.
 
 import numpy as np
 
-from cad.theory.leaf_spring import Flexure
+from sensor.theory.leaf_spring import Flexure
 
 _POINTS = 24  # of Gauss, in each fillet and in the straight part
 BLOCK_WIDTH_MM = 24.0

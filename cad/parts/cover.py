@@ -2,8 +2,8 @@
 
 import math
 
-from cad.design.tips import Press
 from cad.parts.housing import largest_tilt
+from sensor.design.tips import Press
 
 WASHER_MM = 7.0  # outer diameter for M3, ISO 7089
 PLATE_MM = 2.0

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import cadquery as cq
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips, check_tips_on_fruit
 from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, on_plane
-from cad.quantity import validation_error
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips, check_tips_on_fruit
+from sensor.quantity import validation_error
 
 _NEAR_BOX_MM = 1e-3  # the box about a curved face is wider than it
 _MIRROR_PLANES = {"symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from cad.design.tips import Press
 from cad.parts.housing import Housing
+from sensor.design.tips import Press
 
 DISC_MM = 2.0  # diameter of a magnet
 DISC_HEIGHT_MM = 1.0
 SENSOR_OUT_MM = 2.5  # from the faces of both magnets to the sensor
-_DISCS_APART_MM = 3.0  # as the sensitivity of cad/design/electronics.toml takes it
+_DISCS_APART_MM = 3.0  # as the sensitivity of sensor/design/electronics.toml takes it
 
 
 @dataclass(frozen=True, kw_only=True)

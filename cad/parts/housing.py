@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from cad.design.tips import Press
-from cad.quantity import InputError, report_field, validation_error
-from cad.theory.leaf_spring import Flexure
-from cad.theory.strain_gauge import Span
+from sensor.design.tips import Press
+from sensor.quantity import InputError, report_field, validation_error
+from sensor.theory.leaf_spring import Flexure
+from sensor.theory.strain_gauge import Span
 
 Point = tuple[float, float]
 HeldBy = Literal["covers", "washers", "holes"]

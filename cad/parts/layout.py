@@ -3,13 +3,13 @@
 import math
 from dataclasses import replace
 
-from cad.design.parameters import Design
-from cad.design.processes import Process
-from cad.design.tip_mount import pad_height, plate_depth, tip_mount
-from cad.design.tips import Tips
 from cad.parts.cover import cover_level
 from cad.parts.housing import DOWEL_MM, TILT_DEG, Housing
-from cad.theory.leaf_spring import Flexure
+from sensor.design.parameters import Design
+from sensor.design.processes import Process
+from sensor.design.tip_mount import pad_height, plate_depth, tip_mount
+from sensor.design.tips import Tips
+from sensor.theory.leaf_spring import Flexure
 
 LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest tip that prints without support
 CLEARANCE = 0.5  # frame above the fruit in the worst press

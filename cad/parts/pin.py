@@ -2,10 +2,10 @@
 
 import math
 
-from cad.design.processes import Process
-from cad.design.tips import Tips
 from cad.parts.housing import Housing
-from cad.quantity import Estimate
+from sensor.design.processes import Process
+from sensor.design.tips import Tips
+from sensor.quantity import Estimate
 
 STEEL_MPA = 206000.0  # modulus, typical of carbon steel
 STEEL_G_PER_CM3 = 7.85  # likewise

@@ -9,11 +9,11 @@ import math
 
 import cadquery as cq
 
-from cad.design.tips import Tips
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import named_housing
 from cad.parts.part import NEAR_MM, Part
-from cad.tips.tip_shape import Arc, TipShape
+from sensor.design.tips import Tips
+from sensor.tips.tip_shape import Arc, TipShape
 
 _REACH = 1.0
 

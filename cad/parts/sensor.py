@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import cadquery as cq
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
 from cad.parts.engraving import marked
 from cad.parts.fruit import outer_box, whole_fruit
 from cad.parts.housing import Housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import pins
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
 
 Colour = tuple[float, float, float]
 HOUSING_COLOUR: Colour = (0.22, 0.40, 0.62)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import gmsh
 import numpy as np
 
-from cad.arrays import Floats
 from mesh.housing.blocks import Block, Point, Segment
 from mesh.session import Ints, MeshError, element_nodes, gmsh_session, stage, used_nodes
+from sensor.arrays import Floats
 
 _SMOOTHING = 10
 _DIGITS = 9  # points closer than 1e-9 mm are one point

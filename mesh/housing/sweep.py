@@ -12,7 +12,6 @@ from skfem import MeshHex1, MeshHex2
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
-from cad.arrays import Floats
 from cad.parts.housing import Housing, PartSize
 from mesh.cells import cell_jacobian, determinant, facets_area
 from mesh.housing.blocks import counts
@@ -20,6 +19,7 @@ from mesh.housing.frame import housing_blocks, post_columns
 from mesh.housing.profile import Profile, meshed_profile
 from mesh.quality import compare, named_facets
 from mesh.session import Ints, MeshError, index_by_nodes
+from sensor.arrays import Floats
 
 FlexureMesh = MeshHex2
 

@@ -4,10 +4,10 @@ from argparse import ArgumentParser, Namespace
 from dataclasses import asdict
 from pathlib import Path
 
-from cad.design.processes import PROCESSES
-from cad.quantity import nearest, validation_error
-from cad.verdict import all_passed
 from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json, showing_progress
+from sensor.design.processes import PROCESSES
+from sensor.quantity import nearest, validation_error
+from sensor.verdict import all_passed
 
 PURPOSE = "judge the geometry of files, own or foreign"
 EXAMPLE = "pipeline check outputs/paper"

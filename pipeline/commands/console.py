@@ -7,7 +7,7 @@ from argparse import ArgumentParser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
-from cad.quantity import InputError, written_number
+from sensor.quantity import InputError, written_number
 
 PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 _HALF_A_LINE = 1500  # letters: every honest message is shorter than two

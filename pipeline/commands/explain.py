@@ -7,8 +7,8 @@ from argparse import ArgumentParser, Namespace
 from dataclasses import asdict
 from pathlib import Path
 
-from cad.quantity import validation_error
 from pipeline.commands.console import PASSED, add_json_flag, answering, print_json
+from sensor.quantity import validation_error
 
 PURPOSE = "say what a verdict, a symbol or a key of report.json means"
 EXAMPLE = "pipeline explain NL --out outputs/paper"

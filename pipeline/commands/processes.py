@@ -6,8 +6,8 @@ import sys
 from rich.console import Console
 from rich.table import Table
 
-from cad.design.processes import PROCESSES, Process
 from pipeline.commands.console import print_json
+from sensor.design.processes import PROCESSES, Process
 
 _OWN = 'A printer of your own: [print] process_file = "my-printer.toml" in the design file, see docs/processes.md.'
 

@@ -6,9 +6,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import NoReturn
 
-from cad.design.parameters import Design
 from cad.files.file_date import file_date
-from cad.quantity import InputError, validation_error, written_number
 from pipeline.commands.console import (
     FAILED,
     PASSED,
@@ -34,6 +32,8 @@ from pipeline.options import (
 )
 from pipeline.storage.digests import Json
 from pipeline.storage.folder import refuse_unusable, whole_report
+from sensor.design.parameters import Design
+from sensor.quantity import InputError, validation_error, written_number
 
 PURPOSE = "size, shape, mesh, solve and judge a sensor"
 EXAMPLE = "pipeline run --nl 0.05 --out outputs/mine"

@@ -6,10 +6,6 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.design.design_file import design_as_mapping, design_as_toml, every_key, refuse_former_keys
-from cad.design.parameters import Design
-from cad.quantity import nearest, validation_error
-from cad.verdict import Verdict
 from pipeline.commands.console import (
     FAILED,
     PASSED,
@@ -23,6 +19,10 @@ from pipeline.commands.console import (
 from pipeline.commands.run import add_design_flags, named_design, settings_of
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
 from pipeline.storage.digests import Json
+from sensor.design.design_file import design_as_mapping, design_as_toml, every_key, refuse_former_keys
+from sensor.design.parameters import Design
+from sensor.quantity import nearest, validation_error
+from sensor.verdict import Verdict
 
 if TYPE_CHECKING:
     from pipeline.study.suggest.fruit_range import FruitRange

@@ -3,8 +3,8 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from cad.quantity import validation_error
 from pipeline.commands.console import add_force_flag
+from sensor.quantity import validation_error
 
 PURPOSE = "show the parts, fields and response"
 EXAMPLE = "pipeline view outputs/paper --png pictures"

@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.input_file import read_bytes
-from cad.quantity import STANDARD_GRAVITY, nearest, validation_error, written_number
+from sensor.arrays import Floats
+from sensor.input_file import read_bytes
+from sensor.quantity import STANDARD_GRAVITY, nearest, validation_error, written_number
 
 _LONGEST_LINE = 65536  # bytes of a line of a stream: what is longer is no line of numbers
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")

@@ -7,11 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cad.arrays import Flags, Floats, rows_of
-from cad.design.reading import PRESS_S, PRESS_SAMPLES, Reading
-from cad.quantity import Estimate
-from cad.theory.contrast_law import ReadingError
-from cad.theory.contrast_rise import RiseReading
 from pipeline.reading.measurement import (
     RiseModel,
     rise_model,
@@ -30,6 +25,11 @@ from pipeline.reading.uncertainty import (
 )
 from pipeline.response.scene_press import ScenePress
 from pipeline.storage.plain import first_largest
+from sensor.arrays import Flags, Floats, rows_of
+from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
+from sensor.quantity import Estimate
+from sensor.theory.contrast_law import ReadingError
+from sensor.theory.contrast_rise import RiseReading
 from solve.contact.poses import Pose
 from solve.halfspace.layered import base_compliance
 

@@ -7,14 +7,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.parameters import Design
-from cad.design.reading import PRESS_S
-from cad.theory.contrast_law import ReadingError
-from cad.theory.contrast_rise import RiseLaw, RiseReading, RisingPress
 from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.reading.sensor import RISE_TRAVELS, Sensor
+from sensor.arrays import Floats
+from sensor.design.parameters import Design
+from sensor.design.reading import PRESS_S
+from sensor.theory.contrast_law import ReadingError
+from sensor.theory.contrast_rise import RiseLaw, RiseReading, RisingPress
 from solve.contact.linear_response import travels
 
 LEVEL_MODULI = 9

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats, rows_of
-from cad.design.parameters import Design
-from cad.quantity import Estimate, validation_error
-from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
-from cad.theory.relaxation import Relaxation
 from pipeline.reading.poses import Placement
 from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import scene_of
+from sensor.arrays import Floats, rows_of
+from sensor.design.parameters import Design
+from sensor.quantity import Estimate, validation_error
+from sensor.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
+from sensor.theory.relaxation import Relaxation
 from solve.contact.linear_response import high_over_low
 from solve.contact.relaxing import elastic_forces, timed_forces
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.reading import Reading
-from cad.quantity import validation_error
 from pipeline.response.scene_press import refuse_unsolvable, scene_of
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.reading import Reading
+from sensor.quantity import validation_error
 from solve.contact.poses import Pose, posed_scene
 from solve.contact.scene import STEEPEST_DEG
 from solve.contact.scene_cells import scene_footprints

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from cad.design.reading import LARGEST_TOUCH_FRACTION, LEAST_OVER_NOISE
-from cad.theory.contrast_law import ReadingError
-from cad.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RisingPress
 from pipeline.reading.poses import Placement
 from pipeline.reading.sensor import RISE_TRAVELS, Sensor
+from sensor.design.reading import LARGEST_TOUCH_FRACTION, LEAST_OVER_NOISE
+from sensor.theory.contrast_law import ReadingError
+from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RisingPress
 from solve.contact.linear_response import travels
 
 SAMPLES = 60

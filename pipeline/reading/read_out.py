@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.fabrication.bridges import SignalPath
-from cad.quantity import report_field
-from cad.theory.contrast_law import ContrastLaw, pair_law
+from sensor.quantity import report_field
+from sensor.theory.contrast_law import ContrastLaw, pair_law
 
 Matrix = tuple[tuple[float, ...], ...]
 

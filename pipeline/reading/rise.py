@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from cad.arrays import Floats, rows_of
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Tips
-from cad.theory.contrast_law import ContrastLaw
-from cad.theory.contrast_rise import RiseLaw, RollingDomes
+from sensor.arrays import Floats, rows_of
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.tips import Tips
+from sensor.theory.contrast_law import ContrastLaw
+from sensor.theory.contrast_rise import RiseLaw, RollingDomes
 
 Curvatures = tuple[float, float]
 

@@ -7,15 +7,15 @@ from functools import cached_property
 
 import numpy as np
 
-from cad.arrays import Floats, rows_of
-from cad.design.parameters import Design
 from cad.fabrication.bridges import SignalPath, signal_path
-from cad.theory.contrast_law import ContrastLaw, contrast_weights, pair_law
-from cad.theory.contrast_rise import RiseLaw
 from pipeline.reading.poses import Placement
 from pipeline.reading.rise import fall_under_domes, rise_law
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
+from sensor.arrays import Floats, rows_of
+from sensor.design.parameters import Design
+from sensor.theory.contrast_law import ContrastLaw, contrast_weights, pair_law
+from sensor.theory.contrast_rise import RiseLaw
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, PoseForces, pose_forces

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.reading import LEAST_OF_SCALE, LEAST_OVER_NOISE, PRESS_S, PRESS_SAMPLES, Reading
 from cad.fabrication.bridges import SignalPath
-from cad.theory.contrast_law import ReadingSlopes
-from cad.theory.contrast_rise import RiseReading, RiseSlopes
+from sensor.arrays import Floats
+from sensor.design.reading import LEAST_OF_SCALE, LEAST_OVER_NOISE, PRESS_S, PRESS_SAMPLES, Reading
+from sensor.theory.contrast_law import ReadingSlopes
+from sensor.theory.contrast_rise import RiseReading, RiseSlopes
 
 BOUNDED = 1.0 / math.sqrt(3.0)
 """Standard deviation of what lies anywhere within a bound, over that bound (JCGM 100:2008, 4.3.7)."""

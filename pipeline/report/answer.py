@@ -7,10 +7,10 @@ from rich.console import RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from cad.verdict import Verdict, all_passed
 from pipeline.report.verdict_rule import number_text
 from pipeline.report.verdict_table import OUTCOME, reasons, verdict_table
 from pipeline.storage.digests import Json
+from sensor.verdict import Verdict, all_passed
 
 _TARGETS = (
     *("reading.bias", "reading.uncertainty", "reading.touch", "reading.relaxation", "bruise"),

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.design.design_file import design_from_mapping, without_former_defaults
-from cad.design.processes import PROCESSES
-from cad.input_file import read_toml
-from cad.verdict import Verdict, equal, failed
 from pipeline.report.report import Report, is_as_written, read_data, report_of
 from pipeline.storage.digests import is_regular
 from pipeline.storage.vtu import vtu_points
 from pipeline.storage.workers import close_workers, open_workers
+from sensor.design.design_file import design_from_mapping, without_former_defaults
+from sensor.design.processes import PROCESSES
+from sensor.input_file import read_toml
+from sensor.verdict import Verdict, equal, failed
 
 SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some seconds
 _MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cad.design.parameters import Design
-from cad.theory.free_fruit import roll, table_share
-from cad.theory.hertz import equivalent_radius
-from cad.theory.soft_tissue import FLESH_LAWS, deepest_solved, large_strain_factor
 from pipeline.reading.analysis import Readings
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
+from sensor.design.parameters import Design
+from sensor.theory.free_fruit import roll, table_share
+from sensor.theory.hertz import equivalent_radius
+from sensor.theory.soft_tissue import FLESH_LAWS, deepest_solved, large_strain_factor
 
 ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et al. (2012), doi:10.1007/s11947-011-0528-4
 

@@ -7,9 +7,6 @@ from types import MappingProxyType
 
 import numpy as np
 
-from cad.arrays import Floats, rows_of
-from cad.design.tips import Tips
-from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.options import run_key
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
@@ -50,6 +47,9 @@ from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.errors.sensor_errors import ReadingTable
 from pipeline.verdicts.targets import SceneTargets
+from sensor.arrays import Floats, rows_of
+from sensor.design.tips import Tips
+from sensor.theory.two_spring_law import PAPER_SPRINGS
 from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 

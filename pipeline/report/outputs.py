@@ -5,7 +5,6 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-from cad.design.design_file import design_as_mapping, design_as_toml, without_former_defaults
 from pipeline.options import run_key
 from pipeline.report.of_result import report_of_result
 from pipeline.report.page.page import page_of
@@ -15,6 +14,7 @@ from pipeline.result import SensorResult
 from pipeline.storage.digests import REPORT, content_digest, file_digest
 from pipeline.storage.folder import managed_files
 from pipeline.storage.plain import Plain
+from sensor.design.design_file import design_as_mapping, design_as_toml, without_former_defaults
 
 PAGE = "report.html"
 LATEST = "latest.js"  # beside the page of a look, which reads it

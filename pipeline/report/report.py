@@ -15,17 +15,17 @@ from typing import Any, get_origin, get_type_hints
 import numpy as np
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 
-from cad.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
-from cad.design.parameters import Design
 from cad.parts.housing import Housing
-from cad.quantity import InputError, report_field, validation_error
-from cad.theory.leaf_spring import Flexure
-from cad.verdict import Verdict
 from pipeline.reading.read_out import Matrix, ReadOut
 from pipeline.springs.arm_behaviour import ArmBehaviour
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
+from sensor.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
+from sensor.design.parameters import Design
+from sensor.quantity import InputError, report_field, validation_error
+from sensor.theory.leaf_spring import Flexure
+from sensor.verdict import Verdict
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
 

@@ -5,8 +5,8 @@ import io
 import math
 from collections.abc import Iterator, Sequence
 
-from cad.design.tips import Tips
 from pipeline.verdicts.errors.sensor_errors import ReadingTable
+from sensor.design.tips import Tips
 
 COLUMNS = (
     "E_MPa",

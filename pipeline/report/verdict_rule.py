@@ -2,7 +2,7 @@
 
 from fnmatch import fnmatchcase
 
-from cad.verdict import Verdict
+from sensor.verdict import Verdict
 
 UNREAD = "some poses have no reading"
 """Why a verdict on readings fails whose value keeps the limit: the value is that of the other poses."""

@@ -8,8 +8,8 @@ from rich.console import Console, RenderableType
 from rich.markup import escape
 from rich.table import Column, Table
 
-from cad.verdict import Verdict
 from pipeline.report.verdict_rule import UNREAD, fails_unread, limit_text, number_text, tolerance_text
+from sensor.verdict import Verdict
 
 WIDTH = 132
 OUTCOME = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}

@@ -3,10 +3,6 @@
 import dataclasses
 from functools import partial
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Tips
-from cad.quantity import InputError, validation_error
 from pipeline.options import (
     CONTACT_METHODS,
     CONTACT_SHARE,
@@ -16,6 +12,10 @@ from pipeline.options import (
     contact_inputs,
 )
 from pipeline.storage.cache import cached
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.tips import Tips
+from sensor.quantity import InputError, validation_error
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_body import check_curved, curved_compliance
 from solve.fruit.direct import direct_compliance

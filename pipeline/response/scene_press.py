@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.parameters import Design
-from cad.quantity import InputError, validation_error
-from cad.theory.two_spring_law import CURVE_STEPS, curve_shares
+from sensor.arrays import Floats
+from sensor.design.parameters import Design
+from sensor.quantity import InputError, validation_error
+from sensor.theory.two_spring_law import CURVE_STEPS, curve_shares
 from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene, SidewaysGive, check_scene

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from cad.quantity import report_field
+from sensor.quantity import report_field
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,16 +2,16 @@
 
 from dataclasses import dataclass
 
-from cad.design.processes import Process
 from cad.parts.housing import Arm, Housing
-from cad.theory.elastica import large_deflection_stiffening
-from cad.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
-from cad.theory.strain_gauge import FOIL
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.arm_behaviour import ArmBehaviour
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.cache import cached
+from sensor.design.processes import Process
+from sensor.theory.elastica import large_deflection_stiffening
+from sensor.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
+from sensor.theory.strain_gauge import FOIL
 from solve.housing.modes import Modes, Solid, modes_of
 
 GAUGE_FACTOR = FOIL.gauge_factor

@@ -7,20 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.parameters import Design
-from cad.design.printability import Printable, check_printable
-from cad.design.processes import Process
-from cad.design.tip_mount import plate_depth
-from cad.design.tips import Attitude, Tips
 from cad.fabrication.bridges import Spring
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.parts.pin import pin_mass
-from cad.quantity import STANDARD_GRAVITY, Estimate, InputError
-from cad.theory.leaf_spring import Flexure
-from cad.theory.strain_gauge import FOIL
-from cad.theory.two_spring_law import Springs
 from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.springs.leaf_lengths import FittedHousing, fit_lengths
@@ -28,6 +18,16 @@ from pipeline.springs.mounts import mount_changes, sideways_give
 from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
+from sensor.arrays import Floats
+from sensor.design.parameters import Design
+from sensor.design.printability import Printable, check_printable
+from sensor.design.processes import Process
+from sensor.design.tip_mount import plate_depth
+from sensor.design.tips import Attitude, Tips
+from sensor.quantity import STANDARD_GRAVITY, Estimate, InputError
+from sensor.theory.leaf_spring import Flexure
+from sensor.theory.strain_gauge import FOIL
+from sensor.theory.two_spring_law import Springs
 from solve.contact.linear_response import spring_compliance
 from solve.contact.scene import SidewaysGive
 from solve.linear import SolveError

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cad.arrays import Floats
 from cad.parts.housing import Housing, PartSize, solid_size
 from cad.parts.pin import pin_compliance
-from cad.quantity import validation_error
-from cad.theory.leaf_spring import Flexure
 from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretched
 from pipeline.springs.mounts import attached_to
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
+from sensor.theory.leaf_spring import Flexure
 from solve.housing.stiffness import (
     ERROR_SHARE,
     HousingStiffness,

@@ -10,8 +10,8 @@ import numpy as np
 from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.pin import STEEL_MPA
-from cad.theory.strain_gauge import GAUGES, gauge_spans
 from mesh.housing.sweep import flexure_mesh
+from sensor.theory.strain_gauge import GAUGES, gauge_spans
 from solve.contact.scene import SidewaysGive
 from solve.housing.bonded_foil import BondedFoil
 from solve.housing.clamped_half import HOLES, SIDES, Attached, ClampedHalf, clamped_half, with_layers

@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from cad.design.parameters import Design
-from cad.quantity import InputError, validation_error
-from cad.theory.two_spring_law import (
+from pipeline.options import RunOptions
+from sensor.design.parameters import Design
+from sensor.quantity import InputError, validation_error
+from sensor.theory.two_spring_law import (
     CURVE_STEPS,
     Springs,
     curve_shares,
@@ -14,7 +15,6 @@ from cad.theory.two_spring_law import (
     size_springs,
     spring_give,
 )
-from pipeline.options import RunOptions
 from solve.fruit.compliance import FruitCompliance
 
 LEAST_RISE = 1e-9  # of P over the moduli, as a fraction of P: of a smaller one round-off leaves too few digits

@@ -8,10 +8,10 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from cad.quantity import InputError, validation_error
 from pipeline.storage.cache import store, stored
 from pipeline.storage.digests import REPORT, file_digest, is_regular, keep_aside
 from pipeline.storage.folder import written_beside
+from sensor.quantity import InputError, validation_error
 
 Content = bytes | Callable[[Path], object]
 """The bytes of a file, or a function that writes them to a path."""

@@ -13,9 +13,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from cad.input_file import read_bytes
-from cad.quantity import InputError, validation_error
 from pipeline.storage.digests import KEY, REPORT, content_digest, has_digest, is_regular, keep_aside
+from sensor.input_file import read_bytes
+from sensor.quantity import InputError, validation_error
 
 _LOCK, _OLD, _NEW = "lock", "old", "new-"
 

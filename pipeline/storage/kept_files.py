@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cad.files.file_date import NAME
-from cad.verdict import Verdict
 from pipeline.storage.cache import cached, stored
+from sensor.verdict import Verdict
 
 Inputs = Mapping[str, object]
 Verdicts = tuple[Verdict, ...]

@@ -9,7 +9,7 @@ import cattrs
 import numpy as np
 from cattrs.strategies import configure_union_passthrough
 
-from cad.quantity import InputError
+from sensor.quantity import InputError
 
 T = TypeVar("T")
 ROUND_OFF = 1e-6

@@ -7,7 +7,7 @@ import re
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
-_SOURCES = ("cad", "mesh", "solve", "pipeline")
+_SOURCES = ("sensor", "cad", "mesh", "solve", "pipeline")
 _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
 _OPTIONAL = ("mkl", "pypardiso")  # another direct solver where they are installed
 _OF_PAGES = (".js", ".css", ".html.j2", ".LICENSE")
@@ -40,7 +40,7 @@ def computing_versions() -> dict[str, str | None]:
 
 
 def sources_digest(root: Path, *, of_pages: bool = False) -> str:
-    """Return the digest of every file of the four packages below a folder, at any depth, that numbers may come from.
+    """Return the digest of every file of the five packages below a folder, at any depth, that numbers may come from.
 
     Or of every file `of_pages` alone, which only shows them.
     """

@@ -13,7 +13,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 Ints = NDArray[np.int64]
 

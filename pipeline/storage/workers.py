@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from cad.quantity import validation_error
+from sensor.quantity import validation_error
 
 T = TypeVar("T")
 _PROC = Path("/proc/self")

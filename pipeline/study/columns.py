@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.arrays import Floats
 from pipeline.study.store import StudyStore
+from sensor.arrays import Floats
 
 _ROUND_OFF = 1e-12  # of a number
 

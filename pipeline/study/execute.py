@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from cad.quantity import InputError
 from pipeline.study.points import Point, design_of, point_count, points_between
 from pipeline.study.scenes import UnitScene, move_contact, unit_scene
 from pipeline.study.store import StudyStore, study_store
@@ -16,6 +15,7 @@ from pipeline.study.study_file import Study
 from pipeline.study.tasks import lost_points, solve_points
 from pipeline.study.wanted import parts_of
 from pipeline.study.workers import Engine, ProgressReport, completed
+from sensor.quantity import InputError
 
 QUICK = 500  # points of a task without a solve
 SHARING = 32  # points of a task that share one solve, or have their readings solved

@@ -16,11 +16,6 @@ from typing import Any, Literal
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
-from cad.arrays import Floats
-from cad.design.design_file import design_as_toml
-from cad.design.parameters import Design
-from cad.quantity import validation_error
-from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
@@ -34,6 +29,11 @@ from pipeline.study.tasks import PointResult, lost_points, solve_points
 from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.wanted import VERDICT_FIELDS
 from pipeline.study.workers import Engine, ProgressReport, completed
+from sensor.arrays import Floats
+from sensor.design.design_file import design_as_toml
+from sensor.design.parameters import Design
+from sensor.quantity import validation_error
+from sensor.verdict import Verdict
 
 MOST_RUNS = 20
 DESIGN = "design.toml"

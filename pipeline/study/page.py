@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.design.design_file import design_as_toml, design_from_mapping
 from pipeline.report.page.template import FIGURES, rendered
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.study.columns import point_columns
 from pipeline.study.points import design_of
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study
+from sensor.design.design_file import design_as_toml, design_from_mapping
 
 PAGE = "study.html"
 BEST = 10

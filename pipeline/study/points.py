@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
-from cad.design.design_file import design_from_mapping
-from cad.design.parameters import Design
-from cad.quantity import validation_error
 from pipeline.storage.plain import Plain
 from pipeline.study.study_file import MOST_POINTS, Study
 from pipeline.study.variation import Setting
+from sensor.design.design_file import design_from_mapping
+from sensor.design.parameters import Design
+from sensor.quantity import validation_error
 
 SOBOL_BITS = 30
 

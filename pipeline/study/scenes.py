@@ -10,13 +10,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Tips
-from cad.quantity import InputError
 from pipeline.options import BESIDE_CONTACT, CONTACT_SHARE, contact_scene
 from pipeline.response.contact import contact_compliance
 from pipeline.storage.plain import Plain
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.tips import Tips
+from sensor.quantity import InputError
 from solve.fruit.compliance import FruitCompliance
 
 Record = TypeVar("Record", Fruit, Tips)

@@ -10,12 +10,12 @@ from typing import Any, Literal
 import numpy as np
 from scipy.stats import sobol_indices
 
-from cad.arrays import Floats
-from cad.quantity import InputError
 from pipeline.study.columns import point_columns
 from pipeline.study.points import point_count
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study
+from sensor.arrays import Floats
+from sensor.quantity import InputError
 
 RESAMPLES = 200
 CONFIDENCE = 0.95

@@ -15,11 +15,11 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from cad.quantity import validation_error
 from pipeline.storage.plain import Plain, to_plain
 from pipeline.storage.versions import code_digest
 from pipeline.study.study_file import Study
 from pipeline.study.tasks import LOST, PointResult
+from sensor.quantity import validation_error
 
 STORE = "study.sqlite"
 _LOCK = "study.lock"

@@ -6,21 +6,21 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from cad.design.design_file import (
+from pipeline.measure.measured_table import read_csv, refuse_other_length
+from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, load_design
+from pipeline.storage.plain import Plain
+from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation
+from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
+from sensor.design.design_file import (
     TABLE_TYPES,
     design_as_mapping,
     design_from_mapping,
     every_key,
     refuse_former_keys,
 )
-from cad.design.parameters import TABLES
-from cad.input_file import read_toml
-from cad.quantity import Bounds, InputError, check_fields, choice, nearest, quantity, text_field, validation_error
-from pipeline.measure.measured_table import read_csv, refuse_other_length
-from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, load_design
-from pipeline.storage.plain import Plain
-from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation
-from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
+from sensor.design.parameters import TABLES
+from sensor.input_file import read_toml
+from sensor.quantity import Bounds, InputError, check_fields, choice, nearest, quantity, text_field, validation_error
 
 Row = tuple[Setting, ...]
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]

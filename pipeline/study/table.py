@@ -5,10 +5,10 @@ import json
 from functools import partial
 from pathlib import Path
 
-from cad.quantity import validation_error
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study
+from sensor.quantity import validation_error
 
 FLAG = "--export"
 

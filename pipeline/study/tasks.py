@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from cad.design.parameters import Design
-from cad.quantity import InputError
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
 from pipeline.report.of_result import evaluation_parts, report_of_result
@@ -17,6 +15,8 @@ from pipeline.study.points import Point, design_of
 from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.study_file import Study
 from pipeline.study.wanted import PASSED, parts_of, wanted_value
+from sensor.design.parameters import Design
+from sensor.quantity import InputError
 
 Status = Literal["done", "refused", "failed"]
 

@@ -7,8 +7,8 @@ from typing import Any, TypeGuard
 
 from scipy.special import ndtri
 
-from cad.design.design_file import parsed_setting
-from cad.quantity import Bounds, InputError, as_float, nearest, validation_error
+from sensor.design.design_file import parsed_setting
+from sensor.quantity import Bounds, InputError, as_float, nearest, validation_error
 
 Setting = float | int | str | bool | tuple[float, ...]
 

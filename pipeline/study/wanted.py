@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from typing import Literal
 
-from cad.quantity import nearest, validation_error
 from pipeline.evaluate import Part
 from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key, report_keys, value_at
+from sensor.quantity import nearest, validation_error
 
 Level = Literal["contact", "flexures", "files"]
 

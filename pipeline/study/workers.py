@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from cad.quantity import InputError, validation_error
 from pipeline.storage.versions import code_digest
 from pipeline.storage.workers import available_cores, close_workers, open_workers
+from sensor.quantity import InputError, validation_error
 
 if TYPE_CHECKING:
     from distributed import Client

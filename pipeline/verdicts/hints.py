@@ -4,12 +4,12 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
-from cad.design.parameters import Design
-from cad.tips.shapes import OPTIONAL_KEYS
-from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.verdicts.rules import tolerance_remedy
+from sensor.design.parameters import Design
+from sensor.tips.shapes import OPTIONAL_KEYS
+from sensor.verdict import Verdict
 
 Hint = Callable[[Verdict, Design, FittedSprings], str | None]
 

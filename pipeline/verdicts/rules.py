@@ -6,18 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from cad.design.parameters import Design, Targets
-from cad.design.reading import LARGEST_TOUCH_FRACTION, Reading
-from cad.quantity import Estimate
-from cad.theory.hertz import contact_reach, relative_radius
-from cad.tips.layouts import Position
-from cad.verdict import Verdict, failed
 from pipeline.options import TOLERANCES
 from pipeline.reading.analysis import Readings, SkinPressure
 from pipeline.reading.over_time import ReadingOverTime
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.storage.plain import first_largest
+from sensor.design.parameters import Design, Targets
+from sensor.design.reading import LARGEST_TOUCH_FRACTION, Reading
+from sensor.quantity import Estimate
+from sensor.theory.hertz import contact_reach, relative_radius
+from sensor.tips.layouts import Position
+from sensor.verdict import Verdict, failed
 from solve.contact.linear_response import SensorResponse
 
 P_MAX_TOLERANCE = 0.01  # of the target

@@ -2,10 +2,6 @@
 
 import numpy as np
 
-from cad.design.parameters import PAPER_TARGETS, Design
-from cad.quantity import Estimate
-from cad.theory.two_spring_law import PAPER_SPRINGS
-from cad.verdict import Verdict
 from pipeline.reading.analysis import Readings
 from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of, spring_shares
@@ -22,6 +18,10 @@ from pipeline.verdicts.rules import (
     tip_face_verdict,
 )
 from pipeline.verdicts.targets import SceneTargets, characteristic, scene_targets
+from sensor.design.parameters import PAPER_TARGETS, Design
+from sensor.quantity import Estimate
+from sensor.theory.two_spring_law import PAPER_SPRINGS
+from sensor.verdict import Verdict
 from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
 

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.parameters import Targets
-from cad.quantity import Estimate
-from cad.theory.two_spring_law import (
+from pipeline.response.scene_press import ScenePress, spring_shares
+from pipeline.springs.sizing import SpringSizing
+from sensor.arrays import Floats
+from sensor.design.parameters import Targets
+from sensor.quantity import Estimate
+from sensor.theory.two_spring_law import (
     Springs,
     curve_nonlinearity,
     curve_shares,
@@ -18,8 +20,6 @@ from cad.theory.two_spring_law import (
     nonlinearity,
     stiffness_at_largest_nonlinearity,
 )
-from pipeline.response.scene_press import ScenePress, spring_shares
-from pipeline.springs.sizing import SpringSizing
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import SAFETY
 from solve.error_estimate import propagated

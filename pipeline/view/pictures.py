@@ -10,7 +10,6 @@ from typing import Any
 
 import pyvista as pv
 
-from cad.quantity import validation_error
 from pipeline.report.report import read_report
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.view.scene import Vector, draw_cells, draw_part, draw_scene
@@ -24,6 +23,7 @@ from pipeline.view.scenes import (
     read_mesh,
     whole_model,
 )
+from sensor.quantity import validation_error
 
 Plotter = Any  # a PyVista plotter: its decorated methods have no types that strict mode takes
 

@@ -8,12 +8,12 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
-from cad.design.parameters import Design
 from cad.parts.assembly import assembly_bodies, outwards, sensor_of
 from cad.parts.sensor import Body
-from cad.quantity import validation_error
 from pipeline.report.report import Report
 from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
+from sensor.design.parameters import Design
+from sensor.quantity import validation_error
 from solve.fruit.bent_block import core_of
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import smooth_loads

@@ -5,16 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.design.processes import Process
 from cad.parts.housing import Housing
-from cad.quantity import validation_error
 from mesh.housing.sweep import flexure_mesh
-from pipeline.report.fields import field_arrays
+from pipeline.making.fields import field_arrays
 from pipeline.report.report import Report, ResponseReport, read_report
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.mounts import attached_to
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.vtu import write_vtu
+from sensor.design.processes import Process
+from sensor.quantity import validation_error
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
 from solve.housing.clamped_half import clamped_half

@@ -4,9 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.design.design_file import design_as_mapping
 from cad.files.glb import GlbBody, glb_of
-from cad.quantity import validation_error
 from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, legend, palette_colours, shown
 from pipeline.report.page.template import BODIES, FIGURES, rendered
@@ -16,6 +14,8 @@ from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.plain import Plain
 from pipeline.view.scene import DISPLACEMENT, Field, FieldScene, deformed_surface
 from pipeline.view.scenes import field_scenes
+from sensor.design.design_file import design_as_mapping
+from sensor.quantity import validation_error
 
 FLAG = "--html"
 COMPARE = "--compare"

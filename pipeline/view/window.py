@@ -6,8 +6,8 @@ from typing import Any
 
 import pyvista as pv
 
-from cad.quantity import validation_error
 from pipeline.view.pictures import SIZE, Picture
+from sensor.quantity import validation_error
 
 Plotter = Any  # a PyVista plotter: its decorated methods have no types that strict mode takes
 

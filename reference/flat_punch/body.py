@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats, Ints
 from reference.flat_punch.elements import COLUMNS, DOFS, PAIRS, ROWS, quadratic_elements
 from reference.flat_punch.grid import Grid
+from sensor.arrays import Floats, Ints
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.stretch import mode_stiffness, principal_modes, principal_stretches
 

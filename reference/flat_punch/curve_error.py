@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from cad.arrays import Floats
 from reference.flat_punch.grid import fillet_elements
 from reference.flat_punch.press import TipPress
+from sensor.arrays import Floats
 
 PENALTY = 2e-4  # against a penalty ten times as stiff
 FAR_ELEMENTS = 1.1e-3  # against elements that grow by half as much from one to the next, on fillets

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
 from reference.flat_punch.grid import Grid
+from sensor.arrays import Floats
 from solve.compression.quadratic import quadratic, quadratic_slope, tensor_product
 
 POINTS = 3  # Gauss points along each direction

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
 from reference.flat_punch.curve_error import fillet_loss, rim_error, unseen_error
 from reference.flat_punch.press import TipPress, pressed
 from reference.flat_punch.tip_profile import RoundTip
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
 from solve.compression.flesh_law import FleshLaw
 from solve.error_estimate import SolveInfo
 from solve.linear import SolveError

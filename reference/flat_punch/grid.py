@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats, Ints
 from reference.flat_punch.tip_profile import RoundTip
+from sensor.arrays import Floats, Ints
 
 # The paper's block seen from its tip: 20 x 20 tip sides as a circle of equal area, 12 high. The force over the linear
 # one is that of any larger body within 0.1 %.

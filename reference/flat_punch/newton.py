@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
-from cad.arrays import Flags, Floats
 from reference.flat_punch.body import Deformed, RoundBody, whole_matrices
 from reference.flat_punch.elements import COLUMNS, ROWS
 from reference.flat_punch.grid import Grid
 from reference.flat_punch.tip_profile import Distance, RoundTip
+from sensor.arrays import Flags, Floats
 from solve.linear import SolveError
 
 PENALTY = 1e4  # pressure over penetration [E / tip side]

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Flags, Floats
 from reference.flat_punch.body import RoundBody
 from reference.flat_punch.grid import press_grid
 from reference.flat_punch.newton import Equilibrium, NoEquilibriumError, PressedBody
 from reference.flat_punch.tip_profile import RoundTip
+from sensor.arrays import Flags, Floats
 from solve.compression.flesh_law import FleshLaw
 
 LARGEST_STEP = 0.05  # of the depth [tip sides]

@@ -1,12 +1,12 @@
-"""The rows of cad/theory/large_strain.toml: a sharp square tip, counted as the circle of its area."""
+"""The rows of sensor/theory/large_strain.toml: a sharp square tip, counted as the circle of its area."""
 
 import math
 
 import numpy as np
 
-from cad.theory.soft_tissue import FleshLawName
 from reference.flat_punch.force_curve import force_curve
 from reference.flat_punch.tip_profile import RoundTip
+from sensor.theory.soft_tissue import FleshLawName
 from solve.compression.flesh_law import FleshLaw
 
 RADIUS = 1.0 / math.sqrt(math.pi)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Flags, Floats
+from sensor.arrays import Flags, Floats
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -7,11 +7,11 @@ side, and its spring K (x - d). Lengths in mm, forces in N.
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
-from cad.theory.bisection import last_holding
-from cad.theory.soft_tissue import FLESH_LAWS, FleshLawName, large_strain_factor
-from cad.theory.two_spring_law import PAPER_SPRINGS, Springs, force_ratio, fruit_stiffness
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
+from sensor.theory.bisection import last_holding
+from sensor.theory.soft_tissue import FLESH_LAWS, FleshLawName, large_strain_factor
+from sensor.theory.two_spring_law import PAPER_SPRINGS, Springs, force_ratio, fruit_stiffness
 from solve.fruit.split import split_compliance
 
 

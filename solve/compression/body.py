@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from cad.arrays import Floats, Ints
+from sensor.arrays import Floats, Ints
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.quadratic import quadratic, quadratic_slope, tensor_product
 from solve.compression.stretch import mode_stiffness, principal_modes, principal_stretches

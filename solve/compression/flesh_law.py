@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
-from cad.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON, FleshLawName
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
+from sensor.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON, FleshLawName
 from solve.elasticity import lame_parameters
 
 FOAM_EXPONENT = 4.0

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 from solve.compression.body import HalfBody, Section
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.press import pressed

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csc_matrix
 
-from cad.arrays import Flags, Floats
+from sensor.arrays import Flags, Floats
 from solve.compression.body import Deformed, HalfBody
 from solve.compression.tool import Tool
 from solve.linear import SolveError, factorised

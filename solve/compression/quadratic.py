@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 
 def tensor_product(along: Floats, up: Floats) -> Floats:

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 _EQUAL = 1e-7  # relative difference of stretches under which a quotient of differences is worse than its limit
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 _STEEPEST = 0.1  # least square of the cosine of the slope of a ball's face: beyond, nothing touches
 

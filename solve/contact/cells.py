@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from cad.arrays import Floats, Ints
-from cad.design.fruit import Fruit
+from sensor.arrays import Floats, Ints
+from sensor.design.fruit import Fruit
 from solve.fruit.box import Grading, block_lines
 from solve.fruit.footprints import (
     Footprint,

@@ -10,9 +10,9 @@ from dataclasses import astuple, dataclass, fields
 import numpy as np
 from skfem import CellBasis, MeshHex
 
-from cad.arrays import Floats, Ints
-from cad.design.fruit import Fruit
-from cad.quantity import validation_error
+from sensor.arrays import Floats, Ints
+from sensor.design.fruit import Fruit
+from sensor.quantity import validation_error
 from solve.contact.cells import FINE
 from solve.contact.pressure import FootprintPressure
 from solve.elasticity import NodalFields, strain, stress

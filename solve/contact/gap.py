@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.tips.tip_shape import Arc, TipShape
+from sensor.arrays import Floats
+from sensor.tips.tip_shape import Arc, TipShape
 
 
 def tip_gap(shape: TipShape, x: Floats, y: Floats) -> Floats:

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
-from cad.tips.layouts import SpringGroups
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
+from sensor.tips.layouts import SpringGroups
 from solve.error_estimate import SolveInfo
 
 PAIR = SpringGroups(low=(0,), high=(-1,))

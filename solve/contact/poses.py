@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from cad.arrays import Flags, Floats
-from cad.design.fruit import Fruit
+from sensor.arrays import Flags, Floats
+from sensor.design.fruit import Fruit
 from solve.contact.domes.law import domes_on
 from solve.contact.scene import Point, Scene, check_scene
 from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, initial_gap, scene_cells

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
 from solve.contact.scene import Scene
 from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact

@@ -6,7 +6,7 @@ relaxes are F(t) = n(t) - sum g_i m_i(t), tau_i dm_i/dt = n - m_i: E. H. Lee, J.
 
     x_i - gap_i - (C F)_i = h (n_i / E)^(2/3) + (S n)_i / E,
 
-the law of `cad/theory/contrast_law.py`. Within a step n is taken to run straight, and the memory m is integrated
+the law of `sensor/theory/contrast_law.py`. Within a step n is taken to run straight, and the memory m is integrated
 exactly; what that leaves out goes with the square of the step and is extrapolated from two (Richardson).
 """
 
@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.theory.contrast_law import ContrastLaw
-from cad.theory.flesh_memory import Memory
-from cad.theory.relaxation import Relaxation
+from sensor.arrays import Floats
+from sensor.theory.contrast_law import ContrastLaw
+from sensor.theory.flesh_memory import Memory
+from sensor.theory.relaxation import Relaxation
 from solve.linear import SolveError
 
 MOST_STEPS = 60

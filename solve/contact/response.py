@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
-from cad.tips.layouts import SpringGroups
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
+from sensor.tips.layouts import SpringGroups
 from solve.contact.domes.law import domes_on
 from solve.contact.linear_response import SensorResponse, linear_response, response_of_forces
 from solve.contact.scene import Scene, check_scene, joined

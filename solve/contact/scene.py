@@ -10,10 +10,10 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import minimize
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
-from cad.quantity import validation_error
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
+from sensor.quantity import validation_error
 from solve.contact.gap import tip_gap
 from solve.fruit.curved_shape import fruit_gap, fruit_slope
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
-from cad.quantity import InputError
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
+from sensor.quantity import InputError
 from solve.contact.cells import FINE, ContactCells, contact_cells, folded
 from solve.contact.gap import tip_gap
 from solve.contact.scene import Point, Scene, check_scene

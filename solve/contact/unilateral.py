@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.optimize import nnls
 
-from cad.arrays import Flags, Floats
+from sensor.arrays import Flags, Floats
 from solve.contact.cells import ContactCells
 from solve.linear import SolveError
 

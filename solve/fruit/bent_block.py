@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from skfem import CellBasis, ElementHex2, MeshHex2
 
-from cad.arrays import Floats, Ints
-from cad.design.fruit import Fruit
 from mesh.cells import cell_jacobian, determinant
+from sensor.arrays import Floats, Ints
+from sensor.design.fruit import Fruit
 from solve.elasticity import vector_basis
 from solve.fruit.body_lines import BodySteps, body_lines
 from solve.fruit.box import Lines, box_mesh

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 from solve.fruit.box import Lines, graded_line
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import SmoothLoad

@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 from skfem import MeshHex
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
 
 Lines = tuple[Floats, Floats, Floats]  # rising coordinates along x, y and z [mm]
 

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.tips import Tips
+from sensor.arrays import Floats
+from sensor.design.tips import Tips
 from solve.error_estimate import SolveInfo
 
 TIPS = Tips().names  # of the paper's pair, from -x to +x

@@ -3,7 +3,7 @@
 One mesh of the block, and the same mesh bent into the fruit, answer the same loads: the error that both have in common
 cancels. The loads are vertical and smooth, a normal distribution about each tip as seen from above, so that few
 elements resolve them. What the shape does to the sharper load of a rigid tip beyond that is the doing of slope and
-curvature under the tip, in closed form (`cad/theory/sloped_skin.py`).
+curvature under the tip, in closed form (`sensor/theory/sloped_skin.py`).
 Flat tips are guided and sink along the vertical. Domes press and sink along the normal where they touch: their loads
 and answers are taken along the normals of the skin.
 The pressure under the rigid tip may be that on the block, for the change is stationary in it. E = 1 throughout.
@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
-from cad.quantity import validation_error
-from cad.theory.sloped_skin import log_coefficient, slope_factor, stretch_factor
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
+from sensor.quantity import validation_error
+from sensor.theory.sloped_skin import log_coefficient, slope_factor, stretch_factor
 from solve.elasticity import stiffness_matrix
 from solve.error_estimate import SolveInfo
 from solve.fruit.bent_block import bent_block, core_of

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
 
 CORE_OF_CAP = 0.65  # the core of a cap that is as large as it should be for its core
 CAP_OF_SKIN = 0.85  # the largest cap, in arc from the apex to the base

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, ElementTetP2, Mesh
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.error_estimate import SolveInfo, richardson
 from solve.fruit.compliance import TIPS, FruitCompliance, MeshCompliance

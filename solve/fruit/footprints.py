@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
 from solve.fruit.box import Lines, box_mesh
 from solve.fruit.remainder import Parity, remainder_compliance
 from solve.halfspace.punch import Punch, square_punch

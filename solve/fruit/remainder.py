@@ -18,7 +18,7 @@ from skfem import CellBasis, ElementHex2, Mesh
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefQuad
 
-from cad.arrays import Floats, Ints
+from sensor.arrays import Floats, Ints
 from solve.elasticity import scattered, stiffness_matrix, vector_basis
 from solve.halfspace import potentials as halfspace
 from solve.linear import SolveError, factorised

@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
-from cad.theory.sloped_skin import slope_factor, stretch_factor
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
+from sensor.theory.sloped_skin import slope_factor, stretch_factor
 from solve.elasticity import stiffness_matrix
 from solve.fruit.bent_block import bent_block, core_of
 from solve.fruit.body_lines import BodySteps

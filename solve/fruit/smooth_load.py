@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
 from solve.fruit.footprints import Footprint, closest_spacing
 
 WIDEST = 3.0  # deviation over the least one

@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
-from cad.quantity import validation_error
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
+from sensor.quantity import validation_error
 from solve.error_estimate import SolveInfo
 from solve.fruit.box import Grading, Lines, block_lines
 from solve.fruit.compliance import FruitCompliance, MeshCompliance

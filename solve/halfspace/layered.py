@@ -20,7 +20,7 @@ from numpy.polynomial import legendre
 from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 DEEPEST = 25.0  # k h beyond which T is 1 to rounding
 POINTS = 12  # of Gauss's rule on a panel, which holds a period of the fastest wave

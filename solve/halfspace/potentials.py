@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 TINY = 1e-150
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 from scipy.special import gamma, lpmv
 
-from cad.arrays import Floats, Ints
+from sensor.arrays import Floats, Ints
 
 CELLS = (16, 32)
 GRADING = 4.0

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis
 
-from cad.arrays import Floats
 from mesh.cells import ReferenceFacet, cell_points
+from sensor.arrays import Floats
 from solve.elasticity import scattered
 from solve.linear import SolveError
 from solve.surface import SurfacePatch, patch_inside, surface_facets

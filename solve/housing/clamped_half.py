@@ -7,7 +7,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, ElementHexS2, Mesh
 
-from cad.arrays import Floats, Ints
+from sensor.arrays import Floats, Ints
 from solve.displacement_basis import scalar_shapes
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.bonded_foil import BondedFoil, membrane_matrix

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis
 
-from cad.arrays import Flags, Floats
 from mesh.cells import cell_points, shape_table
+from sensor.arrays import Flags, Floats
 from solve.elasticity import lame_parameters, scattered
 from solve.surface import nodal_dofs, surface_facets
 

@@ -8,7 +8,7 @@ continued linearly along the axes of the cell or facet, and at a node the neighb
 import numpy as np
 from skfem import CellBasis, ElementHexS2, Mesh
 
-from cad.arrays import Floats, Ints
+from sensor.arrays import Floats, Ints
 from solve.displacement_basis import scalar_gradients
 from solve.elasticity import NodalFields, stress, vector_basis
 from solve.housing.clamped_half import POINTS, REDUCED

@@ -11,7 +11,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 from skfem import CellBasis
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 from solve.displacement_basis import scalar_shapes
 from solve.elasticity import scattered
 from solve.housing.clamped_half import ACROSS, ClampedHalf, with_symmetry

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import CellBasis, Mesh
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 from solve.error_estimate import SolveInfo
 from solve.housing.bonded_foil import BondedFoil, bridge_strains
 from solve.housing.clamped_half import (

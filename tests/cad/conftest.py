@@ -5,16 +5,16 @@ from dataclasses import replace
 import pytest
 from squares import square_sensor
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
-from cad.design.tips import Press, Tips
 from cad.parts.assembly import sensor_of
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
 from cad.parts.sensor import Sensor
-from cad.theory.leaf_spring import Flexure
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.processes import PROCESSES
+from sensor.design.tips import Press, Tips
+from sensor.theory.leaf_spring import Flexure
 
 
 @pytest.fixture(scope="session")

@@ -11,9 +11,6 @@ from pathlib import Path
 import pytest
 from stand_ins import result_of, sensor_of, stored_report
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Press
 from pipeline.cli import main
 from pipeline.reading.over_time import reading_over_time
 from pipeline.report.explain.entries import entries
@@ -22,6 +19,9 @@ from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import Report, report_data
 from pipeline.study.wanted import LEVELS
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.tips import Press
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "report-json.md").read_text(encoding="utf-8")

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.parts.fruit import HALF, QUARTER, fruit_block, solved_block
 from mesh.fruit import edge_size, fruit_mesh, fruit_meshes, fruit_size
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
 
 FRUIT, TIPS = Fruit(), Tips()
 

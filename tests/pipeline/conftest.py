@@ -10,11 +10,11 @@ import pytest
 from stand_ins import result_of, stored_report
 
 import pipeline
-from cad.design.parameters import Design
 from pipeline.cli import main
 from pipeline.options import RunOptions
 from pipeline.result import SensorResult
 from pipeline.storage.folder import output_folder
+from sensor.design.parameters import Design
 
 
 @dataclass(frozen=True, kw_only=True)

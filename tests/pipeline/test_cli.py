@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from stand_ins import stored_report
 
-from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
 from mesh.session import MeshError
 from pipeline import cli
 from pipeline.cli import main
 from pipeline.commands import console
 from pipeline.options import RunOptions
+from sensor.design.parameters import Design
+from sensor.design.processes import PROCESSES
 from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
 

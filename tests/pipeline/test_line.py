@@ -6,10 +6,10 @@ import json
 import numpy as np
 import pytest
 
-from cad.design.tip_mount import plate_depth
-from cad.quantity import InputError
 from pipeline import RunOptions, load_design, run
 from pipeline.cli import main
+from sensor.design.tip_mount import plate_depth
+from sensor.quantity import InputError
 
 FOULY = "docs/examples/fouly.toml"
 DOMES = {

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from random_designs import ROUGH, random_designs
 
-from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.evaluate import evaluate
 from pipeline.options import DESIGNS, RunOptions
+from sensor.quantity import InputError
 
 LOOK = RunOptions(look=True, tolerance=ROUGH.tolerance)
 LOOK_FILES = {"design.toml", "latest.js", "report.html", "report.json", "response.csv"}

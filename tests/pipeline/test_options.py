@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.quantity import InputError
 from pipeline import RunOptions, load_design, options
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.quantity import InputError
 
 ROOT = Path(__file__).parents[2]
 

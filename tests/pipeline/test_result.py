@@ -7,8 +7,8 @@ import pytest
 from stand_ins import CONTACT, result_of, sizing_of, springs_of
 
 import pipeline.evaluate
-from cad.design.parameters import Design
 from pipeline.evaluate import evaluate
+from sensor.design.parameters import Design
 from solve.linear import SolveError
 
 

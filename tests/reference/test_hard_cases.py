@@ -10,11 +10,11 @@ from benchmarks.contact import pair_and_own
 from benchmarks.hard.reference_check import ReferenceCheck, attempted, checks, ending
 from benchmarks.hard_cases import CASES
 from benchmarks.harness import Reference
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
-from cad.quantity import InputError
 from mesh.session import MeshError
 from pipeline.response.contact import contact_compliance
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
+from sensor.quantity import InputError
 from solve.linear import SolveError
 
 QUICK = (

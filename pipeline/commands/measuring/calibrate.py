@@ -4,13 +4,13 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import InputError, validation_error
-from cad.verdict import all_passed
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_error, print_json
+from sensor.quantity import InputError, validation_error
+from sensor.verdict import all_passed
 
 if TYPE_CHECKING:
-    from cad.quantity import Estimate
     from pipeline.measure.calibrating.calibration import Calibration
+    from sensor.quantity import Estimate
 
 PURPOSE = "find the springs of a printed unit from what was measured of it"
 EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
@@ -36,7 +36,6 @@ def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
     from dataclasses import replace
 
-    from cad.theory.contrast_law import ReadingError
     from pipeline.measure.calibrating.calibration import calibrated, measured_print, modulus_of_coupon
     from pipeline.measure.calibrating.fruit_presses import measured_fruit
     from pipeline.measure.calibrating.plate import measured_plate
@@ -46,6 +45,7 @@ def execute(arguments: Namespace) -> int:
     from pipeline.report.report import read_report
     from pipeline.report.verdict_table import print_verdicts
     from pipeline.storage.files import write_files
+    from sensor.theory.contrast_law import ReadingError
 
     if arguments.classes:
         ripeness_classes(arguments.classes)

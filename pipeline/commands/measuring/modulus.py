@@ -4,8 +4,8 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import InputError, validation_error
 from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, number, print_json
+from sensor.quantity import InputError, validation_error
 
 if TYPE_CHECKING:
     from pipeline.measure.compression.bodies import Body, Plunger

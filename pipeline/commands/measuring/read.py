@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import validation_error, written_number
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, answering, print_error
+from sensor.quantity import validation_error, written_number
 
 if TYPE_CHECKING:
     from pipeline.measure.unit.fruit_reading import FruitReading

@@ -4,9 +4,9 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import validation_error
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 from pipeline.commands.studying.study import add_engine_flags
+from sensor.quantity import validation_error
 
 if TYPE_CHECKING:
     from pipeline.study.optimise import Place

@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from cad.parts.coupon import modulus_factor
-from cad.quantity import Estimate, validation_error
-from cad.verdict import Verdict
 from pipeline.measure.calibrating.channels import ChannelCalibration, weighed_channels
 from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
 from pipeline.measure.calibrating.plate import pressed_springs
@@ -29,6 +27,8 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.report import Report
+from sensor.quantity import Estimate, validation_error
+from sensor.verdict import Verdict
 
 _WEIGHED = {
     "force": Quantity(units=FORCE, most=1e3, words=("weight",)),

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
 from pipeline.measure.calibrating.weighing import line_through
 from pipeline.measure.measured_table import MeasuredTable, place_of
 from pipeline.measure.unit.signals import count_keys
 from pipeline.report.report import Report
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
 
 USUAL_SATURATION = 2**23 - 1
 """The largest count of a converter of 24 bits."""

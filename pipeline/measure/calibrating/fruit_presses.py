@@ -16,13 +16,13 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 from scipy.special import stdtrit
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
 from pipeline.measure.measured_table import FORCE, MODULUS, MeasuredTable, Quantity, numbers_of, place_of, read_csv
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.signals import force_keys
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
 
 FEWEST_FRUIT = 6
 PARAMETERS = 2  # of the freedom of a band: those of a power

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import Estimate, validation_error
-from cad.theory.hertz import force_factor
 from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of
 from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_through
 from pipeline.measure.measured_table import LENGTH, MeasuredTable, Quantity, numbers_of, read_csv
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.report import Report
+from sensor.arrays import Floats
+from sensor.quantity import Estimate, validation_error
+from sensor.theory.hertz import force_factor
 
 _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _UNLIKE = 0.1  # of all stiffnesses: a dial or a balance is less wrong, a unit is more

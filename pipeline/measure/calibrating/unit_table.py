@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.reading import PRESS_SAMPLES
-from cad.quantity import COVERAGE
-from cad.theory.contrast_law import ContrastLaw, ReadingError
-from cad.theory.contrast_rise import RiseReading, RiseSlopes, RisingPress
-from cad.theory.leaf_spring import pair_length
 from pipeline.measure.unit.measuring import MeasuringUnit
+from sensor.arrays import Floats
+from sensor.design.reading import PRESS_SAMPLES
+from sensor.quantity import COVERAGE
+from sensor.theory.contrast_law import ContrastLaw, ReadingError
+from sensor.theory.contrast_rise import RiseReading, RiseSlopes, RisingPress
+from sensor.theory.leaf_spring import pair_length
 from solve.contact.linear_response import travels
 from solve.contact.relaxing import elastic_forces
 from solve.linear import SolveError

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import COVERAGE, Estimate
-from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
-from cad.verdict import Verdict
 from pipeline.measure.calibrating.unit_table import STEP, UnitRow, error_by_springs, error_sources
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.springs.sizing import fruit_stiffening
 from pipeline.verdicts.rules import NL_TOLERANCE, P_MAX_TOLERANCE, margin_verdict, target_verdicts
+from sensor.arrays import Floats
+from sensor.quantity import COVERAGE, Estimate
+from sensor.theory.two_spring_law import Springs, force_ratio, nonlinearity
+from sensor.verdict import Verdict
 
 _USUAL_UNCERTAINTY = 0.1
 

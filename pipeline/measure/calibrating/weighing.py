@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.quantity import COVERAGE, Estimate, validation_error
 from pipeline.measure.measured_table import MeasuredTable, place_of
+from sensor.quantity import COVERAGE, Estimate, validation_error
 
 FEWEST = 3
 # Student's t that holds 95 %, by degrees of freedom from 1; beyond them 2.

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple
 
-from cad.quantity import LENGTH, check_fields, quantity, validation_error
-from cad.theory.hertz import equivalent_radius, relative_radius
+from sensor.quantity import LENGTH, check_fields, quantity, validation_error
+from sensor.theory.hertz import equivalent_radius, relative_radius
 from solve.compression.body import Section
 from solve.compression.force_curve import Press
 from solve.compression.tool import Tool

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import Bounds, check_fields, quantity
-from cad.theory.hertz import force_factor
-from cad.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
 from pipeline.measure.compression.bodies import POINT_CONTACT, Body, Plunger
+from sensor.arrays import Floats
+from sensor.quantity import Bounds, check_fields, quantity
+from sensor.theory.hertz import force_factor
+from sensor.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import Press, fitted_curve, force_curve
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import OptimizeWarning, curve_fit
 
-from cad.arrays import Floats
-from cad.quantity import COVERAGE, Estimate, validation_error
 from pipeline.measure.compression.bodies import POINT_CONTACT
 from pipeline.measure.compression.loading import LEAST_ROWS, upwards
 from pipeline.measure.compression.specimens import Specimen
+from sensor.arrays import Floats
+from sensor.quantity import COVERAGE, Estimate, validation_error
 
 STILL = 2e-3  # of the travel, within which it counts as held
 DWELL = 0.05  # of the time of loading: a machine that turns back stands still for less

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from cad.arrays import Floats
-from cad.quantity import Estimate
 from pipeline.measure.compression.force_law import ForceLaw
+from sensor.arrays import Floats
+from sensor.quantity import Estimate
 
 _FINE = np.linspace(0.0, 1.0, 600) ** 2  # forces over the largest one at which the law is tabulated
 _TABLE_END = 1.6  # of the force at the end of the loading

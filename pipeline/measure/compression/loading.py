@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
 from pipeline.measure.compression.specimens import Specimen
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
 
 LEAST_ROWS = 12
 _JITTER = 0.02  # of the travel: a machine's reading steps back by less

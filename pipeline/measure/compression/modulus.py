@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.quantity import Bounds, validation_error
 from pipeline.measure.compression.force_law import POISSON, ForceLaw, TestGeometry, hertz_law, solved_law
 from pipeline.measure.compression.holds import HeldRelaxation, held_relaxation, hold_of, loading_before
 from pipeline.measure.compression.law_fit import fit_law
 from pipeline.measure.compression.loading import Loading, loading
 from pipeline.measure.compression.range_choice import RangeFit, choose_range
 from pipeline.measure.compression.specimens import Specimen
+from sensor.quantity import Bounds, validation_error
 
 COVERAGE = 1.96
 """Standard errors on each side: 95 %."""

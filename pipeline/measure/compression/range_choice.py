@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import Estimate
 from pipeline.measure.compression.force_law import ForceLaw
 from pipeline.measure.compression.law_fit import LawFit, fit_law, last_force
 from pipeline.measure.compression.loading import Loading
+from sensor.arrays import Floats
+from sensor.quantity import Estimate
 
 ENDS = (1.0, 0.8, 0.6)
 """Of the force at the end of the loading: where a range may end."""

@@ -11,8 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
 from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
@@ -27,6 +25,8 @@ from pipeline.measure.measured_table import (
     read_csv,
     refuse_other_length,
 )
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
 
 _FORCE_WORDS = (
     "load, f, test force, compression force, compressive force, compressive load, standard force, axial force, "

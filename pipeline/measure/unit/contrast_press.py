@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import COVERAGE
-from cad.theory.contrast_law import lowered_tips, plane_through
-from cad.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseReading, RiseSlopes
 from pipeline.measure.unit.fruit_reading import FruitReading, checked_reading, half_width
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import Stroke, with_force_ratio
 from pipeline.measure.unit.relaxing_flesh import Hold
 from pipeline.measure.unit.seating import SeatedPress
+from sensor.arrays import Floats
+from sensor.quantity import COVERAGE
+from sensor.theory.contrast_law import lowered_tips, plane_through
+from sensor.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseReading, RiseSlopes
 
 
 class ContrastPress:

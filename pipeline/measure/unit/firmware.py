@@ -5,14 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cad.design.readout import AMPLIFIERS
-from cad.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, LARGEST_TOUCH_FORCE, LEAST_RISE, RiseLaw
 from pipeline.measure.template import rendered
 from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES
 from pipeline.measure.unit.seating import ROUNDS, seating_of
 from pipeline.reading.read_out import LevelReading
+from sensor.design.readout import AMPLIFIERS
+from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, LARGEST_TOUCH_FORCE, LEAST_RISE, RiseLaw
 
 SADDLE_STEPS = 12
 """Of finding the offset of a saddle: each leaves some per cent of the error of the step before."""

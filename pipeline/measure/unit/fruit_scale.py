@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.quantity import COVERAGE, Bounds, Estimate, check_fields, choice, quantity, validation_error
+from sensor.quantity import COVERAGE, Bounds, Estimate, check_fields, choice, quantity, validation_error
 
 CURVES = ("factor", "power", "rising")
 """A constant factor on E, a power of E, and any curve that rises with it."""

@@ -7,18 +7,18 @@ from functools import cached_property
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.parameters import Design
 from cad.parts.pin import tip_accuracy_mm
-from cad.quantity import validation_error
-from cad.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened
-from cad.theory.contrast_rise import RiseLaw, RollingDomes
 from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
 from pipeline.reading.uncertainty import BOUNDED, OF_FRUIT, LeftOpen, by_heat, least_forces
 from pipeline.report.report import Report
+from sensor.arrays import Floats
+from sensor.design.parameters import Design
+from sensor.quantity import validation_error
+from sensor.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened
+from sensor.theory.contrast_rise import RiseLaw, RollingDomes
 from solve.contact.domes.large_strain import large_strain
 
 PAIR_TILT_DEG = 2.0  # beyond it a press of a pair is told to be crooked, where the design names no tilt

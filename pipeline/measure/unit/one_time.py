@@ -11,8 +11,8 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from cad.quantity import validation_error
 from pipeline.measure.unit.signals import Sample
+from sensor.quantity import validation_error
 
 MOST_LINES = 64
 """How many lines the times of channels in one line may lie apart, all of which are kept."""

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import COVERAGE
-from cad.theory.contrast_law import ContrastLaw, ReadingError, ReadingSlopes, contrast_slopes
-from cad.theory.contrast_rise import RiseError, RiseLaw, RiseReading
 from pipeline.measure.unit.fruit_reading import FruitReading, checked_reading, flags_of_forces, half_width
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.seating import SeatedPress
+from sensor.arrays import Floats
+from sensor.quantity import COVERAGE
+from sensor.theory.contrast_law import ContrastLaw, ReadingError, ReadingSlopes, contrast_slopes
+from sensor.theory.contrast_rise import RiseError, RiseLaw, RiseReading
 
 
 def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:

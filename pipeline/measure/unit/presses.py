@@ -7,15 +7,15 @@ from functools import partial
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.quantity import validation_error
-from cad.theory.relaxation import Relaxation
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.one_time import AtOneTime
 from pipeline.measure.unit.relaxing_flesh import Hold, RelaxingFlesh
 from pipeline.measure.unit.signals import Sample, Signal
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
+from sensor.theory.relaxation import Relaxation
 
 TARE_SAMPLES = 10
 """Of a signal of counts, at its start, of a sensor that hangs free."""

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from cad.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
-from cad.design.parameters import Design
-from cad.design.reading import CALIBRATED_BY, Reading
-from cad.input_file import read_toml
-from cad.quantity import Bounds, InputError, check_fields, choice, quantity, validation_error
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.report.report import Report
 from pipeline.storage.plain import from_plain, to_plain
+from sensor.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
+from sensor.design.parameters import Design
+from sensor.design.reading import CALIBRATED_BY, Reading
+from sensor.input_file import read_toml
+from sensor.quantity import Bounds, InputError, check_fields, choice, quantity, validation_error
 
 _HINT = "take the numbers that pipeline calibrate wrote"
 _STIFFNESS = Bounds(above=0.0, at_most=1e9)

@@ -9,12 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.parameters import Design
-from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
-from cad.theory.flesh_memory import Memory
-from cad.theory.relaxation import Relaxation
 from pipeline.measure.unit.fruit_reading import FruitReading
+from sensor.arrays import Floats
+from sensor.design.parameters import Design
+from sensor.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
+from sensor.theory.flesh_memory import Memory
+from sensor.theory.relaxation import Relaxation
 
 LATE = 0.95  # of the hold: at its end the sensor may already be on its way out
 

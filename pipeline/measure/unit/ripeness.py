@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from cad.quantity import validation_error, written_number
+from sensor.quantity import validation_error, written_number
 
 _HINT = "write for instance ripe:0.8,turning:1.6,unripe"
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.theory.contrast_rise import RiseError, RiseLaw, RiseReading, RisingPress, Samples
 from pipeline.measure.unit.measuring import MeasuringUnit
+from sensor.arrays import Floats
+from sensor.theory.contrast_rise import RiseError, RiseLaw, RiseReading, RisingPress, Samples
 
 FACTOR = 1.25  # of one load over the one before
 MOST_LOADS = 16

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from cad.quantity import validation_error, written_number
 from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
@@ -15,6 +14,7 @@ from pipeline.measure.measured_table import (
     refuse_other_length,
     strict_columns,
 )
+from sensor.quantity import validation_error, written_number
 
 COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**31)
 

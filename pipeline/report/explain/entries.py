@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from cad.quantity import InputError
 from pipeline.report.keys import ReportKey, report_key
+from sensor.quantity import InputError
 
 
 @dataclass(frozen=True, kw_only=True)

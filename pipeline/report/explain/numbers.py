@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from cad.design.parameters import Design
-from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.report.explain.entries import Entry
 from pipeline.report.keys import value_at
@@ -11,6 +9,8 @@ from pipeline.report.of_result import contact_report, sizing_report
 from pipeline.report.report import read_data, report_of
 from pipeline.response.contact import fruit_compliance
 from pipeline.springs.sizing import spring_sizing
+from sensor.design.parameters import Design
+from sensor.verdict import Verdict
 
 _OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 

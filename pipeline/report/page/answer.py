@@ -5,14 +5,14 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from cad.design.design_file import design_as_mapping
-from cad.design.parameters import Design
-from cad.design.reading import Reading
 from cad.fabrication.templates import EACH
-from cad.verdict import Verdict
 from pipeline.options import load_design, preset_names
 from pipeline.report.report import Report
 from pipeline.storage.plain import Plain
+from sensor.design.design_file import design_as_mapping
+from sensor.design.parameters import Design
+from sensor.design.reading import Reading
+from sensor.verdict import Verdict
 
 BILL = "bom.csv"
 _MASS = f" g{EACH}"  # ends the size of a printed part in the bill

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.arrays import Floats
 from cad.files.glb import GlbBody, glb_of, glb_position
-from cad.theory import hertz
-from pipeline.report.fields import fields_at_full_travel
+from pipeline.making.fields import fields_at_full_travel
 from pipeline.report.page.template import packed
 from pipeline.report.report import Report
 from pipeline.result import SensorResult
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.plain import Plain
+from sensor.arrays import Floats
+from sensor.theory import hertz
 from solve.contact.scene import Scene
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 

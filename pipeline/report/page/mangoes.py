@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.mango_tests import MANGOES, CompressedMango
 from pipeline.report.report import Report
+from sensor.arrays import Floats
+from sensor.design.mango_tests import MANGOES, CompressedMango
 
 
 class ModulusBar(NamedTuple):

@@ -6,8 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.tips import Tips
 from pipeline.report.explain.entries import entries
 from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, flexure_body, skin_body
@@ -19,6 +17,8 @@ from pipeline.report.verdict_rule import UNREAD, bound_sense, fails_unread, limi
 from pipeline.response.scene_press import scene_of
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
+from sensor.arrays import Floats
+from sensor.design.tips import Tips
 from solve.contact.pressure import footprint_pressure
 from solve.halfspace.punch import graded_edges, influence
 from solve.linear import SolveError

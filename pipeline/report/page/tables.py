@@ -8,11 +8,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from cad.arrays import Floats
-from cad.design.parameters import Design
-from cad.design.reading import PRESS_SAMPLES
-from cad.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
-from cad.theory.contrast_rise import RiseLaw
 from pipeline.reading.analysis import Readings
 from pipeline.reading.measurement import RiseModel
 from pipeline.reading.poses import FEWEST_MODULI
@@ -22,6 +17,11 @@ from pipeline.report.report import Report
 from pipeline.response.scene_press import ScenePress
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
+from sensor.arrays import Floats
+from sensor.design.parameters import Design
+from sensor.design.reading import PRESS_SAMPLES
+from sensor.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
+from sensor.theory.contrast_rise import RiseLaw
 
 _NOISE_PERCENT = 0.5  # where the design asks for no reading
 NOT_READ = (math.nan, math.nan)

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from cad.verdict import Verdict
 from pipeline.report.verdict_rule import sense_of
 from pipeline.study.variation import Setting, is_number
+from sensor.verdict import Verdict
 
 MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves each number by less
 _FAILS = 2.0  # above the costs of designs that pass, which lie from -1 to 1

@@ -3,15 +3,15 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from cad.design.parameters import Design
 from cad.files.export_error import ExportError
-from cad.quantity import InputError
 from mesh.session import MeshError
 from pipeline import run
 from pipeline.options import RunOptions
 from pipeline.result import SensorResult
 from pipeline.storage.folder import OutputError
 from pipeline.study.search.candidate import Candidate
+from sensor.design.parameters import Design
+from sensor.quantity import InputError
 from solve.linear import SolveError
 
 UNSOLVED = (ExportError, InputError, MeshError, SolveError)

@@ -3,13 +3,13 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from cad.design.parameters import Design
 from pipeline.evaluate import PARTS, check_targets, refuse_unsolvable
 from pipeline.options import RunOptions
 from pipeline.result import Evaluation
 from pipeline.springs.fitted_springs import FittedSprings, ideal_springs, leaning_springs
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.study.scenes import scene_compliance, unit_scene
+from sensor.design.parameters import Design
 from solve.fruit.compliance import FruitCompliance
 
 

@@ -5,11 +5,11 @@ import json
 import math
 from collections.abc import Collection, Mapping
 
-from cad.design.design_file import design_as_mapping, design_from_mapping, overridden
-from cad.design.parameters import Design, GivenSprings
-from cad.design.processes import PROCESSES
-from cad.tips.shapes import OPTIONAL_KEYS
 from pipeline.study.variation import Setting
+from sensor.design.design_file import design_as_mapping, design_from_mapping, overridden
+from sensor.design.parameters import Design, GivenSprings
+from sensor.design.processes import PROCESSES
+from sensor.tips.shapes import OPTIONAL_KEYS
 
 Value = Setting | None
 Changes = Mapping[str, Value]

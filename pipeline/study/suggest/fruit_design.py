@@ -7,9 +7,6 @@ sizes, the bruise limit, how far off centre a hand is, what can be printed.
 
 import math
 
-from cad.design.parameters import Design
-from cad.design.reading import Reading
-from cad.quantity import InputError
 from pipeline.options import RunOptions, load_design
 from pipeline.result import Evaluation
 from pipeline.storage.stopwatch import Progress, silent
@@ -20,6 +17,9 @@ from pipeline.study.suggest.changes import Changes, changed, in_words, value_of
 from pipeline.study.suggest.fruit_range import Ends, FruitRange, bruise_limit, with_digits
 from pipeline.study.suggest.suggestion import Suggestion
 from pipeline.verdicts.hints import least_travel
+from sensor.design.parameters import Design
+from sensor.design.reading import Reading
+from sensor.quantity import InputError
 
 PRESETS = ("apple", "avocado", "kiwi", "mango", "peach", "tomato")
 """Sensors of single fruits, all of which pass."""

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.input_file import read_bytes
-from cad.quantity import LENGTH, MODULUS, check_fields, quantity, validation_error, written_number
 from pipeline.verdicts.hints import rounded
+from sensor.input_file import read_bytes
+from sensor.quantity import LENGTH, MODULUS, check_fields, quantity, validation_error, written_number
 
 BRUISE_MPA = 0.1  # of flesh of 1 MPa: an assumption, as the exponent; apple flesh of 3.5 MPa fails at 0.29
 BRUISE_EXPONENT = 0.85

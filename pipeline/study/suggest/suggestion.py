@@ -4,8 +4,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from cad.design.parameters import Design
-from cad.verdict import Verdict, failed
 from pipeline import run
 from pipeline.options import RunOptions
 from pipeline.response.scene_press import TRAVELS, pressed_at, scene_of
@@ -18,6 +16,8 @@ from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.suggest.changes import Changes, changed, in_words, size, sweeps, value_of
 from pipeline.verdicts.hints import least_travel, rounded, shorter_travel
 from pipeline.verdicts.rules import displacement_verdict, tolerance_remedy
+from sensor.design.parameters import Design
+from sensor.verdict import Verdict, failed
 
 BUDGET = 6000.0  # of trials, in about hundredths of a processor second
 MOST_RUNS = 4  # that prove a candidate; each costs some ten seconds

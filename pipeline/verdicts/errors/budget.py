@@ -9,11 +9,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from cad.quantity import Estimate
-from cad.theory.two_spring_law import SOFTEST, curve_nonlinearity
 from pipeline.response.scene_press import ScenePress
 from pipeline.verdicts.errors.effects import NO_EFFECT, Effect, LevelSensor, effects_on
 from pipeline.verdicts.targets import SceneTargets
+from sensor.quantity import Estimate
+from sensor.theory.two_spring_law import SOFTEST, curve_nonlinearity
 
 LEAST_CHANGE = 1e-6  # a smaller change is scaled up to this, its result down again: round-off would drown it
 LIFTED = 1.0  # relative change that counts for an effect which takes a tip off the fruit

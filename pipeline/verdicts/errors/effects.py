@@ -10,22 +10,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.design.parameters import Design
 from cad.parts.housing import ENGRAVED_MM
 from cad.parts.pin import tip_accuracy_mm
-from cad.quantity import COVERAGE
-from cad.theory.free_fruit import roll
-from cad.theory.rounded_edge import edge_loss
-from cad.theory.sloped_skin import frictionless_press
-from cad.theory.soft_tissue import LARGEST_CHANGE, constitutive_spread, large_strain_factor, no_slip
-from cad.theory.strain_gauge import GAUGES, sandwich_gain
-from cad.theory.two_spring_law import series_stiffness, spring_give
 from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.behaviour import stiffening
 from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.targets import Characteristic, characteristic
+from sensor.design.parameters import Design
+from sensor.quantity import COVERAGE
+from sensor.theory.free_fruit import roll
+from sensor.theory.rounded_edge import edge_loss
+from sensor.theory.sloped_skin import frictionless_press
+from sensor.theory.soft_tissue import LARGEST_CHANGE, constitutive_spread, large_strain_factor, no_slip
+from sensor.theory.strain_gauge import GAUGES, sandwich_gain
+from sensor.theory.two_spring_law import series_stiffness, spring_give
 from solve.fruit.compliance import FruitCompliance
 
 PerTip = tuple[float, ...]

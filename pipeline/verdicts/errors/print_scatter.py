@@ -11,12 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri
 
-from cad.arrays import Floats
-from cad.design.parameters import Design, Targets
-from cad.design.processes import Process
 from cad.parts.housing import Housing
-from cad.quantity import COVERAGE
-from cad.theory.two_spring_law import Springs, force_ratio
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.leaf_lengths import COARSE
@@ -26,6 +21,11 @@ from pipeline.storage.cache import cached
 from pipeline.verdicts.errors.effects import CALIBRATED
 from pipeline.verdicts.errors.scatter_bands import Interval, ScatterBands
 from pipeline.verdicts.targets import Characteristic, characteristic
+from sensor.arrays import Floats
+from sensor.design.parameters import Design, Targets
+from sensor.design.processes import Process
+from sensor.quantity import COVERAGE
+from sensor.theory.two_spring_law import Springs, force_ratio
 from solve.error_estimate import propagated
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import tip_compliance

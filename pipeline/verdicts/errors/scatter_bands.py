@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from cad.quantity import report_field
+from sensor.quantity import report_field
 
 Interval = tuple[float | None, float | None]
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.response.scene_press import ScenePress, spring_shares
@@ -15,6 +14,7 @@ from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibrat
 from pipeline.verdicts.errors.print_scatter import print_scatter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
 from pipeline.verdicts.targets import Characteristic, SceneTargets
+from sensor.arrays import Floats
 from solve.contact.linear_response import SensorResponse
 
 

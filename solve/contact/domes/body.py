@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.arrays import Floats, Ints
-from cad.design.fruit import Fruit
+from sensor.arrays import Floats, Ints
+from sensor.design.fruit import Fruit
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import half_space_compliance

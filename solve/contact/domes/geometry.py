@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.arrays import Floats, Ints
+from sensor.arrays import Floats, Ints
 from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.curved_shape import ellipsoid_curvatures
 from solve.linear import SolveError

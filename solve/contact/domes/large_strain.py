@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 POISSONS = (0.0, 0.15, 0.3, 0.45, 0.49)
 NEO_HOOKE = (

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.arrays import Floats, Ints
+from sensor.arrays import Floats, Ints
 from solve.contact.domes.body import Body, dome_body
 from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
 from solve.contact.domes.large_strain import LargeStrain, large_strain
@@ -131,7 +131,7 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
 
 @dataclass(frozen=True, eq=False)
 class DomeContrast:
-    """What the contrast of forces along the springs needs to know of level domes (`cad/theory/contrast_law.py`).
+    """What the contrast of forces along the springs needs to know of level domes (`sensor/theory/contrast_law.py`).
 
     `S` (tips, tips), times E [1/mm], is the compliance but for Hertz's part; `hertz` [mm (MPa/N)^(2/3)] is h of
     h (F / E)^(2/3), the mean over the tips. `lean` (tips, tips) [mm/N] is what forces that lean add to the compliance

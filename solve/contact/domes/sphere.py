@@ -10,7 +10,7 @@ Hertz is what remains for a much smaller than r.
 
 import numpy as np
 
-from cad.arrays import Floats
+from sensor.arrays import Floats
 
 STEPS = 12  # of Newton's method from above, on a convex function
 SMALL = 0.1  # below, artanh(x) - x is a series: the difference would lose its digits

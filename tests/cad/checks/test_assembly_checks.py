@@ -7,11 +7,11 @@ import pytest
 from squares import RESIN, square_sensor
 
 from cad.checks.assembly_checks import cover_verdicts, plate_verdicts
-from cad.design.processes import PROCESSES
 from cad.parts.cover import RECESS_MM
 from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
 from cad.parts.housing_solid import housing_part, named_housing
+from sensor.design.processes import PROCESSES
 
 KERNEL = 1e-6
 

@@ -7,9 +7,9 @@ import cadquery as cq
 import pytest
 
 from cad.checks.clearance import clearance_verdicts, stop_verdicts
-from cad.design.fruit import Fruit
-from cad.design.tips import Press
 from cad.parts.housing_solid import housing_part
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press
 
 KERNEL = 1e-6
 MOVED = 3.0 * 0.6**2 - 2.0 * 0.6**3  # of a guided leaf's end at 0.6 of its length

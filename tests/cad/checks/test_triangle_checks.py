@@ -10,11 +10,11 @@ from cad.checks.triangle_checks import (
     least_wall,
     widest_ledge,
 )
-from cad.design.processes import PROCESSES
 from cad.files import stl
 from cad.files.stl import write_stl
 from cad.files.threemf import write_3mf
-from cad.quantity import InputError
+from sensor.design.processes import PROCESSES
+from sensor.quantity import InputError
 
 PETG = PROCESSES["fdm-petg"]
 SINGLE = 1e-5  # [mm] single precision of an STL at 20 mm

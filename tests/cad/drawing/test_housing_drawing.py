@@ -16,9 +16,6 @@ import shapely
 from ezdxf.disassemble import make_primitive, recursive_decompose
 from squares import square_housing, square_sensor
 
-from cad.design.design_file import design_from_mapping
-from cad.design.processes import PROCESSES
-from cad.design.readout import Readout
 from cad.drawing.canvas import Canvas, text_width
 from cad.drawing.housing_drawing import draw_gauges, housing_drawing
 from cad.drawing.section import draw_section, section
@@ -27,8 +24,11 @@ from cad.parts.assembly import finished_part, sensor_of
 from cad.parts.hall_places import hall_places
 from cad.parts.housing import fillet_corners
 from cad.parts.layout import housing_for
-from cad.quantity import InputError
-from cad.theory.strain_gauge import FOIL
+from sensor.design.design_file import design_from_mapping
+from sensor.design.processes import PROCESSES
+from sensor.design.readout import Readout
+from sensor.quantity import InputError
+from sensor.theory.strain_gauge import FOIL
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 ROOT = Path(__file__).parents[3]

@@ -9,11 +9,11 @@ import cadquery as cq
 import pytest
 from squares import RESIN, square_sensor
 
-from cad.design.processes import PROCESSES
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.measuring_table import general_mm, measuring_table
 from cad.drawing.sheet import Title
-from cad.theory.leaf_spring import pair_stiffness
+from sensor.design.processes import PROCESSES
+from sensor.theory.leaf_spring import pair_stiffness
 
 PETG = PROCESSES["fdm-petg"]
 TITLE = Title(name="paper", process=PETG)

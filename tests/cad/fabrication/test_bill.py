@@ -9,12 +9,12 @@ import pytest
 from markdown_it import MarkdownIt
 from squares import RESIN, square_sensor
 
-from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.bridges import Spring, excitation, largest_excitation, series_resistor
 from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
-from cad.theory.leaf_spring import gauge_strain
+from sensor.design.processes import PROCESSES
+from sensor.theory.leaf_spring import gauge_strain
 
 MASSES = {"housing": 1.0, "cover": 2.0, "coupon": 3.0, "mount": 4.0}
 PETG = PROCESSES["fdm-petg"]

@@ -9,9 +9,6 @@ from squares import RESIN, square_sensor
 
 from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
-from cad.design.fruit import Fruit
-from cad.design.processes import PROCESSES
-from cad.design.readout import Readout
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.bridges import Spring, signal_path
@@ -20,6 +17,9 @@ from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.files.sensor_files import write_sensor
 from cad.parts.coupon import modulus_factor
+from sensor.design.fruit import Fruit
+from sensor.design.processes import PROCESSES
+from sensor.design.readout import Readout
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]

@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import pytest
 
-from cad.design.design_file import design_as_mapping, design_from_mapping
-from cad.design.processes import PROCESSES
-from cad.design.readout import Readout
 from cad.fabrication.bridges import Spring, signal_path
 from cad.fabrication.wiring import write_wiring
-from cad.quantity import InputError
-from cad.theory.leaf_spring import Flexure
+from sensor.design.design_file import design_as_mapping, design_from_mapping
+from sensor.design.processes import PROCESSES
+from sensor.design.readout import Readout
+from sensor.quantity import InputError
+from sensor.theory.leaf_spring import Flexure
 
 PETG = PROCESSES["fdm-petg"]
 LEAF = Flexure(thickness=0.8, length=40.0, depth=6.0, separation=10.0, fillet=0.5)

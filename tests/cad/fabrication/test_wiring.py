@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
 from cad.fabrication.bridges import RESISTANCE_OHM, Spring
 from cad.fabrication.fabrication_sheet import fabrication_sheet
-from cad.theory.strain_gauge import FOIL
+from sensor.design.processes import PROCESSES
+from sensor.theory.strain_gauge import FOIL
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 GAUGES = ("W down", "W up", "S down", "S up")

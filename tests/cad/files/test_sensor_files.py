@@ -6,8 +6,6 @@ import trimesh
 
 import cad.files.sensor_files
 from cad.checks.part_checks import check_file
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.files.export_error import ExportError
 from cad.files.sensor_files import export_step, write_sensor
 from cad.files.step import read_step, write_step
@@ -17,6 +15,8 @@ from cad.parts.assembly import assembly_bodies, outwards
 from cad.parts.fruit import curved_fruit
 from cad.parts.pose import print_pose, sensor_pose
 from cad.parts.sensor import Body
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
 
 ROUND_MM2 = 300.0  # more than the area of fillets and holes, whose chords cost the volume of triangles
 

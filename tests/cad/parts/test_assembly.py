@@ -8,9 +8,9 @@ import cadquery as cq
 import pytest
 from squares import GENTLE, RESIN, square_housing, square_sensor
 
-from cad.design.parameters import Print
 from cad.parts.assembly import assembly_bodies, dowel_length, finished_part, grip, screw_length, turned_twin
 from cad.parts.pose import in_place
+from sensor.design.parameters import Print
 
 KERNEL = 1e-6  # [mm] and [mm^3] of the geometry kernel
 

@@ -5,11 +5,11 @@ import pytest
 
 from cad.checks.line_probe import solid_lines
 from cad.checks.triangle_checks import printability_verdicts
-from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
 from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.pose import print_pose
+from sensor.design.processes import PROCESSES
 
 
 def test_factor_with_fillets_is_the_integral(housing):

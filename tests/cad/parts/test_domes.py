@@ -7,12 +7,12 @@ from squares import gentle, square_housing, square_sensor
 
 from cad.checks.part_checks import check_file
 from cad.checks.tip_checks import tip_verdict
-from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
-from cad.design.tips import Tips
 from cad.files.sensor_files import write_sensor
 from cad.parts.housing_solid import domed, housing_part
 from cad.parts.layout import housing_for
+from sensor.design.parameters import Design
+from sensor.design.processes import PROCESSES
+from sensor.design.tips import Tips
 
 KERNEL = 1e-6  # relative, of a volume by the geometry kernel
 

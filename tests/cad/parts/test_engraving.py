@@ -7,7 +7,6 @@ import pytest
 from squares import square_housing, square_sensor
 
 from cad.checks.triangle_checks import printability_verdicts
-from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
 from cad.parts.engraving import (
     PEN_MM,
@@ -18,6 +17,7 @@ from cad.parts.engraving import (
 from cad.parts.housing import ENGRAVED_MM, SETBACK_MM
 from cad.parts.housing_solid import housing_part
 from cad.parts.pose import print_pose
+from sensor.design.processes import PROCESSES
 
 NAME_LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_"
 

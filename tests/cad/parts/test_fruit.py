@@ -5,10 +5,10 @@ import cadquery as cq
 import pytest
 from scipy.integrate import dblquad
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.parts.fruit import HALF, QUARTER, curved_fruit, fruit_block, solved_block
-from cad.quantity import InputError
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
+from sensor.quantity import InputError
 
 ROUND_OFF = 1e-9
 FRUIT = Fruit(length_mm=20.0, width_mm=16.0, height_mm=12.0)

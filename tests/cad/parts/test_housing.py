@@ -7,8 +7,8 @@ import pytest
 
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
-from cad.quantity import InputError
-from cad.theory.leaf_spring import Flexure
+from sensor.quantity import InputError
+from sensor.theory.leaf_spring import Flexure
 
 ROUND_OFF = 1e-9
 LOW = Flexure(thickness=0.8, length=28.3, depth=10.0, separation=14.0, fillet=0.5)

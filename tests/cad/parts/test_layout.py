@@ -5,13 +5,13 @@ import math
 
 import pytest
 
-from cad.design.design_file import design_from_mapping
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
-from cad.design.tips import Press, Tips
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
+from sensor.design.design_file import design_from_mapping
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.processes import PROCESSES
+from sensor.design.tips import Press, Tips
 
 PETG = PROCESSES["fdm-petg"]
 LENGTHS = (28.3, 14.9)

@@ -9,17 +9,17 @@ import pytest
 from cad.checks.clearance import clearance_verdicts
 from cad.checks.tip_checks import socket_verdicts
 from cad.checks.triangle_checks import widest_ledge
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
-from cad.design.tips import Tips
 from cad.files.stl import triangles
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
 from cad.parts.pin import STEEL_MPA, pin_compliance
 from cad.parts.pin_socket import pins, socketed, tip_solid
 from cad.parts.pose import print_pose
-from cad.quantity import InputError
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.processes import PROCESSES
+from sensor.design.tips import Tips
+from sensor.quantity import InputError
 
 PETG = PROCESSES["fdm-petg"]
 

@@ -3,9 +3,9 @@ from dataclasses import replace
 import cadquery as cq
 import pytest
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.parts.pose import pressed
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
 
 KERNEL = 1e-6  # the kernel pads its boxes
 

@@ -7,11 +7,11 @@ from skfem import MeshHex1, MeshHex2
 
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
-from cad.theory.leaf_spring import Flexure
 from mesh.housing.blocks import straight_block
 from mesh.housing.profile import meshed_profile
 from mesh.housing.sweep import check_flexure_mesh, check_jacobian, flexure_mesh, stretched
 from mesh.session import MeshError
+from sensor.theory.leaf_spring import Flexure
 
 LOW = Flexure(thickness=0.8, length=28.3, depth=10.0, separation=14.0, fillet=0.5)
 HIGH = Flexure(thickness=1.2, length=14.9, depth=10.0, separation=14.0, fillet=0.5)

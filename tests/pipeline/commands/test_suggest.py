@@ -6,14 +6,14 @@ import shlex
 
 import pytest
 
-from cad.design.design_file import design_as_toml
-from cad.quantity import Estimate
 from pipeline.cli import main
 from pipeline.options import load_design
 from pipeline.study.suggest import fruit_design
 from pipeline.study.suggest import suggestion as room
 from pipeline.study.suggest.suggestion import Suggestion
 from pipeline.verdicts.rules import margin_verdict
+from sensor.design.design_file import design_as_toml
+from sensor.quantity import Estimate
 
 BRUISED = ["suggest", "paper", "--set", "fruit.bruise_limit_MPa=0.29", "--nl", "0.04"]
 

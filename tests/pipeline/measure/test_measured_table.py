@@ -6,8 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cad.input_file import MOST_BYTES
-from cad.quantity import InputError
 from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
@@ -17,6 +15,8 @@ from pipeline.measure.measured_table import (
     quantities_by_flags,
     read_csv,
 )
+from sensor.input_file import MOST_BYTES
+from sensor.quantity import InputError
 
 QUANTITIES = {
     "tip": Quantity(units={}),

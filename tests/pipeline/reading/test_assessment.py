@@ -7,11 +7,6 @@ import numpy as np
 import pytest
 from stand_ins import with_compliance
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.reading import Reading
-from cad.design.tips import Press, Tips
-from cad.theory.contrast_law import read_modulus
 from pipeline.reading import sensor as sensor_module
 from pipeline.reading.analysis import error_analysis, skin_pressures, touch_fraction
 from pipeline.reading.measurement import LEVEL_MODULI, rise_model
@@ -25,6 +20,11 @@ from reference.flat_square import (
     square_design,
     square_springs,
 )
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.reading import Reading
+from sensor.design.tips import Press, Tips
+from sensor.theory.contrast_law import read_modulus
 from solve.contact.domes.body import Body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, sensor_of, springs_of, with_compliance
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.reading import Reading
-from cad.design.tips import Press, Tips
-from cad.quantity import InputError
-from cad.theory.two_spring_law import force_ratio
 from pipeline.options import RunOptions
 from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
 from pipeline.report.of_result import relaxation_report
 from pipeline.verdicts.hints import with_hints
 from pipeline.verdicts.rules import relaxation_verdicts
 from reference.flat_square import square_contact, square_design, square_springs
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.reading import Reading
+from sensor.design.tips import Press, Tips
+from sensor.quantity import InputError
+from sensor.theory.two_spring_law import force_ratio
 
 ORANGE = ((0.25, 5.0), (0.33, 120.0))  # 42 % are left, as of Tarocco oranges; times as flesh has them
 

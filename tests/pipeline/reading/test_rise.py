@@ -5,8 +5,8 @@ import pytest
 from measured_units import MeasuredDesign
 from squares import BALL
 
-from cad.theory.contrast_rise import RisingPress
 from pipeline.reading.rise import design_curvatures, rise_law
+from sensor.theory.contrast_rise import RisingPress
 from solve.contact.poses import Pose
 
 

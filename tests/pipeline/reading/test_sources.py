@@ -8,10 +8,7 @@ from scipy.optimize import root
 from squares import GENTLE
 from stand_ins import with_compliance
 
-from cad.design.reading import PRESS_SAMPLES, Reading
 from cad.fabrication.bridges import SignalPath
-from cad.theory.contrast_law import contrast_weights, stiffened
-from cad.theory.contrast_rise import RollingDomes
 from pipeline.reading import sensor as sensor_module
 from pipeline.reading.analysis import error_analysis
 from pipeline.reading.measurement import RiseModel, intervals_by_hand, rise_model
@@ -20,6 +17,9 @@ from pipeline.reading.sensor import RISE_TRAVELS
 from pipeline.reading.uncertainty import Channels, mean_sources, noise_to_reach, uncertainty_sources
 from pipeline.response.contact import contact_compliance
 from reference.flat_square import linear_pose_forces, square_contact, square_design, square_springs
+from sensor.design.reading import PRESS_SAMPLES, Reading
+from sensor.theory.contrast_law import contrast_weights, stiffened
+from sensor.theory.contrast_rise import RollingDomes
 from solve.contact.domes import law
 from solve.contact.domes.large_strain import large_strain
 from solve.contact.linear_response import spring_compliance

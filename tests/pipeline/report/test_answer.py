@@ -11,8 +11,6 @@ import pytest
 from stand_ins import GOOD, print_everything, print_summary, result_of
 
 import pipeline
-from cad.design.parameters import Design, GivenSprings
-from cad.verdict import Verdict
 from pipeline import options
 from pipeline.cli import main
 from pipeline.options import RunOptions
@@ -20,6 +18,8 @@ from pipeline.report.outputs import write_outputs
 from pipeline.report.verdict_rule import fails_unread, number_text
 from pipeline.report.verdict_table import WIDTH, print_verdicts
 from pipeline.storage.folder import output_folder
+from sensor.design.parameters import Design, GivenSprings
+from sensor.verdict import Verdict
 
 ROOT = Path(__file__).parents[3]
 UNNEEDED = {"numpy", "scipy", "cadquery", "gmsh", "skfem", "matplotlib", "vtkmodules", "trimesh", "cattrs", "loky"}

@@ -11,9 +11,6 @@ import pytest
 from stand_ins import result_of
 
 from cad.checks.sensor_checks import volume_verdict
-from cad.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
-from cad.design.parameters import Design, Targets
-from cad.design.processes import PROCESSES
 from cad.files.sensor_files import write_sensor
 from cad.parts.assembly import sensor_of
 from cad.parts.layout import housing_for
@@ -24,6 +21,9 @@ from pipeline.report.check import check_path, folder_geometry, unchanged_verdict
 from pipeline.report.outputs import write_outputs
 from pipeline.storage.digests import file_digest, with_digest
 from pipeline.storage.vtu import write_vtu
+from sensor.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
+from sensor.design.parameters import Design, Targets
+from sensor.design.processes import PROCESSES
 
 
 def failed(folder):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, result_of
 
-from cad.design.parameters import Design
-from cad.design.tips import Press, Tips
-from cad.theory.two_spring_law import force_ratio
 from pipeline.report.notes import notes
+from sensor.design.parameters import Design
+from sensor.design.tips import Press, Tips
+from sensor.theory.two_spring_law import force_ratio
 
 
 def note(result, start):

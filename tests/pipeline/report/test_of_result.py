@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, ERRORS, result_of, stored_report
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Press, Tips
-from cad.quantity import Estimate
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings, SkinPressure
 from pipeline.reading.poses import Placement
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.of_result import reading_report
 from pipeline.report.outputs import write_outputs
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.tips import Press, Tips
+from sensor.quantity import Estimate
 from solve.housing.modes import Modes
 
 

@@ -5,16 +5,16 @@ from dataclasses import replace
 
 from stand_ins import result_of
 
-from cad.design.design_file import design_from_mapping, with_former_defaults
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.input_file import read_toml
 from pipeline.options import RunOptions
 from pipeline.report.check import unchanged_verdicts
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import read_report
 from pipeline.storage.digests import with_digest
 from pipeline.storage.folder import output_folder
+from sensor.design.design_file import design_from_mapping, with_former_defaults
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.input_file import read_toml
 
 
 def test_design_file_is_the_design_and_says_how_it_was_run(tmp_path):

@@ -8,11 +8,6 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, result_of, springs_of
 
-from cad.design.design_file import with_former_defaults
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Press, Tips
-from cad.quantity import InputError
 from pipeline.options import RunOptions
 from pipeline.reading.over_time import reading_over_time
 from pipeline.report.of_result import report_of_result
@@ -20,6 +15,11 @@ from pipeline.report.outputs import listed_files, write_outputs
 from pipeline.report.report import ListedFile, read_data, read_report, report_data, report_of
 from pipeline.storage.digests import file_digest
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
+from sensor.design.design_file import with_former_defaults
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.tips import Press, Tips
+from sensor.quantity import InputError
 
 GONE = "(left out)"
 KIWI = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)), tips=Tips(socket="pin"), press=Press(travel_mm=0.4))

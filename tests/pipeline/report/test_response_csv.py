@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, K_M_OVER_E, result_of, sizing_of
 
-from cad.design.parameters import Design
-from cad.theory.two_spring_law import Springs, force_ratio, fruit_stiffness
 from pipeline.report.response_csv import COLUMNS, response_csv
 from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import modulus_scale, reading_table
 from pipeline.verdicts.targets import Characteristic
+from sensor.design.parameters import Design
+from sensor.theory.two_spring_law import Springs, force_ratio, fruit_stiffness
 
 RESULT = result_of()
 SPRINGS = sizing_of(Design()).springs

@@ -8,12 +8,12 @@ import pytest
 from stand_ins import CONTACT, K_M_OVER_E
 
 import pipeline.response.contact
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Press, Tips
-from cad.quantity import InputError
 from pipeline.options import RunOptions
 from pipeline.response.contact import contact_compliance, fruit_compliance
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.tips import Press, Tips
+from sensor.quantity import InputError
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 from solve.contact.scene import Scene

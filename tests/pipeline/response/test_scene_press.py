@@ -7,11 +7,11 @@ import pytest
 from stand_ins import CONTACT, result_of, springs_of
 
 import pipeline.response.scene_press
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Press, Tips
-from cad.quantity import InputError
 from pipeline.response.scene_press import TRAVELS, mean_tip_pressure, press_scene, scene_of, spring_shares
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.tips import Press, Tips
+from sensor.quantity import InputError
 from solve.contact.scene import check_scene
 
 

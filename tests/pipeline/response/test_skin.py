@@ -7,14 +7,21 @@ import pytest
 from squares import BALL
 from stand_ins import with_compliance
 
-from cad.quantity import InputError
-from cad.theory.two_spring_law import Springs, curve_nonlinearity, curve_shares, force_ratio, nonlinearity, size_springs
 from pipeline.evaluate import refuse_unsolvable
 from pipeline.options import RunOptions, contact_inputs, load_design
 from pipeline.reading.measurement import rise_model
 from pipeline.reading.over_time import refuse_unsolvable_time
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.sizing import fruit_stiffening, spring_sizing
+from sensor.quantity import InputError
+from sensor.theory.two_spring_law import (
+    Springs,
+    curve_nonlinearity,
+    curve_shares,
+    force_ratio,
+    nonlinearity,
+    size_springs,
+)
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 from solve.contact.response import scene_response

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from stand_ins import DEFLECTIONS, PETG, default_housing, fitted_housing, housing_stiffness, springs_of
 
-from cad.design.parameters import Design, Print
-from cad.design.tips import Tips
-from cad.theory.leaf_spring import natural_frequency
 from pipeline.springs.behaviour import LONGEST_SHARE, spring_behaviour, stiffening
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import bonded_foils
+from sensor.design.parameters import Design, Print
+from sensor.design.tips import Tips
+from sensor.theory.leaf_spring import natural_frequency
 
 LENGTHS = (30.0, 16.0)
 

@@ -9,17 +9,17 @@ from stand_ins import PETG, housing_stiffness, sizing_of
 
 import pipeline.springs.fitted_springs
 import pipeline.springs.leaf_lengths
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design, Print
-from cad.design.tips import Tips
 from cad.parts.housing import solid_size
 from cad.parts.layout import housing_for
-from cad.quantity import InputError
 from mesh.session import MeshError
 from pipeline.options import RunOptions, load_design
 from pipeline.springs.fitted_springs import fit_springs, leaning_springs, tip_height_offsets
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.mounts import sideways_give
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design, Print
+from sensor.design.tips import Tips
+from sensor.quantity import InputError
 from solve.contact.scene import SidewaysGive
 from solve.linear import SolveError
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from stand_ins import PETG, default_housing
 
-from cad.quantity import InputError
 from pipeline.springs import leaf_lengths
 from pipeline.springs.leaf_lengths import (
     DEFAULT,
@@ -17,6 +16,7 @@ from pipeline.springs.leaf_lengths import (
     mesh_pairs_for,
     solve_on,
 )
+from sensor.quantity import InputError
 from solve.housing.clamped_half import foils_of
 from solve.housing.stiffness import TipCompliance
 from solve.linear import SolveError

@@ -9,13 +9,13 @@ from skfem import ElementHexS2
 from squares import square_housing
 from stand_ins import PETG, default_housing
 
-from cad.design.parameters import Design, Print
 from cad.parts.cover import WASHER_MM
 from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.leaf_lengths import COARSE, DEFAULT
 from pipeline.springs.mounts import MOUNT_SCALE, attached_to, mount_changes, mount_layers
+from sensor.design.parameters import Design, Print
 from solve.elasticity import vector_basis
 from solve.housing.clamped_half import REDUCED
 from solve.housing.elastic_layer import layer_matrix

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from stand_ins import PETG, default_housing, housing_stiffness
 
-from cad.design.parameters import Design
-from cad.design.tips import Tips
 from cad.parts.pin import pin_compliance
-from cad.quantity import InputError
 from pipeline.springs.leaf_lengths import add_pin_compliance, targets_without_pins
+from sensor.design.parameters import Design
+from sensor.design.tips import Tips
+from sensor.quantity import InputError
 
 MATERIAL = (PETG.E_MPa, PETG.poisson)
 TARGETS = (0.906, 20.83)

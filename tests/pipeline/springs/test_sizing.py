@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, K_M_OVER_E, sizing_of
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design, GivenSprings, Targets
-from cad.quantity import InputError
 from pipeline.options import RunOptions
 from pipeline.springs.sizing import spring_sizing
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design, GivenSprings, Targets
+from sensor.quantity import InputError
 from solve.contact.linear_response import linear_response, spring_compliance
 
 HAYES = RunOptions(fruit_stiffness="hayes")

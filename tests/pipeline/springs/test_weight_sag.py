@@ -6,12 +6,12 @@ import pytest
 from squares import GENTLE
 from stand_ins import PETG, default_housing, fitted_housing, housing_stiffness, springs_of
 
-from cad.design.parameters import Design
-from cad.design.tips import Tips
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.fitted_springs import tip_height_offsets, weight_sag
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import attached_to
+from sensor.design.parameters import Design
+from sensor.design.tips import Tips
 from solve.housing.stiffness import tip_compliance
 
 G = 9.80665e-6  # N/mm^3 for 1 g/cm^3

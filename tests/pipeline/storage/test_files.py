@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from cad.quantity import InputError
 from pipeline.storage.files import refuse_taken, write_files
+from sensor.quantity import InputError
 
 
 def test_unchanged_file_of_ours_is_replaced_where_it_may_be_and_a_changed_one_never(tmp_path):

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
 from pipeline.storage.plain import ROUND_OFF, first_largest, from_plain, to_plain
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -6,9 +6,9 @@ from concurrent.futures import BrokenExecutor
 
 import pytest
 
-from cad.quantity import InputError
 from pipeline.storage import workers
 from pipeline.storage.workers import cad_worker, close_workers, open_workers, submit
+from sensor.quantity import InputError
 
 
 @pytest.fixture

@@ -6,8 +6,6 @@ from dataclasses import replace
 import pytest
 
 from cad.files.export_error import ExportError
-from cad.quantity import InputError
-from cad.theory.two_spring_law import size_springs
 from pipeline.cli import main
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions, load_design
@@ -18,6 +16,8 @@ from pipeline.springs.sizing import spring_sizing
 from pipeline.study import execute, read_study, run_study, tasks
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.store import stored_study
+from sensor.quantity import InputError
+from sensor.theory.two_spring_law import size_springs
 from solve.fruit.split import SplitDomainError
 
 

@@ -7,9 +7,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from cad.quantity import InputError
-from cad.theory.two_spring_law import size_springs
-from cad.verdict import equal
 from mesh.session import MeshError
 from pipeline.cli import main
 from pipeline.options import RunOptions, load_design
@@ -29,6 +26,9 @@ from pipeline.study.search.candidate import MARGIN, Candidate
 from pipeline.study.store import study_store
 from pipeline.study.study_file import UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT
 from pipeline.study.tasks import PointResult
+from sensor.quantity import InputError
+from sensor.theory.two_spring_law import size_springs
+from sensor.verdict import equal
 from solve.linear import SolveError
 
 SOFTEST = """

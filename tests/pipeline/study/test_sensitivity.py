@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from cad.quantity import InputError
 from pipeline.study import read_study, run_study
 from pipeline.study.sensitivity import sensitivities
 from pipeline.study.store import stored_study
+from sensor.quantity import InputError
 
 TEXT = """
 base = "paper"

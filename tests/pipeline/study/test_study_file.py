@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from stand_ins import GOOD
 
-from cad.quantity import InputError
 from pipeline.options import load_design
 from pipeline.study import read_study
 from pipeline.study.points import design_of, point_count, points_between
 from pipeline.study.variation import Choices, Normal, Span, setting_of_cell
 from pipeline.study.wanted import level_of, parts_of, wanted_value
+from sensor.quantity import InputError
 
 ROOT = Path(__file__).parents[3]
 PROCESS_FILE = ROOT / "cad" / "design" / "processes.toml"

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from cad.quantity import InputError
 from pipeline.study import read_study, run_study
 from pipeline.study.store import STORE, stored_study
 from pipeline.study.table import export_table
 from pipeline.study.workers import MOST_PROCESSES, Engine, completed, process_engine
+from sensor.quantity import InputError
 
 POINTS = 8
 TEXT = f"""

@@ -5,12 +5,12 @@ import dataclasses
 import pytest
 from stand_ins import GOOD, result_of, springs_of
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design, GivenSprings, Print, Targets
-from cad.design.tips import Press, Tips
-from cad.quantity import Estimate
 from pipeline.options import RunOptions, load_design
 from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, shorter_travel, with_hints
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design, GivenSprings, Print, Targets
+from sensor.design.tips import Press, Tips
+from sensor.quantity import Estimate
 
 ROUGH = RunOptions(tolerance=0.02)
 

@@ -7,10 +7,6 @@ import pytest
 from scipy.optimize import minimize_scalar
 from stand_ins import CONTACT, K_M_OVER_E, springs_of
 
-from cad.design.parameters import PAPER_SPRINGS, PAPER_TARGETS, Design, Targets
-from cad.quantity import Estimate
-from cad.theory.two_spring_law import Springs, curve_shares, force_ratio, size_springs
-from cad.verdict import Verdict, all_passed
 from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.verdicts.rules import (
     FITTED_TOLERANCE,
@@ -26,6 +22,10 @@ from pipeline.verdicts.rules import (
     tolerance_remedy,
 )
 from pipeline.verdicts.targets import Characteristic
+from sensor.design.parameters import PAPER_SPRINGS, PAPER_TARGETS, Design, Targets
+from sensor.quantity import Estimate
+from sensor.theory.two_spring_law import Springs, curve_shares, force_ratio, size_springs
+from sensor.verdict import Verdict, all_passed
 from solve.contact.linear_response import linear_response, spring_compliance, travels
 
 K_M = 3.5 * K_M_OVER_E

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, sensor_of, sizing_of, springs_of
 
-from cad.design.parameters import Design, Targets
-from cad.design.tips import Press
-from cad.verdict import Verdict
 from pipeline.response.scene_press import ScenePress, press_scene, scene_of
 from pipeline.verdicts.sensor import reached_targets, sensor_verdicts
 from pipeline.verdicts.targets import SceneTargets
+from sensor.design.parameters import Design, Targets
+from sensor.design.tips import Press
+from sensor.verdict import Verdict
 
 SPRINGS = sizing_of(Design()).springs
 C = np.diag([1.0 / K for K in SPRINGS.stiffnesses])

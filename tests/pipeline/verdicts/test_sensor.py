@@ -5,9 +5,9 @@ import dataclasses
 import pytest
 from stand_ins import CONTACT, result_of, sensor_of, sizing_of, springs_of
 
-from cad.design.parameters import Design, Targets
 from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.verdicts.sensor import paper_verdicts, tip_pressure
+from sensor.design.parameters import Design, Targets
 
 ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high"]
 

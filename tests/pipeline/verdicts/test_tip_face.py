@@ -8,10 +8,10 @@ import pytest
 from squares import GENTLE, gentle
 from stand_ins import CONTACT, springs_of
 
-from cad.design.parameters import Design
-from cad.design.tips import Press
 from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.verdicts.rules import tip_face_verdict
+from sensor.design.parameters import Design
+from sensor.design.tips import Press
 
 HIGH_FORCE = 1.98  # [N] on a high tip of the gentle square at E 3.5 MPa
 

@@ -8,7 +8,6 @@ import pyvista as pv
 from squares import BALL
 from view_stand_ins import DEPTH, LENGTH
 
-from cad.design.design_file import design_from_mapping
 from pipeline.options import load_design
 from pipeline.report.report import read_report
 from pipeline.view.scene import deformation_factor, deformed_surface, draw_scene
@@ -21,6 +20,7 @@ from pipeline.view.scenes import (
     on_true_shape,
     whole_model,
 )
+from sensor.design.design_file import design_from_mapping
 
 DIGITS = 2.0**-19  # of a value in a VTU file, relative to the largest
 

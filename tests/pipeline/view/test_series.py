@@ -7,10 +7,10 @@ import pytest
 import pyvista as pv
 from view_stand_ins import change_report, write_output_folder
 
-from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.report.report import read_data, read_report
 from pipeline.view.series import write_series
+from sensor.quantity import InputError
 
 TABLES = ("x_mm", "P", "F_l_N", "F_h_N")  # of three travels instead of twelve
 

@@ -9,10 +9,10 @@ from browser import SECONDS, grave_findings, validator_findings
 from stand_ins import result_of
 from view_stand_ins import change_report
 
-from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
 from pipeline.view.web_page import write_web_page
+from sensor.quantity import InputError
 
 
 def data_of(path):

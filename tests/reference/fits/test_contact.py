@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from covering import covers
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
 from solve.contact import response
 from solve.contact.domes.law import ELSEWHERE, domes_on
 from solve.contact.linear_response import spring_compliance

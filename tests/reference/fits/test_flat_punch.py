@@ -1,4 +1,4 @@
-"""Constants of the flat punch at large strain, and the table that it makes: cad/theory/large_strain.toml."""
+"""Constants of the flat punch at large strain, and the table that it makes: sensor/theory/large_strain.toml."""
 
 import tomllib
 from pathlib import Path

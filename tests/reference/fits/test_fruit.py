@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from covering import covers
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.parts.fruit import solved_block
 from mesh.fruit import fruit_mesh
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
 from solve.fruit import box
 from solve.fruit.direct import direct_compliance, locking
 from solve.fruit.split import LEAST_STEP, LEVELS, ORDER, ROUGH, ROUGH_ERROR, SAFETY, split_compliance

@@ -9,8 +9,6 @@ import pytest
 from covering import covers
 from scipy.optimize import curve_fit
 
-from cad.design.parameters import Design, Print
-from cad.design.processes import PROCESSES
 from cad.parts.layout import housing_for
 from mesh.housing.blocks import counts
 from mesh.housing.sweep import flexure_mesh
@@ -18,6 +16,8 @@ from pipeline.springs import leaf_lengths
 from pipeline.springs.leaf_lengths import DEFAULT, MESH_PAIRS
 from pipeline.springs.mounts import bonded_foils
 from pipeline.verdicts.errors.effects import FRAME_FRACTIONS
+from sensor.design.parameters import Design, Print
+from sensor.design.processes import PROCESSES
 from solve.housing.stiffness import (
     EDGE_STIFFNESS,
     EDGE_STRAIN,

@@ -10,8 +10,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad.quantity import InputError
-from cad.theory.soft_tissue import no_slip
 from reference.flat_punch import force_curve as module
 from reference.flat_punch import newton, press
 from reference.flat_punch.curve_error import fillet_covered, fillet_loss
@@ -19,6 +17,8 @@ from reference.flat_punch.force_curve import force_curve
 from reference.flat_punch.press import TipPress, pressed
 from reference.flat_punch.table import RADIUS
 from reference.flat_punch.tip_profile import RoundTip
+from sensor.quantity import InputError
+from sensor.theory.soft_tissue import no_slip
 from solve.compression.flesh_law import FleshLaw
 
 DEPTHS = np.array([0.002, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])

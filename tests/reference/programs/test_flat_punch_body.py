@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from cad.theory.soft_tissue import FLESH_LAWS
 from reference.flat_punch.body import RoundBody, whole_matrices
 from reference.flat_punch.grid import Grid
+from sensor.theory.soft_tissue import FLESH_LAWS
 from solve.compression.flesh_law import FleshLaw
 
 GRID = Grid(r=np.array([0.0, 0.4, 1.0, 1.7]), z=np.array([0.0, -0.5, -1.2]))

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from cad.theory.two_spring_law import Springs, force_ratio
 from reference.flat_punch.two_springs import DeepPress
+from sensor.theory.two_spring_law import Springs, force_ratio
 
 SPRINGS = Springs(K_l=0.906, K_h=20.83)
 TRAVELS = (0.1, 0.3, 0.6)

@@ -6,10 +6,10 @@ from cad.files.step import read_step, write_step
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part, named_housing
 from cad.parts.sensor import Body
-from cad.theory.leaf_spring import Flexure
 from mesh.housing.sweep import flexure_mesh
 from reference.flexure_reference import reference_stiffness
 from reference.tetrahedra import fine_boxes, tetrahedra
+from sensor.theory.leaf_spring import Flexure
 from solve.housing.stiffness import housing_stiffness, tip_compliance
 
 SMALL = Housing(

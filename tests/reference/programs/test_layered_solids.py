@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from cad.design.fruit import Fruit
 from reference.layered_solids import RoundSolid, cube_stiffness
+from sensor.design.fruit import Fruit
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_body import STEPS, shape_change

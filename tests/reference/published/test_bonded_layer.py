@@ -10,7 +10,7 @@ doi:10.1016/0021-9290(72)90010-3: kappa = F / (2 a E* d) = int_0^1 phi, with phi
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
+from sensor.design.fruit import Fruit
 from solve.fruit.footprints import Footprint
 from solve.fruit.split import LEVELS, footprint_compliance
 from solve.halfspace.punch import circle_punch

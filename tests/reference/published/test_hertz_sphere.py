@@ -7,8 +7,8 @@ doi:10.1017/CBO9781139171731.
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
-from cad.tips.ball import Sphere
+from sensor.design.fruit import Fruit
+from sensor.tips.ball import Sphere
 from solve.contact.cells import contact_cells
 from solve.contact.gap import tip_gap
 from solve.contact.unilateral import UnilateralContact

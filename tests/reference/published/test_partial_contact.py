@@ -15,9 +15,9 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 from skfem import ElementTetP2
 
-from cad.design.tips import Press, Tips
 from cad.parts.fruit import HALF, fruit_block
 from mesh.fruit import fruit_mesh
+from sensor.design.tips import Press, Tips
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.elasticity import stiffness_matrix, vector_basis

@@ -6,11 +6,11 @@ I. N. Sneddon, Int. J. Engng Sci. 3 (1965) 47, doi:10.1016/0020-7225(65)90019-4.
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
-from cad.theory.hertz import force_factor
-from cad.theory.sneddon_cone import cone_contact_radius, cone_force, cone_mean_pressure
-from cad.tips.cone import Cone
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
+from sensor.theory.hertz import force_factor
+from sensor.theory.sneddon_cone import cone_contact_radius, cone_force, cone_mean_pressure
+from sensor.tips.cone import Cone
 from solve.contact.cells import contact_cells
 from solve.contact.gap import tip_gap
 from solve.contact.response import scene_response

@@ -6,7 +6,7 @@ a rigid frictionless punch of side a answers F = pi C a E* d = 1.15230 a E* d.
 
 import numpy as np
 
-from cad.design.fruit import Fruit
+from sensor.design.fruit import Fruit
 from solve.fruit.box import Grading
 from solve.fruit.footprints import Footprint
 from solve.fruit.split import footprint_compliance

@@ -6,10 +6,10 @@ Solved by direct finite elements, the method that takes over from the split wher
 
 import numpy as np
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.parts.fruit import solved_block
 from mesh.fruit import fruit_mesh
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
 from solve.fruit.direct import mesh_compliance
 
 SIDE, POISSON = 8.0, 0.3

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from cad.quantity import InputError
-from cad.theory.soft_tissue import FLESH_LAWS
+from sensor.quantity import InputError
+from sensor.theory.soft_tissue import FLESH_LAWS
 from solve.compression.flesh_law import FleshLaw
 from solve.elasticity import lame_parameters
 

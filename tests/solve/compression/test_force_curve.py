@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from cad.theory.hertz import force_factor
-from cad.theory.soft_tissue import FLESH_LAWS
+from sensor.theory.hertz import force_factor
+from sensor.theory.soft_tissue import FLESH_LAWS
 from solve.compression.body import HalfBody, Section
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import Press, fitted_curve, force_curve

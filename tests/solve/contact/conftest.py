@@ -3,7 +3,7 @@
 import pytest
 from scenes import BLOCK
 
-from cad.design.tips import Tips
+from sensor.design.tips import Tips
 from solve.fruit.split import split_compliance
 
 

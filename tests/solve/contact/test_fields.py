@@ -1,6 +1,6 @@
 import numpy as np
 
-from cad.design.fruit import Fruit
+from sensor.design.fruit import Fruit
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import FootprintPressure
 from solve.halfspace.punch import graded_edges

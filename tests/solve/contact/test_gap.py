@@ -3,8 +3,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from cad.tips.ball import Dome, Sphere
-from cad.tips.flat import Cube, Cylinder
+from sensor.tips.ball import Dome, Sphere
+from sensor.tips.flat import Cube, Cylinder
 from solve.contact.gap import tip_gap
 from solve.fruit.curved_shape import cap_gap
 

@@ -7,7 +7,7 @@ import pytest
 from scenes import BLOCK, SPHERE
 
 import solve.contact.scene_cells
-from cad.design.tips import Press, Tips
+from sensor.design.tips import Press, Tips
 from solve.contact.linear_response import spring_compliance
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cad.theory.two_spring_law import Springs, force_ratio
-from cad.tips.layouts import SpringGroups
+from sensor.theory.two_spring_law import Springs, force_ratio
+from sensor.tips.layouts import SpringGroups
 from solve.contact.linear_response import linear_response, spring_compliance, travels
 
 S = np.array([[0.766603, 0.010526], [0.010526, 0.766603]])

@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
-from cad.quantity import InputError
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
+from sensor.quantity import InputError
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces, posed_scene
 from solve.contact.response import scene_response

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from scenes import SPHERE, SPRINGS, scene_of
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
-from cad.quantity import InputError
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
+from sensor.quantity import InputError
 from solve.contact.pressure import footprint_pressure
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene

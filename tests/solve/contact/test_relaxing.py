@@ -5,8 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from cad.theory.contrast_law import ContrastLaw
-from cad.theory.relaxation import Relaxation
+from sensor.theory.contrast_law import ContrastLaw
+from sensor.theory.relaxation import Relaxation
 from solve.contact.relaxing import elastic_forces, timed_forces
 from solve.linear import SolveError
 

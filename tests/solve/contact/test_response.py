@@ -6,9 +6,9 @@ from scenes import SPHERE, SPRINGS, scene_of
 
 import solve.contact.response
 import solve.contact.scene_cells
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
-from cad.quantity import InputError
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
+from sensor.quantity import InputError
 from solve.contact.linear_response import linear_response
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene

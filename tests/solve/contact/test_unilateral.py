@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
+from sensor.design.fruit import Fruit
 from solve.contact.cells import contact_cells, folded
 from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact
 from solve.fruit.curved_shape import cap_gap

@@ -2,7 +2,7 @@ import dataclasses
 
 import numpy as np
 
-from cad.design.fruit import Fruit
+from sensor.design.fruit import Fruit
 from solve.fruit.box import Grading, block_lines, box_mesh, graded_line
 
 GRADING = Grading(0.7, (0.7, 0.21, 0.09))

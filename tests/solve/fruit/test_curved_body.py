@@ -8,9 +8,9 @@ import pytest
 
 import solve.fruit.curved_body
 import solve.fruit.smooth_load
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
-from cad.quantity import InputError
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
+from sensor.quantity import InputError
 from solve.fruit.body_lines import BodySteps
 from solve.fruit.curved_body import SAFETY, curvature_correction, curved_compliance, shape_change
 from solve.fruit.smooth_load import least_deviation, line_forces, smooth_loads

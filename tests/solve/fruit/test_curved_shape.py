@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
+from sensor.design.fruit import Fruit
 from solve.fruit.curved_shape import CurvedShape, Plan
 
 PIECE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=16.0, thickness_mm=12.0)

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from skfem import ElementTetP2, MeshTet
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.parts.fruit import solved_block
 from mesh.fruit import fruit_mesh, fruit_meshes
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.fruit.direct import (
     check_balance,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
+from sensor.design.fruit import Fruit
 from solve.fruit.footprints import Footprint, closest_spacing, level_parities, mirror_images
 from solve.fruit.split import LEVELS, SplitDomainError, check_domain, footprint_compliance
 

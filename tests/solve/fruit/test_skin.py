@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
-from cad.quantity import InputError
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
+from sensor.quantity import InputError
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
 from solve.fruit.curved_body import STEPS, shape_change

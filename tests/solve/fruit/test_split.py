@@ -3,9 +3,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Tips
-from cad.quantity import InputError
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
+from sensor.quantity import InputError
 from solve.fruit.footprints import Footprint, level_compliance
 from solve.fruit.split import (
     LARGEST_ERROR,

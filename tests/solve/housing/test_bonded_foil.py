@@ -7,10 +7,10 @@ import pytest
 from skfem import ElementHexS2
 
 from cad.parts.housing import Housing
-from cad.theory.leaf_spring import Flexure
-from cad.theory.strain_gauge import FOIL, sandwich_gain
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.mounts import bonded_foils
+from sensor.theory.leaf_spring import Flexure
+from sensor.theory.strain_gauge import FOIL, sandwich_gain
 from solve.elasticity import vector_basis
 from solve.housing.bonded_foil import bridge_strains, membrane_matrix
 from solve.housing.stiffness import EDGE_STIFFNESS, housing_stiffness, tip_compliance

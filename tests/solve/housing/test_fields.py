@@ -5,8 +5,8 @@ import pytest
 from skfem import ElementHexS2, MeshHex1, MeshHex2
 
 from cad.parts.housing import Housing
-from cad.theory.leaf_spring import Flexure
 from mesh.housing.sweep import flexure_mesh
+from sensor.theory.leaf_spring import Flexure
 from solve.elasticity import stress, vector_basis
 from solve.housing.clamped_half import clamped_half
 from solve.housing.fields import fields_of, most_strained_node

@@ -5,9 +5,9 @@ import pytest
 from skfem import CellBasis, ElementHexS2, ElementVector, MeshHex1, MeshHex2
 from stand_ins import PETG, default_housing
 
-from cad.theory.leaf_spring import natural_frequency
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.mounts import attached_to
+from sensor.theory.leaf_spring import natural_frequency
 from solve.housing import modes
 from solve.housing.clamped_half import clamped_half
 from solve.housing.modes import Solid, mass_matrix, modes_of

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from cad.parts.housing import Housing
-from cad.theory.leaf_spring import Flexure, pair_stiffness, root_strain
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.leaf_lengths import attached_to
+from sensor.theory.leaf_spring import Flexure, pair_stiffness, root_strain
 from solve.housing import stiffness as flexure
 from solve.housing.clamped_half import BALANCE_LIMIT, SIDES, check_tips, clamped_half
 from solve.housing.elastic_layer import ElasticLayer

@@ -8,11 +8,11 @@ from measured_units import read_press
 from stand_ins import default_housing
 
 from cad.parts.coupon import modulus_factor
-from cad.quantity import InputError
-from cad.theory.leaf_spring import pair_length, pair_stiffness
 from pipeline.measure.calibrating.calibration import measured_print, modulus_of_coupon
 from pipeline.measure.calibrating.unit_table import level_press, unit_table
 from pipeline.measure.calibrating.weighing import weighed_springs
+from sensor.quantity import InputError
+from sensor.theory.leaf_spring import pair_length, pair_stiffness
 from solve.contact.poses import Pose
 
 THICKER = (1.19, 1.11)  # leaves of 0.8 and 1.2 mm that are 0.05 mm too thick

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from measured_units import MeasuredDesign, random_pose, read_press
 
-from cad.quantity import COVERAGE, InputError
 from pipeline.measure.calibrating.fruit_presses import fitted_scale, measured_fruit, scale_of_presses
 from pipeline.measure.unit.fruit_reading import reading_as_mapping
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.printed_unit import read_unit, unit_as_toml
 from pipeline.response.scene_press import scene_of
+from sensor.quantity import COVERAGE, InputError
 from solve.contact.poses import Pose, pose_forces
 
 HEADER = "fruit,E_MPa,F_1_N,F_2_N,F_3_N,F_4_N"

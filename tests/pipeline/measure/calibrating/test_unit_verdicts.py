@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from pipeline.measure.calibrating.unit_table import UnitRow
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
+from sensor.theory.two_spring_law import Springs, force_ratio, nonlinearity
 
 
 def laws(paper):

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from stand_ins import specimen
 
-from cad.quantity import InputError
 from pipeline.measure.compression import modulus
 from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.measure.compression.force_law import POISSON, TestGeometry, hertz_law
 from pipeline.measure.compression.holds import held_relaxation, hold_of, loading_before
 from pipeline.measure.compression.modulus import measured_modulus
 from pipeline.measure.compression.summary import design_range, fruit_summaries, print_results, result_mapping
+from sensor.quantity import InputError
 
 GAP_MM = 0.4
 DEPTH_MM = 3.0

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from stand_ins import specimen
 
-from cad.quantity import Estimate
 from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.measure.compression.force_law import ForceLaw, TestGeometry, hertz_law
 from pipeline.measure.compression.law_fit import fit_law, standard_errors
 from pipeline.measure.compression.loading import loading
 from pipeline.measure.compression.range_choice import choose_range, with_choice
+from sensor.quantity import Estimate
 
 
 def power_law(deepest):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from stand_ins import specimen
 
-from cad.quantity import InputError
 from pipeline.measure.compression.loading import loading, noise_of
 from reference.virtual_compression import VirtualTest
+from sensor.quantity import InputError
 
 X = np.linspace(0.0, 5.0, 601)  # [mm]
 F = 20.0 * np.maximum(X - 1.0, 0.0) ** 1.5  # [N]: from 0 to 160

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from stand_ins import specimen
 
-from cad.quantity import InputError
 from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.measure.compression.force_law import TestGeometry, solved_law
 from pipeline.measure.compression.modulus import measured_modulus
 from pipeline.measure.compression.summary import design_range, fruit_summaries, overall, result_mapping
 from reference.virtual_compression import VirtualTest, over_hertz, true_force
+from sensor.quantity import InputError
 
 
 def ball(radius=35.0, height=70.0):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cad.quantity import InputError
 from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
 from pipeline.measure.measured_table import quantities_by_flags
+from sensor.quantity import InputError
 
 TRAVEL = np.array([0.0, 0.5, 1.0, 1.5])  # [mm]
 FORCE = np.array([0.25, 0.5, 4.0, 9.75])  # [N]

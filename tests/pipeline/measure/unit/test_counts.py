@@ -16,8 +16,6 @@ import numpy as np
 import pytest
 from measured_units import MeasuredDesign, printed_by_header, random_pose
 
-from cad.design.readout import AMPLIFIERS, USUAL
-from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.measure.calibrating import plate as room
 from pipeline.measure.calibrating.calibration import WITHOUT_PLATE
@@ -27,6 +25,8 @@ from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, readin
 from pipeline.measure.unit.printed_unit import read_unit
 from pipeline.measure.unit.signals import Signal, count_keys
 from pipeline.report.report import read_report
+from sensor.design.readout import AMPLIFIERS, USUAL
+from sensor.quantity import InputError
 from solve.contact.poses import Pose
 
 GRAM = 9.80665e-3  # [N]

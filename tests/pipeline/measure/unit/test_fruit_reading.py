@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from measured_units import read_press, with_exact_tips
 
-from cad.quantity import InputError
-from cad.theory.contrast_rise import RisingPress
 from pipeline.measure.unit.fruit_reading import half_width
 from pipeline.measure.unit.pair_press import single_reading
 from pipeline.measure.unit.ripeness import ripeness_classes
 from pipeline.response.scene_press import scene_of
+from sensor.quantity import InputError
+from sensor.theory.contrast_rise import RisingPress
 from solve.contact.domes.law import domes_on
 from solve.contact.poses import Pose
 

@@ -11,17 +11,17 @@ import pytest
 from measured_units import printed_by_header
 from scipy.interpolate import PchipInterpolator
 
-from cad.design.processes import PROCESSES
-from cad.design.readout import Readout
 from cad.fabrication.bridges import Spring, balanced_order, signal_path
-from cad.quantity import InputError
-from cad.theory.leaf_spring import Flexure
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.presses import readings_of, sensor_times
 from pipeline.measure.unit.signals import Signal
 from pipeline.options import load_design
 from pipeline.reading.press_time import fastest_press
 from reference.stored_presses import STORED
+from sensor.design.processes import PROCESSES
+from sensor.design.readout import Readout
+from sensor.quantity import InputError
+from sensor.theory.leaf_spring import Flexure
 from solve.contact.poses import Pose
 
 PRESSES = STORED["presses"]

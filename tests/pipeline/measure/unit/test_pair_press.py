@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from measured_units import MeasuredDesign, read_press, stated_and_moved
 
-from cad.design.reading import Reading
-from cad.quantity import InputError
-from cad.theory.contrast_rise import RisingPress
 from pipeline.measure.unit.pair_press import single_reading
 from pipeline.measure.unit.presses import readings_of, refuse_out_of_scale
 from pipeline.measure.unit.seating import seating_of
 from pipeline.measure.unit.signals import Signal
+from sensor.design.reading import Reading
+from sensor.quantity import InputError
+from sensor.theory.contrast_rise import RisingPress
 from solve.contact.poses import Pose
 
 TRAVELS = np.linspace(0.03, 0.6, 40)

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from cad.design.parameters import Design
-from cad.quantity import InputError
 from pipeline.measure.unit.printed_unit import design_digest, nominal_unit, read_unit, unit_as_toml
 from pipeline.measure.unit.ripeness import ripeness_classes
+from sensor.design.parameters import Design
+from sensor.quantity import InputError
 
 
 @pytest.fixture

@@ -8,15 +8,15 @@ import pytest
 from measured_units import MeasuredDesign
 from squares import BALL
 
-from cad.quantity import InputError
-from cad.theory.contrast_law import ContrastLaw
-from cad.theory.relaxation import Relaxation
 from pipeline.commands.measuring import read
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.relaxing_flesh import LATE
 from pipeline.measure.unit.signals import Signal, force_keys
 from pipeline.reading.over_time import reading_over_time
 from pipeline.response.scene_press import scene_of
+from sensor.quantity import InputError
+from sensor.theory.contrast_law import ContrastLaw
+from sensor.theory.relaxation import Relaxation
 from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces

@@ -4,8 +4,8 @@ import itertools
 
 import pytest
 
-from cad.quantity import InputError
 from pipeline.measure.unit.signals import Signal, numbers_of_text
+from sensor.quantity import InputError
 
 HEAD = "t_s,F_l_N,F_h_N\n"
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from stand_ins import result_of
 
-from cad.quantity import InputError
 from pipeline.report.explain.entries import entries, entry_names, entry_of
 from pipeline.report.explain.numbers import default_number, number_in
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import read_report
+from sensor.quantity import InputError
 
 ROOT = Path(__file__).parents[4]
 NAMED = re.compile(r"\"((?:geometry|printable|sideways|files|report)\.[a-z0-9_]+)\"")

@@ -7,14 +7,14 @@ import pytest
 from browser import open_page, opened_browser  # noqa: F401 - fixtures
 from stand_ins import result_of
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.tips import Tips
 from pipeline.main_job import run
 from pipeline.options import RunOptions
 from pipeline.report.outputs import PAGE, write_outputs
 from pipeline.report.report import Report, read_report
 from pipeline.result import SensorResult
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.tips import Tips
 
 DOMES = Design(
     name="domes",

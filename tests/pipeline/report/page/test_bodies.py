@@ -42,7 +42,7 @@ def test_flat_tip_pushes_all_under_it_as_far(flat_page):
 @pytest.mark.slow
 def test_dome_pushes_the_middle_by_the_approach(dome_page):
     """Hertz: u(0) = a^2 / R, and half of it at the rim; K. L. Johnson (3.41), (4.22)."""
-    from cad.theory import hertz
+    from sensor.theory import hertz
 
     report = dome_page.report
     fruit, tips = report.design.fruit, report.design.tips

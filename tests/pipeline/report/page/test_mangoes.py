@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cad.design.mango_tests import MANGOES
 from pipeline.report.page.mangoes import ModulusBar, alike_pairs, seen_mangoes
+from sensor.design.mango_tests import MANGOES
 
 TABLE = [
     (3.23, 0.03), (1.78, 0.18), (1.1, 0.09), (1.0, 0.15), (2.42, 0.08),

@@ -10,7 +10,6 @@ from html.parser import HTMLParser
 import pytest
 from stand_ins import result_of
 
-from cad.verdict import Verdict
 from pipeline.options import load_design
 from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
@@ -20,6 +19,7 @@ from pipeline.report.page.template import finite
 from pipeline.report.report import read_data
 from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest
+from sensor.verdict import Verdict
 
 MOST_BYTES = 2_500_000
 IN_PERCENT = (

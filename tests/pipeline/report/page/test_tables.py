@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from stand_ins import result_of
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design
-from cad.design.reading import PRESS_SAMPLES
-from cad.design.tips import Press
-from cad.theory.two_spring_law import fruit_stiffness
 from pipeline.options import load_design
 from pipeline.reading.measurement import rise_model
 from pipeline.reading.poses import Placement
 from pipeline.report.page.tables import page_tables
 from pipeline.response.scene_press import scene_of
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design
+from sensor.design.reading import PRESS_SAMPLES
+from sensor.design.tips import Press
+from sensor.theory.two_spring_law import fruit_stiffness
 from solve.contact.pressure import footprint_pressure
 from solve.contact.response import scene_response
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from cad.verdict import Verdict
 from pipeline.study.search.candidate import MARGIN, Candidate, shortfall
+from sensor.verdict import Verdict
 
 
 def verdict(name="P_max", value=1.0, limit=1.0, **changes):

@@ -7,8 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cad.quantity import Estimate, InputError
-from cad.verdict import Verdict
 from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.options import load_design
 from pipeline.study.search import proof
@@ -17,6 +15,8 @@ from pipeline.study.suggest.changes import changed
 from pipeline.study.suggest.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_alike, scaled
 from pipeline.study.suggest.fruit_range import FruitRange, bruise_limit, fruit_range
 from pipeline.verdicts.hints import least_travel
+from sensor.quantity import Estimate, InputError
+from sensor.verdict import Verdict
 
 MANGO = load_design("mango")
 KIWI = FruitRange(radius_mm=26.0, E_min_MPa=0.3, E_max_MPa=2.0)

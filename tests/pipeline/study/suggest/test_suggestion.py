@@ -5,11 +5,6 @@ import dataclasses
 import pytest
 from stand_ins import GOOD, result_of
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design, GivenSprings, Print, Targets
-from cad.design.processes import PROCESSES
-from cad.design.tips import Press
-from cad.quantity import InputError
 from pipeline.options import RunOptions, load_design
 from pipeline.study.search import proof
 from pipeline.study.search.sized_sensor import sized_sensor
@@ -17,6 +12,11 @@ from pipeline.study.suggest import changes
 from pipeline.study.suggest import suggestion as room
 from pipeline.study.suggest.changes import changed, size, sweeps, written
 from pipeline.study.suggest.suggestion import Search, suggestion
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design, GivenSprings, Print, Targets
+from sensor.design.processes import PROCESSES
+from sensor.design.tips import Press
+from sensor.quantity import InputError
 
 BRUISED = Design(fruit=Fruit(bruise_limit_MPa=1.2))
 TIPS = frozenset({"tips.side_mm", "tips.spacing_mm"})

@@ -11,19 +11,19 @@ from scenes import SPHERE
 from scipy.optimize import brentq
 from stand_ins import CONTACT, ERRORS, K_M_OVER_E, LENGTHS, sizing_of, springs_of
 
-from cad.design.fruit import Fruit
-from cad.design.parameters import Design, Print, Targets
-from cad.design.tips import Press, Tips
-from cad.theory.rounded_edge import edge_loss
-from cad.theory.sloped_skin import frictionless_press
-from cad.theory.soft_tissue import no_slip
-from cad.theory.strain_gauge import FOIL, sandwich_gain
-from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity, series_ratio
 from pipeline.springs.fitted_springs import GRAVITY
 from pipeline.verdicts.errors.budget import effects_at, ratio_budget, uncertainty_budgets
 from pipeline.verdicts.errors.effects import effects_after_calibration, level_sensor
 from pipeline.verdicts.rules import target_verdicts
 from pipeline.verdicts.targets import SceneTargets, characteristic
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Design, Print, Targets
+from sensor.design.tips import Press, Tips
+from sensor.theory.rounded_edge import edge_loss
+from sensor.theory.sloped_skin import frictionless_press
+from sensor.theory.soft_tissue import no_slip
+from sensor.theory.strain_gauge import FOIL, sandwich_gain
+from sensor.theory.two_spring_law import Springs, force_ratio, nonlinearity, series_ratio
 from solve.contact.scene import SidewaysGive
 from solve.fruit.split import split_compliance
 

@@ -7,9 +7,6 @@ import numpy as np
 import pytest
 from stand_ins import K_M_OVER_E, PETG, default_housing
 
-from cad.design.parameters import Targets
-from cad.theory.leaf_spring import pair_stiffness
-from cad.theory.two_spring_law import size_springs
 from pipeline.verdicts.errors.print_scatter import (
     CALIBRATED,
     calibrated_error,
@@ -17,6 +14,9 @@ from pipeline.verdicts.errors.print_scatter import (
     scatter_bands,
 )
 from pipeline.verdicts.targets import Characteristic
+from sensor.design.parameters import Targets
+from sensor.theory.leaf_spring import pair_stiffness
+from sensor.theory.two_spring_law import size_springs
 
 HOUSING = default_housing()
 THICKNESSES = (0.8, 1.2)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
 from solve.contact.domes.geometry import DomePoses, dome_poses
 from solve.contact.scene import Scene
 

@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import brentq, root
 from scipy.special import ellipe, ellipk
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
-from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
+from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
 from solve.contact.domes.body import Body, dome_body
 from solve.contact.domes.geometry import DomePoses, dome_poses
 from solve.contact.domes.large_strain import large_strain

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
 from reference.stored_presses import STORED
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
 from solve.contact.domes.body import Body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces

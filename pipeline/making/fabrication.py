@@ -1,0 +1,82 @@
+"""What a maker needs beside the part: drawing, coupon, cover, sheet; verdicts on cover and sideways stiffness."""
+
+from concurrent.futures import Executor, Future
+from pathlib import Path
+
+from mesh.housing.sweep import flexure_mesh
+from pipeline.making.cad_tasks import write_fabrication_files
+from pipeline.options import RunOptions
+from pipeline.reading.press_time import fastest_press
+from pipeline.reading.sensor import Sensor
+from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_to_read
+from pipeline.springs.leaf_lengths import COARSE
+from pipeline.springs.mounts import attached_to
+from pipeline.storage.cache import cached
+from pipeline.storage.kept_files import Verdicts, kept_files
+from pipeline.storage.workers import finished, submit
+from pipeline.verdicts.rules import margin_verdict
+from sensor.design.design_file import design_as_mapping
+from sensor.quantity import Estimate
+from sensor.verdict import Verdict
+from solve.housing.stiffness import sideways_stiffness
+
+SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
+
+
+def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executor: Executor | None) -> Future[Verdicts]:
+    """Let the files for fabrication be written beside the solids, where asked for; none where no housing can be made.
+
+    The result is the verdicts on cover and bracket. The future raises OSError where a file cannot be written,
+    ExportError where one read back has another volume.
+    """
+    design, springs = sensor.design, sensor.springs
+    housing = springs.housing
+    if not options.fabrication or housing is None:
+        return finished(())
+    to_read = springs_to_read(design, springs)
+    fastest_s = fastest_press(sensor)
+    inputs = {
+        "design": design_as_mapping(design),
+        "process": springs.process,
+        "housing": housing,
+        "springs": to_read,
+        "fastest press": fastest_s,
+    }
+    kept = kept_files("maker files", inputs, folder)
+    if kept is not None:
+        return finished(kept)
+    return submit(executor, write_fabrication_files, inputs, design, housing, to_read, folder, fastest_s)
+
+
+def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
+    """Return the verdicts on the stiffness across the plate over that along the press [1], where fabrication is asked.
+
+    Raises SolveError.
+    """
+    housing = springs.housing
+    process = springs.process
+    if not options.fabrication or housing is None:
+        return ()
+
+    def solve(scale: float) -> tuple[float, ...]:
+        mesh = flexure_mesh(housing, scale)
+        return sideways_stiffness(mesh, process.E_MPa, process.poisson, attached_to(housing))
+
+    inputs = {"housing": housing, "E": process.E_MPa, "nu": process.poisson}
+    on_mesh = cached(
+        "sideways",
+        inputs,
+        lambda: {"fine": solve(1.0), "coarse": solve(COARSE)},
+        dict[str, tuple[float, ...]],
+    )
+    verdicts = []
+    for spring, fine, coarse in zip(springs.springs, on_mesh["fine"], on_mesh["coarse"], strict=True):
+        verdicts.append(sideways_verdict(spring, fine, abs(fine - coarse)))
+    return tuple(verdicts)
+
+
+def sideways_verdict(spring: FittedSpring, K: float, error: float) -> Verdict:
+    """Return the verdict on one sideways stiffness [N/mm], its error [N/mm] the step from a coarser mesh."""
+    ratio = Estimate(K / spring.stiffness, error / spring.stiffness)
+    words = "FE stiffness across the plate over that along the press; must be at least the limit"
+    return margin_verdict(f"sideways.{spring.name}", ratio, SIDEWAYS_LEAST[spring.name], words)

@@ -1,0 +1,90 @@
+"""Meshes and fields as VTU files: the housing under its forces at full travel, the fruit under the tips."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mesh.housing.sweep import flexure_mesh
+from pipeline.options import RunOptions
+from pipeline.reading.sensor import Sensor
+from pipeline.response.scene_press import ScenePress, scene_of
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.mounts import attached_to
+from pipeline.storage.vtu import write_vtu
+from sensor.quantity import InputError
+from solve.contact.fields import fruit_fields
+from solve.contact.pressure import footprint_pressure
+from solve.elasticity import NodalFields
+from solve.housing.clamped_half import ClampedHalf, clamped_half
+from solve.housing.fields import fields_of, most_strained_node
+from solve.housing.stiffness import displacements, leaf_faces
+from solve.linear import SolveError
+
+_ROWS = (0, 1, 2, 0, 1, 0)  # of a tensor: xx, yy, zz, xy, yz, xz
+_COLUMNS = (0, 1, 2, 1, 2, 2)
+
+
+def write_fields(sensor: Sensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
+    """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; with `options.fields` its fields, and fruit.vtu.
+
+    Fields at the nodes are displacement [mm], stress and its von Mises value [MPa], and the largest principal strain
+    [1], with a mark where it is largest on the leaves of each spring. The housing is under the forces at which the root
+    strain of each spring is judged, the fruit under those of the scene. Returns why a file is left out, if one is.
+    """
+    springs = sensor.springs
+    if not options.fields:
+        if springs.housing is not None:
+            write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {})
+        return ()
+    try:
+        _write_flexure(springs, folder)
+    except SolveError as error:
+        return (f"the fields of housing and fruit are left out: {error}",)
+    scene = scene_of(sensor.design, press.height_offsets)
+    E = float(press.at_largest_E.E[-1])
+    try:
+        pressure = footprint_pressure(scene, sensor.contact, sensor.C, E, scene.press.travel_mm)
+        mesh, fields = fruit_fields(scene.fruit, pressure)
+    except (InputError, SolveError) as error:
+        return (f"fruit.vtu is left out: {error}",)
+    write_vtu(folder / "fruit.vtu", mesh, field_arrays(fields))
+    return ()
+
+
+def _write_flexure(springs: FittedSprings, folder: Path) -> None:
+    """Write the housing under the forces [N] that the root strain of each spring is judged at."""
+    if springs.housing is None:
+        return
+    process = springs.process
+    mesh = flexure_mesh(springs.housing)
+    fields = fields_at_full_travel(
+        springs, clamped_half(mesh, process.E_MPa, process.poisson, attached_to(springs.housing))
+    )
+    marks = {}
+    for spring in springs.springs:
+        mark = np.zeros(len(fields.displacement))
+        mark[most_strained_node(mesh, leaf_faces(spring.name), fields)] = 1.0
+        marks[f"{spring.name}_largest_strain_place"] = mark
+    write_vtu(folder / "flexure.vtu", mesh, {**field_arrays(fields), **marks})
+
+
+def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFields:
+    """Return the fields of half a housing under the forces [N] that the root strain of each spring is judged at.
+
+    Raises SolveError.
+    """
+    pairs = zip(springs.springs, springs.deflections, strict=True)
+    forces = np.array([spring.stiffness * deflection for spring, deflection in pairs])
+    process = springs.process
+    return fields_of(half.basis.mesh, process.E_MPa, process.poisson, displacements(half) @ forces)
+
+
+def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:
+    """Return the arrays of a VTU file, their names with units; a tensor's components are xx, yy, zz, xy, yz, xz."""
+    return {
+        "displacement_mm": fields.displacement,
+        "von_mises_MPa": fields.von_mises,
+        "largest_principal_strain": fields.largest_principal_strain,
+        "stress_MPa": fields.stress[_ROWS, _COLUMNS].T,
+    }

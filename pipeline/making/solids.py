@@ -1,0 +1,33 @@
+"""The solids of a sensor: files of the part and of the part over its fruit, and the verdicts on their geometry."""
+
+from concurrent.futures import Executor, Future
+from pathlib import Path
+
+from pipeline.making.cad_tasks import write_solids
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.storage.kept_files import Verdicts, kept_files
+from pipeline.storage.workers import finished, submit
+from sensor.design.design_file import design_as_mapping
+from sensor.design.parameters import Design
+
+_SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their checks depend on
+
+
+def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor: Executor | None) -> Future[Verdicts]:
+    """Let STEP, STL and 3MF be written into the folder; the result is the geometry verdicts, none without a housing.
+
+    Files are the same bytes every time, so those of an earlier run are written again at once, which needs no worker.
+    The future raises OSError or ExportError.
+    """
+    housing = springs.housing
+    if housing is None:
+        return finished(())
+    inputs = {
+        "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
+        "housing": housing,
+        "deflections": springs.deflections,
+    }
+    kept = kept_files("solids", inputs, folder)
+    if kept is not None:
+        return finished(kept)
+    return submit(executor, write_solids, inputs, design, housing, springs.deflections, folder)

@@ -1,0 +1,1 @@
+"""What a person chooses of a sensor, and its closed forms: no CAD, no finite elements."""

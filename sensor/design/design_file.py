@@ -1,0 +1,307 @@
+"""Design files: TOML in and out, one flag at a time on top; an unknown key is answered with the nearest known one."""
+
+import dataclasses
+import json
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import TABLES, Design, GivenSprings, Print, Targets
+from sensor.design.processes import (
+    PROCESSES,
+    Process,
+    check_process_name,
+    own_process,
+    process_as_table,
+    read_process_file,
+)
+from sensor.design.reading import Reading
+from sensor.design.readout import Readout
+from sensor.design.tips import Press, Tips
+from sensor.input_file import parsed_toml
+from sensor.quantity import InputError, as_float, nearest, validation_error, written_number
+
+TABLE_TYPES: dict[str, Any] = {
+    "targets": Targets,
+    "springs": GivenSprings,
+    "fruit": Fruit,
+    "tips": Tips,
+    "press": Press,
+    "reading": Reading,
+    "readout": Readout,
+    "print": Print,
+}
+
+
+class FormerKey(NamedTuple):
+    """A key that left: what to do instead, and if it was always set, its default and the key that it stood behind."""
+
+    hint: str
+    default: object = None
+    after: str = ""
+
+
+_BY_RISE = "a press is read by the rise of its contrast, in which the places and heights of tips drop out."
+FORMER_KEYS = {
+    "press.strain": FormerKey(
+        hint="Leave it out: notes and error bars say how far large strain moves the force of a tip.",
+        default="linear",
+        after="attitude",
+    ),
+    "tips.seat_radius_mm": FormerKey(hint=f"Leave it out: {_BY_RISE}"),
+    "tips.low_outward_mm": FormerKey(hint=f"Leave it out: {_BY_RISE}"),
+    "reading.tip_place_mm": FormerKey(hint=f"Leave it out: {_BY_RISE}"),
+}
+"""The keys that are gone since 0.2, by TABLE.KEY."""
+
+
+def refuse_former_keys(names: Iterable[str]) -> None:
+    """Raise InputError for the first name, TABLE.KEY, of a key that left."""
+    for name in names:
+        if name in FORMER_KEYS:
+            message = f"{name}: this key is gone since 0.2. {FORMER_KEYS[name].hint}"
+            raise InputError(message, field=name, bound="left out")
+
+
+def former_keys(data: Mapping[str, Any]) -> list[str]:
+    """Return the removed keys, TABLE.KEY, that nested tables hold."""
+    tables = {table: values for table, values in data.items() if isinstance(values, Mapping)}
+    return [f"{table}.{key}" for table, values in tables.items() for key in values if f"{table}.{key}" in FORMER_KEYS]
+
+
+def without_former_defaults(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the tables of a design that an older version wrote without the keys that left, where they did nothing."""
+    tables = data
+    for name, former in FORMER_KEYS.items():
+        table, _, key = name.partition(".")
+        held = tables.get(table)
+        if isinstance(held, Mapping) and held.get(key) == former.default:
+            tables = {**tables, table: {known: value for known, value in held.items() if known != key}}
+    return tables
+
+
+def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables of a design as older versions wrote them, with the keys that left where they stood."""
+    tables = dict(data)
+    for name, former in FORMER_KEYS.items():
+        table, _, key = name.partition(".")
+        if table in tables and former.default is not None:
+            items = list(tables[table].items())
+            place = [known for known, _ in items].index(former.after) + 1
+            tables[table] = dict([*items[:place], (key, former.default), *items[place:]])
+    return tables
+
+
+def _unknown(kind: str, name: str, word: str, names: Sequence[str]) -> InputError:
+    """Return the error for a name that there is not, with the names that there are and the nearest one."""
+    shown = name if name.isprintable() else repr(name)
+    bound = f"one of {', '.join(names)}"
+    message = f"{shown}: unknown {kind}; must be {bound}; did you mean {nearest(word, names)}?"
+    return InputError(message, field=name, value=word, bound=bound)
+
+
+def _not_a_table(name: str, value: object) -> InputError:
+    message = f"{name} = {value}: must be a table; write [{name}] and its keys below it"
+    return InputError(message, field=name, value=value, bound="a table")
+
+
+def design_from_mapping(data: Mapping[str, Any]) -> Design:
+    """Return the design that nested tables, or records in their place, describe; raises InputError for a bad key."""
+    for key in data:
+        if key != "name" and key not in TABLES:
+            raise _unknown("table", key, key, ["name", *TABLES])
+    name = data.get("name", "paper")
+    if not isinstance(name, str):
+        raise validation_error("name", name, "", "text", "it names files and folders")
+    tables = {table: _table(table, data[table]) for table in TABLE_TYPES if table in data}
+    if "readout" in data:
+        _refuse_typed_noise(data.get("reading"))
+    if "printer" in data:
+        tables["printer"] = _printer(tables.get("print", Print()), data["printer"])
+    if "springs" in tables and tables["springs"].given:
+        tables.setdefault("targets", None)  # springs that are given leave nothing to size
+    return Design(name=name, **tables)
+
+
+_TYPED_NOISE = ("noise_percent", "noise_N")
+
+
+def _refuse_typed_noise(reading: object) -> None:
+    """Raise InputError for a noise that is typed beside [readout], which computes it."""
+    for key in _TYPED_NOISE:
+        if isinstance(reading, Mapping) and key in reading:
+            bound = "left out beside [readout], which computes it"
+            name = f"reading.{key}"
+            raise validation_error(name, reading[key], "", bound, "drop one of the two")
+
+
+def _printer(chosen: Print, table: object) -> Process:
+    """Return the design's own process, which `print.process` names."""
+    frozen = {key: _frozen(value) for key, value in table.items()} if isinstance(table, Mapping) else table
+    return own_process(chosen.process, frozen)
+
+
+def with_process_file(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """Return the tables with the process of `print.process_file`, a path from a folder, as the table `printer`.
+
+    Raises InputError where the file cannot be used, or where both stand in the tables.
+    """
+    chosen = data.get("print")
+    name = chosen.get("process_file") if isinstance(chosen, Mapping) else None
+    if not isinstance(chosen, Mapping) or name is None:
+        return data
+    if not isinstance(name, str) or not name or not name.isprintable():
+        raise validation_error("print.process_file", name, "", "the path of a TOML file", "write it in quotes")
+    if "printer" in data:
+        raise validation_error("print.process_file", name, "", "left out beside [printer]", "keep one of the two")
+    wanted = chosen.get("process")
+    if wanted is not None:
+        check_process_name(wanted)
+    process, table = read_process_file(folder / name, wanted)
+    kept = {key: value for key, value in chosen.items() if key != "process_file"}
+    return {**data, "print": {**kept, "process": process}, "printer": table}
+
+
+def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables
+    if isinstance(values, TABLE_TYPES[table]):
+        return values
+    if not isinstance(values, Mapping):
+        raise _not_a_table(table, values)
+    kind = TABLE_TYPES[table]
+    known = [item.name for item in dataclasses.fields(kind)]
+    refuse_former_keys(f"{table}.{key}" for key in values)
+    for key in values:
+        if key not in known:
+            raise _unknown("key", f"{table}.{key}", key, known)
+    return kind(**{key: _frozen(value) for key, value in values.items()})
+
+
+def _frozen(value: object) -> object:
+    if isinstance(value, list):
+        return tuple(_frozen(item) for item in value)
+    return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str, Any]:
+    """Return the tables with `table.key` settings laid on top; values are TOML, bare words are text.
+
+    An empty value unsets a key, which then has its default; that of a whole table, like `reading`, drops the table.
+    Raises InputError for a key that is not known.
+    """
+    tables = {key: dict(value) if isinstance(value, Mapping) else value for key, value in data.items()}
+    refuse_former_keys(settings)
+    for name, text in settings.items():
+        table, dot, key = name.partition(".")
+        if name == "name":
+            tables["name"] = text
+            continue
+        if not text:
+            _unset(tables, name)
+            continue
+        if not dot or table not in TABLES:
+            raise _unknown("setting", name, name, ["name", *every_key()])
+        held = tables.setdefault(table, {})
+        if not isinstance(held, dict):
+            raise _not_a_table(table, held)
+        held[key] = parsed_setting(text)
+        _replace_process(tables, held, name)
+    return tables
+
+
+def _replace_process(tables: MutableMapping[str, Any], held: MutableMapping[str, Any], name: str) -> None:
+    """Drop what a setting takes the place of: a known process that of a file, a process file the one before."""
+    process = held.get("process")
+    known = isinstance(process, str) and process in PROCESSES
+    if name == "print.process" and known:
+        tables.pop("printer", None)
+        held.pop("process_file", None)
+    if name == "print.process_file":
+        tables.pop("printer", None)
+        if known:
+            held.pop("process")
+
+
+def _unset(tables: MutableMapping[str, Any], name: str) -> None:
+    """Take a key out of the tables, or a whole table; raises InputError for a name that is neither."""
+    table, _, key = name.partition(".")
+    if name in TABLES:
+        tables.pop(name, None)
+    elif name not in every_key():
+        raise _unknown("setting", name, name, ["name", *every_key()])
+    elif isinstance(tables.get(table), dict):
+        tables[table].pop(key, None)
+
+
+def every_key() -> list[str]:
+    """Return the name of every key of a design file, TABLE.KEY."""
+    return [f"{table}.{item.name}" for table, kind in TABLE_TYPES.items() for item in dataclasses.fields(kind)]
+
+
+def parsed_setting(text: str) -> object:
+    """Return the value of a setting: TOML, or a number as people write it; anything else, like a bare word, is text."""
+    if not text.isprintable():
+        return text
+    try:
+        return parsed_toml(f"value = {text}")["value"]
+    except ValueError:  # a bare word, a number with more digits than Python reads, or one that TOML writes otherwise
+        number = written_number(text)
+        return text if number is None else number
+
+
+_TIPS_FIRST = (
+    *("layout", "order", "outer_mm", "shape", "dome_radius_mm", "side_mm", "fillet_mm"),
+    *("spacing_mm", "offset_mm", "gap_mm", "socket"),
+)
+
+
+def design_as_mapping(design: Design) -> dict[str, Any]:
+    """Return the design as plain nested tables, without the keys that are not set."""
+    tables: dict[str, Any] = {"name": design.name}
+    for table in TABLES:
+        record = getattr(design, table)
+        if record is None:
+            continue
+        if isinstance(record, Process):
+            tables[table] = process_as_table(record)
+            continue
+        keys = [item.name for item in dataclasses.fields(record)]
+        if table == "tips":
+            keys = sorted(keys, key=_tips_order)
+        held = {key: getattr(record, key) for key in keys}
+        kept = {key: list(value) if isinstance(value, tuple) else value for key, value in held.items()}
+        tables[table] = {key: value for key, value in kept.items() if value is not None}
+    if design.readout is not None and "reading" in tables:
+        tables["reading"] = {key: value for key, value in tables["reading"].items() if key not in _TYPED_NOISE}
+    return tables
+
+
+def _tips_order(key: str) -> int:
+    """Return where a key of [tips] is written: layout and shape first; those of later shapes at the end.
+
+    The digest in a unit.toml is of this text, so the order must stay.
+    """
+    return _TIPS_FIRST.index(key) if key in _TIPS_FIRST else len(_TIPS_FIRST)
+
+
+def design_as_toml(design: Design) -> str:
+    """Return the design as TOML text that reads back as the same design."""
+    return tables_as_toml(design_as_mapping(design))
+
+
+def tables_as_toml(data: Mapping[str, Any]) -> str:
+    """Return the tables of a design, with its name, as TOML text."""
+    tables = dict(data)
+    lines = [f"name = {_toml(tables.pop('name'))}"]
+    for table, values in tables.items():
+        inner = {f"{table}.{key}": value for key, value in values.items() if isinstance(value, Mapping)}
+        plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
+        for name, part in {table: plain, **inner}.items():
+            if part:
+                lines += ["", f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in part.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: object) -> str:
+    """Write a scalar or list; JSON's form of these is also TOML's."""
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,333 @@
+"""The fruit as a person describes it: its shape, its flesh, the moduli that the sensor shall tell.
+
+Units: mm, MPa.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, TypeVar
+
+from sensor.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, quantity, validation_error
+from sensor.theory.relaxation import FORM, Relaxation
+
+if TYPE_CHECKING:  # help and refusals load no NumPy
+    import numpy as np
+    from numpy.typing import NDArray
+
+_SPREAD = Bounds(at_least=0.0, at_most=0.5)
+_ANGLE = Bounds(at_least=-180.0, at_most=180.0)
+_BLOCK_PLAN_MM = 20.0  # of the paper's block, along and across the tips
+
+FruitShape = Literal["block", "sphere", "ellipsoid"]
+Coordinate = TypeVar("Coordinate", float, "NDArray[np.float64]")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fruit:
+    """The fruit fixed at its base, tips on its top; length along the tips, width across, height along the press.
+
+    A sphere or an ellipsoid has its apex in the middle of the top and is whole down to its base; a length and a width
+    that are given cut a piece out of it. `thickness_mm` is what lies under the apex, down to the stone or the table,
+    and stands for the height, which serves where no thickness is given. `radius_mm` is the radius of curvature along
+    the tips and half the height of the whole fruit, `radius_across_mm` the radius of curvature across (an ellipsoid's
+    only). These are its principal directions; `azimuth_deg` turns both against the tips, about the axis of the press.
+    """
+
+    shape: FruitShape = choice(
+        ("block", "sphere", "ellipsoid"),
+        default="block",
+        meaning=("a flat block, or a piece of a sphere or of an ellipsoid with its apex in the middle of the top"),
+    )
+    length_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="the paper's block has 20",
+        meaning=("length along the line through both tips; 20 for a block, the whole fruit for a curved one"),
+    )
+    width_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="the paper's block has 20",
+        meaning="width across that line; a curved fruit with both given is a piece of this plan",
+    )
+    height_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=12.0,
+        hint="the paper's block has 12",
+        meaning="height along the press; the fruit is held at its base",
+    )
+    radius_mm: float | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="a mango has about 35",
+        meaning="radius of curvature along the tips (sphere, ellipsoid); a mango has about 35",
+    )
+    radius_across_mm: float | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="a mango has about 35",
+        meaning="radius of curvature across the tips (ellipsoid)",
+    )
+    azimuth_deg: float | None = quantity(
+        "deg",
+        _ANGLE,
+        default=None,
+        hint="0 has radius_mm along the tips",
+        meaning=(
+            "angle from the line along the tips to the direction of `radius_mm`, anticlockwise seen from above "
+            "(ellipsoid); not set, 0"
+        ),
+    )
+    thickness_mm: float | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="flesh over a mango's stone has about 12",
+        meaning="flesh under the apex, to the stone or the table (sphere, ellipsoid); replaces the height",
+    )
+    poisson: float = quantity(
+        "1",
+        Bounds(above=-1.0, below=0.5),
+        default=0.3,
+        hint="fruit flesh has 0.3 to 0.49",
+        meaning=("Poisson's ratio of the flesh, 0.3 to 0.49: at 0 it does not bulge, near 0.5 it keeps its volume"),
+    )
+    poisson_spread: float = quantity(
+        "1",
+        _SPREAD,
+        default=0.05,
+        hint="0.05 where it was not measured",
+        meaning="how far the ratio may be off, two sigma; it scales the flesh's stiffness under a tip",
+    )
+    E_max_MPa: float = quantity(
+        "MPa",
+        MODULUS,
+        default=3.5,
+        hint="give the top of the range, 3.5 for mango",
+        meaning="modulus of the stiffest fruit that the sensor shall tell: the top of its range",
+    )
+    E_MPa: tuple[float, ...] = quantity(
+        "MPa",
+        MODULUS,
+        default=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5),
+        hint="list the moduli to be shown",
+        meaning="moduli at which the response is shown, a list",
+    )
+    bruise_limit_MPa: float | tuple[float, ...] | None = quantity(
+        "MPa",
+        MODULUS,
+        default=None,
+        hint="apple flesh fails at 0.29",
+        meaning=(
+            "pressure under a tip that bruises, apple 0.29, or a list of one for each of `E_MPa`; "
+            "where it is set, `bruise` is a verdict"
+        ),
+    )
+    relaxation: tuple[tuple[float, float], ...] | None = field(
+        default=None,
+        metadata={
+            "text": FORM,
+            "meaning": (
+                "Prony series of flesh that relaxes, shares of the force and the times in which they are lost; every "
+                "modulus is then that at the first instant"
+            ),
+        },
+    )
+
+    skin_mm: float | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="measure a strip of peel",
+        meaning="thickness of a skin bonded on the flesh; without it the fruit is flesh up to its surface",
+    )
+    skin_E_MPa: float | None = quantity(
+        "MPa",
+        MODULUS,
+        default=None,
+        hint="apple skin has up to 24",
+        meaning="modulus of the skin, at least that of the flesh; apple skin has up to 24",
+    )
+    skin_poisson: float | None = quantity(
+        "1",
+        Bounds(above=-1.0, below=0.5),
+        default=None,
+        hint="leave it out where it was not measured",
+        meaning="Poisson's ratio of the skin; that of the flesh where it is left out",
+    )
+
+    def __post_init__(self) -> None:
+        """Check each field, that the radii belong to the shape, and that the piece lies on the curved fruit."""
+        check_fields(self, "fruit")
+        self._check_skin()
+        wanted = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
+        for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
+            name = f"fruit.{key}"
+            value = getattr(self, key)
+            if value is None and key in wanted:
+                raise validation_error(name, None, "", f"given for fruit.shape = {self.shape!r}", "give it in mm")
+            if value is not None and key not in wanted and (key != "thickness_mm" or self.shape == "block"):
+                bound = f"left out for fruit.shape = {self.shape!r}"
+                raise validation_error(name, value, "mm", bound, "drop it, or choose the shape it is for")
+        for key, size in zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True):
+            if getattr(self, key) is None:
+                object.__setattr__(self, key, size)
+        self._check_azimuth()
+        self._check_bruise_limits()
+        if self.relaxation is not None:
+            Relaxation(self.relaxation)
+        if self.radius_mm is not None:
+            self._check_piece(self.radius_mm)
+
+    def _check_azimuth(self) -> None:
+        if self.azimuth_deg is None:
+            return
+        name = "fruit.azimuth_deg"
+        if self.shape != "ellipsoid":
+            bound = f"left out for fruit.shape = {self.shape!r}"
+            raise validation_error(name, self.azimuth_deg, "deg", bound, "a round fruit has no principal direction")
+        if self.whole and self.azimuth_deg:
+            bound = "0 on a whole fruit"
+            raise validation_error(name, self.azimuth_deg, "deg", bound, "give fruit.length_mm and fruit.width_mm")
+
+    def _check_bruise_limits(self) -> None:
+        limits = self.bruise_limit_MPa
+        if isinstance(limits, tuple) and len(limits) != len(self.E_MPa):
+            bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
+            raise validation_error("fruit.bruise_limit_MPa", list(limits), "MPa", bound, "list as many limits")
+
+    def _check_skin(self) -> None:
+        if (self.skin_mm is None) != (self.skin_E_MPa is None):
+            bound = "given with fruit.skin_E_MPa, or both left out"
+            raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "a skin has a thickness and a modulus")
+        if self.skin_mm is None or self.skin_E_MPa is None:
+            return
+        most = self.depth_mm / 3.0
+        if self.skin_mm > most:
+            bound = f"at most {most:g} mm, a third of {self.depth_key}"
+            raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "call the fruit flesh of that modulus")
+        stiffest = self.largest_E_MPa
+        if self.skin_E_MPa < stiffest:
+            bound = f"at least that of the stiffest flesh, {stiffest:g} MPa"
+            raise validation_error("fruit.skin_E_MPa", self.skin_E_MPa, "MPa", bound, "leave out a softer skin")
+
+    def _check_piece(self, radius: float) -> None:
+        if self.depth_mm > 2.0 * radius:
+            bound = f"at most 2 fruit.radius_mm = {2.0 * radius:g} mm"
+            raise validation_error(self.depth_key, self.depth_mm, "mm", bound, "the piece is thicker than the fruit")
+        if self.whole:
+            return
+        if self.fall_mm(0.5 * self.length_mm, 0.5 * self.width_mm) >= self.depth_mm:
+            bound = "so small that the corners of the piece lie on the fruit, above its base"
+            hint = "take a smaller length and width, or leave both out for the whole fruit"
+            raise validation_error("fruit.length_mm", self.length_mm, "mm", bound, hint)
+
+    @property
+    def _whole_plan_mm(self) -> tuple[float, float]:
+        """Return length and width of all that lies above the base [mm]; the paper's block where nothing is curved."""
+        if self.radius_mm is None:
+            return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
+        below = max(0.0, 1.0 - self.depth_mm / self.radius_mm)
+        widest = 2.0 * math.sqrt(1.0 - below**2) if below < 1.0 else 2.0
+        a = self.radius_mm * widest
+        b = math.sqrt(self.radius_mm * self._across) * widest
+        if not self.azimuth_deg:
+            return a, b
+        cosine, sine = self._turn
+        return math.hypot(a * cosine, b * sine), math.hypot(a * sine, b * cosine)
+
+    @property
+    def _turn(self) -> tuple[float, float]:
+        """Return the cosine and the sine of the azimuth."""
+        azimuth = math.radians(self.azimuth_deg or 0.0)
+        return math.cos(azimuth), math.sin(azimuth)
+
+    @property
+    def mirrored(self) -> bool:
+        """Say whether the fruit is its own mirror image, along the tips as across."""
+        return not self.azimuth_deg or self.azimuth_deg % 90.0 == 0.0
+
+    def to_principal(self, x: Coordinate, y: Coordinate) -> tuple[Coordinate, Coordinate]:
+        """Return the principal coordinates of a place along and across the tips, in its unit."""
+        if not self.azimuth_deg:
+            return x, y
+        cosine, sine = self._turn
+        return cosine * x + sine * y, cosine * y - sine * x
+
+    def from_principal(self, u: Coordinate, v: Coordinate) -> tuple[Coordinate, Coordinate]:
+        """Return the place along and across the tips that has these principal coordinates, in their unit."""
+        if not self.azimuth_deg:
+            return u, v
+        cosine, sine = self._turn
+        return cosine * u - sine * v, sine * u + cosine * v
+
+    @property
+    def largest_E_MPa(self) -> float:
+        """Return the largest modulus that is shown, which may lie beyond E_max [MPa]."""
+        return max(self.E_max_MPa, *self.E_MPa)
+
+    @property
+    def radii_mm(self) -> tuple[float, float]:
+        """Return the principal radii of curvature [mm], along and across the tips at azimuth 0; infinite if flat."""
+        return self.radius_mm or math.inf, self._across
+
+    @property
+    def _across(self) -> float:
+        """Return the radius of curvature across the tips [mm] of a curved fruit."""
+        return self.radius_across_mm or self.radius_mm or math.inf
+
+    @property
+    def can_roll(self) -> bool:
+        """Say whether it rolls when it lies free on a table: a whole curved fruit whose table is below its middle."""
+        return self.radius_mm is not None and self.whole and self.depth_mm > self.radius_mm
+
+    @property
+    def whole(self) -> bool:
+        """Say whether a curved fruit is whole down to its base: no side of its plan cuts it."""
+        length, width = self._whole_plan_mm
+        return self.radius_mm is not None and self.length_mm >= length and self.width_mm >= width
+
+    @property
+    def depth_key(self) -> str:
+        """Return the name of the key that `depth_mm` comes from."""
+        return "fruit.height_mm" if self.thickness_mm is None else "fruit.thickness_mm"
+
+    @property
+    def depth_mm(self) -> float:
+        """Return what lies under the apex: the height of a block, the thickness of a curved fruit [mm]."""
+        return self.height_mm if self.thickness_mm is None else self.thickness_mm
+
+    @property
+    def bruise_limits_MPa(self) -> tuple[float, ...]:
+        """Return the mean pressure that bruises at each of `E_MPa` [MPa]; none where no limit is set."""
+        limit = self.bruise_limit_MPa
+        if limit is None or isinstance(limit, tuple):
+            return limit or ()
+        return (limit,) * len(self.E_MPa)
+
+    @property
+    def equivalent_block(self) -> "Fruit":
+        """Return the block of the same plan and thickness: the flat fruit that sizes the springs."""
+        return dataclasses.replace(
+            self,
+            shape="block",
+            height_mm=self.depth_mm,
+            radius_mm=None,
+            radius_across_mm=None,
+            azimuth_deg=None,
+            thickness_mm=None,
+        )
+
+    def fall_mm(self, x: float, y: float) -> float:
+        """Return how far the top of an ellipsoid lies below its apex at a place [mm]; infinity beyond the fruit."""
+        if self.radius_mm is None:
+            return 0.0
+        x, y = self.to_principal(x, y)
+        level = 1.0 - (x / self.radius_mm) ** 2 - y * y / (self.radius_mm * self._across)
+        return self.radius_mm * (1.0 - math.sqrt(level)) if level >= 0.0 else math.inf

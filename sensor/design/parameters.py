@@ -1,0 +1,366 @@
+"""Every number a person may choose, frozen and checked at construction: targets, fruit, tips, press, print.
+
+Units: mm, N, MPa, degrees; a field whose name ends in N_per_m is in N/m. Defaults are the paper's sensor, as is
+designs/paper.toml.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from sensor.design.fruit import Fruit
+from sensor.design.processes import PROCESSES, Process
+from sensor.design.reading import Reading
+from sensor.design.readout import Readout
+from sensor.design.tips import Press, Tips, check_tips_on_fruit
+from sensor.quantity import (
+    LENGTH,
+    MODULUS,
+    Bounds,
+    check_choice,
+    check_fields,
+    choice,
+    quantity,
+    text_field,
+    validation_error,
+)
+from sensor.theory.strain_gauge import GAUGES
+from sensor.theory.two_spring_law import PAPER_SPRINGS, Definition
+
+Mount = Literal["covers", "washers"]
+
+_STIFFNESS = Bounds(at_least=1e-6, at_most=1e9)
+# P must rise by more than a stiffness is known to, 0.1 %; beyond the limits of NL one spring is too stiff or too soft
+# by ten thousand times to be made or read.
+_FORCE_RATIO = Bounds(at_least=1.001, at_most=100.0)
+_NONLINEARITY = Bounds(at_least=1e-5, at_most=0.4999)
+_LONGEST_NAME = 64
+_ROUND_OFF = 1e-9  # of a time, by which it may lie outside its bounds
+
+
+@dataclass(frozen=True, kw_only=True)
+class Targets:
+    """What the sensor shall do: largest force ratio and nonlinearity."""
+
+    P_max: float = quantity(
+        "1",
+        _FORCE_RATIO,
+        default=5.0,
+        hint="the paper uses 5",
+        meaning="force ratio P that the sensor shall show on the stiffest fruit, `fruit.E_max_MPa`",
+    )
+    NL: float = quantity(
+        "1",
+        _NONLINEARITY,
+        default=0.05,
+        hint="give a fraction, for 5 % write 0.05",
+        meaning=("how far P may bend away from a straight line over E, as a share of its rise; for 5 % write 0.05"),
+    )
+    NL_definition: Definition = choice(
+        ("mid-range", "largest"),
+        default="mid-range",
+        meaning="where the bend is taken: in the middle of the range, or where it is largest",
+    )
+
+    def __post_init__(self) -> None:
+        """Check each field."""
+        check_fields(self, "targets")
+
+
+PAPER_TARGETS = Targets(P_max=5.0, NL=0.05)  # the paper's choice before (10), and its 5 % under (12)
+
+
+@dataclass(frozen=True, kw_only=True)
+class GivenSprings:
+    """Springs to be judged instead of sized; both or neither."""
+
+    K_l_N_per_m: float | None = quantity(
+        "N/m",
+        _STIFFNESS,
+        default=None,
+        hint=f"the paper has {1e3 * PAPER_SPRINGS.K_l:g}",
+        meaning="stiffness of the low (soft) spring, judged and made instead of sized from the targets",
+    )
+    K_h_N_per_m: float | None = quantity(
+        "N/m",
+        _STIFFNESS,
+        default=None,
+        hint=f"the paper has {1e3 * PAPER_SPRINGS.K_h:g}",
+        meaning="stiffness of the high (stiff) spring; give both springs or neither",
+    )
+
+    def __post_init__(self) -> None:
+        """Check each field, that both are given and that the low spring is the softer one."""
+        check_fields(self, "springs")
+        K_l = self.K_l_N_per_m
+        K_h = self.K_h_N_per_m
+        if (K_l is None) != (K_h is None):
+            names = ("springs.K_l_N_per_m", "springs.K_h_N_per_m")
+            missing, partner = names if K_l is None else names[::-1]
+            raise validation_error(missing, None, "", f"given together with {partner}", "give both or neither")
+        if K_l is not None and K_h is not None and K_l >= K_h:
+            bound = f"less than springs.K_h_N_per_m = {K_h:g} N/m"
+            raise validation_error("springs.K_l_N_per_m", K_l, "N/m", bound, "the low spring is the softer one")
+
+    @property
+    def given(self) -> bool:
+        """Say whether the design names its own springs."""
+        return self.K_l_N_per_m is not None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Print:
+    """How the housing is made, which strain gauges are glued on its leaves, and what the screws clamp it between.
+
+    `process_file` is a key of the design file only: reading it puts the process into `Design.printer`.
+    `E_MPa` is the modulus that a printed coupon showed; without it that of the process holds.
+    """
+
+    process: str = choice(
+        tuple(PROCESSES), default="fdm-petg", meaning="how the housing is made, see [processes](processes.md)"
+    )
+    process_file: str | None = text_field(
+        default=None,
+        hint="the path of a TOML file",
+        meaning=(
+            "a TOML file with a printer of your own, its path from the design file, see "
+            "[processes](processes.md#a-printer-of-your-own)"
+        ),
+    )
+    max_length_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=120.0,
+        hint="longest leaf that fits the machine",
+        meaning="longest leaf that fits the machine",
+    )
+    E_MPa: float | None = quantity(
+        "MPa",
+        MODULUS,
+        default=None,
+        hint="give what the coupon shows",
+        meaning="modulus that a printed coupon showed, in place of that of the process",
+    )
+    gauges: str = choice(
+        tuple(GAUGES), default="none", meaning="strain gauges glued on the leaves; what they stiffen is included"
+    )
+    mount: Mount = choice(
+        ("covers", "washers"),
+        default="covers",
+        meaning=("what the screws clamp the frame between: the two covers, or a washer on each side of each hole"),
+    )
+
+    def __post_init__(self) -> None:
+        """Check each field; the process is checked with the design, which may have one of its own."""
+        check_fields(self, "print", but=("process",))
+        if self.process_file is not None:
+            bound = "left out here: a design file is read with the process file beside it"
+            raise validation_error(
+                "print.process_file", self.process_file, "", bound, "call load_design, or give Design.printer"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Design:
+    """A whole design: what `designs/*.toml` and `report.json` hold.
+
+    Without targets the springs are given, and P_max and NL are facts; with a reading it is judged by what it reads.
+    `printer` is a process of one's own, which `print.process` then names.
+    """
+
+    name: str = "paper"
+    targets: Targets | None = field(default_factory=Targets)
+    springs: GivenSprings = field(default_factory=GivenSprings)
+    fruit: Fruit = field(default_factory=Fruit)
+    tips: Tips = field(default_factory=Tips)
+    press: Press = field(default_factory=Press)
+    reading: Reading | None = None
+    readout: Readout | None = None
+    print: Print = field(default_factory=Print)
+    printer: Process | None = None
+
+    def __post_init__(self) -> None:
+        """Check what several tables decide together: the tips stand on the fruit, and press less than it is high."""
+        allowed = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
+        if not allowed or len(self.name) > _LONGEST_NAME:
+            bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
+            raise validation_error("name", self.name, "", bound, "it names files and folders")
+        self._check_process()
+        self._check_tip_shape()
+        check_tips_on_fruit(self.fruit, self.tips)
+        depth = self.fruit.depth_mm
+        if self.press.travel_mm >= depth:
+            bound = f"less than {self.fruit.depth_key} = {depth:g} mm"
+            raise validation_error("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
+        self._check_what_sizes()
+        self._check_what_judges()
+        self._check_what_occurs()
+        self._check_time()
+        self._check_readout()
+
+    def _check_process(self) -> None:
+        """Refuse the name of a process that is neither known nor the design's own."""
+        name = self.print.process
+        own = self.printer
+        if own is None:
+            check_choice("print.process", name, Print)
+        elif own.name != name or name in PROCESSES:
+            bound = f"the name of the design's own process, {own.name!r}, and of no known one"
+            raise validation_error(
+                "print.process", name, "", bound, "give both the same new name, or drop the own process"
+            )
+
+    @property
+    def process(self) -> Process:
+        """Return how the housing is made: a known process or the design's own, with the modulus of its coupon."""
+        process = self.printer or PROCESSES[self.print.process]
+        return process if self.print.E_MPa is None else dataclasses.replace(process, E_MPa=self.print.E_MPa)
+
+    def _check_tip_shape(self) -> None:
+        """Refuse a shape that no process prints at the end of a shuttle, but for ground pins, which take any shape."""
+        tips = self.tips
+        if tips.socket == "pin" or tips.tip_shape.is_printed:
+            return
+        hint = "take tips.socket = 'pin', a ground pin of this shape"
+        if tips.fillet_mm:
+            bound = f"0 where {self.process.name} prints the tips, whose edges are sharp"
+            raise validation_error("tips.fillet_mm", tips.fillet_mm, "mm", bound, hint)
+        bound = f"'cube' or 'dome' where {self.process.name} prints the tips"
+        raise validation_error("tips.shape", tips.shape, "", bound, hint)
+
+    def _check_what_judges(self) -> None:
+        """Refuse keys that a reading leaves without a meaning."""
+        if self.reading is None:
+            return
+        for name, tilt in (("press.tilt_deg", self.press.tilt_deg), ("press.roll_deg", self.press.roll_deg)):
+            if tilt != 0.0:
+                raise validation_error(
+                    name, tilt, "deg", "0 beside [reading]", "reading.tilt_deg says how far a press tilts"
+                )
+        if self.targets is not None and self.springs.given:
+            bound = "left out beside [springs] and [reading]"
+            raise validation_error(
+                "targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]"
+            )
+
+    def _check_what_occurs(self) -> None:
+        """Refuse ranges of a reading that the fruit or the tips do not have, and limits for other moduli."""
+        if self.reading is None:
+            return
+        fruit = self.fruit
+        if self.reading.radius_mm is not None and fruit.shape != "ellipsoid":
+            bound = f"left out for fruit.shape = {fruit.shape!r}"
+            hint = "take fruit.shape = 'ellipsoid', or reading.radius_spread"
+            raise validation_error("reading.radius_mm", list(self.reading.radius_mm), "mm", bound, hint)
+        if self.reading.radius_mm is not None and fruit.whole:
+            bound = "given with fruit.width_mm where reading.radius_mm is: only a piece of a fruit is turned"
+            raise validation_error("fruit.length_mm", None, "mm", bound, "give both, some 4 tips.spacing_mm")
+        is_dome = self.tips.dome_radius_mm is not None
+        if self.reading.thickness_mm is not None and not (is_dome and fruit.radius_mm is not None):
+            bound = "left out but for domes on a sphere or an ellipsoid"
+            hint = "drop it, or choose that shape"
+            raise validation_error("reading.thickness_mm", list(self.reading.thickness_mm), "mm", bound, hint)
+        limits = self.reading.uncertainty_limit
+        if isinstance(limits, tuple) and len(limits) != len(fruit.E_MPa):
+            bound = f"one number, or one for each of fruit.E_MPa, {len(fruit.E_MPa)}"
+            raise validation_error("reading.uncertainty_limit", list(limits), "1", bound, "list as many limits")
+
+    def _check_readout(self) -> None:
+        """Refuse gauges that are not those of the transducer, delays of other tips, and a process of unknown drift."""
+        if self.readout is None:
+            return
+        gauges = "foil" if self.readout.transducer == "foil" else "none"
+        if self.print.gauges != gauges:
+            bound = f"{gauges!r} beside readout.transducer = {self.readout.transducer!r}"
+            raise validation_error("print.gauges", self.print.gauges, "", bound, "set both alike")
+        delays = self.readout.delay_ms
+        if delays is not None and len(delays) != len(self.tips.springs):
+            bound = f"a list of {len(self.tips.springs)} numbers, one for each tip"
+            raise validation_error("readout.delay_ms", list(delays), "ms", bound, "write them in the order of the tips")
+        if self.process.E_per_K is None:
+            raise validation_error(
+                "printer.E_per_K", None, "1/K", "given beside [readout]", "0.003 is usual of a plastic"
+            )
+
+    def _check_time(self) -> None:
+        """Refuse keys of time without flesh that relaxes, such flesh without them, and a reading outside the hold."""
+        at = None if self.reading is None else self.reading.at_s
+        given = {"press.speed_mm_per_s": self.press.speed_mm_per_s, "press.hold_s": self.press.hold_s}
+        for name, value in {**given, "reading.at_s": at}.items():
+            if value is not None and self.fruit.relaxation is None:
+                raise validation_error(
+                    name, value, "", "left out without fruit.relaxation", "elastic flesh has no time"
+                )
+            if value is None and self.fruit.relaxation is not None and name in given:
+                raise validation_error(name, None, "", "given beside fruit.relaxation", "say how it is pressed")
+        if at is not None and not (1.0 - _ROUND_OFF) * self.stop_s <= at <= (1.0 + _ROUND_OFF) * self.release_s:
+            bound = f"from {self.stop_s:g} s, when the press stops, to {self.release_s:g} s, when it is released"
+            raise validation_error("reading.at_s", at, "s", bound, "hold for longer, or press faster")
+
+    @property
+    def stop_s(self) -> float:
+        """Return when the press stops, from the first touch [s]; 0 where no speed is given."""
+        speed = self.press.speed_mm_per_s
+        return 0.0 if speed is None else self.press.travel_mm / speed
+
+    @property
+    def release_s(self) -> float:
+        """Return when the press is released, from the first touch [s]."""
+        return self.stop_s + (self.press.hold_s or 0.0)
+
+    @property
+    def read_s(self) -> float:
+        """Return when the forces are read, from the first touch [s]."""
+        at = None if self.reading is None else self.reading.at_s
+        return self.stop_s if at is None else min(max(at, self.stop_s), self.release_s)
+
+    def _check_what_sizes(self) -> None:
+        is_pair = self.tips.tip_layout.is_pair
+        if self.springs.given or (self.targets is not None and is_pair):
+            return
+        reason = "where no targets size the springs" if is_pair else f"for tips.layout = {self.tips.layout!r}"
+        raise validation_error(
+            "springs.K_l_N_per_m", None, "", f"given {reason}", "give [springs] in N/m, one value for a kind"
+        )
+
+    @property
+    def nominal_targets(self) -> Targets:
+        """Return the targets; without any the default ones, whose definitions P_max and NL have as facts."""
+        return self.targets or Targets()
+
+    @property
+    def per_spring(self) -> "Design":
+        """Return the design with one low and one high tip: what one plate carries, whatever the layout."""
+        return dataclasses.replace(self, tips=self.tips.per_spring)
+
+    @property
+    def has_paper_scene(self) -> bool:
+        """Say whether fruit and tips are the paper's, whatever moduli are shown and however it is pressed."""
+        fruit = dataclasses.replace(
+            self.fruit,
+            E_MPa=Fruit().E_MPa,
+            bruise_limit_MPa=None,
+            poisson_spread=Fruit().poisson_spread,
+            relaxation=None,
+        )
+        tips = dataclasses.replace(self.tips, gap_mm=Tips().gap_mm, socket="none")
+        return (fruit, tips) == (Fruit(), Tips())
+
+    @property
+    def full_travels_mm(self) -> tuple[float, float]:
+        """Return how far the farthest low and high tip travel at full press [mm]; negative for one that stays off.
+
+        With a reading travel counts from the first touch in its pose, and the tilt may change towards any tip.
+        """
+        centres = self.tips.centres_mm
+        slope = math.tan(math.radians(self.press.tilt_deg))
+        middle = sum(centres) / len(centres)
+        farthest = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
+        tilted = 0.0 if self.reading is None else farthest * math.tan(math.radians(self.reading.tilt_change_deg))
+        travels = [self.press.travel_mm + tilted + (x - middle) * slope for x in centres]
+        low, high = (max(travels[tip] for tip in kind) for kind in self.tips.spring_groups)
+        return low, high
+
+
+TABLES = tuple(item.name for item in dataclasses.fields(Design) if item.name != "name")

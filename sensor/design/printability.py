@@ -1,0 +1,147 @@
+"""Whether a process can make the two springs.
+
+Closed form: the guided-beam law. The solve on the solid moves the leaf length by up to `LENGTH_MARGIN`, so a leaf
+that near to a bound is undecided (passed is None) until its solved length is given.
+"""
+
+from dataclasses import dataclass
+
+from sensor.design.parameters import Design
+from sensor.design.processes import Process
+from sensor.design.tip_mount import plate_depth
+from sensor.theory.leaf_spring import pair_length, root_strain
+from sensor.theory.strain_gauge import GAUGES, FoilGauge, gauged_length, sandwich_gain, shortest_gauged
+from sensor.theory.two_spring_law import Springs, spring_give
+
+LENGTH_MARGIN = 0.15
+STRAIN_FACTOR = 1.3  # fillet root over beam theory, 1.17 to 1.27 by FE of solid flexures
+SHORTEST = 5.0  # leaf length over thickness: below it a leaf is a block, and its length no longer sets its stiffness
+
+
+@dataclass(frozen=True, kw_only=True)
+class Printable:
+    """The verdict on one spring of one process; `reason` is one line."""
+
+    name: str  # "printable.low" or "printable.high"
+    passed: bool | None
+    reason: str
+    length_mm: float  # asked for, or solved
+    shortest_mm: float
+    longest_mm: float
+    root_strain: float  # at full travel on the stiffest fruit
+    strain_limit: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Leaf:
+    """The leaves of one spring in a process [mm]: as long as fits, and the deflection that bends them."""
+
+    process: Process
+    thickness: float
+    depth: float
+    deflection: float
+    longest: float
+    gauge: FoilGauge | None
+
+    @property
+    def shortest(self) -> float:
+        """Return the least length of a leaf [mm]: that of a leaf at all, and of one with room for its gauges."""
+        room = 0.0 if self.gauge is None else shortest_gauged(self.process.fillet_mm, self.gauge)
+        return max(SHORTEST * self.thickness, room)
+
+    def length(self, K: float) -> float:
+        """Return the length [mm] at which the pair has a stiffness [N/mm] by the beam law."""
+        E = self.process.E_MPa
+        if self.gauge is None:
+            return pair_length(E, self.depth, self.thickness, K)
+        return gauged_length(E, self.depth, self.thickness, self.process.fillet_mm, K, self.gauge)
+
+    def strain(self, length: float) -> float:
+        """Return the root strain [1] at full travel; gauges stiffen the leaf that carries them and strain its root."""
+        gain = 1.0
+        if self.gauge is not None:
+            E = self.process.E_MPa
+            fillet = self.process.fillet_mm
+            gain = 2.0 * sandwich_gain(E, self.depth, self.thickness, length, fillet, self.gauge) - 1.0
+        return STRAIN_FACTOR * gain * root_strain(self.thickness, length, self.deflection)
+
+    def faults(self, length: float, margin: float) -> list[str]:
+        """Return what stands against a length [mm] that may yet be off by the relative margin."""
+        process = self.process
+        strain = self.strain(length / (1.0 + margin))
+        faults = []
+        if self.thickness < process.min_wall_mm:
+            faults.append(
+                f"a leaf {self.thickness:g} mm thick, must be at least the wall of {process.min_wall_mm:g} mm"
+            )
+        if length < self.shortest * (1.0 + margin):
+            is_block = self.shortest <= SHORTEST * self.thickness
+            reason = f"{SHORTEST:g} thicknesses" if is_block else "room for a gauge at each root"
+            faults.append(f"a leaf {length:.1f} mm long, must be at least {reason} = {self.shortest:g} mm")
+        if self.gauge is not None and self.depth < self.gauge.backing_width_mm:
+            least = self.gauge.backing_width_mm
+            faults.append(f"a leaf {self.depth:g} mm deep, must be at least the gauge of {least:g} mm")
+        if length * (1.0 + margin) > self.longest:
+            bound = f"print.max_length_mm = {self.longest:g} mm"
+            faults.append(f"a leaf {length:.1f} mm long, must be at most {bound}")
+        if strain > process.strain_limit:
+            bound = f"{process.strain_limit:g} of {process.material}"
+            faults.append(f"a root strain of {strain:.2g}, must be at most {bound}")
+        return faults
+
+
+def check_printable(
+    design: Design,
+    springs: Springs,
+    K_m_max: float,
+    process: Process,
+    lengths_mm: tuple[float, ...] | None = None,
+    stiffness_ratio: float = 1.0,
+) -> tuple[Printable, ...]:
+    """Return the verdict on each spring [N/mm], low then high, that K_m,max [N/mm] and the stiffness ratio have sized.
+
+    Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, as solved, the beam
+    law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided.
+    """
+    stiffest = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
+    K_m = (stiffest, stiffness_ratio * stiffest)
+    targets = design.nominal_targets
+    asked = (f"targets.P_max = {targets.P_max:g}", f"targets.NL = {targets.NL:g}")
+    if design.springs.given:
+        asked = (f"springs.K_l_N_per_m = {1e3 * springs.K_l:g} N/m", f"springs.K_h_N_per_m = {1e3 * springs.K_h:g} N/m")
+
+    verdicts = []
+    for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
+        leaf = _Leaf(
+            process=process,
+            thickness=process.leaf_thicknesses_mm[i],
+            depth=plate_depth(design, process),
+            deflection=spring_give(K, K_m[i], max(0.0, design.full_travels_mm[i])),
+            longest=design.print.max_length_mm,
+            gauge=GAUGES[design.print.gauges],
+        )
+        length = leaf.length(K) if lengths_mm is None else lengths_mm[i]
+        margin = LENGTH_MARGIN if lengths_mm is None else 0.0
+        certain = leaf.faults(length, -margin / (1.0 + margin))
+        possible = leaf.faults(length, margin)
+        passed: bool | None = True
+        reason = f"{process.name} can make the {name} leaf"
+        if possible:
+            passed = False if certain else None
+            undecided = f", near enough ({LENGTH_MARGIN:.0%} of length) that only the solved length decides"
+            asks = f"{asked[i]}: asks {process.name} for {' and '.join(certain or possible)}"
+            remedy = "choose another process, or see what pipeline suggest finds"
+            reason = f"{asks}{'' if certain else undecided}; {remedy}"
+        verdicts.append(
+            Printable(
+                name=f"printable.{name}",
+                passed=passed,
+                reason=reason,
+                length_mm=length,
+                shortest_mm=leaf.shortest,
+                longest_mm=leaf.longest,
+                root_strain=leaf.strain(length),
+                strain_limit=process.strain_limit,
+            )
+        )
+    return tuple(verdicts)

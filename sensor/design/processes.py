@@ -1,0 +1,136 @@
+"""Print processes and their materials, from processes.toml or a user's own file; every number has its own source."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+from sensor.input_file import read_toml
+from sensor.quantity import (
+    LENGTH,
+    MODULUS,
+    Bounds,
+    InputError,
+    Sourced,
+    choice,
+    quantity,
+    text_field,
+    validation_error,
+)
+
+_FRACTION = Bounds(above=0.0, below=1.0)
+# Prints up to 4.3 sigma off are drawn: their modulus and their leaves must stay above zero.
+_SCATTER = Bounds(above=0.0, at_most=0.23)
+_LEAST_KNOWN = 0.45  # of the thinnest leaf, by which it may be off at two sigma
+_DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
+_LONGEST_TEXT = 64
+KINDS = ("fdm", "sla", "sls", "dmls", "other")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Process(Sourced):
+    """A way to make the housing: material, limits of the machine, and the leaves that suit it.
+
+    `E_scatter` is one sigma of E from print to print as a fraction of E; `strain_limit` holds for cyclic bending;
+    `accuracy_mm` is plus or minus two sigma of the thickness of a thin wall; `overhang_deg` is the largest slope from
+    the vertical that needs no support; `line_width_mm` and `layer_mm` are None where the process has none. `kind`
+    decides what the sheet for the maker says of supports, washing, heat and powder.
+    """
+
+    LABEL: ClassVar[str] = "process"
+
+    material: str = text_field()
+    kind: str = choice(KINDS, default="other")
+    E_MPa: float = quantity("MPa", MODULUS, meaning="modulus of the material")
+    E_scatter: float = quantity(
+        "1", _SCATTER, meaning="scatter of the modulus from print to print, one sigma as a share of E"
+    )
+    E_per_K: float | None = quantity(
+        "1/K",
+        Bounds(at_least=-0.1, at_most=0.1),
+        default=None,
+        meaning="change of the modulus by the temperature about 23 C, as a share of E; [readout] needs it",
+    )
+    poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), meaning="Poisson's ratio")
+    strain_limit: float = quantity(
+        "1", _FRACTION, meaning="largest strain at the root of a leaf that is bent again and again"
+    )
+    density_g_per_cm3: float = quantity("g/cm3", _DENSITY, meaning="density")
+    min_wall_mm: float = quantity("mm", LENGTH, meaning="thinnest wall")
+    min_gap_mm: float = quantity("mm", LENGTH, meaning="narrowest gap that stays open")
+    fillet_mm: float = quantity("mm", LENGTH, meaning="radius of inner corners")
+    overhang_deg: float = quantity(
+        "deg",
+        Bounds(above=0.0, at_most=90.0),
+        meaning="largest slope from the vertical that needs no support",
+    )
+    accuracy_mm: float = quantity("mm", LENGTH, meaning="thickness of a thin wall: plus or minus, two sigma")
+    line_width_mm: float | None = quantity("mm", LENGTH, default=None, meaning="width of a printed line")
+    layer_mm: float | None = quantity("mm", LENGTH, default=None, meaning="height of a layer")
+    leaf_thickness_low_mm: float = quantity("mm", LENGTH, meaning="thickness of the leaves of the low spring")
+    leaf_thickness_high_mm: float = quantity("mm", LENGTH, meaning="thickness of the leaves of the high spring")
+    depth_mm: float = quantity("mm", LENGTH, meaning="depth of the plate, which is the width of the leaves")
+
+    def __post_init__(self) -> None:
+        """Check name, material and each number, and that each number that is given has a source."""
+        check_process_name(self.name)
+        super().__post_init__()
+        most = _LEAST_KNOWN * min(self.leaf_thicknesses_mm)
+        if self.accuracy_mm > most:
+            name = f"process {self.name}.accuracy_mm"
+            bound = f"at most {_LEAST_KNOWN:g} of the thinnest leaf, {most:g} mm"
+            raise validation_error(name, self.accuracy_mm, "mm", bound, "take thicker leaves, or a finer process")
+
+    @property
+    def leaf_thicknesses_mm(self) -> tuple[float, float]:
+        """Return the thickness of the leaves by spring, the low one's first [mm]."""
+        return self.leaf_thickness_low_mm, self.leaf_thickness_high_mm
+
+
+def check_process_name(name: object) -> None:
+    """Raise InputError for what cannot name a process."""
+    text = name if isinstance(name, str) else ""
+    if not text.replace("-", "").replace("_", "").isalnum() or not text.isascii() or len(text) > _LONGEST_TEXT:
+        bound = f"1 to {_LONGEST_TEXT} letters, digits, - or _"
+        raise validation_error("print.process", name, "", bound, "it names a process in files")
+
+
+PROCESSES = Process.from_tables(read_toml(Path(__file__).with_name("processes.toml"), "processes"))
+
+
+def own_process(name: str, table: object) -> Process:
+    """Return the process of a user's own table; raises InputError for a known name, an unknown key or a bad number."""
+    if name in PROCESSES:
+        raise validation_error(
+            "print.process", name, "", "a name that no known process has", "name your own process anew"
+        )
+    check_process_name(name)
+    return Process.from_table(name, table)
+
+
+def read_process_file(path: Path, name: str | None) -> tuple[str, Mapping[str, Any]]:
+    """Return the name and the table of a process in a TOML file, of the only one where no name is given.
+
+    Raises InputError, in one line, where the file or its process cannot be used.
+    """
+    tables = read_toml(path, "print.process_file")
+    chosen = next(iter(tables)) if name is None and len(tables) == 1 else name
+    if chosen is None or chosen not in tables:
+        names = ", ".join(tables) or "none"
+        bound = f"one of those in {path.name!r}: {names}"
+        raise validation_error("print.process", name, "", bound, "name one with print.process")
+    try:
+        own_process(chosen, tables[chosen])
+    except InputError as error:
+        msg = f"print.process_file = {path.name!r}: {error}"
+        raise InputError(msg, field=error.field, value=error.value, bound=error.bound) from error
+    return chosen, tables[chosen]
+
+
+def process_as_table(process: Process) -> Mapping[str, Any]:
+    """Return a process as the table of a file that holds it, without the keys that are not set."""
+    held = dataclasses.asdict(process)
+    del held["name"], held["sources"]
+    held["sources"] = dict(process.sources)
+    return {key: value for key, value in held.items() if value is not None}

@@ -1,0 +1,183 @@
+"""What a reading has to stand: poses of the sensor on the fruit, noise of its forces, and how good it must be.
+
+A design that has this table is judged by the modulus that it reads, not by its force ratio.
+"""
+
+import bisect
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sensor.quantity import DURATION, LENGTH, Bounds, check_fields, choice, quantity, validation_error
+
+_TILT = Bounds(at_least=0.0, at_most=15.0)
+_PLACE = Bounds(at_least=0.0, at_most=10.0)
+_SHARE = Bounds(at_least=0.0, at_most=0.5)
+_PERCENT = Bounds(at_least=0.0, at_most=50.0)
+_FORCE = Bounds(at_least=0.0, at_most=10.0)
+_LIMIT = Bounds(at_least=1e-3, at_most=1.0)
+
+_ENDS = 2
+RANGES = ("radius_mm", "radius_across_mm", "thickness_mm")
+LARGEST_TOUCH_FRACTION = 0.5  # of the travel: where all tips touch later, too little of a rise is left
+PRESS_SAMPLES = 60
+"""Samples of a press over which noise is counted: `PRESS_S` at 20 samples a second."""
+PRESS_S = 3.0
+"""Duration of a press by hand [s], over which the times of channels are counted."""
+CALIBRATED_BY = ("weights", "plate")
+LEAST_OVER_NOISE = 4.0  # standard deviations: a tip with less force on it counts as off the fruit
+LEAST_OF_SCALE = 0.01  # of the largest force of its tip: a zero that is off by less is no touch
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """Poses that occur and noise of the forces, one standard deviation, with the limits that the reading must keep.
+
+    `tilt_deg` is the largest tilt against the normal of the skin, in any direction, which may change by
+    `tilt_change_deg` during a press; `off_centre_mm` is how far from the apex the sensor is set down at most.
+    `radius_mm` and `radius_across_mm` are the principal radii of the fruits that occur, from and to, at any azimuth,
+    `thickness_mm` is their flesh; without them the radius of a ball may differ by `radius_spread` of it.
+    `noise_percent` is a share of the largest force of each tip. `stiffness_percent` and `gain_percent` are what
+    calibration leaves: by weights of each spring and of each force; by a hard plate too, which moves all tips alike, of
+    each force at a known deflection and of each deflection. `bias_limit` bounds the largest |E read / E - 1| without
+    noise, `uncertainty_limit` its standard uncertainty.
+    """
+
+    tilt_deg: float = quantity(
+        "deg",
+        _TILT,
+        default=4.0,
+        hint="a hand keeps within 4",
+        meaning="largest tilt of a press against the normal of the skin, in any direction",
+    )
+    tilt_change_deg: float = quantity(
+        "deg",
+        _TILT,
+        default=0.0,
+        hint="a hand keeps within 0.5",
+        meaning="by how much the tilt may change during a press, in any direction",
+    )
+    off_centre_mm: float = quantity(
+        "mm",
+        _PLACE,
+        default=1.0,
+        hint="a hand keeps within 1",
+        meaning="how far from the apex a press may be, in any direction",
+    )
+    radius_spread: float = quantity(
+        "1",
+        _SHARE,
+        default=0.2,
+        hint="mangoes differ by 0.2",
+        meaning="by how much of it the radius of a fruit may differ from the design's, without `radius_mm`",
+    )
+    radius_mm: tuple[float, float] | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="mangoes have 42 to 53",
+        meaning="one principal radius of the fruits that occur, from and to (ellipsoid), at any azimuth",
+    )
+    radius_across_mm: tuple[float, float] | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="mangoes have 86 to 144",
+        meaning="the other principal radius, from and to (ellipsoid)",
+    )
+    thickness_mm: tuple[float, float] | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="flesh over a mango's stone has 8 to 20",
+        meaning="flesh under the skin of the fruits that occur, from and to (domes on a curved fruit)",
+    )
+    noise_percent: float = quantity(
+        "%",
+        _PERCENT,
+        default=0.5,
+        hint="a strain gauge has 0.5 of full scale",
+        meaning="noise of each force, one sigma, as a share of the largest force of its tip",
+    )
+    noise_N: float = quantity(
+        "N",
+        _FORCE,
+        default=0.0,
+        hint="0 where noise_percent says it all",
+        meaning="noise of each force, one sigma, in addition",
+    )
+    stiffness_percent: float = quantity(
+        "%",
+        _PERCENT,
+        default=1.0,
+        hint="weighing a unit leaves 1",
+        meaning="how far calibration leaves each spring unknown, one sigma",
+    )
+    gain_percent: float = quantity(
+        "%",
+        _PERCENT,
+        default=0.5,
+        hint="an amplifier has 0.5",
+        meaning="how far calibration leaves each channel unknown, one sigma",
+    )
+    calibrated_by: str | None = choice(
+        CALIBRATED_BY,
+        default=None,
+        meaning="weights: they calibrate the force of each channel; plate: a press on a hard plate its deflection too",
+    )
+    bias_limit: float = quantity(
+        "1",
+        _LIMIT,
+        default=0.05,
+        hint="give a fraction, for 5 % write 0.05",
+        meaning="largest error of the modulus over all poses, without noise",
+    )
+    uncertainty_limit: float | tuple[float, ...] = quantity(
+        "1",
+        _LIMIT,
+        default=0.1,
+        hint="give a fraction, for 10 % write 0.1",
+        meaning="largest standard uncertainty of the modulus, or a list of one for each of `fruit.E_MPa`",
+    )
+    at_s: float | None = quantity(
+        "s",
+        DURATION,
+        default=None,
+        hint="travel / speed is when the press stops",
+        meaning="when flesh that relaxes is read, from the first touch; when the press stops where it is not set",
+    )
+
+    def __post_init__(self) -> None:
+        """Check each field, and that ranges rise."""
+        check_fields(self, "reading")
+        if (self.radius_mm is None) != (self.radius_across_mm is None):
+            missing = "reading.radius_mm" if self.radius_mm is None else "reading.radius_across_mm"
+            bound = "given with the other principal radius, or both left out"
+            raise validation_error(missing, None, "mm", bound, "give both from and to")
+        for key in RANGES:
+            span = getattr(self, key)
+            if span is not None and not (len(span) == _ENDS and span[0] <= span[1]):
+                name = f"reading.{key}"
+                raise validation_error(name, list(span), "mm", "two numbers, from and to", "list the lesser first")
+
+    @property
+    def least_uncertainty_limit(self) -> float:
+        """Return the least limit of the standard uncertainty over the moduli [1]."""
+        limits = self.uncertainty_limit
+        return min(limits) if isinstance(limits, tuple) else limits
+
+    def uncertainty_limit_at(self, E: float, moduli: Sequence[float]) -> float:
+        """Return the limit of the standard uncertainty [1] at a modulus [MPa], of those at `moduli` in its list."""
+        limits = self.uncertainty_limit
+        if not isinstance(limits, tuple):
+            return limits
+        rows = sorted(zip(moduli, limits, strict=True))
+        above = bisect.bisect_left(rows, (E, 0.0))
+        if above in (0, len(rows)):
+            return rows[min(above, len(rows) - 1)][1]
+        (low, at_low), (high, at_high) = rows[above - 1 : above + 1]
+        return at_low + (at_high - at_low) * math.log(E / low) / math.log(high / low)
+
+    def force_noise(self, full_scale: float) -> float:
+        """Return the standard deviation of the noise of a channel [N] from its largest force [N]."""
+        return math.hypot(0.01 * self.noise_percent * full_scale, self.noise_N)

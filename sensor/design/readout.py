@@ -1,0 +1,210 @@
+"""What turns the springs' deflections into counts: transducer, amplifier and board, from electronics.toml or by number.
+
+A design that names its read-out has the noise of its forces computed, and what drifts with the temperature counted.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar
+
+from sensor.input_file import read_toml
+from sensor.quantity import Bounds, Sourced, check_fields, choice, quantity, validation_error
+
+_POSITIVE = Bounds(above=0.0, at_most=1e12)
+_SIZE = Bounds(at_least=0.0, at_most=1e12)
+_BITS = Bounds(at_least=8.0, at_most=32.0)
+_DELAY = Bounds(at_least=0.0, at_most=1e4)
+_KELVIN = Bounds(at_least=0.0, at_most=50.0)
+_AS_SOLD = "leave it out to have that of the amplifier's data sheet"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Amplifier(Sourced):
+    """An amplifier with its converter: input range +-`full_scale_mV` in `bits` bits, and its noise, one sigma.
+
+    `rate_Hz` is that of one channel, of which it has `channels`: several are converted one after the other. The time of
+    a conversion is known to +-`time_error_periods` of the time between two samples.
+    """
+
+    LABEL: ClassVar[str] = "amplifier"
+
+    bits: float = quantity("1", _BITS)
+    full_scale_mV: float = quantity("mV", _POSITIVE)
+    supply_V: float = quantity("V", _POSITIVE)
+    noise_nV: float = quantity("nV", _POSITIVE)
+    rate_Hz: float = quantity("Hz", _POSITIVE)
+    offset_nV_per_K: float = quantity("nV/K", _SIZE)
+    gain_ppm_per_K: float = quantity("ppm/K", _SIZE)
+    channels: float = quantity("1", _POSITIVE)
+    time_error_periods: float = quantity("1", Bounds(at_least=0.0, at_most=1.0))
+
+    @property
+    def saturation(self) -> int:
+        """Return the largest count [1]: that of the whole input range."""
+        return int(2 ** (self.bits - 1.0)) - 1
+
+    @property
+    def counts_per_V(self) -> float:
+        """Return the counts of one volt at the input [1/V]."""
+        return float(2.0 ** (self.bits - 1.0) / (1e-3 * self.full_scale_mV))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Probe(Sourced):
+    """A sensor of displacement at a shuttle: its slope at the supply, its noise, one sigma, and its drifts.
+
+    `zero_um` is by how much its zero may be off without any change of temperature.
+    """
+
+    LABEL: ClassVar[str] = "probe"
+
+    sensitivity_mV_per_mm: float = quantity("mV/mm", _POSITIVE)
+    noise_um: float = quantity("um", _SIZE)
+    zero_um_per_K: float = quantity("um/K", _SIZE)
+    zero_um: float = quantity("um", _SIZE)
+    gain_percent_per_K: float = quantity("%/K", _SIZE)
+    linearity_percent: float = quantity("%", _SIZE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BridgeData(Sourced):
+    """A full bridge of foil gauges: its resistance, the power that its grids may give off, and its drifts.
+
+    `film_W_per_m2_K` is what air takes of the heat of a leaf.
+    """
+
+    LABEL: ClassVar[str] = "bridge"
+
+    resistance_ohm: float = quantity("ohm", _POSITIVE)
+    plastic_mW_per_mm2: float = quantity("mW/mm2", _POSITIVE)
+    metal_mW_per_mm2: float = quantity("mW/mm2", _POSITIVE)
+    zero_strain_per_K: float = quantity("1/K", _SIZE)
+    gain_percent_per_K: float = quantity("%/K", _SIZE)
+    linearity_percent: float = quantity("%", _SIZE)
+    film_W_per_m2_K: float = quantity("W/(m2 K)", _POSITIVE)
+
+
+_TABLES = read_toml(Path(__file__).with_name("electronics.toml"), "electronics")
+AMPLIFIERS = Amplifier.from_tables(_TABLES["amplifier"])
+PROBE = Probe.from_tables(_TABLES["probe"])["DRV5055A2"]
+BRIDGE = BridgeData.from_tables(_TABLES["bridge"])["foil"]
+USUAL = {"foil": "HX711", "displacement": "ADS1220"}
+"""The amplifier of a transducer where none is named."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Readout:
+    """The signal path of a design; a number that is not set is that of the amplifier or of the sensor named.
+
+    A sample holds one conversion of each channel: that of a channel is `delay_ms` later than the first one.
+    `drift_K` is how far the temperature may be from that of the calibration, `tare_K` from that of the last taring.
+    """
+
+    transducer: str = choice(
+        tuple(USUAL),
+        default="foil",
+        meaning="foil gauges on the leaves, or a sensor of displacement at each shuttle",
+    )
+    amplifier: str | None = choice(
+        tuple(AMPLIFIERS),
+        default=None,
+        meaning="amplifier with its converter; HX711 for foil, ADS1220 for displacement where it is not set",
+    )
+    board: str = choice(
+        ("rp2040",), default="rp2040", meaning="microcontroller board of the wiring plan and of the MicroPython program"
+    )
+    excitation_V: float | None = quantity(
+        "V",
+        _POSITIVE,
+        default=None,
+        hint="leave it out to have what the leaf bears",
+        meaning="voltage across a bridge; what its resistors leave where it is not set",
+    )
+    bits: float | None = quantity(
+        "1", _BITS, default=None, hint=_AS_SOLD, meaning="bits of the converter, its sign too"
+    )
+    full_scale_mV: float | None = quantity(
+        "mV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="input range of the amplifier, to either side of zero"
+    )
+    rate_Hz: float | None = quantity(
+        "Hz", _POSITIVE, default=None, hint=_AS_SOLD, meaning="samples a second of one channel"
+    )
+    noise_nV: float | None = quantity(
+        "nV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="noise at the amplifier's input, one sigma, at its rate"
+    )
+    delay_ms: tuple[float, ...] | None = quantity(
+        "ms",
+        _DELAY,
+        default=None,
+        hint="leave it out to have the order of the amplifier's inputs",
+        meaning="how much later each channel of a sample is converted than its first one, a list in the order of tips",
+    )
+    time_error_ms: float | None = quantity(
+        "ms",
+        _DELAY,
+        default=None,
+        hint=_AS_SOLD,
+        meaning="bound by which the time of a conversion may be off beside its delay",
+    )
+    sensitivity_mV_per_mm: float | None = quantity(
+        "mV/mm",
+        _POSITIVE,
+        default=None,
+        hint="leave it out for a DRV5055A2 between two magnets",
+        meaning="slope of a sensor of displacement; that of a DRV5055A2 between two magnets where it is not set",
+    )
+    noise_um: float | None = quantity(
+        "um",
+        _SIZE,
+        default=None,
+        hint="leave it out for a DRV5055A2 between two magnets",
+        meaning="noise of a sensor of displacement, one sigma",
+    )
+    drift_K: float = quantity(
+        "K", _KELVIN, default=5.0, hint="a room keeps within 5", meaning="how far the air may be from the calibration's"
+    )
+    tare_K: float = quantity(
+        "K",
+        _KELVIN,
+        default=1.0,
+        hint="tare before each fruit",
+        meaning="how far the air may be from the last taring's",
+    )
+
+    def __post_init__(self) -> None:
+        """Check each field, and that none belongs to the other transducer, whose wiring and firmware differ."""
+        check_fields(self, "readout")
+        usual = USUAL[self.transducer]
+        if self.amplifier not in (None, usual):
+            bound = f"{usual} beside readout.transducer = {self.transducer!r}"
+            hint = "give another one by bits, full_scale_mV, rate_Hz and noise_nV"
+            raise validation_error("readout.amplifier", self.amplifier, "", bound, hint)
+        foreign = ("sensitivity_mV_per_mm", "noise_um") if self.transducer == "foil" else ("excitation_V",)
+        for name in foreign:
+            value = getattr(self, name)
+            if value is not None:
+                bound = f"left out beside readout.transducer = {self.transducer!r}"
+                key = f"readout.{name}"
+                raise validation_error(key, value, "", bound, "it belongs to the other transducer")
+        period_ms = 1e3 / self.circuit.rate_Hz
+        if self.delay_ms is not None and max(self.delay_ms) > period_ms:
+            bound = f"at most the {period_ms:g} ms between two samples"
+            raise validation_error("readout.delay_ms", max(self.delay_ms), "ms", bound, "lower rate_Hz too")
+
+    @property
+    def largest_time_error_ms(self) -> float:
+        """Return the bound by which the time of a conversion may be off beside its delay [ms]."""
+        amplifier = self.circuit
+        typical = 1e3 / amplifier.rate_Hz * amplifier.time_error_periods
+        return typical if self.time_error_ms is None else self.time_error_ms
+
+    @property
+    def circuit(self) -> Amplifier:
+        """Return the amplifier that is named, or the usual one, with the numbers that are set."""
+        named = AMPLIFIERS[self.amplifier or USUAL[self.transducer]]
+        numbers = {}
+        for name in ("bits", "full_scale_mV", "rate_Hz", "noise_nV"):
+            value = getattr(self, name)
+            if value is not None:
+                numbers[name] = value
+        return replace(named, **numbers)

@@ -1,0 +1,57 @@
+"""What is printed at the end of a shuttle, the tip itself or a foot for a pin, and the plate that this asks for.
+
+The two plates of a square stand back to back on its sides, apart by their pads: each is less deep than the square.
+"""
+
+from sensor.design.parameters import Design
+from sensor.design.processes import Process
+from sensor.quantity import validation_error
+
+_LEAST_PAD_MM = 0.2  # two layers of a coarse print
+_LEAST_ASPECT = 2.0  # depth of a leaf over its thickness: a shallower one is a rod, as soft sideways
+
+
+def tip_mount(design: Design, process: Process) -> tuple[float, float]:
+    """Return the sides [mm] of what is printed at the end of a shuttle and of the pocket in it, 0 for a printed tip.
+
+    A foot is a pocket that the pin fits into, walls around it and its gable. Raises InputError when the feet leave no
+    gap between them.
+    """
+    tips = design.tips
+    if tips.socket == "none":
+        return tips.side_mm, 0.0
+    pocket = tips.side_mm + 2.0 * process.accuracy_mm
+    side = round(2.0 * (pocket + process.min_wall_mm), 3)
+    if side + process.min_gap_mm > tips.spacing_mm:
+        bound = f"at least {side + process.min_gap_mm:g} mm, for feet of {side:g} mm with pins in them"
+        raise validation_error(
+            "tips.spacing_mm", tips.spacing_mm, "mm", bound, "move the tips apart, or tips.socket = 'none'"
+        )
+    return side, round(pocket, 3)
+
+
+def plate_depth(design: Design, process: Process) -> float:
+    """Return the depth of the plate [mm]: that of the process, more where a tip mount is wider.
+
+    A line has no plate: leaves for it are as deep as those of the process. Raises InputError where a square leaves no
+    plate.
+    """
+    if not design.tips.tip_layout.has_housing:
+        return process.depth_mm
+    side, _ = tip_mount(design, process)
+    if not design.tips.tip_layout.is_back_to_back:
+        return max(process.depth_mm, side)
+    spacing = design.tips.spacing_mm
+    pads = 2.0 * pad_height(process)
+    depth = round(spacing - pads, 3)
+    least = max(side, _LEAST_ASPECT * max(process.leaf_thicknesses_mm))
+    if depth < least:
+        what = "a tip is wide" if side == least else f"two leaf thicknesses of {process.name}"
+        bound = f"at least {least + pads:g} mm: a plate as deep as {what}, {least:g} mm, and two pads of {0.5 * pads:g}"
+        raise validation_error("tips.spacing_mm", spacing, "mm", bound, "move the tips apart, or take narrower tips")
+    return depth
+
+
+def pad_height(process: Process) -> float:
+    """Return the height of the pads on the back of a plate of a square [mm]: two make the least gap of the process."""
+    return max(_LEAST_PAD_MM, 0.5 * process.min_gap_mm)

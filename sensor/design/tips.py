@@ -1,0 +1,252 @@
+"""The tips and how they are pressed on the fruit: lengths in mm, angles in degrees."""
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+from sensor.design.fruit import Fruit
+from sensor.quantity import DURATION, LENGTH, Bounds, check_fields, choice, quantity, validation_error
+from sensor.tips.layouts import LAYOUTS, ORDERS, PAIR, SPRINGS, Layout, Position, Spring, SpringGroups
+from sensor.tips.shapes import SHAPES, ShapeKeys, tip_shape
+from sensor.tips.tip_shape import TipShape
+
+_LENGTH_OR_ZERO = Bounds(at_least=0.0, at_most=1000.0)
+_SPREAD = Bounds(at_least=0.0, at_most=30.0)
+_SPEED = Bounds(at_least=1e-4, at_most=1000.0)
+_WIDEST_TILT = Bounds(at_least=-30.0, at_most=30.0)
+
+Attitude = Literal["down", "side", "up"]
+Socket = Literal["none", "pin"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tips(ShapeKeys):
+    """The rigid tips on their springs; `side_mm` is the side of a square tip, the diameter of a round one.
+
+    A pair stands on the length axis of the fruit, low spring first. A line is three in a row, `spacing_mm` from one to
+    the next, in the given order of low and high springs; its outer tips stand out by `outer_mm` more. A square is four
+    at (+-spacing / 2, +-spacing / 2), springs of one kind on each diagonal. The keys of each shape are in
+    `sensor/tips`. Tips are printed with the housing, or with the socket "pin" are ground steel pins glued into it.
+    """
+
+    layout: str = choice(
+        tuple(LAYOUTS),
+        default="pair",
+        meaning="two tips; three in a line; or four in a square, springs of one kind on each diagonal",
+    )
+    order: str | None = choice(ORDERS, default=None, meaning="low and high springs along a line")
+    outer_mm: float | None = quantity(
+        "mm",
+        _LENGTH_OR_ZERO,
+        default=None,
+        hint="spacing^2 / (2 radius) on a sphere",
+        meaning=("how much longer the outer tips of a line are; spacing^2 / (2 radius) levels them on a sphere"),
+    )
+    shape: str = choice(
+        tuple(SHAPES),
+        default="cube",
+        meaning=("square with flat face, round with flat face, a ball, a dome (a flat cap on a round face) or a cone"),
+    )
+    side_mm: float = quantity(
+        "mm", LENGTH, default=1.0, hint="the paper's cube has 1", meaning="side of a cube, diameter of any other shape"
+    )
+    spacing_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=8.0,
+        hint="centre to centre, the paper has 8",
+        meaning="distance of neighbouring tips, centre to centre; the side of a square",
+    )
+    offset_mm: float = quantity(
+        "mm",
+        Bounds(at_least=-1000.0, at_most=1000.0),
+        default=0.0,
+        hint="midpoint of the tips from the apex",
+        meaning="middle between the tips, from the apex of the fruit, along the tips",
+    )
+    gap_mm: float = quantity(
+        "mm",
+        _LENGTH_OR_ZERO,
+        default=0.5,
+        hint="tip face above the fruit before the press",
+        meaning="distance of the tips from the fruit before the press",
+    )
+    socket: Socket = choice(
+        ("none", "pin"),
+        default="none",
+        meaning="tips printed with the housing, sharp cubes or domes (none), or ground steel pins of any shape (pin)",
+    )
+
+    def __post_init__(self) -> None:
+        """Check each field, that the tips are apart and that keys belong to the layout and the shape."""
+        check_fields(self, "tips")
+        if self.spacing_mm <= self.side_mm:
+            bound = f"greater than tips.side_mm = {self.side_mm:g} mm"
+            raise validation_error("tips.spacing_mm", self.spacing_mm, "mm", bound, "the tips overlap, move them apart")
+        self._check_order()
+        tip_shape(self.shape, self.side_mm, self)
+
+    def _check_order(self) -> None:
+        """Refuse a layout without its order of springs, and an order or outer tips of another layout."""
+        if self.tip_layout.has_choice_of_order:
+            orders = self.tip_layout.orders
+            if self.order is None:
+                bound = f"given for tips.layout = {self.layout!r}"
+                raise validation_error("tips.order", None, "", bound, f"choose {' or '.join(orders)}")
+            if self.order not in orders:
+                raise validation_error("tips.order", self.order, "", f"one of {', '.join(orders)}", "choose another")
+            return
+        for name, value in (("tips.order", self.order), ("tips.outer_mm", self.outer_mm)):
+            if value is not None:
+                bound = f"left out for tips.layout = {self.layout!r}"
+                raise validation_error(name, value, "", bound, "drop it, or take the layout it is for")
+
+    @property
+    def tip_layout(self) -> Layout:
+        """Return where the tips stand and what carries them."""
+        return LAYOUTS[self.layout]
+
+    @cached_property
+    def tip_shape(self) -> TipShape:
+        """Return the shape of each tip."""
+        return tip_shape(self.shape, self.side_mm, self)
+
+    @cached_property
+    def springs(self) -> tuple[Spring, ...]:
+        """Return the kind of spring behind each tip, in the order of `places_mm`."""
+        return tuple(SPRINGS[letter] for letter in self.order or self.tip_layout.orders[0])
+
+    @property
+    def spring_groups(self) -> SpringGroups:
+        """Return the indices of the tips on low and of those on high springs."""
+        low = tuple(i for i, spring in enumerate(self.springs) if spring == "low")
+        high = tuple(i for i, spring in enumerate(self.springs) if spring == "high")
+        return SpringGroups(low=low, high=high)
+
+    def each(self, of_low: float, of_high: float) -> tuple[float, ...]:
+        """Return for each tip the number that its kind of spring has, in that number's unit."""
+        return tuple(of_low if spring == "low" else of_high for spring in self.springs)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the name of each tip: its spring, with a number where there are two of a kind."""
+        springs = self.springs
+        return tuple(
+            spring if springs.count(spring) == 1 else f"{spring}_{springs[: i + 1].count(spring)}"
+            for i, spring in enumerate(springs)
+        )
+
+    @cached_property
+    def places_mm(self) -> tuple[Position, ...]:
+        """Return the position of each tip from the apex of the fruit [mm]; a square is gone round from (-x, -y)."""
+        return tuple(
+            Position(self.offset_mm + self.spacing_mm * x, self.spacing_mm * y) for x, y in self.tip_layout.positions
+        )
+
+    @property
+    def centres_mm(self) -> tuple[float, ...]:
+        """Return x of each tip from the apex of the fruit [mm]."""
+        return tuple(position.x for position in self.places_mm)
+
+    @cached_property
+    def height_offset_mm(self) -> tuple[float, ...]:
+        """Return how far each tip stands before the foremost ones by design [mm], at most 0."""
+        outer = self.outer_mm or 0.0
+        inner = -outer if self.tip_layout.outer else 0.0
+        return tuple(0.0 if index in self.tip_layout.outer else inner for index in range(len(self.springs)))
+
+    @property
+    def face_mm2(self) -> float:
+        """Return the area of a tip's outline [mm^2]."""
+        return self.tip_shape.area_mm2
+
+    @property
+    def per_spring(self) -> "Tips":
+        """Return two of these tips, one on each spring."""
+        return dataclasses.replace(self, layout=PAIR.name, order=None, outer_mm=None)
+
+    @property
+    def flat(self) -> "Tips":
+        """Return the tips with sharp flat faces of the same outline: those that size the springs."""
+        sharp: dict[str, Any] = {key.name: key.default for key in dataclasses.fields(ShapeKeys)}
+        return dataclasses.replace(self, shape=self.tip_shape.sized_as, **sharp)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Press:
+    """How the sensor is pressed on: travel from first touch, tilt along the tips, roll across them.
+
+    `tilt_spread_deg` is how far the tilt of a press may be off, two sigma. `attitude` says where the tips point, which
+    decides how the weight of the moving parts bends the springs.
+    """
+
+    travel_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=0.6,
+        hint="the paper presses 0.6",
+        meaning="how far the housing moves down after the first touch",
+    )
+    tilt_deg: float = quantity(
+        "deg",
+        _WIDEST_TILT,
+        default=0.0,
+        hint="positive lowers the high tip",
+        meaning="tilt of the sensor along the tips; a positive one lowers the high tip",
+    )
+    tilt_spread_deg: float = quantity(
+        "deg",
+        _SPREAD,
+        default=1.0,
+        hint="a steady hand keeps 1",
+        meaning="how far the tilt of one press may be off, two sigma; it moves P of a level sensor",
+    )
+    roll_deg: float = quantity(
+        "deg",
+        _WIDEST_TILT,
+        default=0.0,
+        hint="positive lowers the side y > 0 of each tip",
+        meaning="roll of the sensor across the tips; a positive one lowers the side y > 0 of each tip",
+    )
+    attitude: Attitude = choice(
+        ("down", "side", "up"),
+        default="side",
+        meaning=("where the tips point; the weight of the moving parts then shifts the tips before the press"),
+    )
+    speed_mm_per_s: float | None = quantity(
+        "mm/s",
+        _SPEED,
+        default=None,
+        hint="a hand presses about 1",
+        meaning="speed of the housing from the first touch to full travel, on flesh that relaxes",
+    )
+    hold_s: float | None = quantity(
+        "s",
+        DURATION,
+        default=None,
+        hint="a hand holds some 2",
+        meaning="how long full travel is held: the seconds in which a reading may be taken",
+    )
+
+    def __post_init__(self) -> None:
+        """Check each field."""
+        check_fields(self, "press")
+
+
+def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
+    """Raise InputError when a tip stands beyond the fruit."""
+    hint = "the tips stand beyond the fruit"
+    layout = tips.tip_layout
+    free = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)
+    along = free / layout.length
+    if tips.spacing_mm > along:
+        part = "" if layout.length == 1.0 else f" over {layout.length:g} spacings"
+        bound = f"at most fruit.length_mm - side - 2 |offset|{part} = {along:g} mm"
+        raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, hint)
+    if tips.side_mm > fruit.width_mm:
+        bound = f"at most fruit.width_mm = {fruit.width_mm:g} mm"
+        raise validation_error("tips.side_mm", tips.side_mm, "mm", bound, hint)
+    if layout.width * tips.spacing_mm > fruit.width_mm - tips.side_mm:
+        bound = f"at most fruit.width_mm - side = {fruit.width_mm - tips.side_mm:g} mm"
+        raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, hint)

@@ -1,0 +1,69 @@
+"""The one reader of files from outside: regular, of at most 16 MiB, text in UTF-8 with a byte order mark or without."""
+
+import re
+import stat
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from sensor.quantity import validation_error
+
+MOST_BYTES = 16 * 2**20
+MOST_LEVELS = 16  # tables and lists within each other: a design file has four
+# A dotted key of more names than that; Python's parser takes time with the square of their number.
+_NAME = r"""(?:"[^"\n]*"|'[^'\n]*'|[^\s.,=#"']+)[ \t]*"""
+_DEEP_KEY = re.compile(rf"(?<![^\s\[{{,])(?:{_NAME}\.[ \t]*){{{MOST_LEVELS}}}")
+
+
+def read_bytes(path: Path | str, name: str) -> bytes:
+    """Return what a file holds; raises InputError, which calls it by a name, for a pipe, a device or a huge file."""
+    content = b""
+    try:
+        # A pipe would be waited for, and a device may have no end.
+        is_regular = stat.S_ISREG(Path(path).stat().st_mode)
+        if is_regular:
+            with Path(path).open("rb") as file:
+                content = file.read(MOST_BYTES + 1)
+    except FileNotFoundError as error:
+        raise validation_error(name, str(path), "", "a file that exists", "check the path") from error
+    except (OSError, ValueError) as error:  # the second is how Python says that no file can have such a name
+        reason = getattr(error, "strerror", None) or str(error)
+        bound = f"a file that can be read ({reason})"
+        raise validation_error(name, str(path), "", bound, "check its name and permissions") from error
+    if not is_regular:
+        raise validation_error(name, str(path), "", "a regular file, no folder, pipe or device", "name a file")
+    if len(content) > MOST_BYTES:
+        bound = f"a file of at most {MOST_BYTES // 2**20} MiB"
+        raise validation_error(name, str(path), "", bound, "name a smaller one")
+    return content
+
+
+def read_toml(path: Path, name: str) -> dict[str, Any]:
+    """Return the tables of a TOML file; raises InputError as `read_bytes`, and for what is no TOML."""
+    content = read_bytes(path, name)
+    try:
+        return parsed_toml(content.decode("utf-8-sig"))
+    except ValueError as error:
+        reason = "it is no text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error).splitlines()[0]
+        raise validation_error(name, str(path), "", f"valid TOML ({reason})", "mend the file") from error
+
+
+def parsed_toml(text: str) -> dict[str, Any]:
+    """Return the tables of a text of TOML; raises ValueError where it is none, or is nested too deep."""
+    too_deep = f"nested deeper than {MOST_LEVELS} levels"
+    if _DEEP_KEY.search(text):
+        raise ValueError(too_deep)
+    try:
+        tables = tomllib.loads(text)
+    except RecursionError as error:
+        raise ValueError(too_deep) from error
+    level: list[dict[str, Any] | list[Any]] = [tables]
+    for _ in range(MOST_LEVELS):
+        inner = []
+        for container in level:
+            values = container.values() if isinstance(container, dict) else container
+            inner += [value for value in values if isinstance(value, dict | list)]
+        level = inner
+    if level:
+        raise ValueError(too_deep)
+    return tables

@@ -1,0 +1,217 @@
+"""The contrast of the tips: what forces of several tips tell of the modulus, whatever the travel and the tilt.
+
+A rigid pose lifts each tip by a plane: travel + tilt . X_i. Weights w with sum w_i = 0 and sum w_i X_i = 0, here the
+mean of the high tips less that of the low ones, drop it out of what each tip does,
+
+    pose_i = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i ,
+
+with C the springs' compliance, S the body's, and h the Hertz contact of a dome (0 for flat tips). What remains holds
+E alone: a cubic in E^(-1/3), whose largest root in E is the modulus. How that moves with forces and springs is
+-(dg / dF_i) / (dg / dE) and its like, with g(F, E) the contrast.
+
+The gaps have to be known, as those of a level pair on its block are. On a fruit they are not: there a press is read
+(`contrast_rise.py`).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from sensor.arrays import Floats, rows_of
+from sensor.quantity import validation_error
+from sensor.theory.bisection import last_holding
+
+Matrix = Sequence[Sequence[float]]
+Place = tuple[float, float]
+
+_LEVEL = 1e-9  # of the largest coordinate: how far the weights may let a tilt through
+
+
+OF_ANOTHER_SENSOR = (
+    "the forces belong to no modulus: must be those of this sensor, pressed on a fruit; calibrate it anew"
+)
+
+
+class ReadingError(ValueError):
+    """Forces that give no modulus; the message says why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContrastLaw:
+    """What the contrast of a sensor needs to know.
+
+    `weights` [1], `gaps` [mm] under each tip before the press; `C` [mm/N] and `S`, times E [1/mm], have a row and a
+    column for each tip; `hertz`, times E^(2/3) [mm (MPa/N)^(2/3)], is that of `hertz.hertz_factor`.
+    """
+
+    weights: tuple[float, ...]
+    gaps: tuple[float, ...]
+    C: Matrix
+    S: Matrix
+    hertz: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse tables of another number of tips."""
+        count = len(self.weights)
+        shapes = (np.shape(self.gaps), np.shape(self.C), np.shape(self.S))
+        if shapes != ((count,), (count, count), (count, count)):
+            msg = f"contrast law of {count} tips: tables of {shapes}; must have a row and a column for each tip"
+            raise ValueError(msg)
+
+    @cached_property
+    def arrays(self) -> tuple[Floats, Floats, Floats]:
+        """Return weights, C and S, made once for the many readings of one sensor."""
+        return np.array(self.weights), np.array(self.C), np.array(self.S)
+
+
+def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tuple[float, ...]:
+    """Return the mean of the tips on high springs less that of those on low ones, as a weight for each tip [1].
+
+    `positions` are x and y [mm], `springs` low or high. Raises InputError where a tilt would not drop out.
+    """
+    weights = [1.0 / springs.count("high") if spring == "high" else -1.0 / springs.count("low") for spring in springs]
+    let_through = np.abs(np.array(weights) @ np.array(positions))
+    if let_through.max() > _LEVEL * np.abs(positions).max():
+        bound = "a line or a square: low and high tips about one middle"
+        hint = "one reading of a pair cannot tell tilt from stiffness"
+        raise validation_error("tips.layout", "pair", "", bound, hint)
+    return tuple(weights)
+
+
+def pair_law(C: Matrix, own_less_other: float) -> ContrastLaw:
+    """Return the contrast of a pair, its low tip first, on springs C [mm/N]: a tilt moves it, unlike other contrasts.
+
+    Of flat tips it needs s11 - s12 times E [1/mm], `own_less_other`, alone.
+    """
+    S = ((own_less_other, 0.0), (0.0, own_less_other))
+    return ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=C, S=S)
+
+
+def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float]) -> float:
+    """Return the modulus [MPa] that the forces of the low and the high tip of a level pair tell [N].
+
+    This is (4) of the paper with springs that are coupled; C [mm/N] and s11 - s12 [1/mm] as in `pair_law`.
+    Raises ReadingError where the forces tell nothing.
+    """
+    low, high = forces
+    difference = (C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high
+    if not (difference > 0.0 and high > low):
+        raise ReadingError(OF_ANOTHER_SENSOR)
+    return own_less_other * (high - low) / difference
+
+
+def read_modulus(law: ContrastLaw, forces: Sequence[float], offset: float = 0.0) -> float:
+    """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError.
+
+    `offset` [mm] is a contrast of gaps beside those of the law.
+    """
+    rigid, dome, body = contrast_terms(law, forces)
+    z = smallest_root(rigid + offset, dome, body)
+    return 1.0 / (z * z * z)
+
+
+def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, float, float]:
+    """Return the terms of the contrast that go with E^0 [mm], E^(-2/3) and E^(-1); raises ReadingError.
+
+    Their sum over the powers of E is zero at the modulus of the fruit. Forces are as in `read_modulus`.
+    """
+    if len(forces) != len(law.weights):
+        msg = f"{len(forces)} forces: must be {len(law.weights)}, one for each tip; check the sensor's channels"
+        raise ReadingError(msg)
+    for tip, force in enumerate(forces, start=1):
+        if not 0.0 < force < math.inf:
+            msg = f"force of tip {tip} = {force:g} N: must be above 0; the tip is off the fruit, press more level"
+            raise ReadingError(msg)
+    weights, C, S = law.arrays
+    F = np.array(forces)
+    rigid = weights @ (C @ F + law.gaps)
+    dome = law.hertz * weights @ (F ** (2.0 / 3.0))
+    body = weights @ (S @ F)
+    return float(rigid), float(dome), float(body)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingSlopes:
+    """By which fraction of E a reading of one moment moves.
+
+    Per force [1/N] and per relative change of the stiffness of the spring [1] of each tip. `contrast` [1/mm] is that
+    per contrast of gaps that the law does not know.
+    """
+
+    forces: tuple[float, ...]
+    springs: tuple[float, ...]
+    contrast: float
+
+
+def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+    """Return the compliance C [mm/N] of springs that are stiffer by factors [1], coupled in the same measure."""
+    scales = 1.0 / np.sqrt(factors)
+    return rows_of(np.array(C) * np.outer(scales, scales))
+
+
+def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
+    """Return how the reading E [MPa] of forces [N], each above 0, moves with what it is read from."""
+    _, dome, body = contrast_terms(law, forces)
+    softer = E ** (-2.0 / 3.0)
+    falling = dome * softer / 1.5 + body / E  # -E dg/dE [mm]
+    weights = np.array(law.weights)
+    C = np.array(law.C)
+    F = np.array(forces)
+    of_springs = weights @ C
+    of_fruit = weights @ np.array(law.S) / E
+    of_domes = law.hertz * softer / 1.5 * weights * F ** (-1.0 / 3.0)
+    by_force = (of_springs + of_fruit + of_domes) / falling
+    by_spring = -0.5 * (weights * (C @ F) + of_springs * F) / falling  # a coupled spring softens both ways
+    return ReadingSlopes(
+        forces=tuple(by_force.tolist()),
+        springs=tuple(by_spring.tolist()),
+        contrast=1.0 / falling,
+    )
+
+
+def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:
+    """Return how far the housing has lowered each tip [mm] where a fruit of modulus E [MPa] answers with forces [N]."""
+    F = np.array(forces)
+    flattened = law.hertz * (F / E) ** (2.0 / 3.0)
+    lowered = (np.array(law.C) + np.array(law.S) / E) @ F + flattened + law.gaps
+    return tuple(lowered.tolist())
+
+
+def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
+    """Return travel [mm] and slopes along and across [1] of the plane that fits heights [mm] at positions [mm] best.
+
+    The positions lie in mirror images about their middle. The slope across is None where they lie in one line.
+    """
+    arms = np.array(positions) - np.mean(positions, axis=0)
+    along, across = (arms**2).sum(axis=0)
+    moment_along, moment_across = np.array(heights) @ arms
+    slope_along = float(moment_along / along) if along > 0.0 else 0.0
+    slope_across = float(moment_across / across) if across > 0.0 else None
+    return float(np.mean(heights)), slope_along, slope_across
+
+
+def smallest_root(rigid: float, dome: float, body: float) -> float:
+    """Return the smallest z > 0 of rigid + dome z^2 + body z^3 = 0, which is E^(-1/3) [MPa^(-1/3)].
+
+    The cubic is level at 0 and runs one way up to its next level point: the root lies before it, or is not there.
+    """
+
+    def contrast(z: float) -> float:
+        return rigid + z * z * (dome + body * z)
+
+    turn = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
+    end = turn if turn > 0.0 else _beyond_root(rigid, dome, body)
+    if not rigid * contrast(end) < 0.0:
+        raise ReadingError(OF_ANOTHER_SENSOR)
+    return last_holding(lambda z: rigid * contrast(z) > 0.0, 0.0, end)
+
+
+def _beyond_root(rigid: float, dome: float, body: float) -> float:
+    """Return a point beyond the root of a cubic that runs one way [MPa^(-1/3)]."""
+    by_dome = math.sqrt(abs(rigid / dome)) if dome != 0.0 else math.inf
+    by_body = abs(rigid / body) ** (1.0 / 3.0) if body != 0.0 else math.inf
+    nearer = min(by_dome, by_body)
+    return 2.0 * nearer if math.isfinite(nearer) else 1.0

@@ -1,0 +1,512 @@
+"""The modulus from the rise of the contrast during one press, whatever the shape of the fruit and the pose.
+
+**The law.** In every sample of a press the contrast of the tips (`contrast_law.py`) is
+
+    a + b z^2 + d z^3 + gamma = 0,    a = w.(C F),  b = h w.F^(2/3),  d = w.(S F),  z = E^(-1/3),
+
+with weights w whose contrast of any travel and tilt is 0. The offset gamma [mm] is the contrast of the gaps under the
+tips. It holds all that the sensor cannot know: the saddle of the skin, the heights and places of the tips, their mount.
+It is unknown, and the same in all samples of one press. A reading of the forces at one moment takes it for known.
+
+**A pair.** Its weights (-1, 1) drop the travel alone, so its tilt must not change during the press: gamma is by how
+much the low tip travels farther than the high one. Of flat tips, b = 0, a plotted against d is a line of slope -1/E.
+
+**The estimator.** An instrument u is any quantity that rises with the press; here it is the total force, of an earlier
+sample. Its covariance with the law has no gamma:
+
+    G(z) = cov(u, a) + cov(u, b) z^2 + cov(u, d) z^3 = 0,
+
+the same cubic as of one sample, with covariances for a, b and d. Its smallest root z above 0 gives E = 1 / z^3.
+
+**No bias by noise.** The instrument of a sample is the sum of all forces in the sample before. Where noise is white
+from sample to sample, u and F are then independent, and cov(u, F) has the mean that it has without noise. The sample's
+own sum would not do: its noise is part of F (errors in variables). A sample counts where the sample before has all tips
+on the fruit: chosen by its own forces, samples whose noise is upwards would count more often. What is left is of second
+order: F^(2/3) of a noisy force has another mean, which leaves E some 0.2 % high at a noise of 0.5 % of full scale.
+
+Channels that were brought to one time by interpolation share the noise of two neighbours. The instrument is then the
+total force two samples earlier. Summed over many samples, interpolated noise has the variance of white noise, so the
+standard uncertainty of E is the same.
+
+**Least variance.** Tips on springs have one contrast that travel and tilt leave alone, so w is given. What is free is
+how samples count. With independent noises sigma_t of the forces, the residual r of a sample has the variance
+
+    s^2 = sum_t c_t^2 sigma_t^2,    c_t = dr/dF_t = (w C)_t + 2/3 h w_t z^2 F_t^(-1/3) + (w S)_t z^3 .
+
+Nothing is known of the path of the true forces, so a sample tells of z and gamma by its residual r alone, the left side
+of the law. The information on z is sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, means weighted by
+1 / s^2; its inverse is the Cramer-Rao bound of the variance of z. Where s is constant, an instrument u leaves the
+variance s^2 var(u) / n / (dG/dz)^2. By the inequality of Cauchy and Schwarz it is least for u = q / s^2, and it is
+larger by 1 / corr(u, q)^2 for another u. Both q and the total force rise together: their correlation is above 0.98, so
+the total force comes within some per cent of the bound.
+
+**What E moves by.** A cause that changes the law by dG moves ln E by 3 dG / (z dG/dz). For an error that is the same in
+every sample, dG follows from the covariances that are kept. A change of u moves nothing to first order, as G = 0 for
+all u.
+
+**Time.** A channel whose time is off by dt has a force that is off by dt dF/dt. Its part of dG is the covariance of u
+with that, c_t dt cov(u, dF_t/dt): nothing in a steady press, and the more the faster a press slows to its end. So the
+covariance of u with the increments of each force is kept, each over the time that it took.
+
+**The saddle.** Domes roll on the skin, so their contacts are nearer to each other than their axes, the more the skin is
+curved. The offset tells the saddle, and the saddle the distances of the contacts: S becomes S(gamma), and the cubic is
+solved anew until gamma rests. An error of a tip's height is mistaken for a saddle there. It moves E through S alone,
+by `RiseSlopes.offset` per mm.
+
+Only means and co-moments are kept, each from its mean: a press of any length needs the same memory, and single
+precision is enough. W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is not
+white, as behind a filter, must be thinned out before. mm, N, MPa.
+"""
+
+import math
+from collections import deque
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sensor.arrays import Floats, rows_of
+from sensor.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, smallest_root
+from sensor.theory.hertz import hertz_factor
+
+FEWEST = 5
+LARGEST_TOUCH_FORCE = 0.7  # of the whole force: where the last tip touches later, too little of a rise is left
+LEAST_RISE = 5.0  # of the instrument: noise in it then costs less than four per cent of the information
+LARGEST_NOISE = 1.0 / 3.0  # of E: beyond, the root of the cubic scatters too far for its slope
+LARGEST_BY_TIME = 0.02  # of E, one standard deviation: a standard uncertainty of 5 % becomes 5.4 % by it
+SETTLED = 1e-12
+MOST_STEPS = 50
+STEP = 1e-4  # of an offset [mm], for its slope
+
+Samples = NDArray[np.floating[Any]]
+
+
+class RiseError(ReadingError):
+    """A press that gives no modulus, with the flag that says why: few_samples, no_rise or out_of_range."""
+
+    def __init__(self, flag: str, message: str) -> None:
+        super().__init__(message)
+        self.flag = flag
+
+
+@dataclass(frozen=True, kw_only=True)
+class RollingDomes:
+    """Domes of one radius [mm] that roll on a half-space under a skin of a mean curvature [1/mm] and a saddle k_xy.
+
+    `positions` (tips, 2) [mm] are those of their axes. On a skin of curvatures k a dome at X touches at (1 + r k)^-1 X.
+    """
+
+    positions: tuple[Place, ...]
+    weights: tuple[float, ...]
+    dome_radius: float
+    mean_curvature: float
+    poisson: float
+
+    @property
+    def rolling_factor(self) -> float:
+        """Return 1 + r H, by which domes stand farther from each other than their contacts on a ball [1]."""
+        return 1.0 + self.dome_radius * self.mean_curvature
+
+    @property
+    def relative_radius(self) -> float:
+        """Return R* of 1 / R* = 1 / r + H [mm]."""
+        return self.dome_radius / self.rolling_factor
+
+    @property
+    def contrast_sees_saddle(self) -> bool:
+        """Say whether the contrast holds the saddle k_xy: that of a square does; a line holds k_xx and k_yy alone."""
+        return abs(self.contrast_of_xy) > SETTLED * float(np.abs(self.positions).max()) ** 2
+
+    @property
+    def contrast_of_xy(self) -> float:
+        """Return the contrast of x y under the axes [mm^2]."""
+        return float(np.dot(self.weights, np.prod(self.positions, axis=1)))
+
+    def saddle(self, offset: float) -> float:
+        """Return the saddle k_xy [1/mm] whose gaps have a contrast [mm].
+
+        A sphere that rolls makes of it the gap k_xy x y / ((1 + r H)^2 - (r k_xy)^2).
+        """
+        of_gaps = offset / self.contrast_of_xy
+        return (
+            2.0
+            * of_gaps
+            * self.rolling_factor**2
+            / (1.0 + math.hypot(1.0, 2.0 * self.dome_radius * of_gaps * self.rolling_factor))
+        )
+
+    def S(self, offset: float = 0.0) -> Floats:
+        """Return the compliance between the contacts, times E [1/mm], (tips, tips), on a saddle of an offset [mm]."""
+        along = self.rolling_factor
+        across = self.dome_radius * (self.saddle(offset) if offset else 0.0)
+        feet = np.array(self.positions) @ np.linalg.inv([[along, across], [across, along]])
+        apart = np.linalg.norm(feet[:, None] - feet[None], axis=-1)
+        np.fill_diagonal(apart, math.inf)
+        return np.asarray((1.0 - self.poisson**2) / (math.pi * apart))
+
+    def law(self, C: Matrix) -> "RiseLaw":
+        """Return the law of these domes on springs of a compliance C [mm/N], (tips, tips)."""
+        contrast = ContrastLaw(
+            weights=self.weights,
+            gaps=(0.0,) * len(self.positions),
+            C=C,
+            S=rows_of(self.S()),
+            hertz=hertz_factor(self.relative_radius, self.poisson),
+        )
+        return RiseLaw(contrast=contrast, rolling=self if self.contrast_sees_saddle else None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RiseLaw:
+    """The contrast of a sensor, and how its S changes with the offset.
+
+    `contrast.gaps` [mm] are those that are known; the offset is what their contrast lacks. `rolling` are the domes by
+    which an offset moves the contacts; None where it tells nothing of their distances.
+    """
+
+    contrast: ContrastLaw
+    rolling: RollingDomes | None = None
+
+    def with_offset(self, offset: float) -> ContrastLaw:
+        """Return the contrast law with the S of an offset [mm]: what the body adds to a half-space stays."""
+        if self.rolling is None:
+            return self.contrast
+        S = np.array(self.contrast.S)
+        _of_flesh(S, self.rolling)[:] += self.rolling.S(offset) - self.rolling.S()
+        return replace(self.contrast, S=rows_of(S))
+
+    def per_offset(self, offset: float) -> Floats:
+        """Return the slope of S, times E, over the offset [1/mm^2], of the shape of S."""
+        slope = np.zeros_like(self.contrast.arrays[2])
+        if self.rolling is not None:
+            change = self.rolling.S(offset + STEP) - self.rolling.S(offset - STEP)
+            _of_flesh(slope, self.rolling)[:] = change / (2.0 * STEP)
+        return slope
+
+    @property
+    def over_time(self) -> "RiseLaw":
+        """Return the law of flesh that relaxes: channels are the forces of all tips, then those of elastic flesh.
+
+        Forces bend the springs; elastic ones, which flesh entered as far would answer with, tell of the flesh.
+        """
+        law = self.contrast
+        still = np.zeros_like(law.arrays[1])
+        contrast = ContrastLaw(
+            weights=(*np.zeros(len(still)).tolist(), *law.weights),
+            gaps=(*np.zeros(len(still)).tolist(), *law.gaps),
+            C=rows_of(np.block([[still, still], [law.arrays[1], still]])),
+            S=rows_of(np.block([[still, still], [still, law.arrays[2]]])),
+            hertz=law.hertz,
+        )
+        return replace(self, contrast=contrast)
+
+
+def _of_flesh(S: Floats, rolling: RollingDomes) -> Floats:
+    """Return the part of S, a view, that belongs to the channels of the flesh: the last ones."""
+    tips = len(rolling.positions)
+    return S[-tips:, -tips:]
+
+
+@dataclass(frozen=True)
+class RiseSums:
+    """Samples of a press as means and as co-moments with the instrument u, in a memory that does not grow.
+
+    Rows of `means` and `with_instrument` (3, tips) are the forces F [N], F^(2/3) and F^(-1/3). `spread` [N^2] is the
+    co-moment of u with itself, `with_count` [N] that with the number of the sample, `with_rates` (tips,) [N^2/s] that
+    with the rates at which the forces rise, whose means are `rates` [N/s]. Co-moments are sums over samples of products
+    of what both differ by from their means.
+    """
+
+    count: int = 0
+    instrument: float = 0.0
+    spread: float = 0.0
+    with_count: float = 0.0
+    means: Samples = field(default_factory=lambda: np.zeros((3, 1)))
+    with_instrument: Samples = field(default_factory=lambda: np.zeros((3, 1)))
+    rates: Samples = field(default_factory=lambda: np.zeros(1))
+    with_rates: Samples = field(default_factory=lambda: np.zeros(1))
+
+    def with_sample(self, instrument: float, forces: Samples, rates: Samples | float = 0.0) -> "RiseSums":
+        """Return the sums with one sample more: its instrument [N] and its forces [N], (tips,), each above 0.
+
+        `rates` (tips,) [N/s] are those at which the forces rise, 0 where that is not asked.
+        Sums are kept in the precision of the forces.
+        """
+        roots = np.cbrt(forces)
+        values = np.stack([forces, roots * roots, 1.0 / roots])
+        count = self.count + 1
+        step = instrument - self.instrument
+        mean = self.instrument + step / count
+        before = self.means.astype(forces.dtype, copy=False)
+        means = before + (values - before) / forces.dtype.type(count)
+        mean_rates = self.rates + (rates - self.rates) / count
+        return RiseSums(
+            count=count,
+            instrument=mean,
+            spread=self.spread + step * (instrument - mean),
+            with_count=self.with_count + step * 0.5 * self.count,
+            means=means,
+            with_instrument=self.with_instrument.astype(forces.dtype, copy=False) + step * (values - means),
+            rates=mean_rates,
+            with_rates=self.with_rates + step * (rates - mean_rates),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RiseSlopes:
+    """By which fraction of E a reading moves with the causes of its error.
+
+    `noise` is that of noise in each force which is independent from sample to sample, one standard deviation [1/N].
+    All others are the same in all samples. Per tip: relative change of the gain of its channel and of the stiffness of
+    its spring [1], a zero that is off [1/N], a zero that drifts evenly by so much from the first sample to the last
+    [1/N], a time of its channel that is later than told [1/s]. Alike for all tips: relative change of the Hertz term
+    and of S [1], and an offset that is no saddle of the skin [1/mm].
+    """
+
+    noise: tuple[float, ...]
+    gains: tuple[float, ...]
+    springs: tuple[float, ...]
+    zeros: tuple[float, ...]
+    drifts: tuple[float, ...]
+    times: tuple[float, ...]
+    hertz: float
+    body: float
+    offset: float
+
+    def mean_curvature(self, relative_radius: float) -> float:
+        """Return the slope per change of the mean curvature of the skin [mm] under domes of R* [mm] on a half-space.
+
+        1 / R* = 1 / r + H: h is proportional to R*^(-1/3), S to 1 + r H.
+        """
+        return relative_radius * (self.hertz / 3.0 + self.body)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RiseReading:
+    """What a press tells: the modulus E [MPa], and the offset gamma [mm], the contrast of gaps that is not in the law.
+
+    `noise` [1] is the standard uncertainty of E, relative, by noise that is independent from sample to sample;
+    `offset_noise` [mm] is that of the offset, `offset_per_log_E` [mm] by how much it moves with ln E where other causes
+    move E. `touch` [1] is the whole force where the last tip touches over the largest.
+    """
+
+    E: float
+    offset: float
+    noise: float
+    offset_noise: float
+    offset_per_log_E: float
+    samples: int
+    touch: float
+    slopes: RiseSlopes
+
+
+class RisingPress:
+    """One press, sample by sample, up to the deepest one; after it flesh may have yielded.
+
+    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. The instrument is that
+    of the sample before, or of as many before as the `lag` says: 2 where channels were brought to one time. A sample
+    counts where every force of the samples up to there is above `least_forces` (channels,) [N], some times its noise,
+    and its own above 0.
+
+    The channels are the forces of the tips, of which the instrument is made. Behind them there may be as many again
+    that are made from the same forces (`RiseLaw.over_time`).
+    """
+
+    def __init__(self, law: RiseLaw, noises: Floats, least_forces: Floats | float = 0.0, *, lag: int = 1) -> None:
+        """Begin a press."""
+        self._law = law
+        self._noises = noises
+        self._least = least_forces
+        self._sums = RiseSums()
+        self._to_deepest = RiseSums()
+        self._before: deque[float] = deque(maxlen=lag)
+        self._forces_before: Samples = np.zeros(1)
+        self._touch = 0.0
+        self._touch_of_deepest = 0.0
+        self._largest = 0.0
+        self.deepest: Samples | None = None
+
+    def add(self, forces: Samples, elapsed: float | None = None) -> None:
+        """Take the channels of the next sample [N], (channels,), and the time elapsed since the one before [s].
+
+        What times do is told where they are given.
+        A lift ends a press: what comes after it has an offset of its own, and is read if it goes deeper.
+        """
+        whole = forces[: len(self._noises)].sum()
+        if len(self._before) == self._before.maxlen and (forces > 0.0).all():
+            instrument = self._before[0]
+            if self._sums.count == 0:
+                self._touch = instrument
+            rates = (forces - self._forces_before) / elapsed if elapsed else 0.0 * forces
+            self._sums = self._sums.with_sample(instrument, forces, rates)
+            if whole >= self._largest:
+                self._largest = whole
+                self._to_deepest = self._sums
+                self._touch_of_deepest = self._touch
+                self.deepest = forces
+        self._forces_before = forces
+        if (forces > self._least).all():
+            self._before.append(whole)
+        else:
+            self._before.clear()
+            self._sums = RiseSums()
+
+    def reading(self, *, whole: bool = True) -> RiseReading:
+        """Return the reading of the press; raises RiseError.
+
+        A `whole` press has to rise far enough after its last tip touched. What is read of a part of one need not: its
+        uncertainty tells how far it rose.
+        """
+        sums = self._to_deepest
+        touch = float(self._touch_of_deepest / self._largest) if self._largest > 0.0 else 1.0
+        if sums.count < FEWEST:
+            hint = "press farther, or more slowly"
+            message = f"samples with all tips on the fruit = {sums.count}: must be at least {FEWEST}; {hint}"
+            raise RiseError("few_samples", message)
+        if whole:
+            self._refuse_short_rise(touch)
+        return replace(rise_reading(self._law, sums, self._noises), touch=touch)
+
+    def _refuse_short_rise(self, touch: float) -> None:
+        if touch > LARGEST_TOUCH_FORCE:
+            message = f"the whole force where the last tip touches = {touch:.2g} of the largest: must be at most "
+            raise RiseError("no_rise", f"{message}{LARGEST_TOUCH_FORCE:g}; press farther, or more level")
+        # The standard deviation of an even rise: a hold at the end, which adds nothing, does not count against it.
+        rise = float(self._largest - self._touch_of_deepest) / math.sqrt(12.0)
+        least = LEAST_RISE * float(np.linalg.norm(self._noises))
+        if not rise > least:
+            message = f"rise of the whole force = {rise:.2g} N: must be above {least:.2g} N, five times its noise"
+            raise RiseError("no_rise", f"{message}; press farther")
+
+
+def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
+    """Return what sums over a press tell, with `noises` (tips,) [N] of the forces; raises RiseError."""
+    E, offset, contrast = _solved(law, sums)
+    rise = _Rise(contrast, sums, E, len(noises))
+    by_noise = float(np.linalg.norm(rise.noise_per_force() * noises))
+    if by_noise > LARGEST_NOISE:
+        message = f"standard uncertainty of E by noise = {by_noise:.2g} of it: must be at most a third; press farther"
+        raise RiseError("no_rise", message)
+    gains, springs, zeros, drifts, times = rise.per_tip()
+    zeros = rise.with_saddle(zeros, law.per_offset(offset))
+    return RiseReading(
+        E=E,
+        offset=offset,
+        noise=by_noise,
+        offset_noise=math.hypot(rise.residual(noises) / math.sqrt(sums.count), rise.mean_per_log_E * by_noise),
+        offset_per_log_E=rise.mean_per_log_E,
+        samples=sums.count,
+        touch=math.nan,
+        slopes=RiseSlopes(
+            noise=tuple(rise.noise_per_force().tolist()),
+            gains=tuple(gains.tolist()),
+            springs=tuple(springs.tolist()),
+            zeros=tuple(zeros.tolist()),
+            drifts=tuple(drifts.tolist()),
+            times=tuple(times.tolist()),
+            hertz=rise.per_hertz,
+            body=rise.per_S(np.array(contrast.S)),
+            offset=rise.per_S(law.per_offset(offset)),
+        ),
+    )
+
+
+def _solved(law: RiseLaw, sums: RiseSums) -> tuple[float, float, ContrastLaw]:
+    """Return the modulus [MPa], the offset [mm], and the contrast law at this offset; raises RiseError.
+
+    The offset changes S by some per cent: each step leaves that fraction of the error of the step before.
+    """
+    offset = 0.0
+    contrast = law.contrast
+    for _ in range(MOST_STEPS):
+        terms = _terms(contrast, sums.with_instrument)
+        try:
+            z = smallest_root(*terms)
+        except ReadingError as error:
+            raise RiseError("out_of_range", str(error)) from error
+        rigid, dome, body = _terms(contrast, sums.means)
+        known = float(np.dot(contrast.weights, contrast.gaps))
+        before = offset
+        offset = -(rigid + known + z * z * (dome + body * z))
+        if law.rolling is None or abs(offset - before) <= SETTLED * abs(rigid):
+            return 1.0 / (z * z * z), offset, contrast
+        contrast = law.with_offset(offset)
+    message = "the offset of the contrast does not settle: must be a press of this sensor on a fruit; calibrate it anew"
+    raise RiseError("out_of_range", message)
+
+
+def _terms(contrast: ContrastLaw, moments: Samples) -> tuple[float, float, float]:
+    """Return the terms of the contrast with E^0, E^(-2/3) and E^(-1), of means or co-moments (3, tips)."""
+    weights, C, S = contrast.arrays
+    F = moments[0].astype(np.float64)
+    return float(weights @ C @ F), float(contrast.hertz * weights @ moments[1]), float(weights @ S @ F)
+
+
+class _Rise:
+    """The cubic of a press at its root, and its slopes over all that it is made of."""
+
+    def __init__(self, contrast: ContrastLaw, sums: RiseSums, E: float, tips: int) -> None:
+        self._weights, self._C, self._S = contrast.arrays
+        self._tips = tips
+        self._sums = sums
+        self._F, self._two_thirds, self._inverse_roots = sums.with_instrument.astype(np.float64)
+        self._z = math.pow(E, -1.0 / 3.0)
+        self._dome = contrast.hertz * self._z**2 * self._weights
+        _, dome, body = _terms(contrast, sums.with_instrument)
+        self._hertz = dome * self._z**2
+        # z dG/dz / 3: a change dG of the co-moments moves ln E by dG over it
+        self._dG_per_log_E = (2.0 * self._hertz + 3.0 * body * self._z**3) / 3.0
+        _, mean_dome, mean_body = _terms(contrast, sums.means)
+        self.mean_per_log_E = (2.0 * mean_dome * self._z**2 + 3.0 * mean_body * self._z**3) / 3.0
+
+    @property
+    def per_hertz(self) -> float:
+        """Return d ln E / d ln h [1]."""
+        return self._hertz / self._dG_per_log_E
+
+    def per_S(self, change: Floats) -> float:
+        """Return the slope of ln E over a factor of a change of S, (tips, tips)."""
+        return float(self._weights @ change @ self._F) * self._z**3 / self._dG_per_log_E
+
+    def per_tip(self) -> tuple[Floats, ...]:
+        """Return the slopes of ln E over gains, springs [1], zeros, drifts [1/N] and times [1/s], each (tips,)."""
+        of_springs = self._weights @ self._C
+        of_fruit = self._weights @ self._S * self._z**3
+        gains = (of_springs + of_fruit) * self._F + self._dome / 1.5 * self._two_thirds
+        springs = -0.5 * (self._weights * (self._C @ self._F) + of_springs * self._F)
+        zeros = self._dome / 1.5 * self._inverse_roots
+        drifts = self._by_force() * self._sums.with_count / (self._sums.count - 1)
+        times = self._by_force() * self._sums.with_rates
+        return tuple(self._of_tips(slopes) / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
+
+    def _of_tips(self, of_channels: Floats) -> Floats:
+        """Return slopes over what moves all channels of a tip alike, (tips,), from those over each channel."""
+        return np.asarray(of_channels.reshape(-1, self._tips).sum(axis=0))
+
+    def with_saddle(self, zeros: Floats, per_offset: Floats) -> Floats:
+        """Return the slopes over zeros [1/N], (tips,), with what they do by the saddle that the offset is taken for.
+
+        A zero that is off moves the offset, by up to 4 mm/N, the offset moves S, and S the modulus. The other causes
+        move the offset less than they move the modulus.
+        """
+        by_offset = self.per_S(per_offset)
+        by_the_change = -float(self._weights @ per_offset @ self._sums.means[0]) * self._z**3
+        offset = (self.mean_per_log_E * zeros - self._of_tips(self._by_force())) / (
+            1.0 - by_the_change - self.mean_per_log_E * by_offset
+        )
+        return np.asarray(zeros + by_offset * offset)
+
+    def _by_force(self) -> Floats:
+        """Return c_t, the slope of the residual over each force [mm/N], (tips,), at the mean of F^(-1/3)."""
+        by_body = self._weights @ (self._C + self._S * self._z**3)
+        return np.asarray(by_body + self._dome / 1.5 * self._sums.means[2])
+
+    def residual(self, noises: Floats) -> float:
+        """Return s, the standard deviation of the residual of a sample [mm]."""
+        return float(np.linalg.norm(self._of_tips(self._by_force()) * noises))
+
+    def noise_per_force(self) -> Floats:
+        """Return the relative standard uncertainty of E per noise of each force [1/N], (tips,)."""
+        by_force = np.abs(self._of_tips(self._by_force()))
+        return np.asarray(by_force * math.sqrt(self._sums.spread) / abs(self._dG_per_log_E))

@@ -1,0 +1,40 @@
+"""What flesh that relaxes keeps of the forces before: tau dm/dt = n - m in each arm of its Prony series.
+
+Elastic flesh that contacts have entered as far would answer with forces n. Those of flesh that relaxes are
+F(t) = n(t) - sum g_i m_i(t): E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020.
+"""
+
+import numpy as np
+
+from sensor.arrays import Floats
+from sensor.theory.relaxation import Relaxation
+
+
+class Memory:
+    """What flesh that relaxes keeps of the elastic forces n until now, in each arm: tau dm/dt = n - m, n straight."""
+
+    def __init__(self, relaxation: Relaxation) -> None:
+        """Begin without a force."""
+        self._shares = np.array(relaxation.shares)[:, None, None]
+        self._times = np.array(relaxation.times)[:, None]
+        self._kept: Floats | float = 0.0
+        self._mean: Floats | float = 1.0
+        self._memory: Floats | float = 0.0
+        self._elastic: Floats | float = 0.0
+
+    def step(self, seconds: Floats) -> tuple[Floats, Floats]:
+        """Return by which share elastic forces of the end of a step are felt [1], and what is lost of those before [N].
+
+        Steps (presses,) [s]; the share has shape (presses, 1), what is lost (presses, tips) or (presses, 1).
+        """
+        step = (seconds / self._times)[..., None]
+        decay = np.exp(-step)
+        self._mean = -np.expm1(-step) / step  # of the decay over the step
+        self._kept = decay * self._memory + (self._mean - decay) * self._elastic
+        fresh = 1.0 - (self._shares * (1.0 - self._mean)).sum(axis=0)
+        return fresh, (self._shares * self._kept).sum(axis=0)
+
+    def keep(self, elastic: Floats) -> None:
+        """End the step with elastic forces [N]."""
+        self._memory = self._kept + (1.0 - self._mean) * elastic
+        self._elastic = elastic

@@ -1,0 +1,69 @@
+"""A flexure, two parallel leaves that guide a platform: its dimensions, and its stiffness as guided beams."""
+
+import math
+from dataclasses import dataclass
+
+from sensor.quantity import Bounds, check_fields, quantity, validation_error
+
+_POSITIVE = Bounds(above=0.0)
+_REMEDY = "choose another process or other targets"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flexure:
+    """Two leaves of one size, one separation apart [mm]."""
+
+    thickness: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="thickness of a leaf")
+    length: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="length of a leaf, its fillets included")
+    depth: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="width of a leaf, which is the depth of the plate")
+    separation: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="distance of the two leaves, middle to middle")
+    fillet: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="radius of the inner corners at its roots")
+
+    def __post_init__(self) -> None:
+        """Check each field, and that the fillets leave a straight leaf and a window between the leaves."""
+        check_fields(self, "flexure")
+        if self.length <= 2.0 * self.fillet:
+            bound = f"greater than 2 fillets = {2.0 * self.fillet:g} mm"
+            raise validation_error("flexure.length", self.length, "mm", bound, _REMEDY)
+        if self.separation <= self.thickness + 2.0 * self.fillet:
+            bound = f"greater than thickness + 2 fillets = {self.thickness + 2.0 * self.fillet:g} mm"
+            raise validation_error("flexure.separation", self.separation, "mm", bound, _REMEDY)
+
+
+def pair_stiffness(E: float, depth: float, thickness: float, length: float) -> float:
+    """Return K = 24 E I / L^3 = 2 E w t^3 / L^3 of two clamped-guided leaves [N/mm from MPa, mm].
+
+    Euler-Bernoulli, rigid ends. S. Timoshenko, Strength of Materials I, 1930, art. 34.
+    """
+    return 2.0 * E * depth * (thickness / length) ** 3
+
+
+def pair_length(E: float, depth: float, thickness: float, stiffness: float) -> float:
+    """Return the leaf length [mm] at which a pair has the given stiffness [N/mm]."""
+    return thickness * math.cbrt(2.0 * E * depth / stiffness)
+
+
+def root_strain(thickness: float, length: float, deflection: float) -> float:
+    """Return the bending strain 3 t d / L^2 at the root of a clamped-guided leaf [1 from mm]."""
+    return 3.0 * thickness * deflection / length**2
+
+
+def gauge_strain(thickness: float, length: float, deflection: float, grid: float) -> float:
+    """Return the mean strain under a gauge that starts at the root and is `grid` long [1 from mm].
+
+    The moment falls linearly from the root to zero at mid-length. Raises ValueError where the grid passes mid-length.
+    """
+    if not 0.0 < grid <= 0.5 * length:
+        msg = f"grid = {grid:g} mm: must be greater than 0 and at most half the leaf, {0.5 * length:g} mm"
+        raise ValueError(msg)
+    return root_strain(thickness, length, deflection) * (1.0 - grid / length)
+
+
+def natural_frequency(stiffness: float, shuttle_mass: float, leaf_mass: float) -> float:
+    """Return the first natural frequency of a shuttle on a pair of leaves [Hz from N/mm, g; leaf_mass of one leaf].
+
+    Rayleigh's quotient with the static shape: each leaf moves as 13/35 of its mass. S. Timoshenko, Vibration
+    Problems in Engineering, 1937, art. 16.
+    """
+    mass = shuttle_mass + 2.0 * (13.0 / 35.0) * leaf_mass
+    return math.sqrt(1e6 * stiffness / mass) / (2.0 * math.pi)

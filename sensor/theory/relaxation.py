@@ -1,0 +1,51 @@
+"""Flesh that relaxes at a constant Poisson's ratio: its Prony series.
+
+Under an indentation that is held, a force falls as g(t) = 1 - sum g_i (1 - exp(-t / tau_i)). The modulus of elastic
+flesh is that at the first instant: E. H. Lee, J. R. M. Radok, The contact problem for viscoelastic bodies, J. Appl.
+Mech. 27 (1960) 438, doi:10.1115/1.3644020.
+"""
+
+import math
+from dataclasses import dataclass
+
+from sensor.quantity import validation_error
+
+FORM = "a list of pairs [share, time_s], shares above 0 that add up to less than 1, times above 0"
+_HINT = "write [[0.3, 2.0], [0.2, 60.0]] for flesh that loses 0.3 within seconds and 0.2 within a minute"
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """The arms of a Prony series: each a share g_i [1] of the force and the time tau_i [s] in which it is lost."""
+
+    arms: tuple[tuple[float, float], ...]
+
+    def __post_init__(self) -> None:
+        """Raise InputError for anything but pairs of shares and times of flesh that stays a solid."""
+        if not _are_arms(self.arms):
+            raise validation_error("fruit.relaxation", self.arms, "", FORM, _HINT)
+        total = sum(self.shares)
+        if not total < 1.0:
+            bound = "shares that add up to less than 1"
+            raise validation_error("fruit.relaxation", total, "", bound, "some force must remain")
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Return the shares g_i [1]."""
+        return tuple(share for share, _ in self.arms)
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """Return the times tau_i [s]."""
+        return tuple(time for _, time in self.arms)
+
+
+def _are_arms(arms: object) -> bool:
+    return isinstance(arms, tuple) and len(arms) > 0 and all(map(_is_arm, arms))
+
+
+def _is_arm(arm: object) -> bool:
+    if not isinstance(arm, tuple) or len(arm) != 2:  # noqa: PLR2004 - a pair
+        return False
+    numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in arm)
+    return numbers and 0.0 < arm[0] < 1.0 and 0.0 < arm[1] < math.inf

@@ -1,0 +1,71 @@
+"""Tips that end in a sphere: a half ball, and a dome, which is a shallow cap."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sensor.quantity import LENGTH, quantity, validation_error
+from sensor.theory.hertz import contact_radius, relative_radius
+from sensor.tips.tip_shape import Meridian, TipShape, arc
+
+
+@dataclass(frozen=True, kw_only=True)
+class DomeKeys:
+    """Keys in [tips] of domes."""
+
+    dome_radius_mm: float | None = quantity(
+        "mm", LENGTH, default=None, hint="a gentle dome has 10", meaning="radius of the cap of a dome"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sphere(TipShape):
+    """A half ball of diameter `side_mm`: pressed deep for its size, so solved on cells."""
+
+    name: ClassVar[str] = "sphere"
+
+    @property
+    def radius_mm(self) -> float:
+        """Return the radius of the sphere [mm]."""
+        return 0.5 * self.side_mm
+
+    @property
+    def meridian(self) -> Meridian:
+        """Return the sphere out to the rim."""
+        return (arc(0.0, 0.5 * self.side_mm, 0.0, self.radius_mm),)
+
+    @property
+    def sized_as(self) -> str:
+        """Return the cylinder of the same diameter."""
+        return "cylinder"
+
+    def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
+        """Return the area of Hertz's circle [mm^2 from N, E / (1 - nu^2) in MPa, mm]."""
+        radius = relative_radius(self.radius_mm, fruit_radius)
+        return math.pi * contact_radius(force, reduced_modulus, 0.0, radius) ** 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dome(Sphere):
+    """A cap of a sphere of radius `dome_radius_mm` over a round face of diameter `side_mm`."""
+
+    name: ClassVar[str] = "dome"
+    obeys_hertz: ClassVar[bool] = True
+
+    dome_radius_mm: float
+
+    def __post_init__(self) -> None:
+        """Refuse a face that is wider than the sphere."""
+        if self.side_mm > 2.0 * self.dome_radius_mm:
+            bound = f"at most 2 tips.dome_radius_mm = {2.0 * self.dome_radius_mm:g} mm"
+            raise validation_error("tips.side_mm", self.side_mm, "mm", bound, "the face is wider than its sphere")
+
+    @property
+    def radius_mm(self) -> float:
+        """Return the radius of the sphere [mm]."""
+        return self.dome_radius_mm
+
+    @property
+    def is_printed(self) -> bool:
+        """Say that domes are printed with the housing."""
+        return True

@@ -1,0 +1,83 @@
+"""A tip that ends in a cone, sharp or with a ball at its point."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sensor.quantity import Bounds, quantity, validation_error
+from sensor.theory.hertz import contact_radius, relative_radius
+from sensor.theory.sneddon_cone import cone_mean_pressure
+from sensor.tips.tip_shape import LEAST_PIECE_MM, Meridian, MeridianPoint, Straight, TipShape, arc
+
+# A steeper flank is far from a small slope, which contact counts it as; a flatter one is a flat face.
+_HALF_ANGLE = Bounds(at_least=45.0, at_most=89.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConeKeys:
+    """Keys in [tips] of cones."""
+
+    half_angle_deg: float | None = quantity(
+        "deg",
+        _HALF_ANGLE,
+        default=None,
+        hint="an indenter often has 70.3",
+        meaning="angle between axis and flank of a cone",
+    )
+    blunt_mm: float | None = quantity(
+        "mm",
+        Bounds(at_least=0.0, at_most=1000.0),
+        default=None,
+        hint="radius of the point, 0 for a sharp one",
+        meaning="radius of the ball at the point of a cone; left out for a sharp one",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cone(TipShape):
+    """A cone of diameter `side_mm` with `half_angle_deg` between axis and flank, its point a ball of radius `blunt_mm`.
+
+    The ball meets the flank without an edge.
+    """
+
+    name: ClassVar[str] = "cone"
+
+    half_angle_deg: float
+    blunt_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a ball that leaves no flank that can be made."""
+        if self._ball_edge_mm > 0.5 * self.side_mm - LEAST_PIECE_MM:
+            largest = 0.5 * self.side_mm / math.cos(math.radians(self.half_angle_deg))
+            bound = f"less than tips.side_mm / (2 cos(tips.half_angle_deg)) = {largest:g} mm"
+            raise validation_error("tips.blunt_mm", self.blunt_mm, "mm", bound, "make it sharper, or take a dome")
+
+    @property
+    def _ball_edge_mm(self) -> float:
+        """Return the distance from the axis at which the ball meets the flank [mm]."""
+        return self.blunt_mm * math.cos(math.radians(self.half_angle_deg))
+
+    @property
+    def meridian(self) -> Meridian:
+        """Return the ball, where there is one, and the flank."""
+        half = 0.5 * self.side_mm
+        ball = (arc(0.0, self._ball_edge_mm, 0.0, self.blunt_mm),) if self.blunt_mm > 0.0 else ()
+        start = ball[-1].end if ball else MeridianPoint(0.0, 0.0)
+        rim = MeridianPoint(half, start.z + (half - start.r) / math.tan(math.radians(self.half_angle_deg)))
+        return (*ball, Straight(start, rim))
+
+    @property
+    def sized_as(self) -> str:
+        """Return the cylinder of the same diameter."""
+        return "cylinder"
+
+    def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
+        """Return Hertz's circle while the ball alone touches, beyond it that of a sharp cone [mm^2].
+
+        `force` [N], `reduced_modulus` is E / (1 - nu^2) [MPa], `fruit_radius` [mm].
+        """
+        if self.blunt_mm > 0.0:
+            radius = contact_radius(force, reduced_modulus, 0.0, relative_radius(self.blunt_mm, fruit_radius))
+            if radius <= self._ball_edge_mm:
+                return math.pi * radius**2
+        return force / cone_mean_pressure(self.half_angle_deg, reduced_modulus)

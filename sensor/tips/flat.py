@@ -1,0 +1,74 @@
+"""Tips with a flat face, square or round, whose edge may be rounded."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sensor.quantity import Bounds, quantity, validation_error
+from sensor.tips.tip_shape import LEAST_PIECE_MM, Meridian, MeridianPoint, Straight, TipShape, arc
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlatKeys:
+    """Keys in [tips] of flat tips."""
+
+    fillet_mm: float = quantity(
+        "mm",
+        Bounds(at_least=0.0, at_most=1000.0),
+        default=0.0,
+        hint="rounding of the edge of the face",
+        meaning="rounding of the edge of the face",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlatTip(TipShape):
+    """A flat face with an edge rounded by `fillet_mm`."""
+
+    has_flat_face: ClassVar[bool] = True
+
+    fillet_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a rounding, or a face beside it, that is too small to be made."""
+        largest = 0.5 * self.side_mm - LEAST_PIECE_MM
+        if self.fillet_mm and not LEAST_PIECE_MM <= self.fillet_mm <= largest:
+            half = f"tips.side_mm / 2 = {0.5 * self.side_mm:g} mm"
+            bound = f"0, or at least {LEAST_PIECE_MM:g} mm and as much less than {half}"
+            raise validation_error("tips.fillet_mm", self.fillet_mm, "mm", bound, "leave a flat face, or take a sphere")
+
+    @property
+    def meridian(self) -> Meridian:
+        """Return the face, and the quarter circle of a rounded edge."""
+        half = 0.5 * self.side_mm
+        fillet = self.fillet_mm
+        face = Straight(MeridianPoint(0.0, 0.0), MeridianPoint(half - fillet, 0.0))
+        return (face, arc(half - fillet, half, half - fillet, fillet)) if fillet > 0.0 else (face,)
+
+    @property
+    def sized_as(self) -> str:
+        """Return the shape itself."""
+        return self.name
+
+    def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:  # noqa: ARG002
+        """Return the area of the whole face [mm^2], whatever the force."""
+        return self.area_mm2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cube(FlatTip):
+    """A square face."""
+
+    name: ClassVar[str] = "cube"
+    is_round: ClassVar[bool] = False
+
+    @property
+    def is_printed(self) -> bool:
+        """Say whether its edges are sharp: the housing has no others."""
+        return self.is_flat
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cylinder(FlatTip):
+    """A round face."""
+
+    name: ClassVar[str] = "cylinder"

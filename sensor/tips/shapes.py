@@ -1,0 +1,41 @@
+"""Every shape of tip, and the shape that the keys in [tips] describe. A new shape is a file and its entries here."""
+
+import dataclasses
+from dataclasses import dataclass
+
+from sensor.quantity import validation_error
+from sensor.tips.ball import Dome, DomeKeys, Sphere
+from sensor.tips.cone import Cone, ConeKeys
+from sensor.tips.flat import Cube, Cylinder, FlatKeys
+from sensor.tips.tip_shape import TipShape
+
+SHAPES: dict[str, type[TipShape]] = {shape.name: shape for shape in (Cube, Cylinder, Sphere, Dome, Cone)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShapeKeys(FlatKeys, DomeKeys, ConeKeys):
+    """The keys in [tips] that belong to some shapes only."""
+
+
+OPTIONAL_KEYS = tuple(key.name for key in dataclasses.fields(ShapeKeys) if key.default is None)
+
+
+def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
+    """Return the shape of a name; raises InputError for a key of another shape, or one that is missing."""
+    kind = SHAPES[name]
+    needed = {item.name: item.default is dataclasses.MISSING for item in dataclasses.fields(kind)}
+    given = {}
+    for key in dataclasses.fields(ShapeKeys):
+        value = getattr(keys, key.name)
+        label = f"tips.{key.name}"
+        unit = key.metadata["unit"]
+        if key.name not in needed:
+            if value != key.default:
+                bound = f"left out for tips.shape = {name!r}"
+                raise validation_error(label, value, unit, bound, "drop it, or take the shape it is for")
+        elif value is not None:
+            given[key.name] = value
+        elif needed[key.name]:
+            bound = f"given for tips.shape = {name!r}"
+            raise validation_error(label, None, "", bound, key.metadata["hint"])
+    return kind(side_mm=side_mm, **given)

@@ -1,0 +1,63 @@
+"""What was asked, what came out, and whether it passed: the one type of every judgement."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from sensor.quantity import report_field
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """One target, what came out, and whether it passed; None where the error bar or a failed check leaves it open."""
+
+    name: str = report_field("", "name of the verdict, see [verdicts](words.md#verdicts)")
+    value: float | None = report_field("as in `unit`", "what came out; null where there is no number")
+    unit: str = report_field("", 'unit of value, limit and error; "1" for a plain number')
+    limit: float | str | None = report_field("as in `unit`", "the target or the limit, a number or words")
+    tolerance: float | str | None = report_field(
+        "as in `unit`", "how far the value may be off; a fraction of the limit where `relative` is true"
+    )
+    passed: bool | None = report_field("", "true, false, or null for undecided")
+    reference: str = report_field("", "what was compared, or why there is no number; why a verdict did not pass")
+    error: float | None = report_field("as in `unit`", "half width of the value's error bar", default=None)
+    relative: bool = report_field("", "true where the tolerance is a fraction of the limit", default=False)
+    remedy: str | None = report_field(
+        "",
+        "what would make a verdict pass, from its own numbers, or that `pipeline suggest` searches it; null where it "
+        "passed or nobody looked",
+        default=None,
+    )
+
+
+def equal(name: str, value: float, limit: float, tolerance: float, *, unit: str, reference: str) -> Verdict:
+    """Return a verdict that passes when the value is the limit within the tolerance [unit]; nan fails."""
+    passed = bool(abs(value - limit) <= tolerance)
+    return Verdict(
+        name=name, value=value, unit=unit, limit=limit, tolerance=tolerance, reference=reference, passed=passed
+    )
+
+
+def at_least(name: str, value: float, limit: float, tolerance: float, *, unit: str, reference: str) -> Verdict:
+    """Return a verdict that passes when the value reaches the limit but for the tolerance [unit]; nan fails."""
+    passed = bool(value >= limit - tolerance)
+    return Verdict(
+        name=name, value=value, unit=unit, limit=limit, tolerance=tolerance, reference=reference, passed=passed
+    )
+
+
+def judged(name: str, value: float, *, passed: bool, limit: str, unit: str, reference: str) -> Verdict:
+    """Return a verdict on a value [unit] whose limit is said in words, without a tolerance."""
+    return Verdict(name=name, value=value, unit=unit, limit=limit, tolerance=0.0, reference=reference, passed=passed)
+
+
+def failed(name: str, limit: float | str, *, unit: str, reference: str) -> Verdict:
+    """Return a verdict that fails without a number; the unit is that of the limit."""
+    return Verdict(name=name, value=None, unit=unit, limit=limit, tolerance=0.0, reference=reference, passed=False)
+
+
+def all_passed(verdicts: Iterable[Verdict]) -> bool | None:
+    """Return False when a verdict failed, None when one is undecided and none failed, else True."""
+    outcomes = {verdict.passed for verdict in verdicts}
+    if False in outcomes:
+        return False
+    return None if None in outcomes else True

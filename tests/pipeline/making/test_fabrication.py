@@ -1,0 +1,36 @@
+"""Sideways stiffness as a verdict: what passes, what a thin plate does, what an error bar leaves open."""
+
+import pytest
+from stand_ins import sensor_of, springs_of
+
+from pipeline.making.fabrication import begin_fabrication, sideways_verdict, sideways_verdicts
+from pipeline.options import RunOptions
+from sensor.design.parameters import Design
+
+SPRINGS = {spring.name: spring for spring in springs_of(Design()).springs}
+
+
+@pytest.mark.parametrize(
+    ("name", "ratio", "step", "passed"),
+    [
+        ("low", 3.2, 0.01, True),
+        ("low", 2.9, 0.01, False),
+        ("high", 1.78, 0.01, True),
+        ("high", 0.70, 0.01, False),  # a plate 6 mm deep, by finite elements
+        ("high", 1.205, 0.01, None),
+    ],
+)
+def test_sideways_stiffness_against_its_least_share(name, ratio, step, passed):
+    """Stiffness across and its error bar go over the stiffness along the press, of the spring as it was solved."""
+    K = SPRINGS[name].stiffness
+    verdict = sideways_verdict(SPRINGS[name], ratio * K, step * K)
+    assert (verdict.name, verdict.passed) == (f"sideways.{name}", passed)
+    assert (verdict.value, verdict.error) == pytest.approx((ratio, step), rel=1e-12)
+
+
+@pytest.mark.parametrize(("made", "fabrication"), [(True, False), (False, True)])
+def test_nothing_is_made_unasked_or_where_no_housing_is(made, fabrication, tmp_path):
+    options, springs = RunOptions(fabrication=fabrication), springs_of(Design(), made=made)
+    assert begin_fabrication(sensor_of(Design(), springs), options, tmp_path, None).result() == ()
+    assert sideways_verdicts(springs, options) == ()
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,63 @@
+"""VTU files of a run: what ParaView shows at the marked place is the strain that the report judges."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from pipeline.making.fields import write_fields
+
+QUADRATIC_HEXAHEDRON = 25  # of VTK's file format
+
+
+@pytest.fixture(scope="module")
+def write(default_run, tmp_path_factory):
+    """Return a function that writes the fields of the default design and reads those of its housing."""
+    result = default_run.result
+    options = dataclasses.replace(result.options, fields=True)
+
+    def written():
+        folder = tmp_path_factory.mktemp("fields")
+        assert write_fields(result.sensor, result.press, options, folder) == ()
+        return pv.read(folder / "flexure.vtu"), pv.read(folder / "fruit.vtu")
+
+    return written
+
+
+@pytest.fixture(scope="module")
+def flexure_and_fruit(write):
+    return write()
+
+
+def marked(flexure, spring):
+    """Return the node that is marked for a spring, of which there is one."""
+    (node,) = np.flatnonzero(flexure[f"{spring.name}_largest_strain_place"])
+    return node
+
+
+def test_names_carry_units_and_cells_are_those_of_the_solve(flexure_and_fruit):
+    names = {"displacement_mm", "von_mises_MPa", "largest_principal_strain", "stress_MPa"}
+    for grid in flexure_and_fruit:
+        assert names <= set(grid.point_data)
+        assert not grid.cell_data
+        assert grid["stress_MPa"].shape == (grid.n_points, 6)
+    assert set(flexure_and_fruit[0].celltypes) == {QUADRATIC_HEXAHEDRON}
+
+
+def test_marked_strain_is_the_largest_of_the_leaves_and_that_of_the_report(flexure_and_fruit, default_run):
+    flexure, _ = flexure_and_fruit
+    for spring in default_run.result.springs.springs:
+        strain = flexure["largest_principal_strain"]
+        node = marked(flexure, spring)
+        assert strain[node] == strain[flexure[f"{spring.name}_leaves"] == 1].max()
+        assert abs(strain[node] - spring.root_strain.value) < spring.root_strain.error
+
+
+def test_six_components_are_the_tensor_of_von_mises(flexure_and_fruit):
+    for grid in flexure_and_fruit:
+        xx, yy, zz, xy, yz, xz = grid["stress_MPa"].T
+        square = 0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (xy**2 + yz**2 + xz**2)
+        # every component is written to a millionth of the largest, and von Mises grows by at most 3 of these
+        known = 4e-6 * np.abs(grid["stress_MPa"]).max()
+        np.testing.assert_allclose(np.sqrt(square), grid["von_mises_MPa"], rtol=0.0, atol=known)

@@ -1,0 +1,70 @@
+"""Solids from the cache are the files and verdicts of the run that made them; another design is made anew."""
+
+import hashlib
+
+import pytest
+from squares import GENTLE, LENGTHS
+from stand_ins import springs_of
+
+import cad.checks.sensor_checks
+import cad.files.sensor_files
+from cad.files.step import read_step
+from pipeline.making.solids import begin_solids
+from sensor.design.parameters import Design
+
+
+def write_solids(design, springs, folder):
+    """Return the verdicts of solids that are made and waited for in this process."""
+    return begin_solids(design, springs, folder, None).result()
+
+
+def digests(folder):
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.iterdir()}
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory):
+    """Return the folder of the default design's solids; they are in a cache of this module."""
+    place = tmp_path_factory.mktemp("solids")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(place / "cache"))
+        (place / "first").mkdir()
+        write_solids(Design(), springs_of(Design()), place / "first")
+        yield place / "first"
+
+
+def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tmp_path, monkeypatch):
+    monkeypatch.setattr(cad.files.sensor_files, "write_sensor", lambda *_: pytest.fail("made again"))
+    verdicts = write_solids(Design(), springs_of(Design()), tmp_path)
+    assert {"geometry.valid", "geometry.watertight"} <= {verdict.name for verdict in verdicts}
+    assert [verdict.name for verdict in verdicts if not verdict.passed] == []
+    assert digests(first) == digests(tmp_path)
+    assert {"housing.step", "housing.stl", "housing.3mf", "assembly.step", "assembly.glb"} == set(digests(first))
+
+
+@pytest.mark.usefixtures("first")
+def test_another_leaf_is_another_solid(tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr(cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or ())
+    monkeypatch.setattr(cad.checks.sensor_checks, "check_sensor", lambda *_: ())
+    springs = springs_of(Design(), lengths=(29.9, 14.8))
+    write_solids(Design(), springs, tmp_path)
+    assert made == [springs.housing]
+
+
+def test_no_housing_writes_no_file(tmp_path):
+    assert write_solids(Design(), springs_of(Design(), made=False), tmp_path) == ()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    folder = tmp_path / "square"
+    folder.mkdir()
+    verdicts = write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), folder)
+    assert [verdict.name for verdict in verdicts if verdict.passed is not True] == []
+    assert {"geometry.plates", "geometry.plate_holes"} <= {verdict.name for verdict in verdicts}
+    assert len(read_step(folder / "housing.step").Solids()) == 1
+    text = (folder / "assembly.step").read_text(encoding="ascii")
+    named = ("plate 1", "plate 2", "front cover", "back cover", "screw 4", "nut 4", "dowel 1", "dowel 2", "fruit")
+    assert [name for name in named if f"'{name}'" not in text] == []

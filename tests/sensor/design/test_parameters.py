@@ -1,0 +1,97 @@
+import dataclasses
+import math
+
+import pytest
+
+from sensor.design.design_file import TABLE_TYPES
+from sensor.design.parameters import Design, Print
+from sensor.design.processes import PROCESSES
+from sensor.design.tips import Press
+from sensor.quantity import InputError
+
+KINDS = TABLE_TYPES
+NUMBERS = [
+    (table, item) for table, kind in KINDS.items() for item in dataclasses.fields(kind) if "unit" in item.metadata
+]
+CHOICES = [
+    (table, item) for table, kind in KINDS.items() for item in dataclasses.fields(kind) if "options" in item.metadata
+]
+each_number = pytest.mark.parametrize(
+    ("table", "item"), NUMBERS, ids=[f"{table}.{item.name}" for table, item in NUMBERS]
+)
+each_choice = pytest.mark.parametrize(
+    ("table", "item"), CHOICES, ids=[f"{table}.{item.name}" for table, item in CHOICES]
+)
+UNIT_OF_ENDING = {"_mm": "mm", "_MPa": "MPa", "_deg": "deg", "_N_per_m": "N/m", "_N": "N", "_percent": "%"}
+UNIT_OF_ENDING = {"_mV_per_mm": "mV/mm"} | UNIT_OF_ENDING | {"_mm_per_s": "mm/s", "_s": "s", "_V": "V", "_mV": "mV"}
+UNIT_OF_ENDING |= {"_Hz": "Hz", "_nV": "nV", "_um": "um", "_K": "K", "_ms": "ms"}
+
+
+@each_number
+def test_unit_is_told_by_the_name(table, item):
+    ending = next((ending for ending in UNIT_OF_ENDING if item.name.endswith(ending)), None)
+    assert item.metadata["unit"] == (UNIT_OF_ENDING[ending] if ending else "1"), f"{table}.{item.name}"
+    assert item.metadata["hint"], f"{table}.{item.name}"
+    assert item.metadata["meaning"], f"{table}.{item.name}"
+
+
+def refused(table, key, value):
+    with pytest.raises(InputError) as error:
+        Design(**{table: KINDS[table](**{key: value})})
+    return error.value
+
+
+@each_number
+@pytest.mark.parametrize("bad", [math.nan, "five", True])
+def test_what_is_no_number_is_refused(table, item, bad):
+    several = str(item.type).startswith("tuple")
+    error = refused(table, item.name, (bad,) if several else bad)
+    assert error.field == f"{table}.{item.name}"
+    assert error.value is bad or str(error.value) == str(bad)
+    assert str(item.metadata["bounds"]) in error.bound
+    assert str(error).endswith(item.metadata["hint"])
+
+
+@each_number
+def test_value_beyond_each_bound_is_refused(table, item):
+    bounds = item.metadata["bounds"]
+    outside = [limit for limit in (bounds.above, bounds.below) if limit is not None]
+    if bounds.at_least is not None:
+        outside.append(math.nextafter(bounds.at_least, -math.inf))
+    if bounds.at_most is not None:
+        outside.append(math.nextafter(bounds.at_most, math.inf))
+    assert outside
+    for value in outside:
+        several = str(item.type).startswith("tuple")
+        error = refused(table, item.name, (value,) if several else value)
+        assert (error.field, error.value, error.bound) == (f"{table}.{item.name}", value, str(bounds))
+
+
+@each_choice
+def test_choice_is_one_of_its_options(table, item):
+    assert refused(table, item.name, "none of these").field == f"{table}.{item.name}"
+    assert item.default is None or item.default in item.metadata["options"]
+
+
+@pytest.mark.parametrize("tilt", [-3.0, 0.0, 5.0])
+def test_tilt_lowers_the_high_tip_by_what_it_raises_the_low_one(tilt):
+    design = Design(press=Press(tilt_deg=tilt))
+    step = 4.0 * math.tan(math.radians(tilt))
+    assert design.full_travels_mm == pytest.approx((design.press.travel_mm - step, design.press.travel_mm + step))
+
+
+@pytest.mark.parametrize("kind", [*KINDS.values(), Design], ids=lambda kind: kind.__name__)
+def test_every_table_is_frozen_and_takes_names_only(kind):
+    record = kind()
+    first = dataclasses.fields(kind)[0].name
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(record, first, None)
+    with pytest.raises(TypeError):
+        kind(1.0)
+    assert hash(record) == hash(kind())
+
+
+def test_modulus_of_a_coupon_takes_the_place_of_that_of_the_process():
+    nominal = Design().process
+    assert nominal == PROCESSES["fdm-petg"]
+    assert Design(print=Print(E_MPa=1750.0)).process == dataclasses.replace(nominal, E_MPa=1750.0)

@@ -1,0 +1,378 @@
+"""The rise of the contrast: exact for what it models, blind to every offset, without bias by noise, near the bound."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from reference.ellipsoid_presses import Fruit, press, random_fruits, square
+from reference.stored_presses import STORED
+from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, smallest_root, stiffened
+from sensor.theory.contrast_rise import RiseError, RiseLaw, RiseSums, RisingPress, RollingDomes, rise_reading
+
+KINDS = ("low", "high", "low", "high")
+SQUARE = ((-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0))
+LINE = ((-2.5, 0.0), (0.0, 0.0), (2.5, 0.0))
+MEAN_CURVATURE = 1.0 / 60.0  # of a mango, untold
+QUIET = np.zeros(4)
+
+
+def dome_law(mean_curvature=MEAN_CURVATURE, K=(0.15, 1.4, 0.15, 1.4), dome_radius=10.0, side=6.0):
+    positions = 0.5 * side * np.sign(SQUARE)
+    C = np.diag(1.0 / np.array(K)).tolist()
+    domes = RollingDomes(
+        positions=tuple(map(tuple, positions.tolist())),
+        weights=contrast_weights(SQUARE, KINDS),
+        dome_radius=dome_radius,
+        mean_curvature=mean_curvature,
+        poisson=0.3,
+    )
+    return domes.law(C)
+
+
+def blind(law):
+    """Return the law without what the offset tells of the saddle."""
+    return replace(law, rolling=None)
+
+
+def law_forces(law, E, lowered):
+    """Return forces [N] of tips that are lowered [mm], from a general solver of the equations of the tips."""
+    compliance = np.array(law.C) + np.array(law.S) / E
+
+    def misfit(roots):
+        return compliance @ roots**3 + law.hertz * E ** (-2.0 / 3.0) * roots**2 + law.gaps - lowered
+
+    found = root(misfit, np.full(len(lowered), 0.5), tol=1e-13)
+    assert found.success
+    return found.x**3
+
+
+def law_press(law, E, gaps, tilt=(0.0, 0.0), drift=(0.0, 0.0), travels=None, places=SQUARE):
+    """Return the forces of a press over gaps [mm] that the law does not know, (samples, tips)."""
+    travels = np.linspace(0.35, 0.9, 12) if travels is None else travels
+    rows = []
+    for x in travels:
+        slope = np.array(tilt) + np.array(drift) * (x - travels[0]) / max(np.ptp(travels), 0.1)
+        rows.append(law_forces(law, E, x + np.array(places) @ slope - gaps))
+    return np.array(rows)
+
+
+def reading(law, forces, noises=QUIET):
+    rising = RisingPress(law, noises)
+    for sample in forces:
+        rising.add(sample)
+    return rising.reading()
+
+
+def level_press(E, samples=60, tilt=0.0):
+    """Return a press of the law from the last touch on: some mm of each tip's own spring at least."""
+    law = blind(dome_law())
+    most = 3.0 * math.sqrt(2.0) * tilt
+    return law, law_press(law.contrast, E, 0.0, (tilt, tilt), travels=np.linspace(2.0 * most + 0.08, 0.9, samples))
+
+
+@pytest.mark.parametrize("E", [0.5, 3.5])
+def test_a_square_of_domes_is_read_exactly_whatever_gaps_and_tilts(E):
+    law = blind(dome_law())
+    rng = np.random.default_rng(21)
+    for _ in range(5):
+        gaps = rng.uniform(-0.05, 0.05, 4)
+        tilt, drift = rng.uniform(-0.02, 0.02, (2, 2))
+        found = reading(law, law_press(law.contrast, E, gaps, tilt, drift))
+        assert pytest.approx(E, rel=1e-8) == found.E
+        assert found.offset == pytest.approx(np.dot(law.contrast.weights, gaps), abs=1e-9)
+
+
+def test_one_moment_of_the_same_press_lies():
+    law = blind(dome_law())
+    forces = law_press(law.contrast, 1.0, [0.0, 0.04, 0.0, 0.04])
+    assert abs(read_modulus(law.contrast, forces[-1].tolist()) - 1.0) > 0.3
+    assert pytest.approx(1.0, rel=1e-8) == reading(law, forces).E
+
+
+def test_gaps_that_change_during_the_press_do_not_drop_out():
+    law = blind(dome_law())
+    steady = law_press(law.contrast, 1.0, 0.0)
+    changed = [
+        law_press(law.contrast, 1.0, [0.0, 0.004 * i, 0.0, 0.0], travels=[0.35 + 0.05 * i])[0] for i in range(12)
+    ]
+    assert pytest.approx(1.0, rel=1e-8) == reading(law, steady).E
+    assert abs(reading(law, np.array(changed)).E - 1.0) > 0.05
+
+
+@pytest.mark.parametrize(
+    ("places", "weights", "K"),
+    [(LINE, (0.5, -1.0, 0.5), (17.3, 0.75, 17.3)), (((-4.0, 0.0), (4.0, 0.0)), (-1.0, 1.0), (0.75, 17.3))],
+    ids=["line", "pair"],
+)
+def test_flat_tips_of_other_layouts_are_read_by_the_same_rise(places, weights, K):
+    apart = np.hypot(*(np.subtract.outer(axis, axis) for axis in np.array(places).T))
+    S = 0.91 / np.where(apart > 0.0, np.pi * apart, 1.15)
+    law = RiseLaw(
+        contrast=ContrastLaw(weights=weights, gaps=(0.0,) * len(K), C=np.diag(1.0 / np.array(K)).tolist(), S=S.tolist())
+    )
+    gaps = np.linspace(0.0, 0.03, len(K))
+    forces = law_press(law.contrast, 2.0, gaps, places=places)
+    found = reading(law, forces, np.zeros(len(K)))
+    assert pytest.approx(2.0, rel=1e-8) == found.E
+    assert found.offset == pytest.approx(np.dot(weights, gaps), abs=1e-9)
+
+
+def test_known_gaps_leave_no_offset():
+    gaps = (0.01, 0.0, 0.03, 0.0)
+    law = blind(dome_law())
+    law = replace(law, contrast=replace(law.contrast, gaps=gaps))
+    assert reading(law, law_press(law.contrast, 1.0, 0.0)).offset == pytest.approx(0.0, abs=1e-9)
+
+
+def test_an_offset_that_is_a_saddle_moves_the_contacts():
+    """S is that of domes that roll on a skin of k_xy: distances by the whole tensor of curvatures."""
+    r, H, k_xy = 10.0, MEAN_CURVATURE, 0.008
+    rolled = np.linalg.inv(np.eye(2) + r * np.array([[H, k_xy], [k_xy, H]]))
+    feet = np.array(SQUARE) @ rolled
+    apart = np.hypot(*(np.subtract.outer(axis, axis) for axis in feet.T))
+    S = 0.91 / np.pi / np.where(apart > 0.0, apart, np.inf)
+    deep = 0.5 * np.einsum("ti,ij,tj->t", SQUARE, np.array([[H, k_xy], [k_xy, H]]) @ rolled, SQUARE)
+    law = dome_law()
+    of_saddle = law.with_offset(float(np.dot(law.contrast.weights, deep))).S
+    assert np.array(of_saddle) == pytest.approx(S)
+
+
+@pytest.fixture
+def slopes_at():
+    law, forces = level_press(1.5, samples=15, tilt=0.01)
+    return law, forces, reading(law, forces)
+
+
+def relative_slope(read, step=1e-5):
+    return (math.log(read(step)) - math.log(read(-step))) / (2.0 * step)
+
+
+def test_slopes_are_those_of_small_changes(slopes_at):
+    law, forces, found = slopes_at
+    contrast = law.contrast
+    since = np.linspace(-1.0 / (len(forces) - 2), 1.0, len(forces))  # the first sample is an instrument only
+    for tip in range(4):
+        one = np.eye(4)[tip]
+        moved = {
+            "gains": lambda step, one=one: reading(law, forces * (1.0 + step * one)).E,
+            "zeros": lambda step, one=one: reading(law, forces + step * one).E,
+            "springs": lambda step, one=one: (
+                reading(replace(law, contrast=replace(contrast, C=stiffened(contrast.C, 1.0 + step * one))), forces).E
+            ),
+        }
+        for name, read in moved.items():
+            assert getattr(found.slopes, name)[tip] == pytest.approx(relative_slope(read), rel=1e-4, abs=1e-6)
+        # c_t is taken at the mean of F^(-1/3), which changes by half over the press
+        drift = relative_slope(lambda step, one=one: reading(law, forces + step * np.outer(since, one)).E)
+        assert found.slopes.drifts[tip] == pytest.approx(drift, rel=0.1)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.05])
+def test_a_zero_that_is_off_moves_the_reading_by_the_saddle_too(offset):
+    """On a saddle and without one; what the offset does by itself is a quarter of it for low tips."""
+    law = dome_law()
+    forces = law_press(blind(law).contrast, 1.0, [0.0, offset, 0.0, offset])
+    found = reading(law, forces).slopes.zeros
+    by_itself = reading(blind(law), forces).slopes.zeros
+    for tip, one in enumerate(np.eye(4)):
+        slope = relative_slope(lambda step, one=one: reading(law, forces + step * one).E)
+        assert found[tip] == pytest.approx(slope, rel=0.01)
+    assert found[0] > 1.1 * by_itself[0]
+
+
+def test_slopes_over_the_flesh_are_those_of_small_changes(slopes_at):
+    law, forces, found = slopes_at
+    contrast = law.contrast
+    S = np.array(contrast.S)
+
+    def with_contrast(**changes):
+        return reading(replace(law, contrast=replace(contrast, **changes)), forces).E
+
+    slopes = found.slopes
+    assert slopes.hertz == pytest.approx(relative_slope(lambda step: with_contrast(hertz=contrast.hertz * (1 + step))))
+    assert slopes.body == pytest.approx(relative_slope(lambda step: with_contrast(S=(S * (1.0 + step)).tolist())))
+    assert 2.0 / 3.0 * slopes.hertz + slopes.body == pytest.approx(1.0)  # E / (1 - nu^2) is read whatever nu
+    rolled = 1.0 + 10.0 * MEAN_CURVATURE
+    by_curvature = relative_slope(lambda step: reading(blind(dome_law(MEAN_CURVATURE + step)), forces).E, 1e-6)
+    assert slopes.mean_curvature(10.0 / rolled) == pytest.approx(by_curvature, rel=1e-5)
+
+
+def test_an_offset_that_is_no_saddle_moves_the_reading_by_its_slope():
+    law = dome_law()
+    E = 1.5
+    true = blind(law).contrast
+    found = reading(law, law_press(true, E, [0.0, 1e-4, 0.0, 1e-4]))
+    # S itself feels the offset again through the covariances: the slope is right to first order
+    assert math.log(found.E / E) == pytest.approx(found.slopes.offset * found.offset, rel=0.01)
+    assert abs(math.log(found.E / E)) > 1e-6
+
+
+def test_single_precision_is_enough():
+    """Centred running moments: a few times the rounding of a force over the share of the contrast in it."""
+    law = dome_law()
+    for samples in (10, 100, 1000):
+        _, forces = level_press(2.0, samples=samples, tilt=0.005)
+        single = reading(law, forces.astype(np.float32))
+        assert pytest.approx(reading(law, forces).E, rel=1e-5) == single.E
+        assert single.samples == samples - 1
+
+
+def flag_of(forces, law=None, noises=QUIET):
+    with pytest.raises(RiseError) as error:
+        reading(law or dome_law(), forces, noises)
+    return error.value.flag
+
+
+def test_presses_that_tell_nothing_are_refused():
+    law, forces = level_press(1.0, samples=15)
+    assert reading(law, forces[:6]).samples == 5
+    assert flag_of(forces[:5]) == "few_samples"
+    assert flag_of(forces * [1.0, 1.0, 0.0, 1.0]) == "few_samples"  # a tip never touches
+    assert flag_of(np.full((20, 4), 0.2)) == "no_rise"
+    assert flag_of(law_press(law.contrast, 1.0, 0.0, travels=np.linspace(0.7, 0.9, 12))) == "no_rise"  # a late touch
+    assert flag_of(forces, noises=np.full(4, 0.05)) == "no_rise"
+    assert flag_of(forces[:, [1, 0, 3, 2]]) == "out_of_range"  # channels that are mixed up
+    assert flag_of(np.full((20, 4), math.nan)) == "few_samples"
+
+
+def test_a_hold_does_not_hide_a_rise():
+    law, forces = level_press(1.0, samples=15)
+    held = np.concatenate([forces, np.repeat(forces[-1:], 5000, axis=0)])
+    assert pytest.approx(1.0, rel=1e-3) == reading(law, held, np.full(4, 1e-3)).E
+
+
+def test_of_two_touches_the_deeper_one_is_read():
+    """Each has an offset of its own; their samples together would be read as another modulus."""
+    law, forces = level_press(1.0, samples=15)
+    other = law_press(law.contrast, 1.0, [0.05, -0.05, 0.05, -0.05], travels=np.linspace(0.2, 0.7, 15))
+    lift = np.zeros((1, 4))
+    alone = reading(law, forces)
+    assert other.sum(axis=1).max() < forces.sum(axis=1).max()
+    assert reading(law, np.concatenate([other, lift, forces])) == alone
+    assert reading(law, np.concatenate([forces, lift, other])) == alone
+    assert abs(reading(law, np.concatenate([other, forces])).E - 1.0) > 0.1
+
+
+def test_samples_after_the_deepest_are_left_out():
+    law, forces = level_press(1.0, samples=15)
+    yielding = forces[-1] * np.array([0.99, 0.95, 0.99, 0.95])
+    assert reading(law, [*forces, yielding, 0.5 * yielding]) == reading(law, forces)
+
+
+@pytest.mark.parametrize("case", STORED["presses"], ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
+@pytest.mark.parametrize("with_saddle", [False, True])
+def test_reference_presses_are_read_with_no_shape_told(case, with_saddle):
+    """3 % is what the issue asks; their forces are known to 0.2 to 0.5 %, which moves E by up to 2 %."""
+    law = dome_law()
+    found = reading(law if with_saddle else blind(law), np.array(case["forces"]))
+    assert pytest.approx(case["E"], rel=0.03) == found.E
+    k_xy = 0.5 * (1.0 / case["R1"] - 1.0 / case["R2"]) * math.sin(2.0 * math.radians(case["azimuth"]))
+    rolled = (1.0 + 5.0 / case["R1"] + 5.0 / case["R2"]) ** 2 - (10.0 * k_xy) ** 2
+    # the offset moves with E by a share of the depths: 2 % of E are up to 0.002 mm
+    assert found.offset == pytest.approx(-18.0 * k_xy / rolled, abs=2.5e-3)
+
+
+@pytest.mark.slow
+def test_the_offset_tells_where_the_contacts_are():
+    """Own forces, which are known to 0.1 %: a saddle across the square costs 2 to 3 % of E where it is not heard."""
+    travels = np.linspace(0.045, 0.9, 20)
+    for E, azimuth in ((0.6, 45.0), (3.0, -45.0)):
+        fruit = Fruit(E=E, R1=42.0, R2=144.0, azimuth=azimuth, tilt=2.0, tilt_azimuth=70.0)
+        forces = press(square(), fruit, travels)
+        unheard = reading(blind(dome_law()), forces).E / E - 1.0
+        heard = reading(dome_law(), forces).E / E - 1.0
+        assert abs(heard) < 0.015 < abs(unheard) < 0.05
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("shape", [(6.0, 0.15, 1.4, 10.0, 0.9), (5.6, 0.077, 0.644, 8.3, 1.1)])
+def test_sixty_presses_on_ellipsoids_are_read(shape):
+    side, K_low, K_high, dome_radius, travel = shape
+    law = dome_law(K=(K_low, K_high, K_low, K_high), dome_radius=dome_radius, side=side)
+    for fruit in random_fruits(60, seed=21):
+        forces = press(square(side, K_low, K_high, dome_radius), fruit, np.linspace(travel / 30.0, travel, 30))
+        assert pytest.approx(fruit.E, rel=0.02) == reading(law, forces).E
+        assert pytest.approx(fruit.E, rel=0.06) == reading(blind(law), forces).E
+
+
+FULL_SCALE = np.array([0.13, 1.0, 0.13, 1.0])
+PRESSES = 400
+
+
+def least_spread(law, forces, E, noises):
+    """Return the bound of Cramer and Rao on the standard deviation of E, relative, over all unknown true forces [1]."""
+    contrast = law.contrast
+    weights, C, S = contrast.arrays
+    z = E ** (-1.0 / 3.0)
+    by_force = weights @ (C + S / E) + contrast.hertz * z**2 / 1.5 * weights * forces ** (-1.0 / 3.0)
+    variance = (by_force**2 * noises**2).sum(axis=1)
+    q = 2.0 * contrast.hertz * z * forces ** (2.0 / 3.0) @ weights + 3.0 * z**2 * forces @ S @ weights
+    information = ((q - np.average(q, weights=1.0 / variance)) ** 2 / variance).sum()
+    return 3.0 / z / math.sqrt(information)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.03])
+@pytest.mark.parametrize(("E", "noise"), [(0.5, 0.006), (3.5, 0.001), (3.5, 0.006)])
+def test_noise_leaves_no_bias_and_nearly_the_least_spread(E, noise, tilt):
+    law, true = level_press(E, tilt=tilt)
+    noises = noise * FULL_SCALE
+    rng = np.random.default_rng(7)
+    read = [reading(law, true + rng.normal(size=true.shape) * noises, noises) for _ in range(PRESSES)]
+    errors = np.array([row.E for row in read]) / E - 1.0
+    scatter = errors.std()
+    by_chance = 3.0 / math.sqrt(2.0 * PRESSES)  # three sigma of a standard deviation
+    predicted = reading(law, true, noises)
+    # 4 %: the slopes over the forces are taken at their means, and the root is not straight in the noise
+    assert predicted.noise == pytest.approx(scatter, rel=by_chance + 0.04)
+    assert predicted.offset_noise == pytest.approx(np.std([row.offset for row in read]), rel=by_chance + 0.08)
+    convex = 2.0 / 3.0 * scatter**2  # the mean of z^-3 where z has no bias
+    assert abs(errors.mean() - convex) < 3.0 * scatter / math.sqrt(PRESSES)
+    # of the bound: the end of a press whose sample serves the next one alone, and an instrument that is not q
+    bound = least_spread(law, true, E, noises)
+    assert bound * (1.0 - by_chance) < scatter < bound * (1.08 + by_chance)
+
+
+def test_a_samples_own_force_is_a_biased_instrument():
+    """Planted: errors in variables. The bias is cov(noise of u, noise of the residual) over the falling cubic."""
+    law, true = level_press(0.5, tilt=0.03)
+    noises = 0.006 * FULL_SCALE
+    rng = np.random.default_rng(8)
+    bias = []
+    for _ in range(PRESSES):
+        forces = true + rng.normal(size=true.shape) * noises
+        own, before = RiseSums(), RiseSums()
+        for last, sample in itertools.pairwise(forces):
+            own = own.with_sample(sample.sum(), sample)
+            before = before.with_sample(last.sum(), sample)
+        bias.append(math.log(rise_reading(law, own, noises).E / rise_reading(law, before, noises).E))
+    contrast = law.contrast
+    weights, C, S = contrast.arrays
+    z = 0.5 ** (-1.0 / 3.0)
+    roots = true[1:] ** (-1.0 / 3.0)
+    residual = weights @ (C + S * z**3) + contrast.hertz * z**2 / 1.5 * weights * roots
+    u = true[1:].sum(axis=1)
+    q = 2.0 * contrast.hertz * z * true[1:] ** (2.0 / 3.0) @ weights + 3.0 * z**2 * true[1:] @ S @ weights
+    expected = 3.0 * (residual * noises**2).sum(axis=1).mean() / (z * np.cov(u, q, bias=True)[0, 1])
+    assert expected > 0.006
+    by_chance = 3.0 * np.std(bias) / math.sqrt(PRESSES)
+    assert np.mean(bias) == pytest.approx(expected, abs=by_chance + 0.1 * expected)
+
+
+def test_the_cubic_of_a_single_reading_is_the_same():
+    law, forces = level_press(1.0, samples=15)
+    sums = RiseSums()
+    for last, sample in itertools.pairwise(forces):
+        sums = sums.with_sample(last.sum(), sample)
+    u = forces[:-1].sum(axis=1)
+    weights, C, S = law.contrast.arrays
+    rows = (
+        forces[1:] @ C @ weights,
+        law.contrast.hertz * forces[1:] ** (2.0 / 3.0) @ weights,
+        forces[1:] @ S @ weights,
+    )
+    z = smallest_root(*(float(np.cov(u, row)[0, 1]) for row in rows))
+    assert pytest.approx(z**-3) == rise_reading(law, sums, QUIET).E

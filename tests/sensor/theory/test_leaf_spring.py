@@ -1,0 +1,86 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sensor.quantity import InputError
+from sensor.theory.leaf_spring import (
+    Flexure,
+    gauge_strain,
+    natural_frequency,
+    pair_length,
+    pair_stiffness,
+    root_strain,
+)
+
+ROUND_OFF = 1e-12
+E, DEPTH, THICKNESS, LENGTH = 2000.0, 10.0, 0.8, 28.0
+SIZE = st.floats(0.05, 100.0)
+
+
+def test_pair_is_two_clamped_guided_beams_side_by_side():
+    second_moment = DEPTH * THICKNESS**3 / 12.0
+    one_leaf = 12.0 * E * second_moment / LENGTH**3  # Timoshenko, Strength of Materials I, art. 34
+    assert pair_stiffness(E, DEPTH, THICKNESS, LENGTH) == pytest.approx(2.0 * one_leaf, rel=ROUND_OFF)
+
+
+@given(E=st.floats(1.0, 1e6), depth=SIZE, thickness=SIZE, length=SIZE)
+def test_length_is_the_inverse_of_stiffness(E, depth, thickness, length):
+    K = pair_stiffness(E, depth, thickness, length)
+    assert pair_length(E, depth, thickness, K) == pytest.approx(length, rel=ROUND_OFF)
+
+
+def test_root_strain_is_that_of_the_moment_at_the_clamp():
+    deflection = 0.5
+    force_of_one_leaf = 0.5 * deflection * pair_stiffness(E, DEPTH, THICKNESS, LENGTH)
+    moment = 0.5 * force_of_one_leaf * LENGTH  # guided: half of the moment at either end
+    section_modulus = DEPTH * THICKNESS**2 / 6.0
+    strain = root_strain(THICKNESS, LENGTH, deflection)
+    assert strain == pytest.approx(moment / section_modulus / E, rel=ROUND_OFF)
+
+
+def test_gauge_averages_a_strain_that_falls_linearly_to_mid_length():
+    """Trapezoid between the root's strain and that at the end of the grid."""
+    t, L, d, grid = 0.8, 28.0, 0.5, 3.0
+    root, end = root_strain(t, L, d), root_strain(t, L, d) * (1.0 - 2.0 * grid / L)
+    assert gauge_strain(t, L, d, grid) == pytest.approx(0.5 * (root + end), rel=1e-12)
+    assert gauge_strain(t, L, d, 1e-9) == pytest.approx(root, rel=1e-9)
+
+
+@pytest.mark.parametrize("grid", [0.0, 15.0])
+def test_gauge_beyond_mid_length_is_refused(grid):
+    with pytest.raises(ValueError, match="grid"):
+        gauge_strain(0.8, 28.0, 0.5, grid)
+
+
+def test_leaf_alone_counts_with_the_quotient_of_its_shape():
+    """The guided shape 3 s^2 - 2 s^3 has a mean square of 13/35."""
+    s = (np.arange(2000) + 0.5) / 2000
+    share = float(((3.0 * s**2 - 2.0 * s**3) ** 2).mean())
+    assert natural_frequency(1.0, 0.0, 500.0) == pytest.approx(natural_frequency(1.0, 1000.0 * share, 0.0), rel=1e-6)
+
+
+SIZES = {"thickness": 0.8, "length": 28.3, "depth": 10.0, "separation": 14.0, "fillet": 0.5}
+
+
+@pytest.mark.parametrize("field", list(SIZES))
+@pytest.mark.parametrize("value", [0.0, math.inf, "1"])
+def test_each_size_must_be_a_positive_number(field, value):
+    with pytest.raises(InputError) as error:
+        Flexure(**{**SIZES, field: value})
+    assert error.value.field == f"flexure.{field}"
+
+
+@pytest.mark.parametrize(("field", "least"), [("length", 1.0), ("separation", 1.8)])
+def test_fillets_must_leave_a_straight_leaf_and_a_window(field, least):
+    with pytest.raises(InputError) as error:
+        Flexure(**{**SIZES, field: least})
+    assert (error.value.field, error.value.value) == (f"flexure.{field}", least)
+    assert getattr(Flexure(**{**SIZES, field: least + 0.01}), field) == least + 0.01
+
+
+def test_frequency_of_a_mass_on_a_spring():
+    """1 N/mm under 1 kg: sqrt(1000 / s^2) / 2 pi."""
+    assert natural_frequency(1.0, 1000.0, 0.0) == pytest.approx(math.sqrt(1000.0) / (2.0 * math.pi), rel=1e-12)

@@ -1,0 +1,100 @@
+"""Shapes of tips: what each key may be, and the meridian that gap and solid follow from."""
+
+import itertools
+import math
+
+import pytest
+
+from cad.parts.pin_socket import tip_solid
+from sensor.design.tips import Tips
+from sensor.quantity import InputError
+from sensor.theory.sneddon_cone import cone_contact_radius, cone_force
+from sensor.tips.shapes import SHAPES
+from sensor.tips.tip_shape import LEAST_PIECE_MM
+
+SHAPE_KEYS = {
+    "cube": {"fillet_mm": 0.2},
+    "cylinder": {"fillet_mm": 0.2},
+    "sphere": {},
+    "dome": {"dome_radius_mm": 2.0},
+    "cone": {"half_angle_deg": 70.0, "blunt_mm": 0.3},
+}
+
+
+@pytest.mark.parametrize(
+    ("keys", "field"),
+    [
+        ({"shape": "cone"}, "tips.half_angle_deg"),
+        ({"shape": "cone", "half_angle_deg": 44.9}, "tips.half_angle_deg"),
+        ({"shape": "cone", "half_angle_deg": 90.0}, "tips.half_angle_deg"),
+        ({"shape": "cone", "half_angle_deg": 60.0, "blunt_mm": 1.0}, "tips.blunt_mm"),
+        ({"shape": "cone", "half_angle_deg": 60.0, "blunt_mm": -0.1}, "tips.blunt_mm"),
+        ({"shape": "cone", "half_angle_deg": 60.0, "fillet_mm": 0.1}, "tips.fillet_mm"),
+        ({"shape": "cone", "half_angle_deg": 60.0, "dome_radius_mm": 3.0}, "tips.dome_radius_mm"),
+        ({"half_angle_deg": 60.0}, "tips.half_angle_deg"),
+        ({"shape": "sphere", "blunt_mm": 0.1}, "tips.blunt_mm"),
+        ({"shape": "dome"}, "tips.dome_radius_mm"),
+        ({"shape": "dome", "dome_radius_mm": 0.4}, "tips.side_mm"),
+        ({"shape": "sphere", "fillet_mm": 0.1}, "tips.fillet_mm"),
+        ({"fillet_mm": 0.5}, "tips.fillet_mm"),
+        ({"fillet_mm": 0.49999999999999994}, "tips.fillet_mm"),
+        ({"fillet_mm": 1e-9}, "tips.fillet_mm"),
+        ({"shape": "cone", "half_angle_deg": 60.0, "blunt_mm": 0.9999999999}, "tips.blunt_mm"),
+        ({"shape": "spere"}, "tips.shape"),
+    ],
+)
+def test_a_key_that_the_shape_cannot_have_is_refused(keys, field):
+    with pytest.raises(InputError) as error:
+        Tips(**keys)
+    assert error.value.field == field
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_meridian_runs_from_the_point_to_the_rim_without_a_step(name):
+    shape = Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).tip_shape
+    pieces = shape.meridian
+    assert pieces[0].start == (0.0, 0.0)
+    assert pieces[-1].end.r == pytest.approx(1.0)
+    for first, second in itertools.pairwise(pieces):
+        assert first.end == pytest.approx(second.start)
+    assert Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).flat.tip_shape.is_flat
+
+
+def test_the_solid_of_a_blunt_cone_has_its_volume():
+    side, angle, blunt = 2.0, math.radians(70.0), 0.3
+    shape = Tips(shape="cone", side_mm=side, half_angle_deg=70.0, blunt_mm=blunt).tip_shape
+    edge, cap = blunt * math.cos(angle), blunt * (1.0 - math.sin(angle))
+    rise = (1.0 - edge) / math.tan(angle)
+    assert shape.height_mm == pytest.approx(cap + rise)
+    ball = math.pi * cap**2 * (blunt - cap / 3.0)
+    frustum = math.pi * rise / 3.0 * (1.0 + edge + edge**2)
+    assert tip_solid(shape, 3.0).Volume() == pytest.approx(ball + frustum + math.pi * (3.0 - cap - rise), rel=1e-9)
+
+
+def test_the_area_that_a_cone_touches_is_that_of_its_law():
+    sharp = Tips(shape="cone", half_angle_deg=70.0).tip_shape
+    area = sharp.contact_area_mm2(cone_force(0.1, 70.0, 2.0), 2.0, math.inf)
+    assert area == pytest.approx(math.pi * cone_contact_radius(0.1, 70.0) ** 2, rel=1e-12)
+    blunt = Tips(shape="cone", half_angle_deg=70.0, blunt_mm=0.5).tip_shape
+    ball = Tips(shape="sphere", side_mm=1.0).tip_shape
+    assert blunt.contact_area_mm2(1e-3, 2.0, 30.0) == pytest.approx(ball.contact_area_mm2(1e-3, 2.0, 30.0), rel=1e-12)
+
+
+@pytest.mark.parametrize("side", [0.1, 20.0])
+@pytest.mark.parametrize(
+    ("shape", "key", "half_angle"),
+    [("cube", "fillet_mm", None), ("cylinder", "fillet_mm", None), ("cone", "blunt_mm", 45.0)],
+)
+def test_the_smallest_and_the_largest_rounding_give_a_solid(shape, key, half_angle, side):
+    largest = 0.5 * side - LEAST_PIECE_MM
+    if half_angle is not None:
+        largest *= (1.0 - 1e-12) / math.cos(math.radians(half_angle))
+    for rounding in (LEAST_PIECE_MM, largest):
+        keys = {"shape": shape, "side_mm": side, "spacing_mm": 30.0, "half_angle_deg": half_angle, key: rounding}
+        assert tip_solid(Tips(**keys).tip_shape, 4.0).isValid()
+
+
+def test_only_a_cone_has_a_flank():
+    assert Tips(shape="cone", half_angle_deg=70.3, blunt_mm=0.1).tip_shape.flank_deg == pytest.approx(19.7, rel=1e-12)
+    for name in ("cube", "cylinder", "sphere", "dome"):
+        assert Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).tip_shape.flank_deg == 0.0
