@@ -1,6 +1,7 @@
 """From a design to every number, verdict and error of its sensor: the one place where they are put together."""
 
 from collections.abc import Collection, Sequence
+from concurrent.futures import Executor
 from typing import Literal
 
 from mesh.session import MeshError
@@ -13,8 +14,8 @@ from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import press_scene
 from pipeline.result import Evaluation, SensorResult, with_solids
 from pipeline.springs.behaviour import sensor_modes, spring_behaviour
-from pipeline.springs.fitted_springs import FittedSprings, fit_springs, other_mounts
-from pipeline.springs.sizing import SpringSizing, spring_sizing
+from pipeline.springs.fitted_springs import fit_springs, other_mounts
+from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
@@ -24,7 +25,6 @@ from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_ver
 from sensor.design.parameters import Design
 from sensor.design.tip_mount import plate_depth
 from sensor.verdict import Verdict
-from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
 
 Part = Literal["response", "reading"]
@@ -38,27 +38,40 @@ def refuse_unsolvable(design: Design) -> None:
     plate_depth(design, design.process)
 
 
-def evaluate(
-    design: Design,
-    options: RunOptions | None = None,
-    *,
-    contact: FruitCompliance | None = None,
-    sizing: SpringSizing | None = None,
-    springs: FittedSprings | None = None,
-    timed: Stopwatch | None = None,
-) -> SensorResult:
-    """Return every number, verdict and error of a sensor but the verdicts on its files.
+def fitted_sensor(
+    design: Design, options: RunOptions, timed: Stopwatch | None = None, executor: Executor | None = None
+) -> Sensor:
+    """Return the sensor of a design: its contact solved, its springs sized in closed form and fitted by FE.
 
-    What is not given of contact, sizing and springs is solved. Raises InputError for a scene that cannot be used,
-    MeshError or SolveError where a solve is not to be believed.
+    A worker makes the solid that the mesh of the fit is compared with. Raises InputError for a scene that cannot be
+    used, MeshError or SolveError where a solve is not to be believed.
     """
     timed = timed or Stopwatch()
-    checked = check_targets(design, options, contact=contact, sizing=sizing, springs=springs, timed=timed)
+    refuse_unsolvable(design)
+    with timed.stage("contact"):
+        contact = fruit_compliance(design, options)
+    with timed.stage("sizing"):
+        sizing = spring_sizing(design, contact, options)
+    with timed.stage("springs"):
+        springs = fit_springs(design, sizing, options, executor)
+    return Sensor(design=design, contact=contact, sizing=sizing, springs=springs)
+
+
+def evaluate(
+    design: Design, options: RunOptions | None = None, *, sensor: Sensor | None = None, timed: Stopwatch | None = None
+) -> SensorResult:
+    """Return every number, verdict and error of a design but the verdicts on its files.
+
+    The sensor is solved where it is not given. Raises as `fitted_sensor`.
+    """
+    options = options or RunOptions()
+    timed = timed or Stopwatch()
+    checked = check_targets(sensor or fitted_sensor(design, options, timed), options, timed=timed)
     sensor = checked.sensor
-    springs = checked.springs
+    springs = sensor.springs
     press = checked.solved_press
     left_out = []  # what no verdict needs does not undo what was solved
-    rough = checked.options.rough
+    rough = options.rough
     if rough:
         left_out.append(
             "a rough answer: other mounts, modes of vibration and the solid are left out; --tol 0.001 has them"
@@ -69,7 +82,7 @@ def evaluate(
             mounts = {} if rough else other_mounts(springs.per_spring)
         except (MeshError, SolveError) as error:
             left_out.append(f"the stiffness in other mounts is left out: {error}")
-        pair = level_sensor(sensor, checked.sizing, mounts)
+        pair = level_sensor(sensor, mounts)
     with timed.stage("behaviour"):
         modes = None
         try:
@@ -80,11 +93,17 @@ def evaluate(
     with timed.stage("reading"):
         read_out = reading_constants(sensor, press, checked.readings)
     with timed.stage("errors"):
-        errors = sensor_errors(pair, checked.reached, press, checked.options, checked.readings)
+        errors = sensor_errors(pair, checked.reached, press, options, checked.readings)
     with timed.stage("verdicts"):
-        paper = paper_verdicts(design, checked.contact, checked.sizing)
+        paper = paper_verdicts(sensor)
     return SensorResult(
-        **{**vars(checked), "press": press},
+        options=options,
+        sensor=sensor,
+        press=press,
+        readings=checked.readings,
+        over_time=checked.over_time,
+        reached=checked.reached,
+        verdicts=checked.verdicts,
         paper=paper,
         behaviour=behaviour,
         read_out=read_out,
@@ -95,38 +114,22 @@ def evaluate(
 
 
 def check_targets(
-    design: Design,
+    sensor: Sensor,
     options: RunOptions | None = None,
     *,
-    contact: FruitCompliance | None = None,
-    sizing: SpringSizing | None = None,
-    springs: FittedSprings | None = None,
     parts: Collection[str] = PARTS,
     timed: Stopwatch | None = None,
 ) -> Evaluation:
     """Return the verdicts on a sensor with what they follow from; errors and files are left out.
 
     Of the forces over travel and modulus, and the readings over all poses, those named in `parts` are solved: P_max
-    and NL of a level sensor on flat fruit need neither. Raises as `evaluate`.
+    and NL of a level sensor on flat fruit need neither. Raises as `fitted_sensor`.
     """
-    options = options or RunOptions()
     timed = timed or Stopwatch()
-    if parts:
-        refuse_unsolvable(design)
-    if contact is None:
-        with timed.stage("contact"):
-            contact = fruit_compliance(design, options)
-    if sizing is None:
-        with timed.stage("sizing"):
-            sizing = spring_sizing(design, contact, options)
-    if springs is None:
-        with timed.stage("springs"):
-            springs = fit_springs(design, sizing, options)
-    sensor = Sensor(design=design, contact=contact, springs=springs)
     press = None
     if "response" in parts:
         with timed.stage("response"):
-            press = press_scene(sensor.scene, contact, sensor.C)
+            press = press_scene(sensor.scene, sensor.contact, sensor.C)
     readings = None
     over_time = None
     if "reading" in parts:
@@ -134,14 +137,12 @@ def check_targets(
             readings = analyse_readings(sensor)
             over_time = reading_over_time(sensor)
     with timed.stage("verdicts"):
-        reached = reached_targets(sensor, sizing, press)
+        reached = reached_targets(sensor, press)
         verdicts = sensor_verdicts(sensor, press, readings, reached)
-        verdicts += relaxation_verdicts(design, over_time)
+        verdicts += relaxation_verdicts(sensor.design, over_time)
     return Evaluation(
-        design=design,
-        options=options,
+        options=options or RunOptions(),
         sensor=sensor,
-        sizing=sizing,
         press=press,
         readings=readings,
         over_time=over_time,

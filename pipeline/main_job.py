@@ -2,17 +2,13 @@
 
 from dataclasses import replace
 
-from pipeline.evaluate import evaluate, refuse_unsolvable, with_file_verdicts
+from pipeline.evaluate import evaluate, fitted_sensor, refuse_unsolvable, with_file_verdicts
 from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.making.fields import write_fields
 from pipeline.making.solids import begin_solids
 from pipeline.options import RunOptions, refuse_unmakeable
-from pipeline.reading.sensor import Sensor
 from pipeline.report.outputs import write_outputs
-from pipeline.response.contact import fruit_compliance
 from pipeline.result import SensorResult
-from pipeline.springs.fitted_springs import fit_springs
-from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Progress, Stopwatch, silent
 from pipeline.storage.workers import cad_worker
@@ -39,21 +35,15 @@ def run(
         output_folder(options.out, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,
     ):
-        with timed.stage("contact"):  # meshes and solves the fruit
-            contact = fruit_compliance(design, options)
-        with timed.stage("sizing"):  # targets to stiffnesses, in closed form
-            sizing = spring_sizing(design, contact, options)
-        with timed.stage("springs"):  # meshes and solves the housing
-            springs = fit_springs(design, sizing, options, executor)
-
-        sensor = Sensor(design=design, contact=contact, springs=springs)
+        sensor = fitted_sensor(design, options, timed, executor)
+        springs = sensor.springs
         # The solids are drawn, written and checked by a worker, beside all that follows here.
         with timed.stage("solids"):
             solids = begin_solids(design, springs, folder, executor)
         with timed.stage("fabrication"):
             fabrication = begin_fabrication(sensor, options, folder, executor)
 
-        result = evaluate(design, options, contact=contact, sizing=sizing, springs=springs, timed=timed)
+        result = evaluate(design, options, sensor=sensor, timed=timed)
         with timed.stage("fields"):
             fields_left_out = write_fields(sensor, result.press, options, folder)
         with timed.stage("fabrication"):

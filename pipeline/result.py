@@ -31,10 +31,8 @@ class Evaluation:
     the design asks for none; `over_time` likewise, and for flesh that does not relax.
     """
 
-    design: Design
     options: RunOptions
     sensor: Sensor
-    sizing: SpringSizing
     press: ScenePress | None
     readings: Readings | None
     reached: SceneTargets
@@ -46,6 +44,16 @@ class Evaluation:
         outcomes = [verdict.passed for verdict in self.verdicts]
         counts = f"{outcomes.count(True)} passed, {outcomes.count(False)} failed, {outcomes.count(None)} undecided"
         return f"{type(self).__name__}({self.design.name!r}: {counts})"
+
+    @property
+    def design(self) -> Design:
+        """Return the design."""
+        return self.sensor.design
+
+    @property
+    def sizing(self) -> SpringSizing:
+        """Return the springs as they were sized."""
+        return self.sensor.sizing
 
     @property
     def contact(self) -> FruitCompliance:

@@ -68,9 +68,10 @@ class MeasuredDesign:
             give = np.zeros((len(self.K), len(self.K), 3, 3))
             give[range(len(self.K)), range(len(self.K)), 1, 1] = design.tips.each(*ACROSS)
             self.sideways = SidewaysGive(give, 0.0)
-        ideal = ideal_springs(design, spring_sizing(design, self.contact, RunOptions()))
+        sizing = spring_sizing(design, self.contact, RunOptions())
+        ideal = ideal_springs(design, sizing)
         springs = SimpleNamespace(**{**vars(ideal), "C": self.C, "sideways": self.sideways})
-        self.sensor = Sensor(design=design, contact=self.contact, springs=springs)
+        self.sensor = Sensor(design=design, contact=self.contact, sizing=sizing, springs=springs)
         readings = error_analysis(self.sensor, design.reading) if assessed and design.reading else None
         level = self.forces([Pose(E=design.fruit.largest_E_MPa, travel=design.press.travel_mm)])
         press = SimpleNamespace(at_largest_E=SimpleNamespace(F=level[None]))

@@ -118,7 +118,7 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
 
 def sensor_of(design: Design, springs: FittedSprings | None = None) -> Sensor:
     """Return the sensor of a design on the reference contact, on springs as FE would have found them."""
-    return Sensor(design=design, contact=CONTACT, springs=springs or springs_of(design))
+    return Sensor(design=design, contact=CONTACT, sizing=sizing_of(design), springs=springs or springs_of(design))
 
 
 def with_compliance(
@@ -132,7 +132,7 @@ def with_compliance(
     springs = SimpleNamespace(
         C=C, sideways=sideways, ideal=True, ideal_offsets_mm=height_offsets, process=design.process
     )
-    return Sensor(design=design, contact=contact, springs=springs)
+    return Sensor(design=design, contact=contact, sizing=None, springs=springs)
 
 
 def result_of(design: Design | None = None, options: RunOptions | None = None, *, made: bool = True) -> SensorResult:
@@ -142,22 +142,20 @@ def result_of(design: Design | None = None, options: RunOptions | None = None, *
 
 def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> SensorResult:
     """Return what `result_of` keeps after the first time, anew."""
-    sizing, springs = sizing_of(design), springs_of(design, made=made)
+    springs = springs_of(design, made=made)
     sensor = sensor_of(design, springs)
     press = press_scene(scene_of(design), CONTACT, springs.C)
     geometry = (GOOD,) if made else ()
-    reached = reached_targets(sensor, sizing, press)
+    reached = reached_targets(sensor, press)
     verdicts = with_solids(sensor_verdicts(sensor, press, None, reached), geometry)
-    pair = level_sensor(sensor, sizing, {})
+    pair = level_sensor(sensor, {})
     return SensorResult(
-        design=design,
         options=options,
         sensor=sensor,
-        sizing=sizing,
         press=press,
         behaviour=spring_behaviour(springs, press),
         reached=reached,
-        paper=paper_verdicts(design, CONTACT, sizing),
+        paper=paper_verdicts(sensor),
         readings=None,
         read_out=reading_constants(sensor, press, None),
         verdicts=verdicts,

@@ -12,6 +12,7 @@ from pipeline.reading.poses import Placement
 from pipeline.reading.rise import fall_under_domes, rise_law
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
+from pipeline.springs.sizing import SpringSizing
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
 from sensor.theory.contrast_law import ContrastLaw, contrast_weights, pair_law
@@ -51,17 +52,18 @@ class Presses:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sensor:
-    """A design, the compliance of its fruit under the tips, and the springs that it is fitted with."""
+    """A design, the compliance of its fruit under the tips, its springs as they were sized, and as they are made."""
 
     design: Design
     contact: FruitCompliance
+    sizing: SpringSizing
     springs: FittedSprings
 
     @property
     def pair(self) -> "Sensor":
         """Return the pair that stands for the sensor: the tips of one kind, on one spring, count as one."""
         contact = self.contact.per_spring(*self.design.tips.spring_groups)
-        return Sensor(design=self.design.per_spring, contact=contact, springs=self.springs.per_spring)
+        return replace(self, design=self.design.per_spring, contact=contact, springs=self.springs.per_spring)
 
     @cached_property
     def C(self) -> Floats:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from pipeline.evaluate import check_targets
+from pipeline.evaluate import check_targets, fitted_sensor
 from pipeline.options import RunOptions
 from pipeline.report.of_result import evaluation_parts, report_of_result
 from pipeline.response.scene_press import scene_of
@@ -71,7 +71,8 @@ def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object
     if study.level == "contact":
         report = _sized_parts(study, design)
     elif study.level == "flexures":
-        report = evaluation_parts(check_targets(design, RunOptions(tolerance=study.tol)))
+        options = RunOptions(tolerance=study.tol)
+        report = evaluation_parts(check_targets(fitted_sensor(design, options), options))
     else:
         from pipeline import run  # with all that draws and writes, which takes seconds and only these points need
 
@@ -84,4 +85,4 @@ def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object
 def _sized_parts(study: Study, design: Design) -> dict[str, object]:
     """Return the parts of report.json that follow from contact and springs as they were sized."""
     parts = parts_of(study.wanted, reads=design.reading is not None, linear=scene_of(design).linear)
-    return evaluation_parts(sized_sensor(design, study.tol, parts=parts).evaluation())
+    return evaluation_parts(check_targets(sized_sensor(design, study.tol, parts=parts), parts=parts))

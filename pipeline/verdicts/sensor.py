@@ -6,7 +6,6 @@ from pipeline.reading.analysis import Readings
 from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of, spring_shares
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.rules import (
     bruise_verdict,
     displacement_verdict,
@@ -18,21 +17,20 @@ from pipeline.verdicts.rules import (
     tip_face_verdict,
 )
 from pipeline.verdicts.targets import SceneTargets, characteristic, scene_targets
-from sensor.design.parameters import PAPER_TARGETS, Design
+from sensor.design.parameters import PAPER_TARGETS
 from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import PAPER_SPRINGS
 from sensor.verdict import Verdict
 from solve.contact.linear_response import spring_compliance
-from solve.fruit.compliance import FruitCompliance
 
 
-def reached_targets(sensor: Sensor, sizing: SpringSizing, press: ScenePress | None) -> SceneTargets:
+def reached_targets(sensor: Sensor, press: ScenePress | None) -> SceneTargets:
     """Return P_max and NL of a sensor in its own scene; those of a level sensor where it was not pressed.
 
     More tips than two are evaluated by the pair that stands for them.
     """
     pair = sensor.pair
-    law = characteristic(pair.contact, sizing, pair.springs.stiffnesses, pair.springs.errors)
+    law = characteristic(pair.contact, pair.sizing, pair.springs.stiffnesses, pair.springs.errors)
     return scene_targets(law, sensor.design.nominal_targets, pair.contact, pair.C, press)
 
 
@@ -99,16 +97,17 @@ def _of_scene(press: ScenePress | None, reached: SceneTargets) -> str:
     return f"at full travel in this scene; a level sensor on flat fruit has {level}"
 
 
-def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizing) -> tuple[Verdict, ...] | None:
+def paper_verdicts(sensor: Sensor) -> tuple[Verdict, ...] | None:
     """Return the verdicts on the paper's own springs and targets under the contact of this design.
 
     None where fruit or tips are not the paper's.
     """
+    design, contact = sensor.design, sensor.contact
     if not design.has_paper_scene:
         return None
     C = spring_compliance(*PAPER_SPRINGS.stiffnesses)
     press = press_scene(scene_of(design), contact, C)
-    reached = scene_targets(characteristic(contact, sizing, PAPER_SPRINGS), PAPER_TARGETS, contact, C, press)
+    reached = scene_targets(characteristic(contact, sensor.sizing, PAPER_SPRINGS), PAPER_TARGETS, contact, C, press)
     return (
         *target_verdicts(reached.P_max, reached.NL, PAPER_TARGETS, _of_scene(press, reached)),
         displacement_verdict(press.table),

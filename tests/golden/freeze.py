@@ -13,11 +13,13 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pipeline import cli
+from sensor.arrays import Floats
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -97,8 +99,13 @@ def measured(out: Path, folder: Path) -> dict[str, Any]:
     weights.write_text("\n".join(lines) + "\n", encoding="utf-8")
     unit = folder / f"{out.name}-unit.toml"
     exit_code, _ = here("calibrate", str(out), str(weights), "--out", str(unit))
-    forces = [",".join(f"{force:.9g}" for force in tip_forces) for tip_forces in forces_of(report)]
-    readings = [here("read", str(out), "--forces", text, "--unit", str(unit), "--json") for text in forces]
+    readings = []
+    for row in report["response"]:
+        press = np.array(row.get("F_N") or [row["F_l_N"], row["F_h_N"]], dtype=float).T
+        asked = ["--forces", ",".join(f"{force:.9g}" for force in press[-1])]
+        if len(report["tips"]) > len("lh"):
+            asked = [str(_press_file(folder / f"{out.name}-press.csv", press))]
+        readings.append(here("read", str(out), *asked, "--unit", str(unit), "--json"))
     return {
         "calibrate exit": exit_code,
         "unit.toml": numbers(tomllib.loads(unit.read_text(encoding="utf-8"))),
@@ -107,11 +114,12 @@ def measured(out: Path, folder: Path) -> dict[str, Any]:
     }
 
 
-def forces_of(report: dict[str, Any]) -> Iterator[list[float]]:
-    """Yield the forces of all tips at full travel, for each modulus of the scene."""
-    for row in report["response"]:
-        by_kind = {"low": row["F_l_N"][-1], "high": row["F_h_N"][-1]}
-        yield [by_kind[tip["spring"]] for tip in report["tips"]]
+def _press_file(path: Path, press: Floats) -> Path:
+    """Write forces [N], (samples, tips), as the log of a press; return its path."""
+    lines = [",".join(["t_s", *(f"F_{tip}_N" for tip in range(1, press.shape[1] + 1))])]
+    lines += [",".join(f"{value:.9g}" for value in (index, *row)) for index, row in enumerate(press.tolist())]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
 
 
 def numbers(value: Any, key: str = "") -> dict[str, Any]:

@@ -12,6 +12,7 @@ from sensor.design.tip_mount import plate_depth
 from sensor.quantity import InputError
 
 FOULY = "docs/examples/fouly.toml"
+BY_CELLS = 5e-3  # of forces: what the cells of flat tips leave, as the run tells of its contact
 DOMES = {
     "tips.shape": "dome",
     "tips.dome_radius_mm": 2.0,
@@ -89,7 +90,7 @@ def test_line_without_readings_is_judged_by_its_force_ratio(tmp_path):
 
 
 def test_files_to_make_a_line_by_are_refused_before_any_work(tmp_path, capsys, monkeypatch):
-    job = importlib.import_module("pipeline.main_job")
+    job = importlib.import_module("pipeline.evaluate")
     monkeypatch.setattr(job, "fruit_compliance", lambda *_: pytest.fail("solved"))
     assert main(["design", "--design", FOULY, "--out", str(tmp_path / "made")]) == 2
     out, err = capsys.readouterr()
@@ -147,10 +148,15 @@ def test_calibrated_line_reads_the_modulus_that_its_forces_are_of(line, tmp_path
     weights, unit = tmp_path / "weights.csv", tmp_path / "unit.toml"
     weights.write_text("\n".join(rows) + "\n", encoding="utf-8")
     assert main(["calibrate", str(folder), str(weights), "--out", str(unit)]) == 0
+    press = tmp_path / "press.csv"
     for row in report["response"]:
-        forces = ",".join(f"{force[-1]:.12g}" for force in row["F_N"])
+        lines = ["t_s,F_1_N,F_2_N,F_3_N"]
+        for index, forces in enumerate(zip(*row["F_N"], strict=True)):
+            lines.append(",".join([f"{index}", *(f"{force:.12g}" for force in forces)]))
+        press.write_text("\n".join(lines) + "\n", encoding="utf-8")
         capsys.readouterr()
-        assert main(["read", str(folder), "--unit", str(unit), "--forces", forces, "--json"]) == 0
-        assert json.loads(capsys.readouterr().out)["E_MPa"] == pytest.approx(row["E_MPa"], rel=1e-3)
+        assert main(["read", str(folder), str(press), "--unit", str(unit), "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["E_MPa"] == pytest.approx(row["E_MPa"], rel=BY_CELLS)
+    assert main(["read", str(folder), "--unit", str(unit), "--forces", "0.2,0.1,0.2"]) == 2
     for flag, name in (("--c-header", "unit.h"), ("--micropython", "unit.py")):
         assert main(["read", str(folder), "--unit", str(unit), flag, str(tmp_path / name)]) == 0

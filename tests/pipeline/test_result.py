@@ -4,7 +4,7 @@ import dataclasses
 import re
 
 import pytest
-from stand_ins import CONTACT, result_of, sizing_of, springs_of
+from stand_ins import result_of, sensor_of
 
 import pipeline.evaluate
 from pipeline.evaluate import evaluate
@@ -46,8 +46,7 @@ def test_solve_that_fails_after_the_verdicts_is_named_and_loses_no_number(stage,
     solves = {"other_mounts": lambda _: {}, "sensor_modes": lambda _: None, stage: fail}
     for name, solve in solves.items():
         monkeypatch.setattr(pipeline.evaluate, name, solve)
-    given = {"contact": CONTACT, "sizing": sizing_of(Design()), "springs": springs_of(Design())}
-    result = evaluate(Design(), **given)
+    result = evaluate(Design(), sensor=sensor_of(Design()))
     assert [text.endswith("linear solve: residual") for text in result.left_out] == [True]
     assert [verdict.name for verdict in result.verdicts if verdict.passed is not True] == []
     assert result.behaviour.modes is None

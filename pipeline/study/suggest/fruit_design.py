@@ -7,6 +7,7 @@ sizes, the bruise limit, how far off centre a hand is, what can be printed.
 
 import math
 
+from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions, load_design
 from pipeline.result import Evaluation
 from pipeline.storage.stopwatch import Progress, silent
@@ -176,7 +177,7 @@ def fruit_suggestion(
 def _sized(design: Design) -> Evaluation | None:
     """Return the verdicts with springs as they were sized; None where a level press runs off the face of a dome."""
     try:
-        return sized_sensor(design, TOLERANCE).evaluation()
+        return check_targets(sized_sensor(design, TOLERANCE))
     except InputError as error:
         if error.field != "tips.side_mm":
             raise

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pipeline import run
+from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
 from pipeline.response.scene_press import TRAVELS, pressed_at, scene_of
 from pipeline.result import SensorResult
@@ -142,9 +143,9 @@ class Search:
             few_presses = pressed_at(scene_of(design, offsets), sensor.contact, sensor.springs.C, moduli, TRAVELS)
             spread = displacement_verdict(few_presses)
             if spread.passed is not True:
-                return (*replace(sensor, parts=()).evaluation().verdicts, spread)
+                return (*check_targets(sensor, parts=()).verdicts, spread)
             self._budget_left -= 2.0 * _cost(design)
-        return sensor.evaluation().verdicts
+        return check_targets(sensor).verdicts
 
     def _nearer(self, candidate: Candidate) -> Candidate:
         """Return a candidate each of whose numbers is as near to the design's as lets it pass, a little beyond."""

@@ -95,15 +95,15 @@ class LevelSensor:
         return tuple(max(pair) for pair in zip(level, self.springs.deflections, strict=True))
 
 
-def level_sensor(sensor: Sensor, sizing: SpringSizing, mounts: Mapping[str, PerTip]) -> LevelSensor:
+def level_sensor(sensor: Sensor, mounts: Mapping[str, PerTip]) -> LevelSensor:
     """Return what effects act on; a pair stands for more tips than two."""
     pair = sensor.pair
     return LevelSensor(
         design=pair.design,
         contact=pair.contact,
-        sizing=sizing,
+        sizing=pair.sizing,
         springs=pair.springs,
-        characteristic=characteristic(pair.contact, sizing, pair.springs.stiffnesses, pair.springs.errors),
+        characteristic=characteristic(pair.contact, pair.sizing, pair.springs.stiffnesses, pair.springs.errors),
         mounts=mounts,
     )
 

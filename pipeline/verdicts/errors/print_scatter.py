@@ -13,21 +13,18 @@ from scipy.special import ndtri
 
 from cad.parts.housing import Housing
 from mesh.housing.sweep import flexure_mesh
-from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import attached_to
-from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
-from pipeline.verdicts.errors.effects import CALIBRATED
+from pipeline.verdicts.errors.effects import CALIBRATED, LevelSensor
 from pipeline.verdicts.errors.scatter_bands import Interval, ScatterBands
 from pipeline.verdicts.targets import Characteristic, characteristic
 from sensor.arrays import Floats
-from sensor.design.parameters import Design, Targets
+from sensor.design.parameters import Targets
 from sensor.design.processes import Process
 from sensor.quantity import COVERAGE
 from sensor.theory.two_spring_law import Springs, force_ratio
 from solve.error_estimate import propagated
-from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import tip_compliance
 
 Stiffnesses = Callable[[Housing], tuple[float, ...]]
@@ -50,10 +47,9 @@ class StiffnessSurrogate:
         return np.stack([np.exp(slope * s + curve * s * s) for slope, curve, s in rows])
 
 
-def print_scatter(
-    design: Design, contact: FruitCompliance, sizing: SpringSizing, springs: FittedSprings
-) -> ScatterBands | None:
+def print_scatter(sensor: LevelSensor) -> ScatterBands | None:
     """Return the bands of prints of a sensor, the surrogate solved by finite elements and kept; None where not made."""
+    springs = sensor.springs
     housing = springs.housing
     process = springs.process
     if housing is None:
@@ -69,8 +65,8 @@ def print_scatter(
         lambda: fit_surrogate(housing, process.accuracy_mm, coarse),
         StiffnessSurrogate,
     )
-    law = characteristic(contact, sizing, springs.stiffnesses)
-    return scatter_bands(housing, process, law, design.nominal_targets, surrogate)
+    law = characteristic(sensor.contact, sensor.sizing, springs.stiffnesses)
+    return scatter_bands(housing, process, law, sensor.design.nominal_targets, surrogate)
 
 
 def thickened(housing: Housing, offsets: Sequence[float]) -> Housing:

@@ -54,7 +54,7 @@ def sensor_errors(
         return SensorErrors(budgets=budgets, reading=table_of_readings(press.curve, readings, budgets), scatter=None)
     scatter = None
     if options.fabrication:
-        scatter = print_scatter(sensor.design, sensor.contact, sensor.sizing, sensor.springs)
+        scatter = print_scatter(sensor)
     return SensorErrors(budgets=budgets, reading=reading_table(sensor, press), scatter=scatter)
 
 

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from stand_ins import CONTACT, result_of, springs_of
+from stand_ins import result_of, sensor_of
 
 from pipeline.options import RunOptions
 from pipeline.reading.over_time import reading_over_time
@@ -28,7 +28,7 @@ KIWI = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)), tips=Tips(socket="pin"
 def relaxing_result():
     """Return the result of a sensor whose fruit relaxes."""
     design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
-    over_time = reading_over_time(design, CONTACT, springs_of(design).C)
+    over_time = reading_over_time(sensor_of(design))
     return dataclasses.replace(result_of(design), over_time=over_time)
 
 

@@ -11,10 +11,9 @@ from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions, load_design
 from pipeline.report.of_result import evaluation_parts
 from pipeline.response.contact import fruit_compliance
-from pipeline.springs.fitted_springs import ideal_springs
-from pipeline.springs.sizing import spring_sizing
 from pipeline.study import execute, read_study, run_study, tasks
 from pipeline.study.scenes import scene_compliance, unit_scene
+from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.store import stored_study
 from sensor.quantity import InputError
 from sensor.theory.two_spring_law import size_springs
@@ -78,12 +77,10 @@ def test_what_is_wanted_alone_is_what_it_is_among_all(written, engine, tmp_path)
 
 def test_springs_that_were_sized_alone_have_no_stiffness_by_elements():
     design = load_design("paper")
-    contact = fruit_compliance(design, RunOptions())
-    sizing = spring_sizing(design, contact, RunOptions())
-    springs = ideal_springs(design, sizing)
-    sized = check_targets(design, contact=contact, sizing=sizing, springs=springs, parts=())
+    sensor = sized_sensor(design, 0.001, parts=())
+    sized = check_targets(sensor, parts=())
     assert "flexures" not in evaluation_parts(sized)
-    fitted = replace(sized, springs=replace(springs, ideal=False))
+    fitted = replace(sized, sensor=replace(sensor, springs=replace(sensor.springs, ideal=False)))
     assert set(evaluation_parts(fitted)["flexures"]) == {"low", "high"}
 
 

@@ -31,7 +31,7 @@ def checked(design, height_offsets=()):
     """Return the press of springs of the design's targets, what it reaches, and its verdicts by name."""
     springs = springs_of(design)
     press = press_scene(scene_of(design, height_offsets), CONTACT, springs.C)
-    reached = reached_targets(sensor_of(design, springs), sizing_of(design), press)
+    reached = reached_targets(sensor_of(design, springs), press)
     verdicts = sensor_verdicts(sensor_of(design, springs), press, None, reached)
     return Checked(press, reached, {verdict.name: verdict for verdict in verdicts})
 

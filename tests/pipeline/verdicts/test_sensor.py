@@ -3,7 +3,7 @@
 import dataclasses
 
 import pytest
-from stand_ins import CONTACT, result_of, sensor_of, sizing_of, springs_of
+from stand_ins import CONTACT, result_of, sensor_of, springs_of
 
 from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.verdicts.sensor import paper_verdicts, tip_pressure
@@ -39,6 +39,6 @@ def test_error_of_the_pressure_is_that_of_the_worst_spring_and_of_the_contact(so
 
 def test_papers_springs_are_judged_by_the_papers_targets_whatever_the_design_asks():
     design = Design(targets=Targets(P_max=7.0, NL=0.03))
-    paper = paper_verdicts(design, CONTACT, sizing_of(design))
+    paper = paper_verdicts(sensor_of(design))
     assert paper == result_of().paper
     assert {verdict.name: verdict.limit for verdict in paper[:2]} == {"P_max": 5.0, "NL": 0.05}

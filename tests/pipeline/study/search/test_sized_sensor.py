@@ -2,7 +2,7 @@
 
 import pytest
 
-from pipeline.evaluate import check_targets
+from pipeline.evaluate import check_targets, fitted_sensor
 from pipeline.options import RunOptions, load_design
 from pipeline.study.search.sized_sensor import sized_sensor
 
@@ -17,8 +17,8 @@ def test_bias_of_small_domes_is_that_of_fitted_springs(name):
     """Without the sideways compliance the bias of `kiwi` is 0.022 too low."""
     design = load_design(name)
     options = RunOptions(tolerance=0.01)
-    fitted = check_targets(design, options).readings
-    sized = sized_sensor(design, 0.01).evaluation().readings
+    fitted = check_targets(fitted_sensor(design, options), options).readings
+    sized = check_targets(sized_sensor(design, 0.01)).readings
     for of_model, of_run in zip(sized.moduli, fitted.moduli, strict=True):
         assert abs(of_model.bias.value) == pytest.approx(abs(of_run.bias.value), abs=BIAS)
         assert of_model.sources.total == pytest.approx(of_run.sources.total, rel=0.01)

@@ -36,7 +36,11 @@ def few_steps(monkeypatch, request):
 def search_of(design, fixed=frozenset(), budget=room.BUDGET):
     base = result_of(Design())
     contact = base.contact if design.tips == Design().tips else sized_sensor(design, 0.02, parts=()).contact
-    return Search(dataclasses.replace(base, design=design, contact=contact), fixed, budget)
+    return Search(
+        dataclasses.replace(base, sensor=dataclasses.replace(base.sensor, design=design, contact=contact)),
+        fixed,
+        budget,
+    )
 
 
 def searched(design, fixed=frozenset(), budget=room.BUDGET):

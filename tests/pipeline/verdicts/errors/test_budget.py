@@ -44,7 +44,7 @@ STEP = 4.0 * math.tan(math.radians(1.0))  # [mm] that one degree of tilt lifts o
 def sensor_of(design, springs=None):
     springs = springs or springs_of(design)
     mounts = MOUNTS if springs.housing is not None else {}
-    return level_sensor(stand_ins.sensor_of(design, springs), sizing_of(design), mounts)
+    return level_sensor(stand_ins.sensor_of(design, springs), mounts)
 
 
 def budgets_of(design, springs=None):
