@@ -38,7 +38,7 @@ def without_seconds(page):
     return re.sub(r"-?\d+\.?\d*(e-\d+)?", "", timeless)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_files_do_not_depend_on_the_number_of_threads(tmp_path):
     one, two = (run(tmp_path / str(threads), threads) for threads in (1, 2))
     assert {name for name in one if one[name] != two.get(name)} <= set(WITH_SECONDS)

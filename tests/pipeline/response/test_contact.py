@@ -111,7 +111,7 @@ def test_domes_on_a_fruit_of_another_radius(radius):
     scenes = [Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.4)) for fruit in fruits]
     C = spring_compliance(1.2, 20.0, 1.2, 20.0)
     poses = [Pose(E=E, travel=0.4, tilt_deg=(1.0, 0.0), radii_mm=(radius, radius)) for E in (0.5, 3.5)]
-    one, other = (pose_forces(scene, contact_compliance(scene.fruit, tips), C, poses) for scene in scenes)
+    one, other = (pose_forces(scene, solved(scene.fruit, tips), C, poses) for scene in scenes)
     assert np.all(np.abs(one.F - other.F) <= one.F_error)
     assert np.all(one.F_error > other.F_error)
 
@@ -124,9 +124,9 @@ EGG = Fruit(shape="ellipsoid", radius_mm=47.0, radius_across_mm=110.0, length_mm
     ("radii", "azimuth", "thickness"),
     [
         ((42.0, 86.0), 45.0, None),
-        ((53.0, 144.0), 135.0, None),
+        pytest.param((53.0, 144.0), 135.0, None, marks=pytest.mark.study),
         ((47.0, 110.0), 0.0, 8.0),
-        ((47.0, 110.0), 0.0, 20.0),
+        pytest.param((47.0, 110.0), 0.0, 20.0, marks=pytest.mark.study),
         pytest.param((42.0, 86.0), 45.0, 8.0, marks=pytest.mark.study),
         pytest.param((42.0, 144.0), 0.0, 20.0, marks=pytest.mark.study),
     ],
@@ -145,7 +145,7 @@ def test_domes_on_a_fruit_of_other_radii_and_thickness(radii, azimuth, thickness
     of_met = {"radii_mm": radii, "azimuth_deg": azimuth, "thickness_mm": thickness}
     poses = [Pose(E=E, travel=0.8, from_touch=True, tilt_deg=(1.0, 0.0), **of_met) for E in (0.5, 3.5)]
     scenes = [Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.8)) for fruit in (EGG, met)]
-    one, other = (pose_forces(scene, contact_compliance(scene.fruit, tips), C, poses) for scene in scenes)
+    one, other = (pose_forces(scene, solved(scene.fruit, tips), C, poses) for scene in scenes)
     assert np.all(np.abs(one.F - other.F) <= one.F_error)
     assert np.all(one.F_error >= other.F_error)
 

@@ -76,7 +76,7 @@ def test_task_that_kills_its_worker_is_lost_and_no_other():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("from_stdin", [True, False])
+@pytest.mark.parametrize("from_stdin", [True, pytest.param(False, marks=pytest.mark.study)])
 def test_script_without_a_guard_may_run_a_study(start, written, tmp_path, *, from_stdin):
     """As in docs/studies.md: neither a script nor stdin has `if __name__ == "__main__"`."""
     text = f"""
@@ -122,7 +122,8 @@ def test_workers_that_never_come_back_are_refused():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "number", [pytest.param(signal.SIGINT, marks=pytest.mark.study), signal.SIGTERM, signal.SIGKILL]
+    "number",
+    [*(pytest.param(number, marks=pytest.mark.study) for number in (signal.SIGINT, signal.SIGTERM)), signal.SIGKILL],
 )
 def test_study_that_is_ended_goes_on_to_the_same_table(start, written, whole, tmp_path, number):
     path = written(TEXT)

@@ -1,5 +1,6 @@
 """Pages of results that were not solved, and of the default run."""
 
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,13 +64,15 @@ def written_page():
     return written
 
 
-@pytest.fixture
-def preset_page(tmp_path):
-    """Return a function that runs a design and returns its page."""
+@pytest.fixture(scope="session")
+def preset_page(tmp_path_factory):
+    """Return a function that runs a design, each once, and returns its page; nobody writes into its folder."""
 
+    @functools.cache
     def written_run(design):
-        result = run(design, RunOptions(out=tmp_path / "out"))
-        text = (tmp_path / "out" / PAGE).read_text(encoding="utf-8")
-        return WrittenPage(result=result, folder=tmp_path / "out", report=read_report(tmp_path / "out"), text=text)
+        folder = tmp_path_factory.mktemp("preset") / "out"
+        result = run(design, RunOptions(out=folder))
+        text = (folder / PAGE).read_text(encoding="utf-8")
+        return WrittenPage(result=result, folder=folder, report=read_report(folder), text=text)
 
     return written_run

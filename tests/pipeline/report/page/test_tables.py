@@ -24,7 +24,7 @@ AGREEMENT = 2e-3
 """Of every number, as the page promises: a tenth of what the forces of a design may be off by its fruit."""
 ONE_SAMPLE = 1.0 / 8.0
 """Of the noise of a press: its 16 samples count from the touch of the last tip, which comes by half of the travel."""
-SIDE = 32  # random values of each of two sliders: 1,024 settings
+SIDE = 16  # random values of each of two sliders, one in each sixteenth of its range: 256 settings
 SLOPE_STEP = 1e-6  # of P, for the slope of the two-spring law
 
 
@@ -32,10 +32,13 @@ def scene_of_result(result):
     return scene_of(result.design, result.press.height_offsets, result.springs.sideways)
 
 
-def random_settings(page, rng, key):
+def random_settings(page, rng, key, side=SIDE):
     """Return random moduli and values of another slider over their whole ranges, and a setting for each pair."""
     ends = page.evaluate("() => Object.fromEntries(window.twintip.sliders.map((s) => [s.key, [s.min, s.max]]))")
-    moduli, values = (rng.uniform(*ends[one], SIDE) for one in ("E", key))
+    moduli, values = (
+        least + (np.arange(side) + rng.random(side)) / side * (largest - least)
+        for least, largest in (ends["E"], ends[key])
+    )
     settings = [{"E": E, key: value} for E, value in itertools.product(moduli.tolist(), values.tolist())]
     return moduli, values, settings
 
@@ -165,8 +168,8 @@ def test_numbers_over_the_tilt_are_those_of_a_solve(preset_page, open_page, rng)
 @pytest.mark.slow
 def test_planted_wrong_number_of_a_table_is_found(flat_page, open_page, rng):
     page = open_page(flat_page.address)
-    page.evaluate("() => { data.tables[0].numbers.F[1][40][3] *= 1.02; }")
-    moduli, travels, settings = random_settings(page, rng, "travel")
+    page.evaluate("() => { data.tables[0].numbers.F[1][40][3] *= 1.02; }")  # one node: by finer settings
+    moduli, travels, settings = random_settings(page, rng, "travel", side=2 * SIDE)
     F, _, _ = solved_over_travel(flat_page.result, moduli, travels)
     assert off(evaluated(page, settings)["F"], F).max() > AGREEMENT
 
