@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
-from pipeline.options import RunOptions
+from pipeline.options import DEFAULT_TOLERANCE, RunOptions
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
 from pipeline.study.page import refuse_page
@@ -214,7 +214,8 @@ def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force:
     def design(candidate: Candidate) -> Design:
         return replace(design_of(study, candidate.changes), name=study.name)
 
-    proof = first_proved(passing, design, RunOptions(out=place.run, tolerance=study.tol, force=force), MOST_RUNS)
+    tolerance = min(study.tol, DEFAULT_TOLERANCE)  # a search may be rougher than what decides the stiffness of springs
+    proof = first_proved(passing, design, RunOptions(out=place.run, tolerance=tolerance, force=force), MOST_RUNS)
     if proof is not None and proof.passed:
         text = design_as_toml(design(proof.candidate))
         write_files({place.design: text.encode()}, "--out", force=force, renew=True)
