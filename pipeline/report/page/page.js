@@ -32,6 +32,8 @@
   const errorOf = ({ E_read: read }, E) => (read === null ? NaN : 100 * (read / E - 1));
   const isRead = sliderOf("noise") !== undefined;
   const { E_MPa: shown } = report.design.fruit;
+  /* The limit of the standard uncertainty [1]: one number, or one for each modulus shown, between them by ln E. */
+  const uncertaintyLimitAt = ({ uncertainty_limit: limit }, E) => (Array.isArray(limit) ? d3.scaleLog(shown, limit).clamp(true)(E) : limit);
   /* What the fruit stands [MPa], between the moduli that have a limit. */
   const limitAt = (E) => (bruise.length < 2 ? bruise[0] : d3.scaleLinear(shown, bruise).clamp(true)(E));
 
@@ -281,11 +283,13 @@
       const asked = report.design.reading;
       const error = found.E_read === null ? null : found.E_read / setting.E - 1;
       const noise = found.E_read === null ? null : (setting.noise * found.E_read) / found.E_over_noise;
-      const rule = asked ? judged(error !== null && Math.abs(error) <= asked.bias_limit, `limit ${percent(asked.bias_limit)}`) : null;
+      const isJudged = asked && (error !== null || found.P === null); // a square is read by whole presses, not on the way
+      const rule = isJudged ? judged(error !== null && Math.abs(error) <= asked.bias_limit, `limit ${percent(asked.bias_limit)}`) : null;
       numbers.push(["modulus read, unit calibrated", text(found.E_read, "MPa"), null]);
       numbers.push(["its error", error === null ? "none" : percent(Math.round(1e5 * error) / 1e5), rule]);
-      const loud = asked && noise > asked.uncertainty_limit * setting.E; // noise is one source of several
-      numbers.push(["its standard deviation by noise", text(noise === null ? null : Number(noise.toPrecision(2)), "MPa"), loud ? judged(false, `limit ${percent(asked.uncertainty_limit)} of E, all sources together`) : null]);
+      const most = asked ? uncertaintyLimitAt(asked, setting.E) : Infinity;
+      const loud = noise > most * setting.E; // noise is one source of several
+      numbers.push(["its standard deviation by noise", text(noise === null ? null : Number(noise.toPrecision(2)), "MPa"), loud ? judged(false, `limit ${percent(most)} of E, all sources together`) : null]);
     }
     const limit = limitAt(setting.E);
     numbers.push(["mean pressure under the worst tip", text(worst(found), "MPa"), limit === undefined ? null
