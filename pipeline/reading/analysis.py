@@ -10,6 +10,7 @@ import numpy as np
 from pipeline.reading.measurement import (
     RiseModel,
     rise_model,
+    seated_level_readings,
 )
 from pipeline.reading.poses import Placement, occurring, read_moduli
 from pipeline.reading.press_time import fastest_press
@@ -390,7 +391,6 @@ def reading_constants(sensor: Sensor, press: ScenePress, readings: Readings | No
             full_scale = np.array(readings.full_scale)
         if readings.bias is not None:
             error = max(error, readings.bias.error)
-    level = rise_model(sensor).level if readings is None else readings.level
     constants = ReadOut(
         method=RiseModel.method,
         springs_mm_per_N=rows_of(sensor.C),
@@ -401,12 +401,13 @@ def reading_constants(sensor: Sensor, press: ScenePress, readings: Readings | No
         fastest_press_s=fastest_press(sensor),
     )
     if sensor.design.tips.tip_layout.is_pair:
-        return replace(constants, level=level, own_less_other_per_mm=1.0 / contact.K_m_over_E())
+        own_less_other = 1.0 / contact.K_m_over_E()
+        return replace(constants, level=seated_level_readings(sensor), own_less_other_per_mm=own_less_other)
     law = sensor.contrast
     lean = np.subtract(law.C, sensor.C)
     return replace(
         constants,
-        rise_level=level,
+        rise_level=rise_model(sensor).level if readings is None else readings.level,
         lean_mm_per_N=rows_of(lean) if lean.any() else None,
         weights=tuple(law.weights),
         gaps_mm=tuple(law.gaps),

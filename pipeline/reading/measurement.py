@@ -1,6 +1,5 @@
 """The measurement model: how the forces of whole presses become a modulus, corrected by those of a level sensor."""
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -65,30 +64,36 @@ def rise_model(sensor: Sensor) -> RiseModel:
 def level_readings(sensor: Sensor, model: RiseModel) -> tuple[LevelReading, ...]:
     """Return what a model tells of presses of a level sensor at moduli, from the first touch to full travel.
 
-    Under a skin they reach beyond the range of the fruit. There are none where the law of the sensor is exact.
+    Under a skin they reach beyond the range of the fruit. There are none where the law holds all of such a press.
     """
-    if sensor.is_exact:
+    if sensor.is_exact_seated and not sensor.scene.curved:
         return ()
     design = sensor.design
     moduli = _level_moduli(design) if sensor.contact.skin is None else _moduli_under_skin(design)
+    forces = sensor.presses(moduli, [Placement()]).F
     rows = []
-    for E, press in zip(moduli, _level_presses(sensor, moduli), strict=True):
+    for E, press in zip(moduli, forces[:, 0], strict=True):
         with suppress(ReadingError):  # a press too short for its rise
             rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
     return tuple(rows)
 
 
-def _level_presses(sensor: Sensor, moduli: Sequence[float]) -> Floats:
-    """Return the forces of level presses at moduli [MPa] to full travel [N], (moduli, samples, tips).
+def seated_level_readings(sensor: Sensor) -> tuple[LevelReading, ...]:
+    """Return what the law of a pair tells of level flat tips whose faces are seated; none where that is exact.
 
-    Those of a pair of flat tips are in closed form, where cells would leave some parts in a thousand.
+    The forces are in closed form, where those of cells are some parts in a thousand off. Domes have no face.
     """
-    tips = sensor.design.tips
-    if not (tips.tip_layout.is_pair and tips.tip_shape.has_flat_face):
-        return np.asarray(sensor.presses(moduli, [Placement()]).F[:, 0])
+    if sensor.is_exact_seated:
+        return ()
+    model = RiseModel(law=sensor.law)
+    if not sensor.design.tips.tip_shape.has_flat_face:
+        return level_readings(sensor, model)
     x = travels(sensor.design.press.travel_mm, RISE_TRAVELS)
-    of_unit = [np.linalg.solve(sensor.C + sensor.contact.at(E).S / E, np.ones(2)) for E in moduli]
-    return np.asarray(x[None, :, None] * np.array(of_unit)[:, None])
+    rows = []
+    for E in _moduli_under_skin(sensor.design):
+        of_unit = np.linalg.solve(sensor.C + sensor.contact.at(E).S / E, np.ones(2))
+        rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(np.outer(x, of_unit))))
+    return tuple(rows)
 
 
 def _level_moduli(design: Design) -> list[float]:

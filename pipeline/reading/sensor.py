@@ -127,8 +127,8 @@ class Sensor:
         return RiseLaw(contrast=self.contrast) if is_pair else rise_law(self.design, self.contrast)
 
     @property
-    def is_exact(self) -> bool:
-        """Say whether the law holds all that a level press does: a pair of flat tips in the middle of bare flesh."""
+    def is_exact_seated(self) -> bool:
+        """Say whether the law is exact where the tips are seated: a pair of flat tips in the middle of bare flesh."""
         tips = self.design.tips
         in_the_middle = self.contact.stiffness_ratio() == 1.0
         is_bare = self.contact.skin is None

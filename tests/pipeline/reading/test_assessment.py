@@ -9,7 +9,7 @@ from stand_ins import with_compliance
 
 from pipeline.reading import sensor as sensor_module
 from pipeline.reading.analysis import error_analysis, skin_pressures, touch_fraction
-from pipeline.reading.measurement import LEVEL_MODULI, rise_model
+from pipeline.reading.measurement import LEVEL_MODULI, RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
 from pipeline.reading.sensor import RISE_TRAVELS, Presses
 from pipeline.verdicts.rules import analysis_verdicts, skin_verdict
@@ -142,7 +142,7 @@ def test_level_readings_of_a_pair_off_the_middle_undo_what_its_line_makes_of_the
     contact = dataclasses.replace(square_contact(), tips=design.tips.names, S=S, shape_change=np.zeros((2, 2)))
     C = np.diag([1.1, 0.05])
     sensor = with_compliance(design, contact, C)
-    model = rise_model(sensor)
+    model = RiseModel(law=sensor.law, level=seated_level_readings(sensor))
     for E in (0.5, 1.3, 3.5):
         press = np.outer(np.linspace(0.1, 1.0, 12), np.linalg.solve(C + S / E, [0.6, 0.6]))
         by_line = dataclasses.replace(model, level=()).modulus(press)

@@ -9,7 +9,7 @@ from stand_ins import with_compliance
 
 from pipeline.evaluate import refuse_unsolvable
 from pipeline.options import RunOptions, contact_inputs, load_design
-from pipeline.reading.measurement import rise_model
+from pipeline.reading.measurement import RiseModel, seated_level_readings
 from pipeline.reading.over_time import refuse_unsolvable_time
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.sizing import fruit_stiffening, spring_sizing
@@ -88,7 +88,8 @@ def test_stiffening_is_the_fruit_stiffness_over_the_modulus(contact):
 def test_a_press_under_a_skin_reads_the_modulus_of_the_flesh(contact):
     design = load_design("paper", SKIN)
     C = spring_compliance(1.3, 49.0)
-    model = rise_model(with_compliance(design, contact, C))
+    sensor = with_compliance(design, contact, C)
+    model = RiseModel(law=sensor.law, level=seated_level_readings(sensor))
     for E in (0.5, 1.2, 3.5):
         x = np.linspace(0.1, 0.6, 12)
         press = scene_response(scene_of(design), contact, C, [E], x).F[0]
@@ -99,7 +100,7 @@ def test_a_press_under_a_skin_reads_the_modulus_of_the_flesh(contact):
 
 def test_readings_are_corrected_by_more_rows_under_a_skin(contact):
     sensor = with_compliance(load_design("paper", SKIN), contact, spring_compliance(1.3, 49.0))
-    assert len(rise_model(sensor).level) == 25
+    assert len(seated_level_readings(sensor)) == 25
 
 
 def test_moduli_count_for_the_contact_of_a_fruit_with_a_skin_alone():

@@ -14,7 +14,7 @@ from pipeline.study.wanted import level_of, parts_of, wanted_value
 from sensor.quantity import InputError
 
 ROOT = Path(__file__).parents[3]
-PROCESS_FILE = ROOT / "cad" / "design" / "processes.toml"
+PROCESS_FILE = ROOT / "sensor" / "design" / "processes.toml"
 
 
 def test_study_file_is_read(written):

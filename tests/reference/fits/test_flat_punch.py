@@ -15,7 +15,7 @@ from reference.flat_punch.table import RADIUS, table_row
 from reference.flat_punch.tip_profile import RoundTip
 from solve.compression.flesh_law import FleshLaw
 
-TABLE = Path(__file__).parents[3] / "cad" / "theory" / "large_strain.toml"
+TABLE = Path(__file__).parents[3] / "sensor" / "theory" / "large_strain.toml"
 
 
 def factors(edge, depths):

@@ -12,7 +12,7 @@ from sensor.design.parameters import Design, Print
 from sensor.design.processes import PROCESSES, process_as_table
 from sensor.quantity import InputError
 
-DATA = Path(__file__).parents[3] / "cad" / "design" / "processes.toml"
+DATA = Path(__file__).parents[3] / "sensor" / "design" / "processes.toml"
 RESIN = DATA.read_text(encoding="utf-8").partition("[sla-resin]")[2].partition("[dmls-17-4ph]")[0]
 OWN = "[tough-resin]" + RESIN.replace("sla-resin", "tough-resin").replace("E_MPa = 2500.0", "E_MPa = 1900.0")
 
