@@ -14,6 +14,10 @@ HEAVY |= {"rich"}
 # Lines through forces and sums over tables take NumPy: readings and errors need them, no help does.
 NUMERICAL = {"contrast_law", "contrast_rise", "rounded_edge", "sloped_skin", "soft_tissue", "flesh_memory"}
 ROOMS = [path for room in ("theory", "design") for path in sorted((ROOT / "sensor" / room).glob("[a-z]*.py"))]
+PUBLIC = """import twintip
+print(*dir(twintip), twintip.load_design('mango').name)
+springs = twintip.size_springs(P_max=5.0, NL=0.05, K_m_max=4.6)
+print(twintip.force_ratio(springs, K_m=2.0), twintip.RunOptions(), twintip.InputError, twintip.Verdict)"""
 SIZING = ["quantity", "verdict", *(f"{path.parent.name}.{path.stem}" for path in ROOMS if path.stem not in NUMERICAL)]
 HELP = """from pipeline.cli import COMMANDS, main
 raise SystemExit(max(map(main, [["--help"], ["--version"], *([name, "-h"] for name in COMMANDS)])))"""
@@ -25,9 +29,10 @@ DESIGN = "from pipeline import RunOptions, load_design; print(load_design('mango
     [
         (HELP, [*(f"example: pipeline {name}" for name in COMMANDS), "twintip ", "exit code: 0"]),
         (DESIGN, ["mango\n"]),
+        (PUBLIC, ["housing", "mango\n"]),
         ("\n".join(f"import sensor.{name}" for name in SIZING), []),
     ],
-    ids=["help", "design", "sizing"],
+    ids=["help", "design", "public names", "sizing"],
 )
 def test_nothing_heavy_is_imported(program, printed):
     told = "import atexit, sys\natexit.register(lambda: print(*sys.modules, file=sys.stderr))"

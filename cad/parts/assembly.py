@@ -42,6 +42,11 @@ def finished_part(housing: Housing) -> Part:
     return named_housing(_with_pads(part.shape, housing), housing) if housing.back_to_back else part
 
 
+def on_workplane(part: Part) -> cq.Workplane:
+    """Return a part [mm] on a workplane of CadQuery, to be cut and joined further."""
+    return cq.Workplane(part.shape)
+
+
 def sensor_of(design: Design, housing: Housing) -> Sensor:
     """Return the sensor of a design with this housing."""
     part = finished_part(housing)

@@ -11,7 +11,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").g
 PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", flags=re.MULTILINE)
-SOURCE = re.compile(r"`((?:cad|mesh|solve|pipeline|tests|docs|designs)/[\w/.-]+)`")
+SOURCE = re.compile(r"`((?:sensor|cad|mesh|solve|pipeline|twintip|tests|docs|designs)/[\w/.-]+)`")
 ROW = re.compile(r"^\| (`[a-z_/`, ]+) \|", flags=re.MULTILINE)
 MACHINE = re.compile(r"(?<![\w.:/-])/(?:work|tmp|home|root|usr|opt|var|mnt|media|Users)\b|[A-Z]:\\")
 ARCHITECTURE = ROOT / "docs" / "architecture.md"

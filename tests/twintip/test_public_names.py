@@ -1,0 +1,109 @@
+"""`import twintip`: every public name exists and is documented, and says what the commands say."""
+
+import json
+import re
+from pathlib import Path
+
+import cadquery as cq
+import pytest
+from stand_ins import result_of
+
+import pipeline
+import twintip
+from pipeline.cli import main
+from pipeline.measure.compression.summary import result_mapping
+from pipeline.measure.unit.fruit_reading import reading_as_mapping
+from pipeline.report.outputs import write_outputs
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+EXAMPLES = ROOT / "docs" / "examples"
+
+
+@pytest.mark.parametrize("name", twintip.__all__)
+def test_name_is_documented_where_it_is_defined_and_on_the_page(name):
+    documented = getattr(twintip, name).__doc__
+    assert documented is not None
+    assert not documented.startswith(f"{name}(")  # which dataclasses write where nobody wrote a docstring
+    assert re.search(rf"`twintip\.{name}\b", PAGE)
+
+
+def test_page_and_editors_know_all_names_and_no_others():
+    assert set(re.findall(r"\btwintip\.(\w+)", PAGE)) == set(twintip.__all__) == set(dir(twintip))
+    assert sorted(twintip.__all__) == twintip.__all__
+    with pytest.raises(AttributeError, match="springs_of"):
+        _ = twintip.springs_of
+
+
+def test_names_are_those_of_the_pipeline():
+    for name in pipeline.__all__:
+        assert getattr(twintip, name) is getattr(pipeline, name)
+
+
+def test_cut_takes_its_volume_from_the_housing():
+    """A block of 2 x 3 mm through the whole depth of the frame, above the cavity."""
+    result = result_of()
+    whole = twintip.housing(result)
+    frame = result.springs.housing
+    middle = (0.0, 0.0, 0.5 * (frame.cavity_level + frame.top_level))
+    cut = whole.cut(cq.Workplane(origin=middle).box(2.0, 2.0 * frame.depth, 3.0))
+    lost = whole.val().Volume() - cut.val().Volume()
+    assert lost == pytest.approx(2.0 * 3.0 * frame.depth, abs=1e-9 * whole.val().Volume())  # the kernel's
+    assert cut.solids().size() == 1
+
+
+def test_housing_that_is_not_made_is_refused():
+    with pytest.raises(twintip.InputError) as raised:
+        twintip.housing(result_of(made=False))
+    assert raised.value.field == "housing"
+
+
+def presses():
+    """Return two presses of a pair as a CSV file: forces that rise with the travel, and a sensor lifted between."""
+    depths = [*(0.03 * step for step in range(21)), *(0.03 * step for step in range(21))]
+    rows = [f"{0.02 * number},{x},{0.686 * x},{1.79 * x}" for number, x in enumerate(depths)]
+    return "\n".join(["t_s,x_mm,F_l_N,F_h_N", *rows, ""])
+
+
+def printed_lines(words, capsys):
+    """Run a command and return what it prints, one JSON object a line."""
+    capsys.readouterr()
+    assert main([str(word) for word in words]) == 0
+    return [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+
+
+def test_presses_of_a_pair_are_read_as_by_the_command(tmp_path, capsys):
+    out = tmp_path / "out"
+    out.mkdir()
+    write_outputs(result_of(), out)
+    file = tmp_path / "press.csv"
+    file.write_text(presses(), encoding="utf-8")
+    readings = twintip.read_press(twintip.read_report(out), file)
+    assert len(readings) == 2
+    assert [reading_as_mapping(reading) for reading in readings] == printed_lines(["read", out, file, "--json"], capsys)
+
+
+@pytest.mark.slow
+def test_press_of_the_examples_is_read_as_by_the_command(tmp_path, capsys):
+    """By the unit that weights calibrated, with its classes."""
+    out = tmp_path / "out"
+    unit = tmp_path / "unit.toml"
+    twintip.run(twintip.load_design(EXAMPLES / "my-fruit.toml"), twintip.RunOptions(out=out, look=True, tolerance=0.02))
+    weights = ["calibrate", out, EXAMPLES / "weights.csv", "--out", unit, "--classes", "ripe:1.1,turning:2.3,unripe"]
+    assert main([str(word) for word in weights]) in (0, 1)
+    file = EXAMPLES / "press.csv"
+    readings = twintip.read_press(twintip.read_report(out), file, unit)
+    by_command = printed_lines(["read", out, file, "--unit", unit, "--json"], capsys)
+    assert [reading_as_mapping(reading) for reading in readings] == by_command
+    assert readings[0].ripeness == "turning"
+
+
+@pytest.mark.parametrize("file", ["fruit-1.csv", "fruit-2.csv", "fruit-3.csv"])
+def test_compression_test_is_evaluated_as_by_the_command(file, capsys):
+    body = twintip.Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
+    results = twintip.modulus(EXAMPLES / file, twintip.TestGeometry(body=body))
+    capsys.readouterr()
+    assert main(["modulus", str(EXAMPLES / file), "--height", "70", "--radius", "35", "--json"]) == 0
+    by_command = json.loads(capsys.readouterr().out)
+    numbers = [json.loads(json.dumps(result_mapping(result, ()))) for result in results]
+    assert [{**row, "notes": None} for row in numbers] == [{**row, "notes": None} for row in by_command]
