@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pipeline.measure.unit.fruit_reading import FruitReading
     from pipeline.options import RunOptions, load_design
     from pipeline.report.report import Report, read_report
-    from pipeline.result import Evaluation, SensorResult
+    from pipeline.result import SensorResult
     from sensor.design.parameters import Design
     from sensor.quantity import InputError
     from sensor.theory.two_spring_law import Springs, force_ratio, fruit_stiffness, size_springs
@@ -73,7 +73,7 @@ _NAMES_OF = {
 _MODULE_OF = {name: module for module, names in _NAMES_OF.items() for name in names}
 
 
-def housing(result: Evaluation) -> cq.Workplane:
+def housing(result: SensorResult) -> cq.Workplane:
     """Return the housing of a result [mm] on a CadQuery workplane.
 
     It is the solid of housing.step, of a square one of its two equal plates. x runs along the tips, whose faces lie at
@@ -120,11 +120,13 @@ def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]
     return [measured_modulus(specimen, geometry) for specimen in read_specimens(Path(file))]
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever has the name
-    if name not in _MODULE_OF:
-        msg = f"module {__name__!r} has no attribute {name!r}"
-        raise AttributeError(msg)
-    return getattr(import_module(_MODULE_OF[name]), name)
+if not TYPE_CHECKING:  # which would take any name for one of this module
+
+    def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever has the name
+        if name not in _MODULE_OF:
+            msg = f"module {__name__!r} has no attribute {name!r}"
+            raise AttributeError(msg)
+        return getattr(import_module(_MODULE_OF[name]), name)
 
 
 def __dir__() -> list[str]:
