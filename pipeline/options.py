@@ -131,8 +131,8 @@ def design_path(design: str | Path, name: str = "--design") -> Path:
         return Path(design)
     known = preset_names()
     if design not in known:
-        remedy = f"did you mean {nearest(design, known)}?" if known else "give a path"
-        raise validation_error(name, design, "", f"one of {', '.join(known)}, or a path that ends in .toml", remedy)
+        hint = f"did you mean {nearest(design, known)}?" if known else "give a path"
+        raise validation_error(name, design, "", f"one of {', '.join(known)}, or a path that ends in .toml", hint)
     return DESIGNS / f"{design}.toml"
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
-from pipeline.reading.read_out import ReadOut
+from pipeline.reading.read_out import ReadingConstants
 from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.behaviour import SpringBehaviour
@@ -91,7 +91,7 @@ class SensorResult(Evaluation):
     press: ScenePress
     paper: tuple[Verdict, ...] | None
     behaviour: SpringBehaviour | None
-    read_out: ReadOut
+    read_out: ReadingConstants
     errors: SensorErrors
     left_out: tuple[str, ...] = ()
     seconds: Seconds

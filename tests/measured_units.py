@@ -15,7 +15,7 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import error_analysis, reading_constants
-from pipeline.reading.read_out import ReadOut
+from pipeline.reading.read_out import ReadingConstants
 from pipeline.reading.sensor import Sensor
 from pipeline.report.of_result import contact_report, reading_report, tip_reports
 from pipeline.report.report import ContactReport, ModulusReport, TipReport
@@ -44,7 +44,7 @@ class ReportOfUnits:
     tips: tuple[TipReport, ...]
     contact: ContactReport
     compliance: FruitCompliance
-    read_out: ReadOut
+    read_out: ReadingConstants
     moduli: tuple[ModulusReport, ...]
     housing: Housing | None = None
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from cad.parts.assembly import finished_part
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print
 from sensor.design.processes import PROCESSES
@@ -36,11 +36,11 @@ def square_housing(design: Design = GENTLE, lengths: tuple[float, float] = LENGT
 
 
 @functools.cache
-def square_sensor(housing: Housing | None = None, design: Design = GENTLE) -> Sensor:
+def square_sensor(housing: Housing | None = None, design: Design = GENTLE) -> SensorSolids:
     """Return the sensor of a square, its plate as it is made."""
     housing = housing or square_housing(design)
     part = finished_part(housing)
-    return Sensor(
+    return SensorSolids(
         housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
     )
 

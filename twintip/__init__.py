@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from pipeline.evaluate import evaluate
     from pipeline.main_job import run
-    from pipeline.measure.compression.bodies import Block, CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger
+    from pipeline.measure.compression.bodies import CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger, RectangularBlock
     from pipeline.measure.compression.force_law import TestGeometry
     from pipeline.measure.compression.modulus import CompressionResult
     from pipeline.measure.unit.fruit_reading import FruitReading
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from sensor.verdict import Verdict
 
 __all__ = [
-    "Block",
     "CompressionResult",
     "CylinderOnEnd",
     "CylinderOnSide",
@@ -36,6 +35,7 @@ __all__ = [
     "FruitReading",
     "InputError",
     "Plunger",
+    "RectangularBlock",
     "Report",
     "RunOptions",
     "SensorResult",
@@ -57,7 +57,13 @@ __all__ = [
 _NAMES_OF = {
     "pipeline.evaluate": ("evaluate",),
     "pipeline.main_job": ("run",),
-    "pipeline.measure.compression.bodies": ("Block", "CylinderOnEnd", "CylinderOnSide", "Ellipsoid", "Plunger"),
+    "pipeline.measure.compression.bodies": (
+        "RectangularBlock",
+        "CylinderOnEnd",
+        "CylinderOnSide",
+        "Ellipsoid",
+        "Plunger",
+    ),
     "pipeline.measure.compression.force_law": ("TestGeometry",),
     "pipeline.measure.compression.modulus": ("CompressionResult",),
     "pipeline.measure.unit.fruit_reading": ("FruitReading",),

@@ -11,7 +11,7 @@ from cad.parts.assembly import turned_twin
 from cad.parts.cover_solid import turned
 from cad.parts.part import is_hole
 from cad.parts.pose import in_place
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, at_least, equal, failed
 
@@ -19,7 +19,7 @@ PLATES_GAP_MM = 0.3  # plates that bow towards each other by half of it each, as
 _TO_THE_STOP = (0.0, 0.5, 1.0)  # fractions of the way
 
 
-def cover_verdicts(sensor: Sensor, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
+def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.cover_clearance, _holes and _over_fruit [mm] of a back cover, made or read, and its turned copy.
 
     Clearance is that of shuttles, necks and leaves at rest, half way and at their stops. A plate of a square has a
@@ -45,7 +45,7 @@ def cover_verdicts(sensor: Sensor, cover: cq.Shape, process: Process) -> tuple[V
     return clearance, _cover_holes(sensor, covers), over_fruit
 
 
-def _arm_poses(sensor: Sensor) -> list[tuple[str, cq.Shape]]:
+def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
     """Return the arms moved as a whole towards their stops, which is farther than any leaf of them goes."""
     poses = []
     for arm in sensor.housing.arms:
@@ -57,7 +57,7 @@ def _arm_poses(sensor: Sensor) -> list[tuple[str, cq.Shape]]:
     return poses
 
 
-def _cover_holes(sensor: Sensor, covers: dict[str, cq.Shape]) -> Verdict:
+def _cover_holes(sensor: SensorSolids, covers: dict[str, cq.Shape]) -> Verdict:
     """Return how far a hole of a cover is off that of the housing: its axis, or its radius."""
     faces = sensor.part.shape.Faces()
     declared = hole_axes(faces[index] for index in sensor.part.faces["mounting_holes"])
@@ -68,7 +68,7 @@ def _cover_holes(sensor: Sensor, covers: dict[str, cq.Shape]) -> Verdict:
     return holes_verdict("geometry.cover_holes", drilled, "the housing's")
 
 
-def plate_verdicts(sensor: Sensor) -> tuple[Verdict, ...]:
+def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.plates and geometry.plate_holes [mm] of the two plates of a square; none for another sensor.
 
     Plates that run into each other, or whose pads do not meet, fail; else the value is the least distance of what moves
@@ -79,7 +79,7 @@ def plate_verdicts(sensor: Sensor) -> tuple[Verdict, ...]:
     return _plates(sensor), _plate_holes(sensor)
 
 
-def _plates(sensor: Sensor) -> Verdict:
+def _plates(sensor: SensorSolids) -> Verdict:
     name = "geometry.plates"
     plate = in_place(sensor.part.shape, sensor.housing)
     twin = turned_twin(plate)
@@ -97,7 +97,7 @@ def _plates(sensor: Sensor) -> Verdict:
     return at_least(name, distances[nearest], PLATES_GAP_MM, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
 
 
-def _plate_holes(sensor: Sensor) -> Verdict:
+def _plate_holes(sensor: SensorSolids) -> Verdict:
     """Return how far a hole for a screw or a dowel is off that of the turned plate: its axis, or its radius."""
     housing = sensor.housing
     diameters = (housing.hole_diameter, housing.dowel_hole)

@@ -8,7 +8,7 @@ import cadquery as cq
 from cad.checks.line_probe import UP, Lines, Vector, solid_lines
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
 from cad.parts.pose import in_place, pressed
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 from sensor.verdict import Verdict, at_least, failed
 
 LEAF_GAP_MM = 0.1  # a leaf printed this much off its place still moves freely
@@ -19,7 +19,7 @@ _ON_SHUTTLE = (0.02, 0.5, 0.98)  # places that are measured, as shares of its wi
 _ON_LEAF = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # and of the length from the wall
 
 
-def clearance_verdicts(sensor: Sensor) -> tuple[Verdict, ...]:
+def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.frame_clearance and geometry.neck_clearance [mm]: smallest distance from the fruit.
 
     The housing is lowered by the travel. The frame is tilted by 3 degrees, or the press's own tilt where that is
@@ -38,12 +38,12 @@ def clearance_verdicts(sensor: Sensor) -> tuple[Verdict, ...]:
     )
 
 
-def fruit_clearance_verdict(name: str, sensor: Sensor, shape: cq.Shape) -> Verdict:
+def fruit_clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape) -> Verdict:
     """Return the smallest distance [mm] of a shape that is fixed to the frame from the fruit, as of the frame."""
     return _clearance(name, sensor, shape, largest_tilt(sensor.press))
 
 
-def moving_part(sensor: Sensor, arm: Arm) -> cq.Shape:
+def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
     """Return shuttle, neck, tip and leaves of one spring, cut from its wall at the roots [mm]."""
     box = _box(sensor.housing, min(arm.wall, 0.0), max(arm.wall, 0.0), -_REACH, sensor.housing.cavity_level)
     pieces = sensor.part.shape.intersect(box)
@@ -51,7 +51,7 @@ def moving_part(sensor: Sensor, arm: Arm) -> cq.Shape:
     return max(pieces.Solids(), key=lambda solid: solid.Volume(), default=pieces)
 
 
-def _clearance(name: str, sensor: Sensor, shape: cq.Shape, tilt: float) -> Verdict:
+def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) -> Verdict:
     travel = sensor.press.travel_mm
     fruit = sensor.fruit_box()
     above_fruit = in_place(shape, sensor.housing).translate(cq.Vector(0.0, 0.0, sensor.housing.pin_out))
@@ -79,7 +79,7 @@ def _box(housing: Housing, x0: float, x1: float, z0: float, z1: float) -> cq.Sha
     return cq.Solid.makeBox(x1 - x0, depth, z1 - z0, cq.Vector(x0, -0.5 * depth, z0))
 
 
-def stop_verdicts(sensor: Sensor, deflections: tuple[float, ...]) -> tuple[Verdict, ...]:
+def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple[Verdict, ...]:
     """Return geometry.stops_low and _high: deflection [mm] at which shuttle or leaf first meets the frame.
 
     The deflections [mm] of low and high spring are those at full travel; a stop must stand 1.2 times above. With

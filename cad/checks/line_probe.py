@@ -18,7 +18,7 @@ Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
 
 
-class Span(NamedTuple):
+class Chord(NamedTuple):
     """Where a line enters the material and where it leaves it [mm along the line]."""
 
     enter: float
@@ -26,7 +26,7 @@ class Span(NamedTuple):
 
 
 # The spans [mm along the unit direction] where the endless line through a start is inside a form of a part.
-Lines = Callable[[Vector, Vector], tuple[Span, ...]]
+Lines = Callable[[Vector, Vector], tuple[Chord, ...]]
 
 
 def solid_lines(shape: cq.Shape) -> Lines:
@@ -34,7 +34,7 @@ def solid_lines(shape: cq.Shape) -> Lines:
     faces = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
     faces.Load(shape.wrapped, 1e-7)
 
-    def spans(start: Vector, direction: Vector) -> tuple[Span, ...]:
+    def spans(start: Vector, direction: Vector) -> tuple[Chord, ...]:
         line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*start), OCP.gp.gp_Dir(*direction))
         faces.Perform(line, -1e6, 1e6)
         return _paired(np.array([faces.WParameter(i + 1) for i in range(faces.NbPnt())]))
@@ -46,7 +46,7 @@ def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
     """Return the spans of lines inside a closed mesh of triangles [mm]."""
     before = 2.0 * float(mesh.extents.sum()) + float(np.abs(mesh.bounds).sum())
 
-    def spans(start: Vector, direction: Vector) -> tuple[Span, ...]:
+    def spans(start: Vector, direction: Vector) -> tuple[Chord, ...]:
         unit = np.array(direction)
         origin = np.array(start) - before * unit
         hits, _, _ = mesh.ray.intersects_location(origin[None], unit[None])
@@ -55,7 +55,7 @@ def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
     return spans
 
 
-def _paired(crossings: Floats) -> tuple[Span, ...]:
+def _paired(crossings: Floats) -> tuple[Chord, ...]:
     """Return spans from crossings, each pair an entry and an exit; an odd count has no spans.
 
     Two crossings very near each other are one edge that two faces share.
@@ -65,7 +65,7 @@ def _paired(crossings: Floats) -> tuple[Span, ...]:
     single = ordered[is_new]
     if len(single) % 2:
         return ()
-    return tuple(Span(float(enter), float(leave)) for enter, leave in single.reshape(-1, 2))
+    return tuple(Chord(float(enter), float(leave)) for enter, leave in single.reshape(-1, 2))
 
 
 def open_ahead(lines: Lines, start: Vector, direction: Vector) -> float:

@@ -17,13 +17,13 @@ from cad.files.stl import read_stl
 from cad.files.threemf import read_3mf
 from cad.parts.assembly import assembly_bodies
 from cad.parts.pose import sensor_pose
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 from sensor.verdict import Verdict, equal
 
 ROUND_TRIP_TOLERANCE = 1e-9  # Part 21 carries 15 digits
 
 
-def check_sensor(sensor: Sensor, deflections: tuple[float, ...], folder: Path) -> tuple[Verdict, ...]:
+def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: Path) -> tuple[Verdict, ...]:
     """Return every geometry verdict on a sensor and on housing.step and housing.stl in a folder.
 
     The deflections [mm] of low and high spring are those at full travel. Raises FileNotFoundError; a file that
@@ -60,7 +60,7 @@ def _round_trip(shape: cq.Shape, step: cq.Shape) -> Verdict:
     return equal("geometry.step_round_trip", change, 0.0, ROUND_TRIP_TOLERANCE, unit="1", reference=reference)
 
 
-def volume_verdict(sensor: Sensor, folder: Path) -> Verdict:
+def volume_verdict(sensor: SensorSolids, folder: Path) -> Verdict:
     """Return geometry.same_volume: how far housing.3mf and assembly.step are off the volume of a sensor's solids.
 
     In tolerances of the file [1], the larger one. Raises ValueError for a file that cannot be read.

@@ -12,17 +12,17 @@ import cadquery as cq
 
 from cad.drawing.canvas import MEASURED, SMALL_MM, Box, Canvas, Point, text_width
 from cad.drawing.lengths import Length, draw_lengths
-from cad.drawing.measuring_table import HEADS, STEP_MM, Characteristic, measuring_table
+from cad.drawing.measuring_table import HEADS, STEP_MM, MeasuredDimension, measuring_table
 from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, on_sheet
 from cad.drawing.view import draw_view, view_of
 from cad.parts.hall_places import DISC_HEIGHT_MM, DISC_MM, SENSOR_OUT_MM, HallPlaces, hall_places
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, Housing, fillet_corners
 from cad.parts.part import NEAR_MM
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import Readout
-from sensor.theory.strain_gauge import GAUGES, FoilGauge, Span, gauge_spans
+from sensor.theory.strain_gauge import GAUGES, FoilGauge, LeafInterval, gauge_spans
 
 _GAUGE_THICK = 0.25  # [mm] of a gauge seen from its edge, many times its thickness
 _ROOM_OF_ROWS_MM = 24.0  # on paper, for two rows of dimensions
@@ -33,14 +33,14 @@ _ROOM_BEHIND_MM = 14.0  # on paper, above it for one row of them
 _NAME_BELOW_MM = 9.0  # on paper, from it to its name
 _SPOT_MM = 0.8  # on paper, radius of what marks the middle of a sensor
 
-Measured = Mapping[str, Characteristic]
+Measured = Mapping[str, MeasuredDimension]
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Shown:
     """What is drawn: the sensor, its section, what is seen of it, its table, and places of magnets if there are any."""
 
-    sensor: Sensor
+    sensor: SensorSolids
     cut: cq.Shape
     pin_cuts: Sequence[cq.Shape]
     from_left: Sequence[cq.Edge]
@@ -53,7 +53,7 @@ class _Shown:
         return self.sensor.housing
 
 
-def housing_drawing(sensor: Sensor, title: Title, readout: Readout | None = None) -> Sheet:
+def housing_drawing(sensor: SensorSolids, title: Title, readout: Readout | None = None) -> Sheet:
     """Return the sheet of a housing: its section y = 0 seen along +y, to the right the view from its left.
 
     A plate with pads is shown from behind below them. Raises InputError for a leaf without room for its gauges.
@@ -189,7 +189,7 @@ def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
     return lengths
 
 
-def _draw_in_window(canvas: Canvas, arm: Arm, measured: Characteristic) -> None:
+def _draw_in_window(canvas: Canvas, arm: Arm, measured: MeasuredDimension) -> None:
     """Draw the thickness of the leaves and the name of the spring, in the window between its leaves."""
     height = canvas.text_height
     left, right = arm.roots
@@ -208,7 +208,7 @@ def _draw_in_window(canvas: Canvas, arm: Arm, measured: Characteristic) -> None:
     canvas.words(name, middle, _NAME * height)
 
 
-def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: Characteristic) -> None:
+def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDimension) -> None:
     """Draw the gap over a shuttle, its text over the frame, on the side of its spring."""
     height = canvas.text_height
     x = arm.centre
@@ -220,7 +220,7 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: Characteris
     canvas.length("z", (x, shuttle), (x, stop), text_at, x, label)
 
 
-def _draw_callouts(canvas: Canvas, housing: Housing, measured: Characteristic) -> None:
+def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension) -> None:
     """Draw the radius of the fillets, and at the upper left hole the diameter of those for screws."""
     height = canvas.text_height
     low = housing.arms[0]
@@ -375,7 +375,7 @@ def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: floa
             canvas.rectangle(Box(start, middle - half_width, end, middle + half_width), "NOTES")
 
     lengths = []
-    for span in (Span(0.0, at_wall.backing.start), at_wall.backing, at_wall.grid):
+    for span in (LeafInterval(0.0, at_wall.backing.start), at_wall.backing, at_wall.grid):
         start, end = arm.along(span)
         lengths.append(Length("bottom", (start, middle - half_backing), (end, middle - half_backing)))
     if arm.sign < 0.0:  # the widths are those of all gauges: they stand beside the first leaf alone

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from cad.drawing.canvas import IN_TABLE, MEASURED, SMALL_MM, written
 from cad.parts.housing import Housing
 from cad.parts.pin import GROUND_MM
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.theory.leaf_spring import Flexure, pair_stiffness
 
@@ -26,7 +26,7 @@ _RADII_MM = {3.0: 0.2, 6.0: 0.5, math.inf: 1.0}  # ISO 2768-1 m, table 2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Characteristic:
+class MeasuredDimension:
     """A dimension to be measured [mm]: its letter on the drawing, and the places where it is, each a row.
 
     `moves` says what 0.1 mm more of it moves.
@@ -62,12 +62,12 @@ def general_mm(process: Process, length: float, *, is_radius: bool = False) -> f
     return next((within for most, within in classes.items() if length <= most), max(classes.values()))
 
 
-def measuring_table(sensor: Sensor, process: Process) -> Mapping[str, Characteristic]:
+def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
     """Return the characteristics of a housing by name, in the order of the table, with letters."""
     housing = sensor.housing
     found = {
         **_leaves(housing, process),
-        "fillet": Characteristic(
+        "fillet": MeasuredDimension(
             places=("radius, fillets of leaves",),
             nominal=housing.low.fillet,
             tolerance=_within(general_mm(process, housing.low.fillet, is_radius=True)),
@@ -84,9 +84,9 @@ def _within(tolerance: float) -> str:
     return f"±{tolerance:g}"
 
 
-def _plain(place: str, nominal: float, process: Process, moves: str = "-") -> Characteristic:
+def _plain(place: str, nominal: float, process: Process, moves: str = "-") -> MeasuredDimension:
     """Return a characteristic of the general tolerance."""
-    return Characteristic(
+    return MeasuredDimension(
         places=(place,), nominal=nominal, tolerance=_within(general_mm(process, nominal)), moves=moves
     )
 
@@ -102,21 +102,21 @@ def _gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> f
     return pair_stiffness(1.0, w, t + thickness, L + length) / pair_stiffness(1.0, w, t, L)
 
 
-def _leaves(housing: Housing, process: Process) -> dict[str, Characteristic]:
+def _leaves(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
     """Return thickness and length of the leaves by spring, and the depth of the plate."""
     found = {}
     within = _within(process.accuracy_mm)
     for arm in housing.arms:
         flexure = arm.flexure
         one_of_two = 0.5 * (1.0 + _gain(flexure, thickness=STEP_MM))
-        found[f"{arm.name} thickness"] = Characteristic(
+        found[f"{arm.name} thickness"] = MeasuredDimension(
             places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
             nominal=flexure.thickness,
             tolerance=within,
             moves=_percent(f"K_{arm.name[0]}", one_of_two),
         )
     for arm in housing.arms:
-        found[f"{arm.name} length"] = Characteristic(
+        found[f"{arm.name} length"] = MeasuredDimension(
             places=(f"length, {arm.name} leaves",),
             nominal=arm.flexure.length,
             tolerance=within,
@@ -126,7 +126,7 @@ def _leaves(housing: Housing, process: Process) -> dict[str, Characteristic]:
     return {**found, "depth": _plain("depth, leaves", housing.depth, process, _percent("K", deeper))}
 
 
-def _stops(housing: Housing, process: Process) -> dict[str, Characteristic]:
+def _stops(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
     """Return the gaps over the shuttles."""
     return {
         f"{arm.name} stop": _plain(f"gap, {arm.name} stop", housing.cavity_level - arm.top_level, process)
@@ -134,7 +134,7 @@ def _stops(housing: Housing, process: Process) -> dict[str, Characteristic]:
     }
 
 
-def _tips(sensor: Sensor, process: Process) -> dict[str, Characteristic]:
+def _tips(sensor: SensorSolids, process: Process) -> dict[str, MeasuredDimension]:
     """Return spacing, heights and widths of the tips; radii where they are domes."""
     housing = sensor.housing
     # Between springs that take all of the travel, where the force goes with it, and none of it, where Hertz's law holds
@@ -145,26 +145,26 @@ def _tips(sensor: Sensor, process: Process) -> dict[str, Characteristic]:
     accuracy = GROUND_MM if housing.pin_side else process.accuracy_mm
     return {
         "spacing": _plain("tips, middle to middle", housing.spacing, process),
-        "height": Characteristic(
+        "height": MeasuredDimension(
             places=tuple(f"{arm.name} tip, out of the frame" for arm in housing.arms),
             nominal=height,
             tolerance=_within(general_mm(process, height)),
             moves=longer,
         ),
-        "level": Characteristic(
+        "level": MeasuredDimension(
             places=("high less low: k2 - k1",), nominal=0.0, tolerance=_within(accuracy), moves=longer
         ),
         "tip": _tip(sensor, process),
     }
 
 
-def _tip(sensor: Sensor, process: Process) -> Characteristic:
+def _tip(sensor: SensorSolids, process: Process) -> MeasuredDimension:
     """Return the characteristic of a tip: the radius of a dome, else the width of a face or of a pin."""
     housing = sensor.housing
     names = [arm.name for arm in housing.arms]
     if housing.dome_radius:
         radius = housing.dome_radius
-        return Characteristic(
+        return MeasuredDimension(
             places=tuple(f"radius SR, {name} dome" for name in names),
             nominal=radius,
             tolerance=_within(general_mm(process, radius, is_radius=True)),
@@ -173,7 +173,7 @@ def _tip(sensor: Sensor, process: Process) -> Characteristic:
     side = housing.pin_side or housing.tip_side
     is_flat = sensor.tips.tip_shape.is_flat
     kind = "pin" if housing.pin_side else "tip"
-    return Characteristic(
+    return MeasuredDimension(
         places=tuple(f"{'diameter' if housing.pin_round else 'width'}, {name} {kind}" for name in names),
         nominal=side,
         tolerance=PIN_FIT if housing.pin_side else _within(general_mm(process, side)),

@@ -10,13 +10,13 @@ from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.fabrication.templates import EACH, rendered
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.theory.strain_gauge import FOIL
 
 
 @dataclass(frozen=True)
-class Row:
+class BillLine:
     """One line of the bill: how many of what, its size, its standard or file, and what it is for."""
 
     count: int
@@ -27,12 +27,12 @@ class Row:
 
 
 def bill_of_materials(
-    sensor: Sensor,
+    sensor: SensorSolids,
     process: Process,
     springs: Sequence[Spring],
     masses: Mapping[str, float],
     signal: SignalPath | None = None,
-) -> tuple[Row, ...]:
+) -> tuple[BillLine, ...]:
     """Return every line of the bill; `masses` are those of the printed parts by name [g].
 
     With a signal path glue, wire and board are there too.
@@ -58,7 +58,7 @@ def bill_of_materials(
         resistor=series_resistor(process),
         signal=signal,
     )
-    return tuple(Row(int(count), *texts) for count, *texts in csv.reader(text.splitlines()))
+    return tuple(BillLine(int(count), *texts) for count, *texts in csv.reader(text.splitlines()))
 
 
 def screw_name(grip_mm: float) -> str:
@@ -67,10 +67,10 @@ def screw_name(grip_mm: float) -> str:
     return "M3 threaded rod, cut" if length is None else f"M3 x {length}"
 
 
-def bill_csv(rows: Sequence[Row]) -> str:
+def bill_csv(rows: Sequence[BillLine]) -> str:
     """Return the bill as CSV with a head line."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([field.name for field in fields(Row)])
+    writer.writerow([field.name for field in fields(BillLine)])
     writer.writerows(astuple(row) for row in rows)
     return text.getvalue()

@@ -18,7 +18,7 @@ from cad.parts.assembly import COVER_COLOUR
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
 from cad.parts.pose import print_pose
-from cad.parts.sensor import STEEL_COLOUR, Body, Sensor
+from cad.parts.sensor import STEEL_COLOUR, NamedSolid, SensorSolids
 from sensor.design.readout import Readout
 
 _COUPON_COLOUR = (0.45, 0.62, 0.35)
@@ -34,7 +34,7 @@ class MakerFiles:
 
 
 def write_fabrication(
-    sensor: Sensor,
+    sensor: SensorSolids,
     title: Title,
     springs: Sequence[Spring],
     folder: Path,
@@ -50,9 +50,9 @@ def write_fabrication(
     housing = sensor.housing
     process = title.process
     bodies = [
-        Body(name="coupon", shape=coupon_part(housing).shape, colour=_COUPON_COLOUR),
-        Body(name="cover", shape=cover_part(housing).shape, colour=COVER_COLOUR),
-        Body(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR),
+        NamedSolid(name="coupon", shape=coupon_part(housing).shape, colour=_COUPON_COLOUR),
+        NamedSolid(name="cover", shape=cover_part(housing).shape, colour=COVER_COLOUR),
+        NamedSolid(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR),
     ]
     solids = [sensor.housing_body(), *bodies]
     masses = {body.name: 1e-3 * body.shape.Volume() * process.density_g_per_cm3 for body in solids}

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from cad.drawing.measuring_table import PIN_FIT
 from cad.drawing.sheet import Title
-from cad.fabrication.bill import Row, screw_name
+from cad.fabrication.bill import BillLine, screw_name
 from cad.fabrication.bridges import (
     HX711,
     RESISTANCE_OHM,
@@ -23,7 +23,7 @@ from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.hall_places import hall_places
 from cad.parts.housing import DOWEL_MM
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.strain_gauge import GAUGES
 
@@ -44,9 +44,9 @@ def last_digit(full: float) -> float:
 
 
 def fabrication_sheet(
-    sensor: Sensor,
+    sensor: SensorSolids,
     title: Title,
-    bill: Sequence[Row],
+    bill: Sequence[BillLine],
     springs: Sequence[Spring],
     signal: SignalPath | None = None,
     fastest_s: float | None = None,

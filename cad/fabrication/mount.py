@@ -9,7 +9,7 @@ import cadquery as cq
 
 from cad.parts.assembly import WASHER_THICKNESS_MM, grip
 from cad.parts.housing import largest_tilt
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 
 FLANGE_CIRCLE_MM = 50.0  # ISO 9409-1-50-4-M6
 FLANGE_HOLE_MM = 6.6  # for M6, ISO 273 medium
@@ -22,22 +22,22 @@ _BEHIND = 6.0  # of the plate behind the outermost hole of the flange
 _REACH = 1.0
 
 
-def back_of(sensor: Sensor) -> float:
+def back_of(sensor: SensorSolids) -> float:
     """Return the place y of the face behind cover or washers [mm], on which the bracket lies."""
     return 0.5 * grip(sensor) + _washer_before_bracket(sensor)
 
 
-def _washer_before_bracket(sensor: Sensor) -> float:
+def _washer_before_bracket(sensor: SensorSolids) -> float:
     """Return the thickness [mm] of the washers between frame and bracket: none where covers hold the frame."""
     return 0.0 if sensor.housing.mount == "covers" else WASHER_THICKNESS_MM
 
 
-def mounted_grip(sensor: Sensor) -> float:
+def mounted_grip(sensor: SensorSolids) -> float:
     """Return what the four screws span with the bracket, between the washers under their heads and nuts [mm]."""
     return grip(sensor) + _washer_before_bracket(sensor) + PLATE_MM
 
 
-def flange_holes(sensor: Sensor) -> tuple[tuple[float, float], ...]:
+def flange_holes(sensor: SensorSolids) -> tuple[tuple[float, float], ...]:
     """Return x and y of the holes for the flange's screws [mm].
 
     On the axes behind a thick sensor, else on the diagonals: so that the heads are clear of the upright plate.
@@ -49,7 +49,7 @@ def flange_holes(sensor: Sensor) -> tuple[tuple[float, float], ...]:
     return (side, side), (-side, side), (-side, -side), (side, -side)
 
 
-def mount_solid(sensor: Sensor) -> cq.Solid:
+def mount_solid(sensor: SensorSolids) -> cq.Solid:
     """Return the bracket in its place behind the sensor [mm]."""
     housing = sensor.housing
     back = back_of(sensor)
@@ -66,7 +66,7 @@ def mount_solid(sensor: Sensor) -> cq.Solid:
     return body.findSolid().Solids()[0]
 
 
-def _upright(sensor: Sensor, top: float) -> cq.Solid:
+def _upright(sensor: SensorSolids, top: float) -> cq.Solid:
     """Return the plate behind the sensor [mm], whose foot stays above the cover's in every tilt."""
     housing = sensor.housing
     back = back_of(sensor)
@@ -82,7 +82,7 @@ def _shelf(back: float, level: float) -> cq.Solid:
     return cq.Solid.makeBox(FLANGE_MM, behind + half, PLATE_MM, cq.Vector(-half, -half, level))
 
 
-def flange_heads(sensor: Sensor) -> cq.Shape:
+def flange_heads(sensor: SensorSolids) -> cq.Shape:
     """Return the heads of the flange's screws under the bracket [mm], as high as the room for them."""
     level = sensor.housing.top_level
     up = cq.Vector(0.0, 0.0, 1.0)

@@ -10,7 +10,7 @@ from cad.checks.tip_checks import PLACE_TOLERANCE_MM
 from cad.fabrication.mount import FLANGE_HOLE_MM, HEAD_ROOM_MM, flange_heads, flange_holes
 from cad.parts.part import is_hole
 from cad.parts.pose import in_place
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, at_least
 
@@ -18,7 +18,7 @@ _WIDE = 1e3  # [mm], beyond any sensor
 _UNDER_SHELF_MM = 0.5  # the heads lie on the shelf: only what is below it may be near them
 
 
-def mount_verdicts(sensor: Sensor, mount: cq.Shape, process: Process) -> tuple[Verdict, ...]:
+def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.mount_holes, _clearance and _over_fruit [mm] of a bracket, made or read from a file."""
     # The clearance from the fruit puts what it is given in its place in the sensor: here from the frame of the plate.
     back = 0.5 * sensor.housing.spacing if sensor.housing.back_to_back else 0.0
@@ -30,7 +30,7 @@ def mount_verdicts(sensor: Sensor, mount: cq.Shape, process: Process) -> tuple[V
     )
 
 
-def _holes(sensor: Sensor, mount: cq.Shape) -> Verdict:
+def _holes(sensor: SensorSolids, mount: cq.Shape) -> Verdict:
     """Return how far a hole is off the housing's screw or off the circle of the flange: its axis, or its radius."""
     housing = sensor.housing
     faces = mount.Faces()
@@ -47,7 +47,7 @@ def _is_upright_hole(face: cq.Face) -> bool:
     return face.geomType() == "CYLINDER" and math.isclose(box.xlen, box.ylen, abs_tol=PLACE_TOLERANCE_MM)
 
 
-def _clearance(sensor: Sensor, mount: cq.Shape, process: Process) -> Verdict:
+def _clearance(sensor: SensorSolids, mount: cq.Shape, process: Process) -> Verdict:
     """Return the least distance [mm] of the bracket from what moves, at its stops, and of the flange's heads."""
     housing = sensor.housing
     heads = flange_heads(sensor)

@@ -15,7 +15,7 @@ from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
 from cad.parts.assembly import assembly_bodies, outwards
 from cad.parts.pose import print_pose
-from cad.parts.sensor import Body, Sensor
+from cad.parts.sensor import NamedSolid, SensorSolids
 
 _STEP_TOLERANCE = 1e-9  # relative: Part 21 carries 15 digits
 _TURNED = ("SPHERE", "REVOLUTION")
@@ -25,7 +25,7 @@ _SHOWN_ANGLE = 0.5  # rad
 _SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of a part
 
 
-def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
+def write_sensor(sensor: SensorSolids, folder: Path) -> tuple[Path, ...]:
     """Write housing.step, assembly.step and, marked, housing.stl and housing.3mf; pin.step where pins are the tips.
 
     assembly.glb, to be looked at, has every body in its colour and an animation that takes them apart.
@@ -59,7 +59,7 @@ def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
     return tuple(paths)
 
 
-def shown_body(body: Body) -> GlbBody:
+def shown_body(body: NamedSolid) -> GlbBody:
     """Return a body as triangles to be looked at, which the animation moves outwards."""
     vertices, triangles = body.shape.copy().tessellate(_SHOWN_CHORD_MM, _SHOWN_ANGLE)
     return GlbBody(
@@ -71,7 +71,7 @@ def shown_body(body: Body) -> GlbBody:
     )
 
 
-def export_step(bodies: Sequence[Body], path: Path) -> cq.Shape:
+def export_step(bodies: Sequence[NamedSolid], path: Path) -> cq.Shape:
     """Write bodies [mm] as STEP, named for the file, and return what is read back.
 
     Raises OSError when it cannot be written, ExportError when it has another volume.

@@ -9,12 +9,12 @@ import cadquery as cq
 import OCP
 
 from cad.files.file_date import file_date
-from cad.parts.sensor import Body
+from cad.parts.sensor import NamedSolid
 
 _STEP_SETTINGS = {"write.step.schema": "AP242DIS", "write.step.unit": "MM", "xstep.cascade.unit": "MM"}
 
 
-def write_step(bodies: Sequence[Body], path: Path, name: str) -> None:
+def write_step(bodies: Sequence[NamedSolid], path: Path, name: str) -> None:
     """Write bodies [mm] to a STEP file dated `file_date`; several become an assembly of the name; raises OSError."""
     for key, value in _STEP_SETTINGS.items():
         OCP.Interface.Interface_Static.SetCVal_s(key, value)
@@ -30,7 +30,7 @@ def write_step(bodies: Sequence[Body], path: Path, name: str) -> None:
         raise OSError(msg)
 
 
-def _document(bodies: Sequence[Body], name: str) -> OCP.TDocStd.TDocStd_Document:
+def _document(bodies: Sequence[NamedSolid], name: str) -> OCP.TDocStd.TDocStd_Document:
     """Return OCCT's document of the bodies: one shape, or an assembly of several."""
     document = OCP.TDocStd.TDocStd_Document(_unicode("XmlOcaf"))
     shapes = OCP.XCAFDoc.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())

@@ -19,7 +19,7 @@ from cad.parts.housing_solid import domed, housing_part, named_housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import socketed
 from cad.parts.pose import in_place
-from cad.parts.sensor import STEEL_COLOUR, Body, Colour, Sensor
+from cad.parts.sensor import STEEL_COLOUR, Colour, NamedSolid, SensorSolids
 from sensor.design.parameters import Design
 
 COVER_COLOUR: Colour = (0.60, 0.60, 0.62)
@@ -47,10 +47,10 @@ def on_workplane(part: Part) -> cq.Workplane:
     return cq.Workplane(part.shape)
 
 
-def sensor_of(design: Design, housing: Housing) -> Sensor:
+def sensor_of(design: Design, housing: Housing) -> SensorSolids:
     """Return the sensor of a design with this housing."""
     part = finished_part(housing)
-    return Sensor(
+    return SensorSolids(
         housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
     )
 
@@ -85,7 +85,7 @@ def turned_twin(shape: cq.Shape) -> cq.Shape:
     return shape.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)
 
 
-def assembly_bodies(sensor: Sensor) -> tuple[Body, ...]:
+def assembly_bodies(sensor: SensorSolids) -> tuple[NamedSolid, ...]:
     """Return every body of a sensor before the press: housing or both plates, covers, screws, dowels, pins, fruit."""
     housing = sensor.housing
     printed = [sensor.housing_body()]
@@ -93,12 +93,12 @@ def assembly_bodies(sensor: Sensor) -> tuple[Body, ...]:
     if housing.back_to_back:
         printed = _in_both_plates([replace(printed[0], name="plate")], housing)
         pins = _in_both_plates(pins, housing)
-    covers = [Body(name=name, shape=shape, colour=COVER_COLOUR) for name, shape in cover_pair(sensor).items()]
-    bought = [Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in fasteners(sensor).items()]
+    covers = [NamedSolid(name=name, shape=shape, colour=COVER_COLOUR) for name, shape in cover_pair(sensor).items()]
+    bought = [NamedSolid(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in fasteners(sensor).items()]
     return (*printed, *covers, *pins, *bought, sensor.fruit_body())
 
 
-def outwards(body: Body) -> float:
+def outwards(body: NamedSolid) -> float:
     """Return how far a body moves across the sensor [mm], along y, in a picture that shows each apart."""
     box = body.shape.BoundingBox()
     if body.name.startswith("screw"):  # out of all that it holds, head first
@@ -106,7 +106,7 @@ def outwards(body: Body) -> float:
     return APART * float(box.center.y)
 
 
-def _in_both_plates(bodies: list[Body], housing: Housing) -> list[Body]:
+def _in_both_plates(bodies: list[NamedSolid], housing: Housing) -> list[NamedSolid]:
     """Return bodies of a plate of a square, numbered, in their places in both plates."""
     twins = []
     for body in bodies:
@@ -116,7 +116,7 @@ def _in_both_plates(bodies: list[Body], housing: Housing) -> list[Body]:
     return twins
 
 
-def cover_pair(sensor: Sensor) -> dict[str, cq.Shape]:
+def cover_pair(sensor: SensorSolids) -> dict[str, cq.Shape]:
     """Return by name the covers in front of and behind the housing or its plates [mm]; none where washers hold it."""
     housing = sensor.housing
     if housing.mount != "covers":
@@ -126,7 +126,7 @@ def cover_pair(sensor: Sensor) -> dict[str, cq.Shape]:
     return {"front cover": front, "back cover": turned_twin(front) if housing.back_to_back else cover}
 
 
-def grip(sensor: Sensor) -> float:
+def grip(sensor: SensorSolids) -> float:
     """Return what the screws must span [mm]: the plate or both plates, and the covers."""
     housing = sensor.housing
     return housing.stack + (2.0 * COVER_MM if housing.mount == "covers" else 0.0)
@@ -143,7 +143,7 @@ def dowel_length(housing: Housing) -> int | None:
     return max((length for length in DOWEL_LENGTHS_MM if length <= housing.stack), default=None)
 
 
-def fasteners(sensor: Sensor) -> dict[str, cq.Shape]:
+def fasteners(sensor: SensorSolids) -> dict[str, cq.Shape]:
     """Return by name screws, nuts, washers and dowels [mm], the heads of the screws on the side -y."""
     housing = sensor.housing
     shapes: dict[str, cq.Shape] = {}

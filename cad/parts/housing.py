@@ -13,7 +13,7 @@ from typing import Literal
 from sensor.design.tips import Press
 from sensor.quantity import InputError, report_field, validation_error
 from sensor.theory.leaf_spring import Flexure
-from sensor.theory.strain_gauge import Span
+from sensor.theory.strain_gauge import LeafInterval
 
 Point = tuple[float, float]
 HeldBy = Literal["covers", "washers", "holes"]
@@ -51,7 +51,7 @@ class Arm:
         """Return x of the ends of the leaves from left to right [mm]."""
         return min(self.wall, self.shuttle), max(self.wall, self.shuttle)
 
-    def along(self, span: Span) -> tuple[float, float]:
+    def along(self, span: LeafInterval) -> tuple[float, float]:
         """Return x at both ends of a span that counts along a leaf from the wall [mm]."""
         return self.wall - self.sign * span.start, self.wall - self.sign * span.end
 

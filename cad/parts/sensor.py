@@ -25,7 +25,7 @@ STEEL_COLOUR: Colour = (0.75, 0.77, 0.80)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Body:
+class NamedSolid:
     """A solid [mm] as it stands in a file: its name and its colour (red, green, blue from 0 to 1)."""
 
     name: str
@@ -34,7 +34,7 @@ class Body:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sensor:
+class SensorSolids:
     """A housing with its solid, and the fruit that it is pressed on."""
 
     housing: Housing
@@ -51,20 +51,21 @@ class Sensor:
         """
         return marked(self.part, self.housing, self.name) if self.name else self.part
 
-    def housing_body(self) -> Body:
+    def housing_body(self) -> NamedSolid:
         """Return the housing, or one plate of a square in its own frame."""
-        return Body(name=self.part.name, shape=self.part.shape, colour=HOUSING_COLOUR)
+        return NamedSolid(name=self.part.name, shape=self.part.shape, colour=HOUSING_COLOUR)
 
-    def fruit_body(self) -> Body:
+    def fruit_body(self) -> NamedSolid:
         """Return the fruit before the press, with the outlines of a pair of tips on it."""
         below = cq.Vector(-self.tips.offset_mm, 0.0, -self.tips.gap_mm - self.housing.pin_out)
         shape = whole_fruit(self.fruit, self.tips).translate(below)
-        return Body(name="fruit", shape=shape, colour=_FRUIT_COLOUR)
+        return NamedSolid(name="fruit", shape=shape, colour=_FRUIT_COLOUR)
 
-    def pin_bodies(self) -> tuple[Body, ...]:
+    def pin_bodies(self) -> tuple[NamedSolid, ...]:
         """Return the pins in their pockets; none where the tips are printed."""
         return tuple(
-            Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in pins(self.housing, self.tips).items()
+            NamedSolid(name=name, shape=shape, colour=STEEL_COLOUR)
+            for name, shape in pins(self.housing, self.tips).items()
         )
 
     def fruit_box(self) -> cq.Shape:

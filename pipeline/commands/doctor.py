@@ -26,7 +26,7 @@ _IMPORT_SECONDS = 120
 _COLOURS = {"ok": "green", "note": "yellow", "wrong": "red"}
 
 
-class Row(NamedTuple):
+class Finding(NamedTuple):
     """One line of the table: what was looked at, what was found, and what it means."""
 
     name: str
@@ -54,25 +54,25 @@ def execute(_arguments: Namespace) -> int:
     return WRONG_INPUT if is_wrong else PASSED
 
 
-def examination() -> list[Row]:
+def examination() -> list[Finding]:
     """Return every row of the table."""
     from pipeline.storage.cache import cache_folder
 
-    rows = [Row("Python", platform.python_version()), *_packages(), *map(_import, IMPORTS), *_optional()]
+    rows = [Finding("Python", platform.python_version()), *_packages(), *map(_import, IMPORTS), *_optional()]
     GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     is_enough = GiB >= LEAST_MEMORY_GIB
     remark = "" if is_enough else f"a run needs about {LEAST_MEMORY_GIB:g} GiB"
-    rows.append(Row("memory", f"{GiB:.1f} GiB", "ok" if is_enough else "note", remark))
+    rows.append(Finding("memory", f"{GiB:.1f} GiB", "ok" if is_enough else "note", remark))
     cache = cache_folder()
     if cache is None:
-        rows.append(Row("cache", "none", "note", "no home; set XDG_CACHE_HOME, or each run solves anew"))
+        rows.append(Finding("cache", "none", "note", "no home; set XDG_CACHE_HOME, or each run solves anew"))
     else:
         rows.append(place_row("cache", cache))
     rows.append(place_row("outputs", Path.cwd() / "outputs"))
     return rows
 
 
-def _packages() -> list[Row]:
+def _packages() -> list[Finding]:
     """Return a row for each package that every run needs."""
     from pipeline.storage.versions import declared_packages, installed_version
 
@@ -81,29 +81,29 @@ def _packages() -> list[Row]:
     return [package_row(name, installed_version(name), locked.get(name)) for name in declared_packages()]
 
 
-def package_row(name: str, found: str | None, locked: str | None) -> Row:
+def package_row(name: str, found: str | None, locked: str | None) -> Finding:
     """Return the row of a package; one that is missing is wrong, another version than the locked one worth a note."""
     if found is None:
-        return Row(name, "absent", "wrong", "run make setup")
+        return Finding(name, "absent", "wrong", "run make setup")
     if locked in (None, found):
-        return Row(name, found)
-    return Row(name, found, "note", f"locked at {locked}; tests ran with that one")
+        return Finding(name, found)
+    return Finding(name, found, "note", f"locked at {locked}; tests ran with that one")
 
 
-def _import(name: str) -> Row:
+def _import(name: str) -> Finding:
     """Import a heavy package in a process of its own, which a missing system library can end."""
     command = [sys.executable, "-W", "ignore", "-c", f"import {name}"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_IMPORT_SECONDS)
     except subprocess.TimeoutExpired:
-        return Row(f"import {name}", "fails", "wrong", f"took more than {_IMPORT_SECONDS} s")
+        return Finding(f"import {name}", "fails", "wrong", f"took more than {_IMPORT_SECONDS} s")
     if done.returncode == 0:
-        return Row(f"import {name}", "ok")
+        return Finding(f"import {name}", "ok")
     *_, reason = done.stderr.splitlines() or ["the process ended"]
-    return Row(f"import {name}", "fails", "wrong", f"{reason}; run make setup, it names missing system libraries")
+    return Finding(f"import {name}", "fails", "wrong", f"{reason}; run make setup, it names missing system libraries")
 
 
-def _optional() -> list[Row]:
+def _optional() -> list[Finding]:
     """Return a row for the faster solver and for each program that some tests or comparisons use."""
     from pipeline.storage.versions import installed_version
 
@@ -113,14 +113,14 @@ def _optional() -> list[Row]:
         found[program] = ("present" if shutil.which(program) else None, purpose)
     rows = []
     for name, (version, purpose) in found.items():
-        rows.append(Row(name, "absent", "note", purpose) if version is None else Row(name, version))
+        rows.append(Finding(name, "absent", "note", purpose) if version is None else Finding(name, version))
     return rows
 
 
-def place_row(name: str, folder: Path) -> Row:
+def place_row(name: str, folder: Path) -> Finding:
     """Return whether a folder, or the nearest one above it that exists, can be written; nothing is made."""
     existing = next(path for path in (folder, *folder.parents) if path.exists())
     if existing.is_dir() and os.access(existing, os.W_OK | os.X_OK):
-        return Row(name, str(folder), "ok", "writable")
+        return Finding(name, str(folder), "ok", "writable")
     fault = "cannot be written" if existing.is_dir() else "is a file"
-    return Row(name, str(folder), "wrong", f"{existing} {fault}; choose or free another place")
+    return Finding(name, str(folder), "wrong", f"{existing} {fault}; choose or free another place")

@@ -78,7 +78,7 @@ class Quantity:
     flag_unit: str = ""
 
 
-class Row(NamedTuple):
+class TableRow(NamedTuple):
     """One line of a file: its number, from 1, and its cells without spaces around them."""
 
     line: int
@@ -112,16 +112,16 @@ class CsvFormat:
     source: str
     delimiter: str
 
-    def row(self, line: int, text: str) -> Row:
+    def row(self, line: int, text: str) -> TableRow:
         """Return the cells of a line; raises InputError for a quote that stays open and for a huge cell."""
         try:
             cells = next(csv.reader([text], delimiter=self.delimiter, strict=True), [])
         except csv.Error as error:
             name = place_of(self.source, line)
             raise validation_error(name, text[:40], "", f"cells of a table ({error})", "mend that line") from error
-        return Row(line, tuple(cell.strip() for cell in cells))
+        return TableRow(line, tuple(cell.strip() for cell in cells))
 
-    def number(self, row: Row, column: Column) -> float:
+    def number(self, row: TableRow, column: Column) -> float:
         """Return the number in a cell [mm, N, s, MPa or 1]; raises InputError that names file, line and column."""
         cell = row.cells[column.index]
         name = place_of(self.source, row.line, column.label)
@@ -145,7 +145,7 @@ def is_number(cell: str) -> bool:
     return written_number(cell.replace(",", ".")) is not None or _THOUSANDS.fullmatch(cell) is not None
 
 
-def read_csv(source: Path | str) -> tuple[CsvFormat, list[Row]]:
+def read_csv(source: Path | str) -> tuple[CsvFormat, list[TableRow]]:
     """Return the rows of a file, or of the standard input for `-`; raises InputError for what is no table."""
     lines = list(lines_of(source))
     form = format_of(str(source), lines)
@@ -198,7 +198,7 @@ def _is_no_text(text: str) -> bool:
     return "\0" in text or "\ufffd" in text
 
 
-def _refuse_unclear_commas(source: str, rows: Sequence[Row]) -> None:
+def _refuse_unclear_commas(source: str, rows: Sequence[TableRow]) -> None:
     """Raise InputError where numbers have two decimal signs, or none has a comma that cannot part thousands."""
     with_comma = []
     has_points = False
@@ -238,7 +238,7 @@ def _named_values(flag: str, text: str | None, names: Mapping[str, Quantity]) ->
         yield name.strip(), value.strip()
 
 
-def columns_of(source: str, header: Row, quantities: Mapping[str, Quantity]) -> list[Column]:
+def columns_of(source: str, header: TableRow, quantities: Mapping[str, Quantity]) -> list[Column]:
     """Return the columns of a header that name a quantity, by their order; others are left out.
 
     Raises InputError for a unit that the quantity does not have, or that is another than a flag gives.
@@ -293,7 +293,7 @@ def _unit_of(place: str, quantity: Quantity, text: str) -> str:
 
 
 def strict_columns(
-    form: CsvFormat, header: Row, quantities: Mapping[str, Quantity], needed: Sequence[str], example: str
+    form: CsvFormat, header: TableRow, quantities: Mapping[str, Quantity], needed: Sequence[str], example: str
 ) -> list[Column]:
     """Return the columns of a header all of which name a quantity, each once, and none of `needed` missing.
 
@@ -315,7 +315,7 @@ def strict_columns(
     return list(columns.values())
 
 
-def refuse_other_length(form: CsvFormat, row: Row, columns: int) -> None:
+def refuse_other_length(form: CsvFormat, row: TableRow, columns: int) -> None:
     """Raise InputError for a row of more or fewer cells than there are columns."""
     if len(row.cells) != columns:
         bound = f"{columns} cells, as its header"
@@ -338,7 +338,7 @@ class MeasuredTable:
 
 
 def numbers_of(
-    form: CsvFormat, rows: Sequence[Row], quantities: Mapping[str, Quantity], needed: Sequence[str], example: str
+    form: CsvFormat, rows: Sequence[TableRow], quantities: Mapping[str, Quantity], needed: Sequence[str], example: str
 ) -> MeasuredTable:
     """Return the rows of a file, the first of which is its header, as numbers and texts.
 

@@ -14,7 +14,7 @@ from pipeline.reading.measurement import (
 )
 from pipeline.reading.poses import Placement, occurring, read_moduli
 from pipeline.reading.press_time import fastest_press
-from pipeline.reading.read_out import LevelReading, ReadOut
+from pipeline.reading.read_out import LevelReading, ReadingConstants
 from pipeline.reading.sensor import RISE_TRAVELS, Presses, Sensor
 from pipeline.reading.uncertainty import (
     Channels,
@@ -381,7 +381,7 @@ def skin_pressures(sensor: Sensor) -> tuple[SkinPressure, ...]:
     return tuple(worst_at_each)
 
 
-def reading_constants(sensor: Sensor, press: ScenePress, readings: Readings | None) -> ReadOut:
+def reading_constants(sensor: Sensor, press: ScenePress, readings: Readings | None) -> ReadingConstants:
     """Return what a finished sensor is read by; raises SolveError when a solve is not exact."""
     contact = sensor.contact
     error = max(contact.error_own, contact.error_pair)
@@ -391,7 +391,7 @@ def reading_constants(sensor: Sensor, press: ScenePress, readings: Readings | No
             full_scale = np.array(readings.full_scale)
         if readings.bias is not None:
             error = max(error, readings.bias.error)
-    constants = ReadOut(
+    constants = ReadingConstants(
         method=RiseModel.method,
         springs_mm_per_N=rows_of(sensor.C),
         full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),

@@ -31,7 +31,7 @@ def corrected(read: float, level: Sequence[LevelReading]) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReadOut:
+class ReadingConstants:
     """What turns forces into a modulus, in the terms of the contrast law; that of a pair needs fewer.
 
     `springs_mm_per_N`, `fruit_per_mm` and `lean_mm_per_N` have shape (tips, tips), `full_scale_N`, `weights` and

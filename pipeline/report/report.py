@@ -16,7 +16,7 @@ import numpy as np
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 
 from cad.parts.housing import Housing
-from pipeline.reading.read_out import Matrix, ReadOut
+from pipeline.reading.read_out import Matrix, ReadingConstants
 from pipeline.springs.arm_behaviour import ArmBehaviour
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
@@ -413,7 +413,9 @@ class Report:
     )
     curve: CurveReport = report_field("", "P at full travel over the modulus, in fine steps")
     tips: tuple[TipReport, ...] = report_field("", "the tips, in the order of the forces in every table")
-    read_out: ReadOut = report_field("", "what [`pipeline read`](read-a-fruit.md) reads with, for every design")
+    read_out: ReadingConstants = report_field(
+        "", "what [`pipeline read`](read-a-fruit.md) reads with, for every design"
+    )
     reading: ReadingReport | None = report_field(
         "", "how well the sensor reads the modulus; null without `[reading]` in the design", level="contact"
     )

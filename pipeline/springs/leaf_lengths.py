@@ -349,9 +349,9 @@ def targets_without_pins(housing: Housing, targets: Sequence[float], E: float, p
     for arm, K in zip(housing.arms, targets, strict=True):
         if of_pin * K >= 1.0:
             bound = f"less than {1.0 / of_pin:.4g} N/mm, the stiffness of a pin in its foot"
-            remedy = "choose tips.socket = 'none' or other targets"
+            hint = "choose tips.socket = 'none' or other targets"
             key = f"flexures.{arm.name}.stiffness"
-            raise validation_error(key, K, "N/mm", bound, remedy)
+            raise validation_error(key, K, "N/mm", bound, hint)
     return tuple(K / (1.0 - of_pin * K) for K in targets)
 
 

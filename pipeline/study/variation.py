@@ -19,7 +19,7 @@ _TAIL = 1e-9  # of a normal distribution, beyond which no point lies: 6 standard
 
 
 @dataclass(frozen=True, kw_only=True)
-class Span:
+class Range:
     """Numbers between two ends, both included, in equal steps or in equal ratios [unit of the key].
 
     `steps` is how many numbers a grid takes. A span with a `source` is a uniform distribution, and the source says
@@ -114,7 +114,7 @@ class Normal:
         raise validation_error("how", "grid", "", bound, "set how = 'sobol' and samples")
 
 
-Variation = Span | Choices | Normal
+Variation = Range | Choices | Normal
 
 
 def setting_of(value: object) -> Setting:
@@ -167,7 +167,7 @@ def _under(name: str, error: InputError) -> InputError:
     return InputError(f"{name}: {error}", field=error.field, value=error.value, bound=error.bound)
 
 
-def _range_or_distribution(table: Mapping[str, Any]) -> Span | Normal:
+def _range_or_distribution(table: Mapping[str, Any]) -> Range | Normal:
     is_normal = "mean" in table or "sd" in table
     known = _NORMAL_KEYS if is_normal else _SPAN_KEYS
     for key, value in table.items():
@@ -186,7 +186,7 @@ def _range_or_distribution(table: Mapping[str, Any]) -> Span | Normal:
     if not isinstance(log, bool):
         raise validation_error("log", str(log), "", "true or false", "true spaces the values by equal ratios")
     low = _number(table, "from")
-    return Span(low=low, high=_number(table, "to"), steps=table.get("steps"), log=log, source=source)
+    return Range(low=low, high=_number(table, "to"), steps=table.get("steps"), log=log, source=source)
 
 
 def _number(table: Mapping[str, Any], key: str) -> float:

@@ -30,7 +30,7 @@ Law = Callable[[Springs, float, float], float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Characteristic:
+class ForceRatioCurve:
     """P over the fruit's stiffness: the springs and the largest fruit stiffness they meet [N/mm], each with its error.
 
     `stiffness_ratio` [1] is the fruit's stiffness under the high tip over that under the low one; `stiffening` as in
@@ -97,10 +97,10 @@ class Characteristic:
 
 def characteristic(
     contact: FruitCompliance, sizing: SpringSizing, springs: Springs, errors: tuple[float, ...] = (0.0, 0.0)
-) -> Characteristic:
+) -> ForceRatioCurve:
     """Return springs with their errors [N/mm] against the stiffest fruit under the true contact."""
     K_m = sizing.K_m_max_contact
-    return Characteristic(
+    return ForceRatioCurve(
         springs=springs,
         K_m_max=K_m,
         spring_errors=errors,
@@ -123,7 +123,7 @@ class SceneTargets:
 
 
 def scene_targets(
-    law: Characteristic, targets: Targets, contact: FruitCompliance, C: Floats, press: ScenePress | None
+    law: ForceRatioCurve, targets: Targets, contact: FruitCompliance, C: Floats, press: ScenePress | None
 ) -> SceneTargets:
     """Return P_max and NL of the scene, with their errors; C (tips, tips) [mm/N] is the compliance of the springs.
 
@@ -137,7 +137,7 @@ def scene_targets(
     )
 
 
-def _scene_P_max(law: Characteristic, contact: FruitCompliance, C: Floats, curve: SensorResponse) -> Estimate | None:
+def _scene_P_max(law: ForceRatioCurve, contact: FruitCompliance, C: Floats, curve: SensorResponse) -> Estimate | None:
     """Return P at E_max and full travel, with the errors of cells and compliance and that of the springs [1]."""
     P = float(curve.P[-1, -1])
     if not math.isfinite(P):
@@ -147,7 +147,7 @@ def _scene_P_max(law: Characteristic, contact: FruitCompliance, C: Floats, curve
     return Estimate(P, P * (float(curve.P_error[-1, -1]) + of_springs))
 
 
-def _scene_NL(law: Characteristic, targets: Targets, curve: SensorResponse) -> Estimate | None:
+def _scene_NL(law: ForceRatioCurve, targets: Targets, curve: SensorResponse) -> Estimate | None:
     """Return NL at full travel [1].
 
     The errors of springs and compliance move it as they move that of the level sensor. To them comes the larger step

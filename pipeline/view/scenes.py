@@ -9,7 +9,7 @@ import pyvista as pv
 from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
 from cad.parts.assembly import assembly_bodies, outwards, sensor_of
-from cad.parts.sensor import Body
+from cad.parts.sensor import NamedSolid
 from pipeline.report.report import Report
 from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
 from sensor.design.parameters import Design
@@ -140,18 +140,18 @@ def on_true_shape(design: Design, block: Mesh) -> Mesh:
     return mesh
 
 
-def assembly(report: Report) -> tuple[Body, ...]:
+def assembly(report: Report) -> tuple[NamedSolid, ...]:
     """Return every body of the sensor over its fruit [mm]; none where the design has no housing."""
     return () if report.housing is None else assembly_bodies(sensor_of(report.design, report.housing))
 
 
-def draw_assembly(plotter: Plotter, bodies: tuple[Body, ...], title: str) -> None:
+def draw_assembly(plotter: Plotter, bodies: tuple[NamedSolid, ...], title: str) -> None:
     """Draw bodies in their colours, where they are."""
     surfaces = [_drawn(plotter, body, 0.0) for body in bodies]
     frame(plotter, pv.merge(surfaces), title, ASSEMBLY_DIRECTION)
 
 
-def draw_apart(plotter: Plotter, bodies: tuple[Body, ...], title: str) -> None:
+def draw_apart(plotter: Plotter, bodies: tuple[NamedSolid, ...], title: str) -> None:
     """Draw bodies moved outwards across the sensor, so that each shows; a line leads from each kind to its name."""
     surfaces = []
     first_of_kind: dict[str, Mesh] = {}
@@ -177,7 +177,7 @@ def draw_apart(plotter: Plotter, bodies: tuple[Body, ...], title: str) -> None:
     frame(plotter, whole, title, _APART_DIRECTION, (left, right, front, back, bottom, highest))
 
 
-def _drawn(plotter: Plotter, body: Body, outwards_mm: float) -> Mesh:
+def _drawn(plotter: Plotter, body: NamedSolid, outwards_mm: float) -> Mesh:
     """Draw a body in its colour with its edges, moved outwards across the sensor [mm]; return its surface."""
     vertices, triangles = body.shape.tessellate(_CHORD_MM, _FACET_ANGLE)
     points = np.array([vertex.toTuple() for vertex in vertices])

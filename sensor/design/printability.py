@@ -130,8 +130,8 @@ def check_printable(
             passed = False if certain else None
             undecided = f", near enough ({LENGTH_MARGIN:.0%} of length) that only the solved length decides"
             asks = f"{asked[i]}: asks {process.name} for {' and '.join(certain or possible)}"
-            remedy = "choose another process, or see what pipeline suggest finds"
-            reason = f"{asks}{'' if certain else undecided}; {remedy}"
+            hint = "choose another process, or see what pipeline suggest finds"
+            reason = f"{asks}{'' if certain else undecided}; {hint}"
         verdicts.append(
             Printable(
                 name=f"printable.{name}",

@@ -77,24 +77,24 @@ FOIL = _DECLARED["foil"]
 GAUGES: dict[str, FoilGauge | None] = {"none": None, **_DECLARED}
 
 
-class Span(NamedTuple):
+class LeafInterval(NamedTuple):
     """Where a layer starts, nearest to the root of the leaf, and where it ends [mm from the wall]."""
 
     start: float
     end: float
 
-    def mirrored(self, length: float) -> "Span":
+    def mirrored(self, length: float) -> "LeafInterval":
         """Return the span at the other end of a leaf of a length [mm]."""
-        return Span(length - self.start, length - self.end)
+        return LeafInterval(length - self.start, length - self.end)
 
 
 @dataclass(frozen=True, kw_only=True)
 class GaugeSpans:
     """Where backing, metal and grid of a gauge begin and end along a leaf [mm from the wall]."""
 
-    backing: Span
-    metal: Span
-    grid: Span
+    backing: LeafInterval
+    metal: LeafInterval
+    grid: LeafInterval
 
 
 def shortest_gauged(fillet: float, gauge: FoilGauge) -> float:
@@ -118,9 +118,9 @@ def gauge_spans(flexure: Flexure, gauge: FoilGauge) -> tuple[GaugeSpans, GaugeSp
     end = start + gauge.backing_length_mm
     inside = start + gauge.margin_mm
     at_wall = GaugeSpans(
-        backing=Span(start, end),
-        metal=Span(inside, end - gauge.margin_mm),
-        grid=Span(inside, inside + gauge.grid_length_mm),
+        backing=LeafInterval(start, end),
+        metal=LeafInterval(inside, end - gauge.margin_mm),
+        grid=LeafInterval(inside, inside + gauge.grid_length_mm),
     )
     at_shuttle = GaugeSpans(
         backing=at_wall.backing.mirrored(flexure.length),

@@ -23,7 +23,7 @@ _COUNTED = 0.1  # of the deepest travel: forces below it are too small to move a
 
 
 @dataclass(frozen=True, kw_only=True)
-class Press:
+class CompressionPress:
     """A tool that presses a body to the `deepest` travel [mm], where the contact has about a radius `contact` [mm].
 
     At first the force grows as travel^`exponent`. The tool is slippery or, with `grips`, holds what it has touched.
@@ -56,7 +56,7 @@ class ForceCurve:
         return np.asarray(travel**self.exponent * np.polynomial.polynomial.polyval(root, self.coefficients))
 
 
-def force_curve(press: Press) -> ForceCurve:
+def force_curve(press: CompressionPress) -> ForceCurve:
     """Return the curve of a finer mesh; its error is how far a coarser one is from it, plus its own scatter.
 
     Raises SolveError where no equilibrium is found.
@@ -74,7 +74,7 @@ def force_curve(press: Press) -> ForceCurve:
 
 
 @functools.lru_cache(maxsize=256)  # the law of a test asks for the same presses again
-def fitted_curve(press: Press, refinement: float = COARSE) -> ForceCurve:
+def fitted_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCurve:
     """Return the curve fitted to the solves of one mesh; its error is their root mean square scatter [1]."""
     travels = _travels(press.deepest)
     edge = math.inf if press.tool.curvature else press.tool.edge  # a ball does not touch with the edge

@@ -26,7 +26,7 @@ _STARTS = (1, 2, 3)  # last equilibria through which a start is extrapolated
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _State:
+class _ToolState:
     """A body under a tool: which nodes of the surface it `touches`, and the energy of both.
 
     Each array is (surface,): the `height` of nodes over the tool's face [mm], its `slope` [1], its `growth` [1/mm].
@@ -70,7 +70,7 @@ def pressed(body: HalfBody, travels: Sequence[float], *, tool: Tool | None = Non
     return np.array(forces)
 
 
-def _equilibrium(body: HalfBody, tool: Tool, state: _State, travel: float, held: Flags) -> tuple[_State, float]:
+def _equilibrium(body: HalfBody, tool: Tool, state: _ToolState, travel: float, held: Flags) -> tuple[_ToolState, float]:
     """Return the state of least energy from a start whose held dofs stay, and the force on the tool [N]."""
     stiffness = _penalty(body) * body.area
     fixed = np.flatnonzero(held)
@@ -106,7 +106,7 @@ def _equilibrium(body: HalfBody, tool: Tool, state: _State, travel: float, held:
     raise SolveError(msg)
 
 
-def _state(body: HalfBody, tool: Tool, u: Floats, travel: float) -> _State:
+def _state(body: HalfBody, tool: Tool, u: Floats, travel: float) -> _ToolState:
     """Return body, contact and energy at displacements (nodes, 2) and a travel [mm]."""
     r = body.x[body.surface, 0]
     z = body.x[body.surface, 1]
@@ -115,10 +115,12 @@ def _state(body: HalfBody, tool: Tool, u: Floats, travel: float) -> _State:
     touches = (height >= 0.0) & (r <= tool.edge * (1.0 + _SAME))
     deformed = body.deformed(u)
     energy = deformed.energy + 0.5 * _penalty(body) * float((body.area * height**2)[touches].sum())
-    return _State(body=deformed, height=height, slope=slope, growth=growth, touches=touches, energy=energy)
+    return _ToolState(body=deformed, height=height, slope=slope, growth=growth, touches=touches, energy=energy)
 
 
-def _line_search(body: HalfBody, tool: Tool, state: _State, travel: float, step: Floats, slope: float) -> _State | None:
+def _line_search(
+    body: HalfBody, tool: Tool, state: _ToolState, travel: float, step: Floats, slope: float
+) -> _ToolState | None:
     """Return the state after the longest of the halved steps that lowers the energy; None where none does."""
     round_off = float(np.finfo(np.float64).eps) * body.volume
     for halvings in range(_HALVINGS):

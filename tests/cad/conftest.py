@@ -9,7 +9,7 @@ from cad.parts.assembly import sensor_of
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
-from cad.parts.sensor import Sensor
+from cad.parts.sensor import SensorSolids
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
@@ -29,7 +29,7 @@ def housing():
 
 @pytest.fixture(scope="session")
 def sensor(housing):
-    return Sensor(housing=housing, part=housing_part(housing), fruit=Fruit(), tips=Tips(), press=Press())
+    return SensorSolids(housing=housing, part=housing_part(housing), fruit=Fruit(), tips=Tips(), press=Press())
 
 
 @pytest.fixture(scope="session")

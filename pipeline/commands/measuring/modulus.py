@@ -8,7 +8,7 @@ from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, ans
 from sensor.quantity import InputError, validation_error
 
 if TYPE_CHECKING:
-    from pipeline.measure.compression.bodies import Body, Plunger
+    from pipeline.measure.compression.bodies import CompressedBody, Plunger
     from pipeline.measure.compression.force_law import TestGeometry
 
 PURPOSE = "turn compression tests into the modulus of the fruit"
@@ -128,7 +128,7 @@ def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
     return geometry, assumed
 
 
-def _body(arguments: Namespace, assumed: list[str]) -> "Body":
+def _body(arguments: Namespace, assumed: list[str]) -> "CompressedBody":
     """Return what is pressed; raises InputError where its name or a size is missing, or a size is not its own."""
     from dataclasses import fields
 

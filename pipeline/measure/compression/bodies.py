@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple
 from sensor.quantity import LENGTH, check_fields, quantity, validation_error
 from sensor.theory.hertz import equivalent_radius, relative_radius
 from solve.compression.body import Section
-from solve.compression.force_curve import Press
+from solve.compression.force_curve import CompressionPress
 from solve.compression.tool import Tool
 
 POINT_CONTACT = 1.5  # exponent of Hertz's law, with which every convex body begins
@@ -46,12 +46,12 @@ class Plunger:
 class BoundingPress(NamedTuple):
     """A press whose force times a factor [1] bounds that of a side which the body is simplified by."""
 
-    press: Press
+    press: CompressionPress
     factor: float
 
 
 @dataclass(frozen=True, kw_only=True)
-class Body:
+class CompressedBody:
     """A body that a plate or a plunger presses, on a plate or in a seat that gives nothing."""
 
     kind: ClassVar[str]
@@ -77,7 +77,7 @@ class Body:
         section = self.section
         return None if section.is_round else math.pi * section.radius**2
 
-    def sides(self, plunger: Plunger | None, plates: int) -> tuple[Press, ...]:
+    def sides(self, plunger: Plunger | None, plates: int) -> tuple[CompressionPress, ...]:
         """Return how each side that gives way is pressed; raises InputError for what is not solved."""
         section = self.section
         if (plunger is not None and not self.takes_plunger) or (plates == 1 and not section.is_round):
@@ -90,13 +90,13 @@ class Body:
         """Return the relative radii of the point contacts [mm]; none where Hertz has no law."""
         return (plunger.radius_mm,) if plunger is not None and plunger.ball else ()
 
-    def bounds(self, sides: Sequence[Press]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:  # noqa: ARG002 - others
+    def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:  # noqa: ARG002 - others
         """Return, by its name, what the body is simplified by: for each bound one press for each side."""
         return {}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ellipsoid(Body):
+class Ellipsoid(CompressedBody):
     """A ball, an ellipsoid, any convex fruit: two radii of curvature where a tool touches it, alike above and below."""
 
     kind: ClassVar[str] = "ellipsoid"
@@ -122,7 +122,7 @@ class Ellipsoid(Body):
             return (radius,) * plates
         return (relative_radius(plunger.radius_mm, radius), radius)[:plates] if plunger.ball else ()
 
-    def bounds(self, sides: Sequence[Press]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
+    def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
         """Return the balls of either radius under plates, with the force at which each begins as the ellipsoid does."""
         if self.radius_mm == self.radius_across_mm or sides[-1].tool != Tool():
             return {}
@@ -136,7 +136,7 @@ class Ellipsoid(Body):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CylinderOnSide(Body):
+class CylinderOnSide(CompressedBody):
     """A cylinder between plates along it: plane strain, but for its ends, which are free."""
 
     kind: ClassVar[str] = "cylinder-side"
@@ -154,14 +154,14 @@ class CylinderOnSide(Body):
         """Return it of a line contact: E goes with 1 / length [1]."""
         return 1.0 / self.length_mm
 
-    def bounds(self, sides: Sequence[Press]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
+    def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
         """Return the force where a radius at each end is in plane stress: 1 - nu^2 times that of plane strain."""
         free = min(1.0, 2.0 * self.radius_mm / self.length_mm)
         return {"free ends": [[BoundingPress(side, 1.0 - free * side.law.poisson**2) for side in sides]]}
 
 
 @dataclass(frozen=True, kw_only=True)
-class CylinderOnEnd(Body):
+class CylinderOnEnd(CompressedBody):
     """A cylinder pressed along its axis, as a plug from a cork borer."""
 
     kind: ClassVar[str] = "cylinder-end"
@@ -180,7 +180,7 @@ class CylinderOnEnd(Body):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Block(Body):
+class RectangularBlock(CompressedBody):
     """A rectangular block, solved as a cylinder of the area of its end.
 
     That is exact between slippery plates; of all ends of an area the round one is held most by plates that grip, which
@@ -210,22 +210,22 @@ class Block(Body):
         return 1.0 / self.width_mm + 1.0 / self.length_mm
 
 
-KINDS: Mapping[str, type[Body]] = {
+KINDS: Mapping[str, type[CompressedBody]] = {
     "ball": Ellipsoid,
     "ellipsoid": Ellipsoid,
     "cylinder-end": CylinderOnEnd,
     "cylinder-side": CylinderOnSide,
-    "block": Block,
+    "block": RectangularBlock,
 }
 """Bodies by the name that `--body` gives them; their fields are the flags of their sizes."""
 
 
-def _round_presses(section: Section, plunger: Plunger | None) -> tuple[Press, ...]:
+def _round_presses(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
     """Return how a round body is pressed above, by a plate or a plunger, and below by a plate."""
     deepest = _DEEPEST * min(section.half_height, section.radius)
     contact = math.sqrt(section.radius * deepest)
     exponent = POINT_CONTACT if section.length is None else _LINE_CONTACT
-    plate = Press(section=section, deepest=deepest, contact=contact, exponent=exponent)
+    plate = CompressionPress(section=section, deepest=deepest, contact=contact, exponent=exponent)
     if plunger is None:
         return plate, plate
     deepest = min(deepest, plunger.deepest)
@@ -233,19 +233,19 @@ def _round_presses(section: Section, plunger: Plunger | None) -> tuple[Press, ..
     return replace(plate, tool=plunger.tool, deepest=deepest, contact=contact), plate
 
 
-def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[Press, ...]:
+def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
     """Return how a cylinder on its end is pressed: by plates on both sides, or by a plunger on a table."""
     radius = section.radius
     if plunger is None:
         deepest = _DEEPEST * section.half_height
-        plate = Press(section=section, deepest=deepest, contact=radius, exponent=_FLAT_CONTACT)
+        plate = CompressionPress(section=section, deepest=deepest, contact=radius, exponent=_FLAT_CONTACT)
         return plate, plate
     if plunger.radius_mm > _WIDEST * radius:
         bound = f"at most {_WIDEST:g} of the radius of the body, {radius:g} mm"
         raise validation_error("plunger.radius_mm", plunger.radius_mm, "mm", bound, "say a plate where it is wider")
     height = 2.0 * section.half_height
     deepest = min(_DEEPEST * height, plunger.deepest)
-    press = Press(
+    press = CompressionPress(
         section=replace(section, half_height=height, on_table=True),
         tool=plunger.tool,
         deepest=deepest,

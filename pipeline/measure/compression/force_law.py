@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.measure.compression.bodies import POINT_CONTACT, Body, Plunger
+from pipeline.measure.compression.bodies import POINT_CONTACT, CompressedBody, Plunger
 from sensor.arrays import Floats
 from sensor.quantity import Bounds, check_fields, quantity
 from sensor.theory.hertz import force_factor
 from sensor.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
 from solve.compression.flesh_law import FleshLaw
-from solve.compression.force_curve import Press, fitted_curve, force_curve
+from solve.compression.force_curve import CompressionPress, fitted_curve, force_curve
 
 _STEPS = 400
 _HERTZ_HOLDS = 0.1  # of the relative radius, on each side that is pressed in: Hertz's strain is small up to there
@@ -33,7 +33,7 @@ class TestGeometry:
 
     __test__ = False  # no class of tests, though its name begins so
 
-    body: Body
+    body: CompressedBody
     plunger: Plunger | None = None
     plates: int = 2
     poisson: float = quantity(
@@ -130,7 +130,7 @@ def solved_law(test: TestGeometry) -> ForceLaw:
     return replace(nominal, error=max(force_curve(side).error for side in sides), others=others)
 
 
-def _forces(side: Press, other: Press, grip: float = _MIDWAY) -> Floats:
+def _forces(side: CompressionPress, other: CompressionPress, grip: float = _MIDWAY) -> Floats:
     """Return the forces [N] of one side at its travels, were it pressed as another, with a fraction of the grip."""
     travels = _travels(side)
     inner = np.maximum(travels, travels[1])
@@ -140,7 +140,7 @@ def _forces(side: Press, other: Press, grip: float = _MIDWAY) -> Floats:
     return np.asarray(force_curve(side).force(travels) * change)
 
 
-def _in_series(sides: Sequence[Press], forces: Sequence[Floats]) -> ForceLaw:
+def _in_series(sides: Sequence[CompressionPress], forces: Sequence[Floats]) -> ForceLaw:
     """Return the law of sides that bear the same force, up to the largest that all were solved for."""
     exponent = max(side.exponent for side in sides)
     largest = min(float(force[-1]) for force in forces)
@@ -151,6 +151,6 @@ def _in_series(sides: Sequence[Press], forces: Sequence[Floats]) -> ForceLaw:
     return ForceLaw(exponent=exponent, travels=travels, forces=roots**exponent, error=0.0, others={})
 
 
-def _travels(side: Press) -> Floats:
+def _travels(side: CompressionPress) -> Floats:
     """Return the travels of one side [mm], close to each other at the touch."""
     return np.asarray(np.linspace(0.0, 1.0, _STEPS) ** 2 * side.deepest)

@@ -18,7 +18,7 @@ from pipeline.measure.measured_table import (
     Column,
     CsvFormat,
     Quantity,
-    Row,
+    TableRow,
     columns_of,
     is_number,
     place_of,
@@ -94,7 +94,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     return specimens
 
 
-def _header_index(form: CsvFormat, block: Sequence[Row], quantities: Mapping[str, Quantity]) -> int | None:
+def _header_index(form: CsvFormat, block: Sequence[TableRow], quantities: Mapping[str, Quantity]) -> int | None:
     for index, row in enumerate(block):
         if not any(is_number(cell) for cell in row.cells):
             names = {column.name for column in columns_of(form.source, row, quantities)}
@@ -104,7 +104,7 @@ def _header_index(form: CsvFormat, block: Sequence[Row], quantities: Mapping[str
 
 
 def _specimens_of_block(
-    form: CsvFormat, block: Sequence[Row], start: int, quantities: Mapping[str, Quantity], count: int
+    form: CsvFormat, block: Sequence[TableRow], start: int, quantities: Mapping[str, Quantity], count: int
 ) -> list[Specimen]:
     """Return the specimens of a table whose header is that row of the block; `count` have come before."""
     header = block[start]
@@ -113,11 +113,11 @@ def _specimens_of_block(
     for row in block[start + 1 :]:
         if any(row.cells[width:]):
             refuse_other_length(form, row, width)
-        rows.append(Row(row.line, (row.cells + ("",) * width)[:width]))
+        rows.append(TableRow(row.line, (row.cells + ("",) * width)[:width]))
     if rows and not any(is_number(cell) for cell in rows[0].cells):  # a row of units
         units = [unit.strip("()[] ") for unit in rows.pop(0).cells]
         with_units = (f"{label} ({unit})" if unit else label for label, unit in zip(header.cells, units, strict=True))
-        header = Row(header.line, tuple(with_units))
+        header = TableRow(header.line, tuple(with_units))
 
     # A quantity that comes again begins the next specimen.
     column_groups: list[dict[str, Column]] = [{}]
@@ -140,7 +140,7 @@ def _specimens_of_block(
     return specimens
 
 
-def _specimen(form: CsvFormat, rows: Sequence[Row], columns: Mapping[str, Column], name: str) -> Specimen:
+def _specimen(form: CsvFormat, rows: Sequence[TableRow], columns: Mapping[str, Column], name: str) -> Specimen:
     """Return the curve of some columns; beside longer specimens the cells of a shorter one are empty."""
     filled = [row for row in rows if any(row.cells[column.index] for column in columns.values())]
     values = {}

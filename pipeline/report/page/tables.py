@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.reading.analysis import Readings
 from pipeline.reading.measurement import RiseModel
 from pipeline.reading.poses import FEWEST_MODULI
-from pipeline.reading.read_out import ReadOut, corrected
+from pipeline.reading.read_out import ReadingConstants, corrected
 from pipeline.reading.rise import rise_law
 from pipeline.report.report import Report
 from pipeline.response.scene_press import ScenePress
@@ -74,7 +74,7 @@ def _noise_percent(report: Report) -> float:
     return float(np.max(100.0 * np.divide(signal.errors_N, report.read_out.full_scale_N)))
 
 
-def _over_travel(design: Design, read_out: ReadOut, press: ScenePress) -> Plain:
+def _over_travel(design: Design, read_out: ReadingConstants, press: ScenePress) -> Plain:
     """Return the table over modulus and travel: the curve of the response, but for what stands for no fruit.
 
     Forces of flat faces are nearly straight over the travel, those of other tips are nearly a power of it. A level pair
@@ -93,7 +93,7 @@ def _over_travel(design: Design, read_out: ReadOut, press: ScenePress) -> Plain:
     )
 
 
-def _over_tilt(design: Design, read_out: ReadOut, readings: Readings | None) -> Plain | None:
+def _over_tilt(design: Design, read_out: ReadingConstants, readings: Readings | None) -> Plain | None:
     """Return the table over modulus and tilt at full travel; None without a reading that allows for tilt."""
     if readings is None or readings.tilted is None or design.press.roll_deg != 0.0:
         return None
@@ -148,7 +148,7 @@ def _table(
     }
 
 
-def _by_ratio(read_out: ReadOut, forces: Floats) -> tuple[float, float]:
+def _by_ratio(read_out: ReadingConstants, forces: Floats) -> tuple[float, float]:
     """Return the modulus [MPa] that the forces of a pair tell [N], and that over its standard deviation by noise.
 
     The latter [1] is for noise of one per cent of the full scale in every force; both are nan where nothing is read.

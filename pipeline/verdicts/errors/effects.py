@@ -17,7 +17,7 @@ from pipeline.response.scene_press import scene_of
 from pipeline.springs.behaviour import stiffening
 from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
 from pipeline.springs.sizing import SpringSizing
-from pipeline.verdicts.targets import Characteristic, characteristic
+from pipeline.verdicts.targets import ForceRatioCurve, characteristic
 from sensor.design.parameters import Design
 from sensor.quantity import COVERAGE
 from sensor.theory.free_fruit import roll
@@ -76,7 +76,7 @@ class LevelSensor:
     contact: FruitCompliance
     sizing: SpringSizing
     springs: FittedSprings
-    characteristic: Characteristic
+    characteristic: ForceRatioCurve
     mounts: Mapping[str, PerTip]
 
     def deflections(self, K_m: float, travel: float) -> PerTip:

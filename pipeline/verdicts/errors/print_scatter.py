@@ -18,7 +18,7 @@ from pipeline.springs.mounts import attached_to
 from pipeline.storage.cache import cached
 from pipeline.verdicts.errors.effects import CALIBRATED, LevelSensor
 from pipeline.verdicts.errors.scatter_bands import Interval, ScatterBands
-from pipeline.verdicts.targets import Characteristic, characteristic
+from pipeline.verdicts.targets import ForceRatioCurve, characteristic
 from sensor.arrays import Floats
 from sensor.design.parameters import Targets
 from sensor.design.processes import Process
@@ -112,7 +112,7 @@ def _shifts(housing: Housing, offsets: Sequence[float]) -> Floats:
 
 
 def scatter_bands(
-    housing: Housing, process: Process, law: Characteristic, targets: Targets, surrogate: StiffnessSurrogate
+    housing: Housing, process: Process, law: ForceRatioCurve, targets: Targets, surrogate: StiffnessSurrogate
 ) -> ScatterBands:
     """Return the bands over a Sobol sample of thickness offset and modulus, both normal."""
     from scipy.stats import qmc  # a tenth of all imports, and only fabrication needs it
@@ -139,7 +139,7 @@ def scatter_bands(
     )
 
 
-def calibrated_error(law: Characteristic) -> float | None:
+def calibrated_error(law: ForceRatioCurve) -> float | None:
     """Return the error of the fruit stiffness read from P when both stiffnesses are known to `CALIBRATED` [1].
 
     None where some such springs show no such P.

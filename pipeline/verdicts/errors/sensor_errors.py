@@ -13,7 +13,7 @@ from pipeline.verdicts.errors.budget import Budgets, effects_at, ratio_budget, u
 from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
 from pipeline.verdicts.errors.print_scatter import print_scatter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
-from pipeline.verdicts.targets import Characteristic, SceneTargets
+from pipeline.verdicts.targets import ForceRatioCurve, SceneTargets
 from sensor.arrays import Floats
 from solve.contact.linear_response import SensorResponse
 
@@ -84,7 +84,7 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
     return ReadingTable(response=curve, printed=printed, calibrated=calibrated)
 
 
-def modulus_scale(law: Characteristic, P: Floats, E: Floats) -> Callable[[float], float] | None:
+def modulus_scale(law: ForceRatioCurve, P: Floats, E: Floats) -> Callable[[float], float] | None:
     """Return the modulus [MPa] over P [1] at one travel, from P of the scene at moduli E, the softest first.
 
     It goes through the two-spring law, under which it is nearly a straight line; it is on the line through the last two

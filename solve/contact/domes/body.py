@@ -21,7 +21,7 @@ OTHER_THICKNESS = 0.25  # of what the thickness changes: a piece that is solved 
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class FruitUnderDomes:
     """The fruit under the domes: Poisson's ratio [1], and what it adds to a half-space.
 
     `remainder` (poses, tips, tips), times E [1/mm], is that of the compliance; `bound`, as the remainder, how far that
@@ -37,12 +37,12 @@ class Body:
     feet: Floats
     skinned: RoundContact | None = None
 
-    def some(self, poses: Ints) -> "Body":
+    def some(self, poses: Ints) -> "FruitUnderDomes":
         """Return the body in some of the poses, by their indices."""
         return replace(self, remainder=self.remainder[poses], bound=self.bound[poses])
 
 
-def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> Body:
+def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> FruitUnderDomes:
     """Return the body of the scene's fruit in poses on other `fruits` (poses,), which differ in shape or thickness.
 
     `compliance` is that of the scene's own fruit. What its shape changes is proportional to the mean curvature of each
@@ -62,7 +62,7 @@ def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]
     feet = np.array([(footprint.x, footprint.y) for footprint in footprints])
     change, off = _changes(scene, compliance, feet, fruits)
     error = max(compliance.error_pair, compliance.error_own)
-    return Body(
+    return FruitUnderDomes(
         poisson=block.poisson,
         remainder=compliance.S - half_space + change,
         bound=error * np.abs(compliance.S) + off,

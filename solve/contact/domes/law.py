@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sensor.arrays import Floats, Ints
-from solve.contact.domes.body import Body, dome_body
+from solve.contact.domes.body import FruitUnderDomes, dome_body
 from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
 from solve.contact.domes.large_strain import LargeStrain, large_strain
 from solve.contact.domes.sphere import sphere_contact_radius
@@ -79,7 +79,7 @@ class DomeForces:
 
 
 @dataclass(frozen=True, eq=False)
-class _State:
+class _DomeState:
     """Domes at trial depths: their approach, normal forces N and slopes of these, contact radii, and the residual."""
 
     approach: DomeApproach
@@ -103,7 +103,7 @@ def domes_on(
     return dome_forces(dome_poses(scenes, travel), E, C, body)
 
 
-def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForces:
+def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -> DomeForces:
     """Return the forces of domes at moduli E (poses,) [MPa] on springs of compliance C (tips, tips) [mm/N].
 
     Raises SolveError where the forces do not settle.
@@ -164,7 +164,7 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
 class _Law:
     """The equations of the domes for the depths q (poses, tips) [mm], negative where a dome is off."""
 
-    def __init__(self, poses: DomePoses, E: Floats, C: Floats, body: Body) -> None:
+    def __init__(self, poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -> None:
         self._poses = poses
         sideways = poses.sideways or SidewaysGive(np.zeros((*C.shape, 3, 3)), 0.0)
         self._springs = C
@@ -175,7 +175,7 @@ class _Law:
         self._E = E[:, None]
         self._normal = (1.0 - body.poisson**2) / np.pi
 
-    def solved(self) -> _State:
+    def solved(self) -> _DomeState:
         """Return the domes as they rest; raises SolveError where Newton's method with halved steps does not settle."""
         unmoved = self._poses.approach(np.zeros(self._poses.centres.shape))
         state = self.state(unmoved.interference, unmoved)
@@ -193,7 +193,7 @@ class _Law:
         msg = f"domes: residual {residual:.1e} mm must be at most {allowed:.0e} mm; {hint}"
         raise SolveError(msg)
 
-    def _halved(self, state: _State, step: Floats, grown: Ints, worst: Floats) -> _State:
+    def _halved(self, state: _DomeState, step: Floats, grown: Ints, worst: Floats) -> _DomeState:
         """Return the state after steps (poses, tips) [mm], those of `grown` poses halved until none exceeds `worst`."""
         for _ in range(HALVINGS):
             step[grown] *= 0.5
@@ -204,7 +204,7 @@ class _Law:
                 break
         return self.state(state.q + step, state.approach)
 
-    def state(self, q: Floats, before: DomeApproach) -> _State:
+    def state(self, q: Floats, before: DomeApproach) -> _DomeState:
         """Return the domes at trial depths q (poses, tips) [mm], whose forces lean as they stood `before`."""
         N = self._hertz(q, before)[0]
         moved = np.tensordot(N[..., None] * before.direction, self._C, axes=((1, 2), (1, 3)))
@@ -221,7 +221,7 @@ class _Law:
         sunk = np.einsum("pij,pj->pi", action + self._body.remainder, N) / self._E
         by_slope = 0.5 * (shift**2).sum(axis=2) / approach.radius
         residual = approach.interference - by_slope - sunk - q
-        return _State(approach, N, stiffness, radius, strain, action, residual, q)
+        return _DomeState(approach, N, stiffness, radius, strain, action, residual, q)
 
     def springs(self, approach: DomeApproach) -> Floats:
         """Return how far domes yield along their normals for normal forces [mm/N], (poses, tips, tips)."""
@@ -252,12 +252,12 @@ class _Law:
         dome = self._poses.dome_radius
         return large_strain(contact, dome, 1.0 / approach.radius - 1.0 / dome, self._body.poisson)
 
-    def jacobian(self, state: _State) -> Floats:
+    def jacobian(self, state: _DomeState) -> Floats:
         """Return minus the slope of the residual over the depths [1], (poses, tips, tips), but for its small parts."""
         compliance = self.springs(state.approach) + (state.action + self._body.remainder) / self._E[..., None]
         return np.eye(len(self._C)) + compliance * state.stiffness[:, None, :]
 
-    def bound(self, state: _State) -> Floats:
+    def bound(self, state: _DomeState) -> Floats:
         """Return how far the interference that belongs to the forces may be off [mm], (poses, tips)."""
         _, distance = _between(state.approach.foot)
         radius = state.contact_radius
@@ -271,7 +271,7 @@ class _Law:
         leant = self._sideways_error * self._leant(state)
         return np.asarray(by_forces + OF_DEPTH * depth + leant + self.deeper(state, state.strain.error))
 
-    def _elsewhere(self, state: _State) -> Floats:
+    def _elsewhere(self, state: _DomeState) -> Floats:
         """Return how far the body's compliance may be off where the domes now touch, (poses, tips, tips)."""
         body = self._body
         moved = np.linalg.norm(state.approach.foot[..., :2] - body.feet, axis=-1)
@@ -279,23 +279,23 @@ class _Law:
         either = np.maximum(growth[:, :, None], growth[:, None, :])
         return np.asarray(ELSEWHERE * either * np.abs(body.remainder))
 
-    def _leant(self, state: _State) -> Floats:
+    def _leant(self, state: _DomeState) -> Floats:
         """Return how far domes yield along their normals by what leans of the forces [mm], (poses, tips)."""
         cosine = state.approach.cosine
         along_press = cosine[:, :, None] * self._C[..., 2, 2] * cosine[:, None, :]
         leaning = self.springs(state.approach) - along_press
         return np.asarray(np.abs(np.einsum("pij,pj->pi", leaning, state.N)))
 
-    def rim(self, state: _State) -> Floats:
+    def rim(self, state: _DomeState) -> Floats:
         """Return the contact radii that spheres with their own profile have at the same depths [mm], (poses, tips)."""
         depth = state.contact_radius**2 / state.approach.radius
         return sphere_contact_radius(depth, self._poses.dome_radius, self._fruit_curvature(state))
 
-    def deeper(self, state: _State, fraction: Floats) -> Floats:
+    def deeper(self, state: _DomeState, fraction: Floats) -> Floats:
         """Return by how much more domes sink that carry less by a fraction of their force [mm], (poses, tips)."""
         return fraction * state.N / np.where(state.stiffness > 0.0, state.stiffness, 1.0)
 
-    def _fruit_curvature(self, state: _State) -> Floats:
+    def _fruit_curvature(self, state: _DomeState) -> Floats:
         """Return the curvature of the fruit under the domes [1/mm], (poses, tips)."""
         return 1.0 / state.approach.radius - 1.0 / self._poses.dome_radius
 

@@ -4,10 +4,10 @@ import cadquery as cq
 import pytest
 
 from cad.files.step import read_step, write_step
-from cad.parts.sensor import Body
+from cad.parts.sensor import NamedSolid
 
-BOX = Body(name="box", shape=cq.Solid.makeBox(1, 2, 3), colour=(1, 0, 0))
-DOME = Body(name="dome", shape=cq.Solid.makeSphere(1), colour=(0, 1, 0.5))
+BOX = NamedSolid(name="box", shape=cq.Solid.makeBox(1, 2, 3), colour=(1, 0, 0))
+DOME = NamedSolid(name="dome", shape=cq.Solid.makeSphere(1), colour=(0, 1, 0.5))
 
 
 def test_names_colours_and_volume_come_back(tmp_path):

@@ -25,7 +25,7 @@ from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.design.tips import Press, Tips
 from sensor.theory.contrast_law import read_modulus
-from solve.contact.domes.body import Body
+from solve.contact.domes.body import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import spring_compliance
@@ -261,7 +261,7 @@ def dome_press(pose, travels):
     scene = Scene(fruit=BALL, tips=DOMES, press=Press(travel_mm=0.9))
     posed = posed_scene(scene, pose)
     none = np.zeros((len(travels), 4, 4))
-    body = Body(poisson=0.3, remainder=none, bound=none, size=np.inf, feet=np.array(DOMES.places_mm))
+    body = FruitUnderDomes(poisson=0.3, remainder=none, bound=none, size=np.inf, feet=np.array(DOMES.places_mm))
     domes = dome_poses([posed] * len(travels), np.array(travels))
     return dome_forces(domes, np.full(len(travels), pose.E), SOFT, body).F
 

@@ -9,7 +9,7 @@ from stand_ins import GOOD
 from pipeline.options import load_design
 from pipeline.study import read_study
 from pipeline.study.points import design_of, point_count, points_between
-from pipeline.study.variation import Choices, Normal, Span, setting_of_cell
+from pipeline.study.variation import Choices, Normal, Range, setting_of_cell
 from pipeline.study.wanted import level_of, parts_of, wanted_value
 from sensor.quantity import InputError
 
@@ -20,7 +20,7 @@ PROCESS_FILE = ROOT / "sensor" / "design" / "processes.toml"
 def test_study_file_is_read(written):
     study = read_study(written())
     assert (study.name, study.samples, study.seed, study.level) == ("springs", 8, 7, "contact")
-    assert study.vary == {"targets.P_max": Span(low=3.0, high=8.0)}
+    assert study.vary == {"targets.P_max": Range(low=3.0, high=8.0)}
 
 
 @pytest.mark.parametrize(
@@ -179,10 +179,10 @@ def test_distributions_have_their_quantiles():
     assert normal.at(0.5) == 5.0
     assert normal.at(0.975) == pytest.approx(5.0 + 1.959964 * 0.2, abs=1e-6)  # the 97.5 % quantile of tables
     assert normal.at(0.0) == pytest.approx(5.0 - 5.9978 * 0.2, abs=1e-4)
-    for span in (Span(low=2.0, high=8.0), Span(low=1.0, high=16.0, log=True)):
+    for span in (Range(low=2.0, high=8.0), Range(low=1.0, high=16.0, log=True)):
         assert [span.fraction_of(span.at(fraction)) for fraction in (0.0, 0.3, 1.0)] == pytest.approx([0.0, 0.3, 1.0])
-    assert Span(low=2.0, high=8.0).at(0.25) == 3.5
-    assert Span(low=1.0, high=16.0, log=True).at(0.25) == pytest.approx(2.0)
+    assert Range(low=2.0, high=8.0).at(0.25) == 3.5
+    assert Range(low=1.0, high=16.0, log=True).at(0.25) == pytest.approx(2.0)
     assert [Choices(values=("a", "b")).at(fraction) for fraction in (0.0, 0.49, 0.5, 1.0)] == ["a", "a", "b", "b"]
 
 

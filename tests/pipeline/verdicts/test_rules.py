@@ -21,7 +21,7 @@ from pipeline.verdicts.rules import (
     target_verdicts,
     tolerance_remedy,
 )
-from pipeline.verdicts.targets import Characteristic
+from pipeline.verdicts.targets import ForceRatioCurve
 from sensor.design.parameters import PAPER_SPRINGS, PAPER_TARGETS, Design, Targets
 from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import Springs, curve_shares, force_ratio, size_springs
@@ -108,7 +108,7 @@ def test_one_failed_verdict_fails_the_run(each, whole):
 
 
 def test_targets_of_springs_that_were_not_made_are_undecided():
-    own = Characteristic(springs=size_springs(5.0, 0.05, K_M), K_m_max=K_M)
+    own = ForceRatioCurve(springs=size_springs(5.0, 0.05, K_M), K_m_max=K_M)
     P_max, NL = judged(own, Targets(), manufactured=False)
     assert (P_max.passed, NL.passed) == (None, None)
     assert P_max.value == pytest.approx(5.0, rel=1e-12)
@@ -127,7 +127,7 @@ def test_scene_in_which_a_tip_is_off_has_no_values_and_fails_where_springs_were_
     ("K_l", "K_h", "failed"), [(0.93, 20.83, "P_max"), (K_M / (5.0 * (1.0 + K_M / 18.5) - 1.0), 18.5, "NL")]
 )
 def test_spring_off_its_target_fails_the_verdict_that_it_moves(K_l, K_h, failed):
-    own = Characteristic(springs=Springs(K_l=K_l, K_h=K_h), K_m_max=K_M)
+    own = ForceRatioCurve(springs=Springs(K_l=K_l, K_h=K_h), K_m_max=K_M)
     assert [each.name for each in judged(own, PAPER_TARGETS) if not each.passed] == [failed]
 
 
@@ -136,7 +136,7 @@ def test_largest_nonlinearity_under_a_skin_is_where_the_curve_departs_most():
     springs = size_springs(5.0, 0.05, K_M)
     shares = np.array(curve_shares(200))
     targets = dataclasses.replace(PAPER_TARGETS, NL_definition="largest")
-    bare = Characteristic(springs=springs, K_m_max=K_M)
+    bare = ForceRatioCurve(springs=springs, K_m_max=K_M)
     as_flesh = dataclasses.replace(bare, stiffening=tuple(shares.tolist()))
     assert as_flesh.K_m_of_NL(targets) == pytest.approx(bare.K_m_of_NL(targets), abs=K_M / 200)
     skin = dataclasses.replace(bare, stiffening=tuple((shares**0.8).tolist()))
@@ -152,8 +152,8 @@ def test_largest_nonlinearity_under_a_skin_is_where_the_curve_departs_most():
 def test_error_of_P_max_is_what_the_worst_springs_do():
     """K_l 1 % low, K_h 1 % high and K_m 1 % high each raise P."""
     springs = size_springs(5.0, 0.05, K_M)
-    own = Characteristic(springs=springs, K_m_max=K_M, spring_errors=(0.01 * springs.K_l, 0.01 * springs.K_h))
-    worst = Characteristic(springs=Springs(K_l=0.99 * springs.K_l, K_h=1.01 * springs.K_h), K_m_max=K_M)
+    own = ForceRatioCurve(springs=springs, K_m_max=K_M, spring_errors=(0.01 * springs.K_l, 0.01 * springs.K_h))
+    worst = ForceRatioCurve(springs=Springs(K_l=0.99 * springs.K_l, K_h=1.01 * springs.K_h), K_m_max=K_M)
     assert own.P_max().error == pytest.approx(worst.P_max().value - 5.0, rel=0.03)
     wider = dataclasses.replace(own, K_m_error=0.01 * K_M)
     assert wider.P_max().error > own.P_max().error

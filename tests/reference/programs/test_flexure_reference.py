@@ -5,7 +5,7 @@ import pytest
 from cad.files.step import read_step, write_step
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part, named_housing
-from cad.parts.sensor import Body
+from cad.parts.sensor import NamedSolid
 from mesh.housing.sweep import flexure_mesh
 from reference.flexure_reference import reference_stiffness
 from reference.tetrahedra import fine_boxes, tetrahedra
@@ -25,7 +25,7 @@ SIZES = (1.5, 1.15)
 @pytest.fixture(scope="module")
 def part(tmp_path_factory):
     path = tmp_path_factory.mktemp("step") / "housing.step"
-    write_step([Body(name="housing", shape=housing_part(SMALL).shape, colour=(0.5, 0.5, 0.5))], path, "small")
+    write_step([NamedSolid(name="housing", shape=housing_part(SMALL).shape, colour=(0.5, 0.5, 0.5))], path, "small")
     return named_housing(read_step(path), SMALL)
 
 

@@ -8,7 +8,7 @@ from sensor.theory.hertz import force_factor
 from sensor.theory.soft_tissue import FLESH_LAWS
 from solve.compression.body import HalfBody, Section
 from solve.compression.flesh_law import FleshLaw
-from solve.compression.force_curve import Press, fitted_curve, force_curve
+from solve.compression.force_curve import CompressionPress, fitted_curve, force_curve
 from solve.compression.press import pressed
 from solve.linear import SolveError
 
@@ -21,7 +21,7 @@ INDEPENDENT_ERROR = 0.003
 
 def ball_press(law="neo-hooke", poisson=0.3):
     deepest = 0.15 * 35.0
-    return Press(
+    return CompressionPress(
         section=BALL,
         law=FleshLaw(name=law, poisson=poisson),
         deepest=deepest,

@@ -9,7 +9,7 @@ from scipy.optimize import brentq, minimize
 
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
-from solve.contact.domes.body import Body
+from solve.contact.domes.body import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import spring_compliance
@@ -139,7 +139,7 @@ def test_tilt_that_changes_later_leaves_the_first_touch_where_it_is():
 def half_space_forces(poses, fruit=BALL):
     scenes = [posed_scene(scene(fruit), pose) for pose in poses]
     none = np.zeros((len(poses), 4, 4))
-    body = Body(poisson=0.3, remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm))
+    body = FruitUnderDomes(poisson=0.3, remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm))
     domes = dome_poses(scenes, np.array([pose.travel for pose in poses]))
     return dome_forces(domes, np.array([pose.E for pose in poses]), SPRINGS, body).F
 

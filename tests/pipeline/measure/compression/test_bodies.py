@@ -14,7 +14,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 from stand_ins import specimen
 
-from pipeline.measure.compression.bodies import Block, CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger
+from pipeline.measure.compression.bodies import CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger, RectangularBlock
 from pipeline.measure.compression.force_law import TestGeometry, hertz_law, solved_law
 from pipeline.measure.compression.modulus import measured_modulus
 from reference.pressed_bodies import Body, Tool, pressed
@@ -163,5 +163,5 @@ def test_tools_of_another_kind_have_hertz_s_law_in_series():
 
 def test_block_between_slippery_plates_is_a_bar():
     """F = E A D / h while the strain is small."""
-    side, _ = Block(height_mm=20.0, width_mm=12.0, length_mm=9.0).sides(None, 2)
+    side, _ = RectangularBlock(height_mm=20.0, width_mm=12.0, length_mm=9.0).sides(None, 2)
     assert fitted_curve(side).force(0.005) == pytest.approx(108.0 * 0.01 / 20.0, rel=2e-3)

@@ -13,7 +13,7 @@ from pipeline.verdicts.errors.print_scatter import (
     fit_surrogate,
     scatter_bands,
 )
-from pipeline.verdicts.targets import Characteristic
+from pipeline.verdicts.targets import ForceRatioCurve
 from sensor.design.parameters import Targets
 from sensor.theory.leaf_spring import pair_stiffness
 from sensor.theory.two_spring_law import size_springs
@@ -22,7 +22,7 @@ HOUSING = default_housing()
 THICKNESSES = (0.8, 1.2)
 K_M = 3.5 * K_M_OVER_E
 SPRINGS = size_springs(5.0, 0.05, K_M)
-OWN = Characteristic(springs=SPRINGS, K_m_max=K_M)
+OWN = ForceRatioCurve(springs=SPRINGS, K_m_max=K_M)
 
 
 def flexures(housing):

@@ -11,7 +11,7 @@ from scipy.special import ellipe, ellipk
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
 from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
-from solve.contact.domes.body import Body, dome_body
+from solve.contact.domes.body import FruitUnderDomes, dome_body
 from solve.contact.domes.geometry import DomePoses, dome_poses
 from solve.contact.domes.large_strain import large_strain
 from solve.contact.domes.law import _Law, dome_contrast, dome_forces, domes_on
@@ -33,7 +33,7 @@ TRAVEL = 0.08
 
 def half_space(count=1):
     none = np.zeros((2, count, count))
-    return Body(poisson=POISSON, remainder=none, bound=none, size=np.inf, feet=np.zeros((count, 2)))
+    return FruitUnderDomes(poisson=POISSON, remainder=none, bound=none, size=np.inf, feet=np.zeros((count, 2)))
 
 
 def lowered(places, depth):
@@ -84,7 +84,7 @@ def test_one_dome_on_an_ellipsoid_is_the_elliptic_contact_of_hertz():
     expected = 4.0 / 3.0 / (1.0 - POISSON**2) * (low * high) ** -0.25 * (depth / F2) ** 1.5
     poses = DomePoses(dome, np.array([[[0.0, 0.0, dome - depth]]]), np.eye(3)[None], axes[None])
     none = np.zeros((1, 1, 1))
-    body = Body(poisson=POISSON, remainder=none, bound=none, size=np.inf, feet=np.zeros((1, 2)))
+    body = FruitUnderDomes(poisson=POISSON, remainder=none, bound=none, size=np.inf, feet=np.zeros((1, 2)))
     found = dome_forces(poses, np.ones(1), np.zeros((1, 1)), body)
     hertz = np.sqrt(depth / np.sqrt(low * high))
     large = large_strain(hertz, dome, np.sqrt(low * high) - 1.0 / dome, POISSON)

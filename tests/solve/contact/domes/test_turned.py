@@ -6,7 +6,7 @@ import pytest
 from reference.stored_presses import STORED
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
-from solve.contact.domes.body import Body
+from solve.contact.domes.body import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.scene import Scene
@@ -35,7 +35,9 @@ def forces(press, azimuth):
         first_touch -= float((apart.interference / apart.cosine).max())
     travel = np.array(press["travel"])
     none = np.zeros((len(travel), 4, 4))
-    body = Body(poisson=STORED["poisson"], remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm))
+    body = FruitUnderDomes(
+        poisson=STORED["poisson"], remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm)
+    )
     poses = dome_poses([scene] * len(travel), travel + first_touch)
     return dome_forces(poses, np.full(len(travel), press["E"]), SPRINGS, body).F[:, ORDER]
 
