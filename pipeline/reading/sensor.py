@@ -123,8 +123,7 @@ class Sensor:
     @property
     def law(self) -> RiseLaw:
         """Return the law by which whole presses are read."""
-        is_pair = self.design.tips.tip_layout.is_pair
-        return RiseLaw(contrast=self.contrast) if is_pair else rise_law(self.design, self.contrast)
+        return rise_law(self.design, self.contrast)
 
     @property
     def is_exact_seated(self) -> bool:

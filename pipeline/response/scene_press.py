@@ -58,7 +58,7 @@ def refuse_unsolvable(design: Design) -> None:
     scene = scene_of(design)
     check_scene(scene)
     _check_skin(scene)
-    if not scene.linear and not scene.tips.tip_shape.obeys_hertz:
+    if scene.on_cells:
         scene_footprints(scene, design.press.travel_mm)
 
 

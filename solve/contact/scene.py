@@ -103,6 +103,11 @@ class Scene:
         return np.tan(np.radians([self.press.tilt_deg, self.press.roll_deg]))
 
     @property
+    def on_cells(self) -> bool:
+        """Say whether contact is solved on cells: tips touch by a part of their face that grows, and are no domes."""
+        return not self.linear and not self.tips.tip_shape.obeys_hertz
+
+    @property
     def curved(self) -> bool:
         """Say whether the fruit's skin is curved."""
         return self.fruit.radius_mm is not None

@@ -63,8 +63,6 @@ class MeasuringUnit:
     def rise_law(self) -> RiseLaw:
         """Return the law by which the unit reads a press; that of a pair is right whatever the heights of its tips."""
         designed = self.report.read_out.contrast_on(self.C)
-        if self.is_pair:
-            return RiseLaw(contrast=designed)
         return rise_law(self.design, designed, self._told_curvatures)
 
     @property

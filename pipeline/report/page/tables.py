@@ -21,7 +21,6 @@ from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_SAMPLES
 from sensor.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
-from sensor.theory.contrast_rise import RiseLaw
 
 _NOISE_PERCENT = 0.5  # where the design asks for no reading
 NOT_READ = (math.nan, math.nan)
@@ -104,8 +103,7 @@ def _over_tilt(design: Design, read_out: ReadingConstants, readings: Readings | 
     F = presses.F[:, :, -1]
     is_dome = design.tips.dome_radius_mm is not None
     pressure = presses.mean_pressure[:, :, -1] if is_dome else F / design.tips.face_mm2
-    law = RiseLaw(contrast=read_out.contrast) if read_out.is_pair else rise_law(design, read_out.contrast)
-    model = RiseModel(law=law, level=read_out.level or read_out.rise_level)
+    model = RiseModel(law=rise_law(design, read_out.contrast), level=read_out.level or read_out.rise_level)
     one_percent = 0.01 * np.array(read_out.full_scale_N)
     return _table(
         axes=(np.array(presses.moduli), _axis("tilt", np.array(tilts))),

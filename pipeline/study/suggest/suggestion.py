@@ -114,7 +114,7 @@ class Search:
         design = self._design_of(start)
         taken = self._fixed | start.changes.keys()
         best = []
-        for sweep in sweeps(design, names, on_cells=_on_cells(design)):
+        for sweep in sweeps(design, names, on_cells=scene_of(design).on_cells):
             if not sweep[0] or not taken.isdisjoint(sweep[0]):
                 continue
             trials: list[Candidate] = []
@@ -138,7 +138,7 @@ class Search:
         sags = design.press.attitude != "side" and design.tips.layout == base.design.tips.layout
         offsets = base.press.height_offsets if sags else ()
         sensor = replace(sensor, springs=replace(sensor.springs, ideal_offsets_mm=offsets))
-        if _on_cells(design):  # a tenth of the press often shows that it fails
+        if scene_of(design).on_cells:  # a tenth of the press often shows that it fails
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
             few_presses = pressed_at(scene_of(design, offsets), sensor.contact, sensor.springs.C, moduli, TRAVELS)
             spread = displacement_verdict(few_presses)
@@ -149,7 +149,7 @@ class Search:
 
     def _nearer(self, candidate: Candidate) -> Candidate:
         """Return a candidate each of whose numbers is as near to the design's as lets it pass, a little beyond."""
-        on_cells = _on_cells(self._design_of(candidate))
+        on_cells = scene_of(self._design_of(candidate)).on_cells
         for key, passes in candidate.changes.items():
             fails = value_of(self._base.design, key)
             if not (isinstance(passes, float) and isinstance(fails, float) and fails * passes > 0.0):
@@ -169,14 +169,9 @@ class Search:
         return candidate
 
 
-def _on_cells(design: Design) -> bool:
-    """Say whether contact of a design is solved on cells."""
-    return not scene_of(design).linear and not design.tips.tip_shape.obeys_hertz
-
-
 def _cost(design: Design) -> float:
     """Return what a trial costs, in about hundredths of a processor second."""
-    if _on_cells(design):
+    if scene_of(design).on_cells:
         return 80.0
     return 8.0 if design.reading is None else 30.0
 
