@@ -103,7 +103,7 @@ def _arguments(words: list[str]) -> argparse.Namespace | None:
     if rest and rest[0].startswith("-"):
         raise _unknown("flag", rest[0], chosen.flags)
     if rest:
-        msg = f"{rest[0]!r}: must be a flag or its value; remove it, or see {chosen.prog} -h"
+        msg = f"{rest[0]!r} must be a flag or its value. Remove it, or see {chosen.prog} -h."
         raise InputError(msg)
     return arguments
 
@@ -111,7 +111,7 @@ def _arguments(words: list[str]) -> argparse.Namespace | None:
 def _unknown(kind: str, word: str, known: Sequence[str]) -> InputError:
     given = word.partition("=")[0]
     bound = f"one of {', '.join(known)}"
-    return InputError(f"{given}: unknown {kind}; must be {bound}; did you mean {nearest(given, known)}?")
+    return InputError(f"{given} is an unknown {kind}; it must be {bound}. Did you mean {nearest(given, known)}?")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -124,8 +124,8 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise InputError instead of printing the usage and leaving."""
-        dashed = "; write FLAG=VALUE for a value that begins with -" if "expected one argument" in message else ""
-        msg = f"{message.removeprefix('argument ')}{dashed}; must be as in the example of {self.prog} -h"
+        dashed = " Write FLAG=VALUE for a value that begins with -." if "expected one argument" in message else ""
+        msg = f"{message.removeprefix('argument ')}.{dashed} See the example of {self.prog} -h."
         raise InputError(msg)
 
 

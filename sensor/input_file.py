@@ -34,7 +34,7 @@ def read_bytes(path: Path | str, name: str) -> bytes:
         raise validation_error(name, str(path), "", "a regular file, no folder, pipe or device", "name a file")
     if len(content) > MOST_BYTES:
         bound = f"a file of at most {MOST_BYTES // 2**20} MiB"
-        raise validation_error(name, str(path), "", bound, "name a smaller one")
+        raise validation_error(name, str(path), "", bound, "name a smaller file")
     return content
 
 
@@ -45,7 +45,9 @@ def read_toml(path: Path, name: str) -> dict[str, Any]:
         return parsed_toml(content.decode("utf-8-sig"))
     except ValueError as error:
         reason = "it is no text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error).splitlines()[0]
-        raise validation_error(name, str(path), "", f"valid TOML ({reason})", "mend the file") from error
+        raise validation_error(
+            name, str(path), "", f"valid TOML ({reason})", "correct the file at that place"
+        ) from error
 
 
 def parsed_toml(text: str) -> dict[str, Any]:

@@ -17,7 +17,7 @@ _LONGEST_VALUE = 500  # letters of a value in a message: a path is shorter
 
 
 class InputError(ValueError):
-    """An input that cannot be used; the message is one line: name, value, unit, bound, hint.
+    """An input that cannot be used; the message is one line: what is wrong, with value and bound; what to do.
 
     `field`, `value` and `bound` say the same to code; they are empty where the error is about no single field.
     """
@@ -143,11 +143,27 @@ def report_field(
 
 
 def validation_error(name: str, value: object, unit: str, bound: str, hint: str) -> InputError:
-    """Return the error for one bad value, in the one form that every message has."""
+    """Return the error for one bad value: a sentence that says what is wrong, and one that says what to do.
+
+    `bound` completes "NAME = VALUE must be ..."; `hint` is a clause that starts with a verb or states a usual value.
+    """
     in_unit = "" if unit in ("", "1") else f" {unit}"
-    given = f"{name} is not set" if value is None else f"{name} = {_formatted(value)}{in_unit}"
-    message = f"{given}: must be {bound}; {hint}"
+    given = f"{name} = {_formatted(value)}{in_unit}"
+    if value is None:
+        given = name if bound.startswith("given") else f"{name} is not set; it"
+    message = " ".join(filter(None, (_sentence(f"{given} must be {bound}"), _sentence(_capitalised(hint)))))
     return InputError(message, field=name, value=value, bound=bound)
+
+
+def _sentence(text: str) -> str:
+    """Return a clause with its full stop, unless it ends as a sentence already."""
+    return text if not text or text.endswith((".", "?", "!")) else f"{text}."
+
+
+def _capitalised(clause: str) -> str:
+    """Return a clause that opens with a capital letter, unless it opens with a key, a flag, a number or a command."""
+    first = clause.partition(" ")[0].rstrip(",:;")
+    return clause[:1].upper() + clause[1:] if first.isalpha() and first != "pipeline" else clause
 
 
 def _formatted(value: object) -> str:
@@ -213,7 +229,7 @@ def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
     elif "options" in item.metadata:
         options = item.metadata["options"]
         if value not in options:
-            closest = f", did you mean {nearest(value, options)}?" if isinstance(value, str) else ""
+            closest = f". Did you mean {nearest(value, options)}?" if isinstance(value, str) else ""
             raise validation_error(name, value, "", f"one of {', '.join(options)}", hint + closest)
     else:
         _check_numbers(name, value, item, hint)
@@ -269,8 +285,8 @@ class Sourced:
         keys = [item.name for item in fields if item.name != "name"]
         for key in sorted(table.keys() - keys):
             unknown = f"{record}.{key}"
-            bound = f"left out; did you mean {nearest(key, keys)}?"
-            raise validation_error(unknown, table[key], "", bound, cls.HINT)
+            hint = f"{cls.HINT}. Did you mean {nearest(key, keys)}?"
+            raise validation_error(unknown, table[key], "", "left out", hint)
         left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
         sources = tuple(table.get("sources", {}).items())
         return cls(**{**left_out, **table, "name": name, "sources": sources})

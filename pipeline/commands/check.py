@@ -44,7 +44,13 @@ def _process(path: Path, name: str | None) -> str | None:
     """Return the process whose rules a file is judged by, None for a folder; raises InputError."""
     if path.is_dir():
         if name is not None:
-            raise validation_error("--process", name, "", "left out for a folder", "its design names the process")
+            raise validation_error(
+                "--process",
+                name,
+                "",
+                "left out for a folder",
+                "leave it out: the design of the folder names the process",
+            )
         return None
     if not path.is_file():
         hint = "name an output folder, or a STEP, STL or 3MF file"

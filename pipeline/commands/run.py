@@ -127,7 +127,7 @@ def answered(arguments: Namespace, *, look: bool = False, fabrication: bool = Fa
     default = ROUGH_TOLERANCE if look else DEFAULT_TOLERANCE
     tolerance = default if arguments.tol is None else written_number(arguments.tol)
     if tolerance is None:
-        raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "0.001 is 0.1 %")
+        raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "write 0.001 for 0.1 %")
     folder = arguments.out or Path("outputs") / (f"{design.name}-look" if look else design.name)
     options = RunOptions(
         out=folder,
@@ -195,7 +195,7 @@ def settings_of(arguments: Namespace) -> dict[str, str]:
     settings: dict[str, str] = {}
     for key, value in given:
         if key in settings:
-            bound = f"given once, and it is {settings[key]!r} already"
+            bound = f"given once; it is {settings[key]!r} already"
             raise validation_error(key, value, "", bound, "keep one of the two")
         settings[key] = value
     return settings

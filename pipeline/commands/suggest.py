@@ -56,7 +56,7 @@ def execute(arguments: Namespace) -> int:
         from pipeline.study.suggest.fruit_range import fruit_range
 
         if named != DEFAULT_DESIGN:
-            hint = "the search starts from the preset most like the fruit"
+            hint = "give one of both: --fruit starts from the preset most like the fruit"
             raise validation_error("DESIGN", named, "", "left out beside --fruit", hint)
         fruit = fruit_range(arguments.fruit)
         named = most_alike(fruit)

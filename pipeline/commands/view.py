@@ -34,8 +34,8 @@ def execute(arguments: Namespace) -> int:
     from pipeline.report.report import read_data
 
     if (arguments.other is None) != (arguments.compare is None):
-        hint = "pipeline view DIR OTHER --compare"
-        raise validation_error("OTHER", str(arguments.other), "", "a second folder, and --compare with it", hint)
+        hint = "write pipeline view DIR OTHER --compare"
+        raise validation_error("OTHER", str(arguments.other), "", "given with --compare", hint)
     read_data(arguments.folder)  # refuses another folder before anything heavy is loaded
     if all(flag is None for flag in (arguments.png, arguments.html, arguments.pvd, arguments.compare)):
         from pipeline.view.pictures import pictures

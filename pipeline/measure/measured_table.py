@@ -118,7 +118,7 @@ class CsvFormat:
             cells = next(csv.reader([text], delimiter=self.delimiter, strict=True), [])
         except csv.Error as error:
             name = place_of(self.source, line)
-            raise validation_error(name, text[:40], "", f"cells of a table ({error})", "mend that line") from error
+            raise validation_error(name, text[:40], "", f"cells of a table ({error})", "correct that line") from error
         return TableRow(line, tuple(cell.strip() for cell in cells))
 
     def number(self, row: TableRow, column: Column) -> float:
@@ -127,7 +127,7 @@ class CsvFormat:
         name = place_of(self.source, row.line, column.label)
         value = written_number(cell.replace(",", "."))
         if value is None or not math.isfinite(value):
-            bound = "a finite number" if cell else "a number, and the cell is empty"
+            bound = "a finite number" if cell else "a number, and not an empty cell"
             raise validation_error(name, cell[:40], "", bound, "correct it, or leave the row out")
         if abs(value * column.factor) > column.most:
             bound = f"at most {column.most / column.factor:g}"
@@ -151,7 +151,7 @@ def read_csv(source: Path | str) -> tuple[CsvFormat, list[TableRow]]:
     form = format_of(str(source), lines)
     rows = [form.row(number, text) for number, text in enumerate(lines, start=1)]
     if all(row.empty for row in rows):
-        bound = "a CSV file with a header and numbers, and it is empty"
+        bound = "a CSV file with a header and numbers, not an empty one"
         raise validation_error(str(source), "", "", bound, "export the table again")
     _refuse_unclear_commas(str(source), rows)
     return form, rows
@@ -310,7 +310,7 @@ def strict_columns(
     missing = [name for name in needed if name in left]
     if missing:
         text = form.delimiter.join(header.cells)
-        bound = f"a header that has {' and '.join(missing)} too"
+        bound = f"a header that also has {' and '.join(missing)}"
         raise validation_error(place_of(form.source, header.line), text, "", bound, f"write for instance {example}")
     return list(columns.values())
 

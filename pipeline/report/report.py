@@ -626,5 +626,5 @@ def _finite(text: str) -> float:
 def _refused(folder: Path, bound: str) -> InputError:
     """Return the error for a folder whose report cannot be used, in one line."""
     reason = " ".join(bound.split())
-    message = f"PATH = {str(folder)!r}: {reason}; name an output folder, or run the design again"
+    message = f"PATH = {str(folder)!r} {reason}. Name an output folder, or run the design again."
     return InputError(message, field="PATH", value=str(folder), bound=reason)

@@ -144,7 +144,7 @@ def _usable(path: Path) -> Path:
     except (OSError, RuntimeError) as error:
         raise _refused(path, f"a path that leads somewhere ({error})", "name another folder with --out") from error
     if not existing.is_dir():
-        raise _refused(path, f"a folder, and {str(existing)!r} is a file", "name another folder with --out")
+        raise _refused(path, f"a folder; {str(existing)!r} is a file", "name another folder with --out")
     if target == here or target in here.parents or target.is_mount():
         bound = "a folder that can be replaced, not the current one, one above it or a mounted one"
         raise _refused(path, bound, "name a folder inside it")
@@ -170,12 +170,12 @@ def written_beside(target: Path, flag: str) -> Iterator[Path]:
         aside.mkdir(parents=True, exist_ok=True)
         held = list(aside.iterdir())
         if held and not (is_regular(aside / _LOCK) and all(_is_of_a_run(path) for path in held)):
-            bound = f"a place beside which no other {aside.name!r} stands"
+            bound = f"a folder beside which no other {aside.name!r} stands"
             raise _refused(target, bound, "move that folder away", flag)
         lock = FileLock(aside / _LOCK, blocking=False)
         lock.acquire()
     except Timeout as error:
-        bound = "a place that no other run is writing"
+        bound = "a folder that no other run is writing"
         raise _refused(target, bound, f"wait for that run, or {hint}", flag) from error
     except OSError as error:
         bound = f"in a folder that can be written ({error.strerror})"

@@ -72,7 +72,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
     for key, varied in study.vary.items():
         if isinstance(varied, Normal):
             bound = "a span, from and to, or a list"
-            raise validation_error(key, "Normal", "", bound, "a distribution has no ends to search between")
+            raise validation_error(key, "Normal", "", bound, "give the two ends of the search")
     for value in study.front:
         design_of(study, {study.goal.front: value})
     with study_store(folder, study) as store:

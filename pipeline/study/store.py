@@ -105,7 +105,7 @@ class StudyStore:
             self._refuse_changed("fact 'asked'", kept)
             _refuse_other(self.path, json.loads(kept[1]), json.loads(asked[1]))
         elif points:
-            bound = "whole, and what the study is was taken out of it"
+            bound = "a store that holds the description of its study"
             raise validation_error("study store", str(self.path), "", bound, "name another --out")
         with self._connection as transaction:
             transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?, ?)", (*asked, _digest(asked)))
@@ -179,7 +179,7 @@ def _opened(path: Path) -> Iterator[StudyStore]:
             (mark,) = connection.execute("PRAGMA application_id").fetchone()
             tables = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'").fetchall())
             if (mark, tables) not in ((0, {}), (_MARK, _TABLES)):
-                bound = "empty or the store of a study, and it is another database"
+                bound = "empty or the store of a study, not another database"
                 raise validation_error("study store", str(path), "", bound, "name another --out")
             yield StudyStore(connection, path)
     except sqlite3.Error as error:

@@ -53,7 +53,7 @@ class Goal:
         "printable.low",
         "printable.high",
     )
-    evaluations: int = quantity("", Bounds(at_least=1), default=600, hint="600 is the default")
+    evaluations: int = quantity("", Bounds(at_least=1), default=600, hint="the default is 600")
     front: str = ""
 
     def __post_init__(self) -> None:
@@ -91,7 +91,7 @@ class Study:
         if self.how == "sobol" and self.samples == 0:
             raise validation_error("samples", self.samples, "", "at least 1", "say how many points")
         if self.how == "sensitivity" and (self.samples < 2 or self.samples.bit_count() != 1):  # noqa: PLR2004
-            hint = "there are this many times the keys and two more points"
+            hint = "choose a power of 2; the study has samples * (keys + 2) points"
             raise validation_error("samples", self.samples, "", "a power of 2, at least 2", hint)
         if not self.wanted:
             bound = "a list of keys of report.json"
@@ -193,7 +193,7 @@ def _front(table: Mapping[str, Any]) -> dict[str, Variation]:
         numbers = list(map(front_number, varied.grid())) if isinstance(varied, Choices) else []
         if not all(map(is_number, numbers)) or not 1 < len(numbers) == len(set(numbers)):
             bound = "a list of at least two numbers that differ, or of lists whose first numbers do"
-            raise validation_error(name, f"{key} {numbers}", "", bound, "a front is drawn over them")
+            raise validation_error(name, f"{key} {numbers}", "", bound, "list the values that the front is drawn over")
     return front
 
 
@@ -256,5 +256,5 @@ def _refuse_unknown(table: str, keys: Iterable[str], names: Iterable[str]) -> No
     for key in keys:
         if key not in known:
             bound = f"one of {', '.join(known)}"
-            msg = f"{table}{key}: unknown key; must be {bound}; did you mean {nearest(key, known)}?"
+            msg = f"{table}{key} is an unknown key; it must be {bound}. Did you mean {nearest(key, known)}?"
             raise InputError(msg, field=f"{table}{key}", value=key, bound=bound)

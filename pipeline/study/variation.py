@@ -36,12 +36,12 @@ class Range:
         """Refuse ends that leave nothing between them, and steps that are none."""
         if not self.low < self.high:
             bound = f"greater than from = {self.low:g}"
-            raise validation_error("to", self.high, "", bound, "an empty range has no points")
+            raise validation_error("to", self.high, "", bound, "give a range of some width")
         if self.log and self.low <= 0.0:
             raise validation_error("from", self.low, "", "greater than 0 with log = true", "leave log out")
         if self.steps is not None and (type(self.steps) is not int or not _STEPS.hold(self.steps)):
             bound = f"a whole number {_STEPS}"
-            raise validation_error("steps", self.steps, "", bound, "count both ends")
+            raise validation_error("steps", self.steps, "", bound, "count both ends of the range")
 
     def at(self, fraction: float) -> float:
         """Return the number that a fraction [1] of the span, or of the distribution, lies below [unit of the key]."""
@@ -74,7 +74,7 @@ class Choices:
     def __post_init__(self) -> None:
         """Refuse an empty list."""
         if not self.values:
-            raise validation_error("values", "[]", "", "a list of at least one", "an empty list has no points")
+            raise validation_error("values", "[]", "", "a list of at least one value", "write at least one value")
 
     def at(self, fraction: float) -> Setting:
         """Return the value that a fraction [1] from 0 to 1 falls on [unit of the key]."""
@@ -102,7 +102,7 @@ class Normal:
     def __post_init__(self) -> None:
         """Refuse a deviation that is none."""
         if self.sd <= 0.0:
-            raise validation_error("sd", self.sd, "", "greater than 0", "give one value in place of no scatter")
+            raise validation_error("sd", self.sd, "", "greater than 0", "give one value where nothing scatters")
 
     def at(self, fraction: float) -> float:
         """Return the number that a fraction [1] of the distribution lies below [unit of the key]."""
@@ -123,7 +123,7 @@ def setting_of(value: object) -> Setting:
     if isinstance(value, bool | str) or all(map(_is_finite, numbers)):
         return tuple(value) if isinstance(value, list) else value  # type: ignore[return-value]
     bound = "a finite number, a list of such, a truth value or text"
-    raise validation_error("value", str(value), "", bound, "mend that value")
+    raise validation_error("value", str(value), "", bound, "correct that value")
 
 
 def is_number(value: object) -> TypeGuard[float]:
@@ -176,7 +176,7 @@ def _range_or_distribution(table: Mapping[str, Any]) -> Range | Normal:
             raise validation_error(key, str(value), "", bound, f"did you mean {nearest(key, known)}?")
     if table.get("distribution", "uniform") != "uniform":
         given = str(table["distribution"])
-        raise validation_error("distribution", given, "", "uniform", "a normal one is given by mean and sd")
+        raise validation_error("distribution", given, "", "uniform", "give a normal distribution by mean and sd")
     source = table.get("source")
     if (is_normal or "distribution" in table) and not (isinstance(source, str) and source.strip()):
         raise validation_error("source", source, "", "given with a distribution", "say where its numbers are from")
@@ -184,7 +184,7 @@ def _range_or_distribution(table: Mapping[str, Any]) -> Range | Normal:
         return Normal(mean=_number(table, "mean"), sd=_number(table, "sd"), source=str(source))
     log = table.get("log", False)
     if not isinstance(log, bool):
-        raise validation_error("log", str(log), "", "true or false", "true spaces the values by equal ratios")
+        raise validation_error("log", str(log), "", "true or false", "write true to space the values by equal ratios")
     low = _number(table, "from")
     return Range(low=low, high=_number(table, "to"), steps=table.get("steps"), log=log, source=source)
 

@@ -80,5 +80,5 @@ def wanted_value(report: object, key: str) -> object:
     try:
         return value_at(report, key)
     except KeyError as error:
-        bound = "in the report of this design, and it is not"
+        bound = "a key of the report of this design"
         raise validation_error("wanted", key, "", bound, "ask for another key or change the base") from error

@@ -107,7 +107,7 @@ def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractConte
     """Return the cluster of a scheduler where one is named, else processes on this machine; refuses both at once."""
     if processes is not None and scheduler is not None:
         raise validation_error(
-            "--processes", processes, "", "left out beside --scheduler", "the cluster has its workers"
+            "--processes", processes, "", "left out beside --scheduler", "leave it out: the cluster has its own workers"
         )
     return process_engine(processes) if scheduler is None else cluster_engine(scheduler)
 
@@ -137,7 +137,9 @@ def cluster_engine(address: str) -> Iterator[Engine]:
         from distributed.scheduler import KilledWorker
     except ImportError as error:
         hint = "install it with: pip install 'twintip[cluster]'"
-        raise validation_error("--scheduler", address, "", "used with the package distributed", hint) from error
+        raise validation_error(
+            "--scheduler", address, "", "used where the package distributed is installed", hint
+        ) from error
     # that a cluster is lost is said by us, in one line; distributed gives each of these a level of its own
     for name in ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -149,7 +151,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
                 raise ConnectionError
             client.wait_for_workers(1, timeout=_WITHOUT_WORKERS_SECONDS)
         except (OSError, RuntimeError) as error:
-            bound = "the address of a scheduler that answers and has workers, and it is gone"
+            bound = "the address of a scheduler that still answers and has workers"
             hint = "all points that ended are kept; start it again, then the same command goes on"
             raise validation_error("--scheduler", address, "", bound, hint) from error
 

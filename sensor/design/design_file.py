@@ -97,12 +97,12 @@ def _unknown(kind: str, name: str, word: str, names: Sequence[str]) -> InputErro
     """Return the error for a name that there is not, with the names that there are and the nearest one."""
     shown = name if name.isprintable() else repr(name)
     bound = f"one of {', '.join(names)}"
-    message = f"{shown}: unknown {kind}; must be {bound}; did you mean {nearest(word, names)}?"
+    message = f"{shown} is an unknown {kind}; it must be {bound}. Did you mean {nearest(word, names)}?"
     return InputError(message, field=name, value=word, bound=bound)
 
 
 def _not_a_table(name: str, value: object) -> InputError:
-    message = f"{name} = {value}: must be a table; write [{name}] and its keys below it"
+    message = f"{name} = {value} must be a table. Write [{name}] and its keys below it."
     return InputError(message, field=name, value=value, bound="a table")
 
 
@@ -113,7 +113,7 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
             raise _unknown("table", key, key, ["name", *TABLES])
     name = data.get("name", "paper")
     if not isinstance(name, str):
-        raise validation_error("name", name, "", "text", "it names files and folders")
+        raise validation_error("name", name, "", "text", "choose a name that can be part of a file name")
     tables = {table: _table(table, data[table]) for table in TABLE_TYPES if table in data}
     if "readout" in data:
         _refuse_typed_noise(data.get("reading"))

@@ -78,7 +78,7 @@ class Fruit:
         "deg",
         _ANGLE,
         default=None,
-        hint="0 has radius_mm along the tips",
+        hint="at 0 the radius along the tips is radius_mm",
         meaning=(
             "angle from the line along the tips to the direction of `radius_mm`, anticlockwise seen from above "
             "(ellipsoid); not set, 0"
@@ -102,7 +102,7 @@ class Fruit:
         "1",
         _SPREAD,
         default=0.05,
-        hint="0.05 where it was not measured",
+        hint="take 0.05 where it was not measured",
         meaning="how far the ratio may be off, two sigma; it scales the flesh's stiffness under a tip",
     )
     E_max_MPa: float = quantity(
@@ -200,12 +200,16 @@ class Fruit:
         limits = self.bruise_limit_MPa
         if isinstance(limits, tuple) and len(limits) != len(self.E_MPa):
             bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
-            raise validation_error("fruit.bruise_limit_MPa", list(limits), "MPa", bound, "list as many limits")
+            raise validation_error(
+                "fruit.bruise_limit_MPa", list(limits), "MPa", bound, "list as many limits as moduli"
+            )
 
     def _check_skin(self) -> None:
         if (self.skin_mm is None) != (self.skin_E_MPa is None):
-            bound = "given with fruit.skin_E_MPa, or both left out"
-            raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "a skin has a thickness and a modulus")
+            bound = "given together with fruit.skin_E_MPa"
+            raise validation_error(
+                "fruit.skin_mm", self.skin_mm, "mm", bound, "give both the thickness and the modulus of the skin"
+            )
         if self.skin_mm is None or self.skin_E_MPa is None:
             return
         most = self.depth_mm / 3.0
@@ -220,7 +224,9 @@ class Fruit:
     def _check_piece(self, radius: float) -> None:
         if self.depth_mm > 2.0 * radius:
             bound = f"at most 2 fruit.radius_mm = {2.0 * radius:g} mm"
-            raise validation_error(self.depth_key, self.depth_mm, "mm", bound, "the piece is thicker than the fruit")
+            raise validation_error(
+                self.depth_key, self.depth_mm, "mm", bound, "take a thinner piece, or a larger radius"
+            )
         if self.whole:
             return
         if self.fall_mm(0.5 * self.length_mm, 0.5 * self.width_mm) >= self.depth_mm:

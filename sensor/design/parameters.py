@@ -101,7 +101,7 @@ class GivenSprings:
             raise validation_error(missing, None, "", f"given together with {partner}", "give both or neither")
         if K_l is not None and K_h is not None and K_l >= K_h:
             bound = f"less than springs.K_h_N_per_m = {K_h:g} N/m"
-            raise validation_error("springs.K_l_N_per_m", K_l, "N/m", bound, "the low spring is the softer one")
+            raise validation_error("springs.K_l_N_per_m", K_l, "N/m", bound, "the low spring must be the softer one")
 
     @property
     def given(self) -> bool:
@@ -132,7 +132,7 @@ class Print:
         "mm",
         LENGTH,
         default=120.0,
-        hint="longest leaf that fits the machine",
+        hint="give the longest leaf that fits the machine",
         meaning="longest leaf that fits the machine",
     )
     E_MPa: float | None = quantity(
@@ -185,7 +185,7 @@ class Design:
         allowed = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
         if not allowed or len(self.name) > _LONGEST_NAME:
             bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
-            raise validation_error("name", self.name, "", bound, "it names files and folders")
+            raise validation_error("name", self.name, "", bound, "choose a name that can be part of a file name")
         self._check_process()
         self._check_tip_shape()
         check_tips_on_fruit(self.fruit, self.tips)
@@ -236,7 +236,7 @@ class Design:
         for name, tilt in (("press.tilt_deg", self.press.tilt_deg), ("press.roll_deg", self.press.roll_deg)):
             if tilt != 0.0:
                 raise validation_error(
-                    name, tilt, "deg", "0 beside [reading]", "reading.tilt_deg says how far a press tilts"
+                    name, tilt, "deg", "0 where the design has [reading]", "reading.tilt_deg says how far a press tilts"
                 )
         if self.targets is not None and self.springs.given:
             bound = "left out beside [springs] and [reading]"
@@ -264,7 +264,9 @@ class Design:
         limits = self.reading.uncertainty_limit
         if isinstance(limits, tuple) and len(limits) != len(fruit.E_MPa):
             bound = f"one number, or one for each of fruit.E_MPa, {len(fruit.E_MPa)}"
-            raise validation_error("reading.uncertainty_limit", list(limits), "1", bound, "list as many limits")
+            raise validation_error(
+                "reading.uncertainty_limit", list(limits), "1", bound, "list as many limits as moduli"
+            )
 
     def _check_readout(self) -> None:
         """Refuse gauges that are not those of the transducer, delays of other tips, and a process of unknown drift."""
@@ -273,14 +275,14 @@ class Design:
         gauges = "foil" if self.readout.transducer == "foil" else "none"
         if self.print.gauges != gauges:
             bound = f"{gauges!r} beside readout.transducer = {self.readout.transducer!r}"
-            raise validation_error("print.gauges", self.print.gauges, "", bound, "set both alike")
+            raise validation_error("print.gauges", self.print.gauges, "", bound, "set both to the same transducer")
         delays = self.readout.delay_ms
         if delays is not None and len(delays) != len(self.tips.springs):
             bound = f"a list of {len(self.tips.springs)} numbers, one for each tip"
             raise validation_error("readout.delay_ms", list(delays), "ms", bound, "write them in the order of the tips")
         if self.process.E_per_K is None:
             raise validation_error(
-                "printer.E_per_K", None, "1/K", "given beside [readout]", "0.003 is usual of a plastic"
+                "printer.E_per_K", None, "1/K", "given beside [readout]", "a plastic usually has 0.003"
             )
 
     def _check_time(self) -> None:
@@ -290,10 +292,12 @@ class Design:
         for name, value in {**given, "reading.at_s": at}.items():
             if value is not None and self.fruit.relaxation is None:
                 raise validation_error(
-                    name, value, "", "left out without fruit.relaxation", "elastic flesh has no time"
+                    name, value, "", "left out without fruit.relaxation", "drop it, or give the relaxation of the flesh"
                 )
             if value is None and self.fruit.relaxation is not None and name in given:
-                raise validation_error(name, None, "", "given beside fruit.relaxation", "say how it is pressed")
+                raise validation_error(
+                    name, None, "", "given beside fruit.relaxation", "give the speed and the hold of the press"
+                )
         if at is not None and not (1.0 - _ROUND_OFF) * self.stop_s <= at <= (1.0 + _ROUND_OFF) * self.release_s:
             bound = f"from {self.stop_s:g} s, when the press stops, to {self.release_s:g} s, when it is released"
             raise validation_error("reading.at_s", at, "s", bound, "hold for longer, or press faster")

@@ -93,7 +93,7 @@ def check_process_name(name: object) -> None:
     text = name if isinstance(name, str) else ""
     if not text.replace("-", "").replace("_", "").isalnum() or not text.isascii() or len(text) > _LONGEST_TEXT:
         bound = f"1 to {_LONGEST_TEXT} letters, digits, - or _"
-        raise validation_error("print.process", name, "", bound, "it names a process in files")
+        raise validation_error("print.process", name, "", bound, "choose a name that can be part of a file name")
 
 
 PROCESSES = Process.from_tables(read_toml(Path(__file__).with_name("processes.toml"), "processes"))

@@ -103,14 +103,14 @@ class Reading:
         "N",
         _FORCE,
         default=0.0,
-        hint="0 where noise_percent says it all",
+        hint="give 0 where noise_percent is the whole noise",
         meaning="noise of each force, one sigma, in addition",
     )
     stiffness_percent: float = quantity(
         "%",
         _PERCENT,
         default=1.0,
-        hint="weighing a unit leaves 1",
+        hint="a unit calibrated by weights has 1",
         meaning="how far calibration leaves each spring unknown, one sigma",
     )
     gain_percent: float = quantity(
@@ -152,13 +152,15 @@ class Reading:
         check_fields(self, "reading")
         if (self.radius_mm is None) != (self.radius_across_mm is None):
             missing = "reading.radius_mm" if self.radius_mm is None else "reading.radius_across_mm"
-            bound = "given with the other principal radius, or both left out"
+            bound = "given with the other principal radius"
             raise validation_error(missing, None, "mm", bound, "give both from and to")
         for key in RANGES:
             span = getattr(self, key)
             if span is not None and not (len(span) == _ENDS and span[0] <= span[1]):
                 name = f"reading.{key}"
-                raise validation_error(name, list(span), "mm", "two numbers, from and to", "list the lesser first")
+                raise validation_error(
+                    name, list(span), "mm", "two numbers, from and to", "list the smaller number first"
+                )
 
     @property
     def least_uncertainty_limit(self) -> float:

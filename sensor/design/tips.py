@@ -40,7 +40,7 @@ class Tips(ShapeKeys):
         "mm",
         _LENGTH_OR_ZERO,
         default=None,
-        hint="spacing^2 / (2 radius) on a sphere",
+        hint="on a sphere it is spacing^2 / (2 radius)",
         meaning=("how much longer the outer tips of a line are; spacing^2 / (2 radius) levels them on a sphere"),
     )
     shape: str = choice(
@@ -55,21 +55,21 @@ class Tips(ShapeKeys):
         "mm",
         LENGTH,
         default=8.0,
-        hint="centre to centre, the paper has 8",
+        hint="measure it from centre to centre; the paper has 8",
         meaning="distance of neighbouring tips, centre to centre; the side of a square",
     )
     offset_mm: float = quantity(
         "mm",
         Bounds(at_least=-1000.0, at_most=1000.0),
         default=0.0,
-        hint="midpoint of the tips from the apex",
+        hint="measure it from the apex to the midpoint of the tips",
         meaning="middle between the tips, from the apex of the fruit, along the tips",
     )
     gap_mm: float = quantity(
         "mm",
         _LENGTH_OR_ZERO,
         default=0.5,
-        hint="tip face above the fruit before the press",
+        hint="measure it from the tip face to the fruit before the press",
         meaning="distance of the tips from the fruit before the press",
     )
     socket: Socket = choice(
@@ -83,7 +83,7 @@ class Tips(ShapeKeys):
         check_fields(self, "tips")
         if self.spacing_mm <= self.side_mm:
             bound = f"greater than tips.side_mm = {self.side_mm:g} mm"
-            raise validation_error("tips.spacing_mm", self.spacing_mm, "mm", bound, "the tips overlap, move them apart")
+            raise validation_error("tips.spacing_mm", self.spacing_mm, "mm", bound, "move the tips apart, they overlap")
         self._check_order()
         tip_shape(self.shape, self.side_mm, self)
 
@@ -95,7 +95,9 @@ class Tips(ShapeKeys):
                 bound = f"given for tips.layout = {self.layout!r}"
                 raise validation_error("tips.order", None, "", bound, f"choose {' or '.join(orders)}")
             if self.order not in orders:
-                raise validation_error("tips.order", self.order, "", f"one of {', '.join(orders)}", "choose another")
+                raise validation_error(
+                    "tips.order", self.order, "", f"one of {', '.join(orders)}", "choose another order"
+                )
             return
         for name, value in (("tips.order", self.order), ("tips.outer_mm", self.outer_mm)):
             if value is not None:
@@ -225,7 +227,7 @@ class Press:
         "s",
         DURATION,
         default=None,
-        hint="a hand holds some 2",
+        hint="a hand holds about 2",
         meaning="how long full travel is held: the seconds in which a reading may be taken",
     )
 
@@ -236,7 +238,7 @@ class Press:
 
 def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
     """Raise InputError when a tip stands beyond the fruit."""
-    hint = "the tips stand beyond the fruit"
+    hint = "move the tips together, or take a larger fruit"
     layout = tips.tip_layout
     free = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)
     along = free / layout.length

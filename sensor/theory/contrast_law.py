@@ -119,11 +119,11 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, fl
     Their sum over the powers of E is zero at the modulus of the fruit. Forces are as in `read_modulus`.
     """
     if len(forces) != len(law.weights):
-        msg = f"{len(forces)} forces: must be {len(law.weights)}, one for each tip; check the sensor's channels"
+        msg = f"{len(forces)} forces must be {len(law.weights)}, one for each tip. Check the sensor's channels."
         raise ReadingError(msg)
     for tip, force in enumerate(forces, start=1):
         if not 0.0 < force < math.inf:
-            msg = f"force of tip {tip} = {force:g} N: must be above 0; the tip is off the fruit, press more level"
+            msg = f"force of tip {tip} = {force:g} N must be above 0. The tip is off the fruit: press more level."
             raise ReadingError(msg)
     weights, C, S = law.arrays
     F = np.array(forces)

@@ -54,7 +54,7 @@ def gauge_strain(thickness: float, length: float, deflection: float, grid: float
     The moment falls linearly from the root to zero at mid-length. Raises ValueError where the grid passes mid-length.
     """
     if not 0.0 < grid <= 0.5 * length:
-        msg = f"grid = {grid:g} mm: must be greater than 0 and at most half the leaf, {0.5 * length:g} mm"
+        msg = f"grid = {grid:g} mm must be greater than 0 and at most half the leaf, {0.5 * length:g} mm"
         raise ValueError(msg)
     return root_strain(thickness, length, deflection) * (1.0 - grid / length)
 

@@ -26,7 +26,7 @@ class Relaxation:
             raise validation_error("fruit.relaxation", self.arms, "", FORM, _HINT)
         total = sum(self.shares)
         if not total < 1.0:
-            bound = "shares that add up to less than 1"
+            bound = "fractions that add up to less than 1"
             raise validation_error("fruit.relaxation", total, "", bound, "some force must remain")
 
     @property

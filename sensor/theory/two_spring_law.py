@@ -80,7 +80,7 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
     K_h = springs.K_h
     if not stiffness_ratio < P < K_h / K_l:
         bound = f"greater than {stiffness_ratio:g} and less than K_h/K_l = {K_h / K_l:g}"
-        msg = f"P = {P:g}: must be {bound}; check the two forces"
+        msg = f"P = {P:g} must be {bound}. Check the two forces."
         raise ValueError(msg)
     return K_h * K_l * (stiffness_ratio - P) / (stiffness_ratio * (P * K_l - K_h))
 
@@ -160,7 +160,7 @@ def size_springs(
     ratio = P_max / stiffness_ratio
     if not (ratio > 1.0 and 0.0 < NL < _NL_LIMIT and 0.0 < K_m_max < math.inf):
         bound = f"P_max > {stiffness_ratio:g}, 0 < NL < 0.5, K_m_max > 0"
-        msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm: must be {bound}; check the targets"
+        msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm must be {bound}. Check the targets."
         raise ValueError(msg)
     r = 4.0 * NL / (1.0 - 2.0 * NL)
     if definition == "largest":
@@ -178,7 +178,7 @@ def size_springs(
 
     least = excess(_STIFFEST) + NL
     if least >= NL:
-        msg = f"NL = {NL:g}: must be above {least:.4g}, which the skin alone makes; ask for a larger one"
+        msg = f"NL = {NL:g} must be above {least:.4g}, which the skin alone makes. Ask for a larger one."
         raise ValueError(msg)
     # The skin's own departure lowers the root; twice the closed one leaves room where it has none.
     log_r = brentq(excess, _STIFFEST, math.log(2.0 * r), xtol=1e-15, rtol=4.0 * sys.float_info.epsilon)

@@ -58,7 +58,9 @@ class Dome(Sphere):
         """Refuse a face that is wider than the sphere."""
         if self.side_mm > 2.0 * self.dome_radius_mm:
             bound = f"at most 2 tips.dome_radius_mm = {2.0 * self.dome_radius_mm:g} mm"
-            raise validation_error("tips.side_mm", self.side_mm, "mm", bound, "the face is wider than its sphere")
+            raise validation_error(
+                "tips.side_mm", self.side_mm, "mm", bound, "take a larger dome radius, or a narrower face"
+            )
 
     @property
     def radius_mm(self) -> float:

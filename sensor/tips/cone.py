@@ -28,7 +28,7 @@ class ConeKeys:
         "mm",
         Bounds(at_least=0.0, at_most=1000.0),
         default=None,
-        hint="radius of the point, 0 for a sharp one",
+        hint="give the radius of the point, 0 for a sharp one",
         meaning="radius of the ball at the point of a cone; left out for a sharp one",
     )
 

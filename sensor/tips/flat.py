@@ -15,7 +15,7 @@ class FlatKeys:
         "mm",
         Bounds(at_least=0.0, at_most=1000.0),
         default=0.0,
-        hint="rounding of the edge of the face",
+        hint="give the radius of the edge of the face",
         meaning="rounding of the edge of the face",
     )
 

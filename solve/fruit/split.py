@@ -121,7 +121,7 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     """
     start = time.perf_counter()
     if not tolerance > 0.0:
-        raise validation_error("tolerance", tolerance, "", "above 0", "0.001 is the default")
+        raise validation_error("tolerance", tolerance, "", "above 0", "the default is 0.001")
     block = fruit.equivalent_block
     footprints = contact_footprints(fruit, tips)
     check_domain(block, footprints)

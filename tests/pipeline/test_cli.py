@@ -171,7 +171,7 @@ def test_console_scripts_and_the_module_are_this_function():
     for words in (("-c", "import sys; from pipeline.cli import main; sys.exit(main())"), ("-m", "pipeline")):
         done = python(*words, "rnu", check=False)
         assert done.returncode == cli.WRONG_INPUT
-        assert done.stderr.startswith("pipeline: rnu: ")
+        assert done.stderr.startswith("pipeline: rnu is an unknown command; ")
 
 
 def test_version_is_that_of_the_package(capsys):

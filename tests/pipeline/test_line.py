@@ -95,7 +95,7 @@ def test_files_to_make_a_line_by_are_refused_before_any_work(tmp_path, capsys, m
     assert main(["design", "--design", FOULY, "--out", str(tmp_path / "made")]) == 2
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
-    assert err.startswith("pipeline: tips.layout = 'line': must be pair or square")
+    assert err.startswith("pipeline: tips.layout = 'line' must be pair or square")
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(InputError) as refused:
         run(load_design(FOULY), RunOptions(out=tmp_path / "made", fabrication=True))

@@ -68,15 +68,15 @@ def test_error_has_field_and_bound(values, field, bound):
 
 def test_message_names_value_unit_bound_hint_and_the_nearest_option():
     """The form that every message has."""
-    assert _refused(size=0.0) == "thing.size = 0 mm: must be greater than 0 and at most 10; take a small one"
+    assert _refused(size=0.0) == "thing.size = 0 mm must be greater than 0 and at most 10. Take a small one."
     assert _refused(kind="oval") == (
-        "thing.kind = 'oval': must be one of round, square; choose one of these, did you mean round?"
+        "thing.kind = 'oval' must be one of round, square. Choose one of these. Did you mean round?"
     )
 
 
 def test_value_just_beyond_a_bound_does_not_read_as_the_bound():
     beyond = math.nextafter(10.0, 11.0)
-    assert f"thing.size = {beyond!r} mm: must be" in _refused(size=beyond)
+    assert f"thing.size = {beyond!r} mm must be" in _refused(size=beyond)
 
 
 def test_endless_value_is_cut_in_a_message():

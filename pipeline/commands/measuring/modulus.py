@@ -106,7 +106,7 @@ def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
         support = "plate"
         assumed.append("no --body and no --plunger: a plate above and a plate below are assumed")
     if support is None:
-        raise validation_error("--support", None, "", f"one of {', '.join(PLATES)}", "say what is under the body")
+        raise validation_error("--support", None, "", f"one of {', '.join(PLATES)}", "choose what is under the body")
     area = arguments.plate_area
     if area is None:
         area = body.end_area_mm2 or PAPER_PLATE_MM2
@@ -138,7 +138,7 @@ def _body(arguments: Namespace, assumed: list[str]) -> "CompressedBody":
     kind = arguments.body
     if kind is None:
         if arguments.radius is None:
-            raise validation_error("--body", None, "", f"one of {', '.join(BODIES)}", "say what is pressed")
+            raise validation_error("--body", None, "", f"one of {', '.join(BODIES)}", "choose what is pressed")
         kind = "ball" if arguments.height is None else "ellipsoid"
     of_a_ball = {"ball": {"height_mm": 2.0, "radius_across_mm": 1.0}, "ellipsoid": {"radius_across_mm": 1.0}}
     in_radii = of_a_ball.get(kind, {})
@@ -166,7 +166,11 @@ def _plunger(arguments: Namespace) -> "Plunger | None":
     if end is None or radius is None:
         missing = "--plunger" if end is None else "--plunger-radius"
         raise validation_error(
-            missing, None, "", "given beside the other one of both", "say end and radius of a plunger"
+            missing,
+            None,
+            "",
+            "given together with the other flag of the plunger",
+            "give --plunger and --plunger-radius, or neither",
         )
     return Plunger(radius_mm=radius, ball=end == "ball")
 

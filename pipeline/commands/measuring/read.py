@@ -53,7 +53,9 @@ def execute(arguments: Namespace) -> int:
         first, second = list(sources)[:2]
         raise validation_error(first, sources[first], "", f"left out beside {second}", "read one of the two")
     if arguments.tare is not None and arguments.counts is None:
-        raise validation_error("--tare", arguments.tare, "", "left out without --counts", "a file has its own tare")
+        raise validation_error(
+            "--tare", arguments.tare, "", "left out without --counts", "leave it out: a file has its own tare"
+        )
     sensor = _sensor(arguments)
     without_time = ("forces", "counts", "each", "c_header", "micropython")
     asked = [name for name in without_time if getattr(arguments, name)]
@@ -111,7 +113,9 @@ def _told_radii(text: str, sensor: "MeasuringUnit") -> tuple[float, float]:
     """Return the principal radii [mm] of `--radius`; raises InputError."""
     if sensor.domes is None:
         bound = "left out but for domes in a line or a square"
-        raise validation_error("--radius", text, "mm", bound, "other tips read alike whatever the radius")
+        raise validation_error(
+            "--radius", text, "mm", bound, "leave it out: the radius does not change what other tips read"
+        )
     radii = [number for number in map(written_number, text.split(",")) if number is not None]
     in_range = all(LEAST_RADIUS_MM <= number <= LARGEST_RADIUS_MM for number in radii)
     if len(radii) not in (1, 2) or len(radii) != text.count(",") + 1 or not in_range:

@@ -68,7 +68,7 @@ def measured_print(source: Path | str, report: Report) -> MeasuredTable:
     objects = [cell.lower() for cell in rows[0].cells if cell.lower() in _EXAMPLES]
     if len(objects) != 1:
         header = form.delimiter.join(rows[0].cells)
-        bound = "a header with one column tip or coupon"
+        bound = "a header with one column that is named tip or coupon"
         raise validation_error(place_of(form.source, 1), header, "", bound, f"for instance {_EXAMPLES['tip']}")
     measured = objects[0]
     columns = _WEIGHED
@@ -146,7 +146,7 @@ def _on_plate(
     """Return a unit whose channels tell deflections, by a press on a plate; raises InputError as `pressed_springs`."""
     if channels is None:
         columns = ", ".join(count_keys(len(unit.tips)))
-        bound = "with the counts of each channel where --plate is given"
+        bound = "a table with the counts of each channel where --plate is given"
         raise validation_error(table.source, "weights alone", "", bound, f"add the columns {columns}")
     springs, left_percent = pressed_springs(plate, channels, weighed, report)
     return replace(
@@ -173,7 +173,7 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     """
     if report.housing is None:
         hint = "run pipeline design with springs that print"
-        raise validation_error("coupon", None, "", "that of a design with a housing", hint)
+        raise validation_error("coupon", None, "", "a coupon of a design with a housing", hint)
     every = report.housing.arms
     arms = [arm for arm in every if arm.name in table.texts["coupon"]] or list(every)
     springs = weighed_springs(table, "coupon", [arm.name for arm in arms])

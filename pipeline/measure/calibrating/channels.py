@@ -82,7 +82,7 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
         gain_percent.append(float(np.hypot(own.percent, 0.5 * hysteresis[-1] / np.sqrt(3.0))))
     relative = slopes / np.diag(slopes)[:, None]
     if not np.linalg.cond(relative) < _WORST_CONDITION:
-        bound = "channels each of which shows mostly its own tip"
+        bound = "a table in which each channel responds most to its own tip"
         raise validation_error(table.source, float(np.linalg.cond(relative)), "", bound, "check order and wires")
     others = np.abs(relative - np.eye(len(names))).max(axis=1)
     return ChannelCalibration(

@@ -69,7 +69,7 @@ def measured_fruit(source: Path | str, tips: int) -> MeasuredTable:
     (name,) = measured
     for line, value in zip(table.lines, table.numbers[name].tolist(), strict=True):
         if not value > 0.0:
-            raise validation_error(place_of(table.source, line, name), value, "", "greater than 0", "mend that line")
+            raise validation_error(place_of(table.source, line, name), value, "", "greater than 0", "correct that line")
     return table
 
 

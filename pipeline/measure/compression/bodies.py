@@ -242,7 +242,13 @@ def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[Compress
         return plate, plate
     if plunger.radius_mm > _WIDEST * radius:
         bound = f"at most {_WIDEST:g} of the radius of the body, {radius:g} mm"
-        raise validation_error("plunger.radius_mm", plunger.radius_mm, "mm", bound, "say a plate where it is wider")
+        raise validation_error(
+            "plunger.radius_mm",
+            plunger.radius_mm,
+            "mm",
+            bound,
+            "leave the plunger out where it is wider: it is a plate",
+        )
     height = 2.0 * section.half_height
     deepest = min(_DEEPEST * height, plunger.deepest)
     press = CompressionPress(

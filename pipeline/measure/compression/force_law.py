@@ -37,11 +37,11 @@ class TestGeometry:
     plunger: Plunger | None = None
     plates: int = 2
     poisson: float = quantity(
-        "", Bounds(at_least=0.0, at_most=LARGEST_POISSON), hint="0.3 to 0.49 is flesh", default=0.3
+        "", Bounds(at_least=0.0, at_most=LARGEST_POISSON), hint="flesh has 0.3 to 0.49", default=0.3
     )
-    poisson_error: float = quantity("", Bounds(at_least=0.0, at_most=0.2), hint="0.05 is usual", default=0.05)
+    poisson_error: float = quantity("", Bounds(at_least=0.0, at_most=0.2), hint="a usual value is 0.05", default=0.05)
     plate_area_mm2: float = quantity("mm^2", Bounds(above=0.0, at_most=1e6), hint="measure the plate", default=900.0)
-    strains_percent: tuple[float, ...] = quantity("%", _STRAINS, hint="for instance 5", default=(5.0, 2.0, 10.0))
+    strains_percent: tuple[float, ...] = quantity("%", _STRAINS, hint="write for instance 5", default=(5.0, 2.0, 10.0))
 
     def __post_init__(self) -> None:
         """Refuse numbers that no test has, and a combination that is not solved."""

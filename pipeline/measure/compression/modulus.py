@@ -90,7 +90,7 @@ def measured_modulus(
     chosen = choose_range(curve, law)
     if chosen is None:
         hint = "check that it is a whole loading, from before the touch on"
-        raise validation_error(str(specimen), "curve", "", "one that the force of a fruit can be fitted to", hint)
+        raise validation_error(str(specimen), "curve", "", "a loading that the law of a fruit fits", hint)
     E = chosen.modulus.value
     if not PLAUSIBLE.hold(E):
         hint = "check the units of force and travel, and the radius"

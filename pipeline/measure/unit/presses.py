@@ -113,7 +113,7 @@ def forces_of_counts(sensor: MeasuringUnit, counts: Sequence[float], tare: Seque
 
 def _refuse_uncalibrated(sensor: MeasuringUnit, name: str) -> None:
     if not sensor.unit.newtons_per_count:
-        bound = "forces, for the counts of this unit were not calibrated"
+        bound = "a record of forces: the counts of this unit are not calibrated"
         raise validation_error(name, "counts", "", bound, "calibrate weights with counts, and give --unit")
 
 

@@ -28,7 +28,7 @@ def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
         name, colon, limit = part.strip().partition(":")
         number = written_number(limit) if colon else math.inf
         if not name or not name.isprintable() or number is None or number <= limits[-1]:
-            bound = "names, each but the last with a limit in MPa, which rise"
+            bound = "a list of names, each but the last with a limit in MPa; the limits must rise"
             raise validation_error(flag, text, "", bound, _HINT)
         names.append(name)
         limits.append(number)

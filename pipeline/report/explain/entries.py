@@ -77,7 +77,7 @@ def entry_of(name: str) -> Entry:
             name=name, meaning=_sentence(key), formula="", source=source, is_verdict=False, key=name, unit=key.unit
         )
     near = difflib.get_close_matches(name.lower(), known, n=1)
-    hint = f"did you mean {known[near[0]]}? " if near else ""
+    hint = f"Did you mean {known[near[0]]}? " if near else ""
     bound = "a verdict, a symbol or a key of report.json"
-    msg = f"NAME = {name!r}: must be {bound}; {hint}`pipeline explain` lists them all"
+    msg = f"NAME = {name!r} must be {bound}. {hint}`pipeline explain` lists them all."
     raise InputError(msg, field="NAME", value=name, bound=bound)

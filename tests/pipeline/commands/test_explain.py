@@ -31,7 +31,7 @@ def test_one_name_has_meaning_formula_source_and_number(capsys):
 def test_unknown_name_is_wrong_input(capsys):
     assert main(["explain", "NLL"]) == 2
     error = capsys.readouterr().err
-    assert error.startswith("pipeline: NAME = 'NLL': ")
+    assert error.startswith("pipeline: NAME = 'NLL' must be ")
     assert " NL?" in error
 
 
@@ -47,9 +47,9 @@ def test_key_of_a_report_has_unit_and_meaning_and_its_value_in_a_folder(stand_in
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--out", "paper"], "--out = 'paper': must be left out without a NAME; "),
-        (["foo"], "NAME = 'foo': must be "),
-        ([""], "NAME = '': must be "),
+        (["--out", "paper"], "--out = 'paper' must be left out without a NAME. "),
+        (["foo"], "NAME = 'foo' must be "),
+        ([""], "NAME = '' must be "),
     ],
 )
 def test_words_that_would_be_dropped_or_are_near_nothing_are_wrong_input(words, said, capsys):

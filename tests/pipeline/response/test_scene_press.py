@@ -36,7 +36,7 @@ NEAR_A_SIDE = r"^gap from tip to side face = 1 mm: must be at least 1.5 sides"
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"press": Press(tilt_deg=25.0)}, r"^press.tilt_deg = 25 deg: must be such that no tip meets"),
+        ({"press": Press(tilt_deg=25.0)}, r"^press.tilt_deg = 25 deg must be such that no tip meets"),
         ({"press": TILTED, "tips": Tips(offset_mm=4.5)}, NEAR_A_SIDE),
     ],
 )

@@ -30,7 +30,7 @@ def planted(study):
             settings=point.settings,
             status="refused" if refused else "done",
             values={} if refused else {"springs.K_l_N_per_m": 1e3 / P_max, "springs.K_h_N_per_m": 7.0},
-            error=f"targets.P_max = {P_max:g}: must be another" if refused else None,
+            error=f"targets.P_max = {P_max:g} must be another" if refused else None,
             seconds=0.0,
         )
 

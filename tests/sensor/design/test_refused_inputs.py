@@ -148,7 +148,7 @@ def test_bad_setting_is_one_line_that_names_the_field(settings, field):
 def test_the_nearest_name_is_suggested(tables, suggestion):
     with pytest.raises(InputError) as error:
         design_from_mapping(tables)
-    assert str(error.value).endswith(f"did you mean {suggestion}?")
+    assert str(error.value).endswith(f"Did you mean {suggestion}?")
 
 
 def test_tips_may_reach_the_edge_of_the_fruit():
