@@ -53,7 +53,7 @@ def _shape_table(element: type[Element], shape: tuple[int, ...], content: bytes)
 
 
 def cell_points(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
-    """Return where points of the unit cell, (dim, q) or (dim, e, q), lie in e cells [mm], shape (dim, e, q)."""
+    """Return the positions in e cells [mm] of points of the unit cell, (dim, q) or (dim, e, q), shape (dim, e, q)."""
     values = shape_table(mesh.elem(), points).values
     nodes = _nodes(mesh, cells)
     if points.ndim > _SHARED:

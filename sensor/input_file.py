@@ -16,7 +16,7 @@ _DEEP_KEY = re.compile(rf"(?<![^\s\[{{,])(?:{_NAME}\.[ \t]*){{{MOST_LEVELS}}}")
 
 
 def read_bytes(path: Path | str, name: str) -> bytes:
-    """Return what a file holds; raises InputError, which calls it by a name, for a pipe, a device or a huge file."""
+    """Return the bytes of a file; raises InputError, which calls it by a name, for a pipe, a device or a huge file."""
     content = b""
     try:
         # A pipe would be waited for, and a device may have no end.

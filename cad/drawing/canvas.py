@@ -81,7 +81,7 @@ class Box(NamedTuple):
 
 
 def text_width(text: str, height: float) -> float:
-    """Return how long a line of text of a height is [mm]."""
+    """Return the width of a line of text of a height [mm]."""
     return LETTER * height * len(text)
 
 
@@ -111,7 +111,7 @@ class Canvas:
         return paper
 
     def count(self) -> int:
-        """Return how many entities are drawn."""
+        """Return the number of entities."""
         return len(self.space)
 
     def extents(self, after: int = 0) -> Box:
@@ -120,7 +120,7 @@ class Canvas:
         return Box(corners.extmin.x, corners.extmin.y, corners.extmax.x, corners.extmax.y)
 
     def label_width(self, label: str, length: float) -> float:
-        """Return how long the text of a dimension that measures a length is [mm]."""
+        """Return the width of the text of a dimension that measures a length [mm]."""
         number = written(length, self._decimals(label, length))
         return text_width(label.replace(MEASURED, number), self.text_height)
 
@@ -351,7 +351,7 @@ class _Renderer(DimensionRenderer):
     """What draws dimensions."""
 
     def radius(self, dimension: Dimension, ucs: UCS | None = None, override: DimStyleOverride | None = None) -> _Radius:
-        """Return what draws a radius."""
+        """Return the entities of a radius."""
         return _Radius(dimension, ucs, override)
 
 

@@ -44,7 +44,7 @@ class MeasuredDimension:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Return its rows of the table as texts, one for each of HEADS."""
+        """Return the dimension's rows of the table as texts, one for each of HEADS."""
         letters = [self.letter]
         if len(self.places) > 1:
             letters = [f"{self.letter}{number}" for number in range(1, len(self.places) + 1)]

@@ -12,7 +12,7 @@ _WIDE = 4e3  # [mm] of the cutting plane, far beyond any part
 
 
 def section(shape: cq.Shape) -> cq.Shape:
-    """Return what the plane y = 0 cuts of a solid [mm], laid into the plane z = 0."""
+    """Return the section of a solid by the plane y = 0 [mm], laid into the plane z = 0."""
     plane = cq.Face.makePlane(_WIDE, _WIDE, cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0))
     return plane.intersect(shape).rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0), -90.0)
 

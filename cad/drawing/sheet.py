@@ -70,7 +70,7 @@ class Table(NamedTuple):
 
     @property
     def height(self) -> float:
-        """Return how high it is on paper [mm]."""
+        """Return the height on paper [mm]."""
         return _ROW_MM * (1 + len(self.rows))
 
 

@@ -152,7 +152,7 @@ class SignalPath:
 
     @property
     def errors_N(self) -> tuple[float, ...]:
-        """Return what a force of each tip may be off by without a touch [N]: noise and drift of zero together."""
+        """Return the error of the force of each tip without a touch [N]: noise and drift of zero together."""
         return tuple(math.hypot(noise, zero) for noise, zero in zip(self.noises_N, self.zero_drift_N, strict=True))
 
 

@@ -92,7 +92,7 @@ def volume_of(shape: cq.Shape) -> float:
 
 
 def step_tolerance(shape: cq.Shape) -> float:
-    """Return what the volume of a shape may be off that is read back from STEP [mm^3]."""
+    """Return the tolerance of the volume of a shape that is read back from STEP [mm^3]."""
     return volume_of(shape) * (2.0 * _INTEGRAL_TOLERANCE if _is_turned(shape) else _STEP_TOLERANCE)
 
 
@@ -112,7 +112,7 @@ def export_stl(shape: cq.Shape, path: Path) -> trimesh.Trimesh:
 
 
 def solid_tolerance(shape: cq.Shape) -> float:
-    """Return what the volume of triangles may be off [mm^3]: a chord's height over the area of the round faces."""
+    """Return the tolerance of the volume of triangles [mm^3]: a chord's height over the area of the round faces."""
     curved = sum(face.Area() for face in shape.Faces() if face.geomType() != "PLANE")
     return CHORD_MM * float(curved) + _SINGLE_PRECISION * float(shape.Volume())
 

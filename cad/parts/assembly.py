@@ -127,7 +127,7 @@ def cover_pair(sensor: SensorSolids) -> dict[str, cq.Shape]:
 
 
 def grip(sensor: SensorSolids) -> float:
-    """Return what the screws must span [mm]: the plate or both plates, and the covers."""
+    """Return the grip of the screws [mm]: the plate or both plates, and the covers."""
     housing = sensor.housing
     return housing.stack + (2.0 * COVER_MM if housing.mount == "covers" else 0.0)
 

@@ -21,7 +21,7 @@ class HallPlaces:
 
 
 def hall_places(housing: Housing, press: Press) -> HallPlaces:
-    """Return where the magnets of a shuttle lie, midway between its leaves, and their sensor in the cover."""
+    """Return the positions of the magnets of a shuttle, midway between its leaves, and their sensor in the cover."""
     middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
     return HallPlaces(
         upper_disc=middle - 0.5 * _DISCS_APART_MM,

@@ -19,12 +19,12 @@ FOOT_SPREAD = 0.08
 
 
 def tip_accuracy_mm(tips: Tips, process: Process) -> float:
-    """Return how far a tip may be off in side, edge and height [mm], two sigma: by its process, or as a ground pin."""
+    """Return the tolerance of a tip in side, edge and height [mm], two sigma: by its process, or as a ground pin."""
     return GROUND_MM if tips.socket == "pin" else process.accuracy_mm
 
 
 def pin_compliance(housing: Housing, E: float, poisson: float) -> Estimate:
-    """Return how far a pin moves against the foot it is glued in [mm/N, E in MPa]; 0 for a printed tip.
+    """Return the compliance of a pin against the foot it is glued in [mm/N, E in MPa]; 0 for a printed tip.
 
     The steel that stands out is a bar in compression, the glue a layer in shear on three sides of the pin. What the
     foot gives differs little from what its whole face would, which is in the solve of the springs; a ball at the end

@@ -119,7 +119,7 @@ class Readings:
 
 
 def analyse_readings(sensor: Sensor) -> Readings | None:
-    """Return how good the readings of a sensor are, None where its design does not ask.
+    """Return the quality of a sensor's readings, None where its design does not ask.
 
     Raises InputError where a pose is outside the domain of contact, SolveError when a solve is not exact.
     """
@@ -382,7 +382,7 @@ def skin_pressures(sensor: Sensor) -> tuple[SkinPressure, ...]:
 
 
 def reading_constants(sensor: Sensor, press: ScenePress, readings: Readings | None) -> ReadingConstants:
-    """Return what a finished sensor is read by; raises SolveError when a solve is not exact."""
+    """Return the reading constants of a finished sensor; raises SolveError when a solve is not exact."""
     contact = sensor.contact
     error = max(contact.error_own, contact.error_pair)
     full_scale = press.at_largest_E.F[-1, -1]

@@ -72,7 +72,7 @@ class Sensor:
 
     @cached_property
     def height_offsets(self) -> tuple[float, ...]:
-        """Return how far each tip stands before the foremost one by its weight [mm], none where all are level."""
+        """Return the height offset of each tip from the foremost one by its weight [mm], none where all are level."""
         return tip_height_offsets(self.springs, self.design.press.attitude)
 
     @cached_property
@@ -82,7 +82,7 @@ class Sensor:
 
     @cached_property
     def signal(self) -> SignalPath | None:
-        """Return what becomes of the forces on the way to counts; None where the design names no read-out."""
+        """Return the signal path from forces to counts; None where the design names no read-out."""
         readout = self.design.readout
         if readout is None:
             return None

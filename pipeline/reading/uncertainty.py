@@ -59,7 +59,7 @@ class Channels:
 
     @property
     def errors(self) -> Floats:
-        """Return how far each force may be off without a touch [N], one standard deviation."""
+        """Return the standard uncertainty of each force without a touch [N]."""
         return self.noises if self.signal is None else np.array(self.signal.errors_N)
 
     @property

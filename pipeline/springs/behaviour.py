@@ -85,7 +85,7 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | N
 
 
 def stiffening(flexure: Flexure, deflection: float) -> float:
-    """Return by how much a spring is stiffer at a deflection [mm] than at first touch [1], at most that at half L."""
+    """Return the stiffening of a spring from first touch to a deflection [mm] [1], at most that at half L."""
     return large_deflection_stiffening(flexure.length, min(deflection, LONGEST_SHARE * flexure.length))
 
 

@@ -41,7 +41,7 @@ class SpringSizing:
     basis: Literal["contact", "hayes"]
 
     def deflections(self, travels: tuple[float, ...]) -> tuple[float, ...]:
-        """Return how far each spring gives on the stiffest fruit [mm] at the full travel [mm] of its tip."""
+        """Return the deflection of each spring on the stiffest fruit [mm] at the full travel [mm] of its tip."""
         travel_l, travel_h = travels
         K_m = self.K_m_at_largest_E
         return (

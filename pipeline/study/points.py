@@ -26,7 +26,7 @@ class Point:
 
 
 def point_count(study: Study) -> int:
-    """Return how many points a study has."""
+    """Return the number of points of a study."""
     match study.how:
         case "points":
             return len(study.rows)

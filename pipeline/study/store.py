@@ -61,7 +61,7 @@ class StudyStore:
         return {number for (number,) in self._connection.execute(query, (start, stop))}
 
     def counts(self) -> dict[str, int]:
-        """Return how many points are done, refused and failed."""
+        """Return the numbers of points that are done, refused and failed."""
         counts = dict(self._connection.execute("SELECT status, COUNT(*) FROM points GROUP BY status").fetchall())
         return {status: counts.get(status, 0) for status in ("done", "refused", "failed")}
 
@@ -189,7 +189,7 @@ def _opened(path: Path) -> Iterator[StudyStore]:
 
 
 def study_facts(study: Study) -> Plain:
-    """Return what decides the results of a study: all of it but its name."""
+    """Return the facts that decide the results of a study: all of it but its name."""
     facts: Plain = to_plain(study)
     del facts["name"]
     packages = {name: version(name) for name in _PACKAGES}

@@ -145,7 +145,7 @@ def setting_of_cell(key: str, cell: str) -> Setting:
 
 
 def variation(key: str, given: object) -> Variation:
-    """Return how a key varies as a study file says; raises InputError that names the key.
+    """Return the variation of a key in a study file; raises InputError that names the key.
 
     A list is taken as it is; a table has `from` and `to` with `steps` or `log`, or `mean` and `sd`. A distribution, of
     `mean` and `sd` or `distribution = "uniform"`, names its `source`.

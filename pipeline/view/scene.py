@@ -73,7 +73,7 @@ class FieldScene:
 
     @property
     def factor(self) -> float:
-        """Return by how much displacements are drawn larger [1]."""
+        """Return the scale factor of drawn displacements [1]."""
         return deformation_factor(self.largest_displacement_mm, float(self.mesh.length)) if self.enlarged else 1.0
 
     @property

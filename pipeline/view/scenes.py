@@ -45,7 +45,7 @@ _APART_DIRECTION = Vector(1.0, -0.9, 0.75)
 
 
 def read_mesh(path: Path) -> Mesh:
-    """Return what a file holds; raises InputError when it holds nothing."""
+    """Return the mesh of a file; raises InputError when it holds no cell."""
     data = pv.read(path)
     if not getattr(data, "n_cells", 0):
         bound = "a mesh with at least one cell"

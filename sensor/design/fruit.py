@@ -306,7 +306,7 @@ class Fruit:
 
     @property
     def depth_mm(self) -> float:
-        """Return what lies under the apex: the height of a block, the thickness of a curved fruit [mm]."""
+        """Return the depth of flesh under the apex: the height of a block, the thickness of a curved fruit [mm]."""
         return self.height_mm if self.thickness_mm is None else self.thickness_mm
 
     @property
@@ -331,7 +331,7 @@ class Fruit:
         )
 
     def fall_mm(self, x: float, y: float) -> float:
-        """Return how far the top of an ellipsoid lies below its apex at a place [mm]; infinity beyond the fruit."""
+        """Return the depth of an ellipsoid's top below its apex at a position [mm]; infinity beyond the fruit."""
         if self.radius_mm is None:
             return 0.0
         x, y = self.to_principal(x, y)

@@ -213,7 +213,7 @@ class Design:
 
     @property
     def process(self) -> Process:
-        """Return how the housing is made: a known process or the design's own, with the modulus of its coupon."""
+        """Return the process of the housing: a known process or the design's own, with the modulus of its coupon."""
         process = self.printer or PROCESSES[self.print.process]
         return process if self.print.E_MPa is None else dataclasses.replace(process, E_MPa=self.print.E_MPa)
 
@@ -353,7 +353,7 @@ class Design:
 
     @property
     def full_travels_mm(self) -> tuple[float, float]:
-        """Return how far the farthest low and high tip travel at full press [mm]; negative for one that stays off.
+        """Return the largest travel of a low and of a high tip at full press [mm]; negative for one that stays off.
 
         With a reading travel counts from the first touch in its pose, and the tilt may change towards any tip.
         """

@@ -66,7 +66,7 @@ class _Leaf:
         return STRAIN_FACTOR * gain * root_strain(self.thickness, length, self.deflection)
 
     def faults(self, length: float, margin: float) -> list[str]:
-        """Return what stands against a length [mm] that may yet be off by the relative margin."""
+        """Return the objections to a length [mm] that may yet be off by the relative margin."""
         process = self.process
         strain = self.strain(length / (1.0 + margin))
         faults = []

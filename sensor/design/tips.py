@@ -106,7 +106,7 @@ class Tips(ShapeKeys):
 
     @property
     def tip_layout(self) -> Layout:
-        """Return where the tips stand and what carries them."""
+        """Return the layout: positions of the tips and the plates that carry them."""
         return LAYOUTS[self.layout]
 
     @cached_property
@@ -153,7 +153,7 @@ class Tips(ShapeKeys):
 
     @cached_property
     def height_offset_mm(self) -> tuple[float, ...]:
-        """Return how far each tip stands before the foremost ones by design [mm], at most 0."""
+        """Return the height offset of each tip from the foremost ones by design [mm], at most 0."""
         outer = self.outer_mm or 0.0
         inner = -outer if self.tip_layout.outer else 0.0
         return tuple(0.0 if index in self.tip_layout.outer else inner for index in range(len(self.springs)))

@@ -153,7 +153,7 @@ def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], .
 
 
 def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
-    """Return how the reading E [MPa] of forces [N], each above 0, moves with what it is read from."""
+    """Return the slopes of the reading E [MPa] over its inputs, at forces [N], each above 0."""
     _, dome, body = contrast_terms(law, forces)
     softer = E ** (-2.0 / 3.0)
     falling = dome * softer / 1.5 + body / E  # -E dg/dE [mm]
@@ -173,7 +173,7 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
 
 
 def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:
-    """Return how far the housing has lowered each tip [mm] where a fruit of modulus E [MPa] answers with forces [N]."""
+    """Return the travel of each tip [mm] where a fruit of modulus E [MPa] answers with forces [N]."""
     F = np.array(forces)
     flattened = law.hertz * (F / E) ** (2.0 / 3.0)
     lowered = (np.array(law.C) + np.array(law.S) / E) @ F + flattened + law.gaps

@@ -381,7 +381,7 @@ class RisingPress:
 
 
 def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
-    """Return what sums over a press tell, with `noises` (tips,) [N] of the forces; raises RiseError."""
+    """Return the reading of the sums over a press, with `noises` (tips,) [N] of the forces; raises RiseError."""
     E, offset, contrast = _solved(law, sums)
     rise = _Rise(contrast, sums, E, len(noises))
     by_noise = float(np.linalg.norm(rise.noise_per_force() * noises))

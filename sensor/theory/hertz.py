@@ -37,7 +37,7 @@ def mean_relative_radius(dome_radius: float, along: float, across: float) -> flo
 
 
 def approach(force: float, E: float, poisson: float, radius: float) -> float:
-    """Return how far a body of a relative radius [mm] is pressed in by a force [mm from N, MPa, mm]; 0 for none."""
+    """Return the approach of a body of a relative radius [mm] under a force [mm from N, MPa, mm]; 0 for none."""
     return hertz_factor(radius, poisson) * math.pow(max(force, 0.0) / E, 2.0 / 3.0)
 
 

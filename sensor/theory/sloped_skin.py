@@ -40,7 +40,7 @@ def log_coefficient(poisson: float, slope: float) -> float:
 
 @functools.lru_cache(maxsize=32)
 def frictionless_press(poisson: float, slope: float) -> float:
-    """Return how much stiffer the fruit is to a guided tip that slides on a slope [1] than to a vertical load [1].
+    """Return the fruit's stiffness to a guided tip that slides on a slope [1], over that to a vertical load [1].
 
     A tip without friction presses along the normal: going down by d it presses by d cos(slope) along the normal, and of
     its force the share cos(slope) is vertical, the rest is borne by the guide. Negative: -sin^2 as a rule.

@@ -57,7 +57,7 @@ def series_stiffness(K: float, K_m: float) -> float:
 
 
 def spring_give(K: float, K_m: float, travel: float) -> float:
-    """Return how far a spring gives when it is pressed on the fruit by a travel [unit of the travel]."""
+    """Return the deflection of a spring that is pressed on the fruit by a travel [unit of the travel]."""
     return travel * series_stiffness(K, K_m) / K
 
 

@@ -62,13 +62,13 @@ class Layout:
 
     @property
     def length(self) -> float:
-        """Return how far the outermost tips are apart along x [spacings]."""
+        """Return the distance of the outermost tips along x [spacings]."""
         along = [position.x for position in self.positions]
         return max(along) - min(along)
 
     @property
     def width(self) -> float:
-        """Return how far the outermost tips are apart along y [spacings]."""
+        """Return the distance of the outermost tips along y [spacings]."""
         across = [position.y for position in self.positions]
         return max(across) - min(across)
 

@@ -92,7 +92,7 @@ class TipShape(ABC):
 
     @property
     def height_mm(self) -> float:
-        """Return how far the rim of the tip lies above its lowest point [mm]."""
+        """Return the height of the rim of the tip above its lowest point [mm]."""
         return self.meridian[-1].end.z
 
     @property

@@ -14,7 +14,10 @@ _EQUAL = 1e-7  # relative difference of stretches under which a quotient of diff
 
 
 def principal_stretches(F: Floats) -> Floats:
-    """Return those in the plane, the larger one first, and the hoop, shape (3, ...) [1]; negative when turned over."""
+    """Return the stretches in the plane, the larger one first, and the hoop stretch, shape (3, ...) [1].
+
+    They are negative where an element is turned over.
+    """
     rr, rz, zr, zz, hoop = F
     mean = np.hypot(0.5 * (rr + zz), 0.5 * (zr - rz))
     difference = np.hypot(0.5 * (rr - zz), 0.5 * (zr + rz))

@@ -76,7 +76,7 @@ class Scene:
 
     @property
     def height_offsets_mm(self) -> tuple[float, ...]:
-        """Return how far each tip stands before the level plane of the sensor, by design and by its spring [mm]."""
+        """Return the height offset of each tip from the level plane of the sensor, by design and by its spring [mm]."""
         springs = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
         return tuple(built + spring for built, spring in zip(self.tips.height_offset_mm, springs, strict=True))
 
@@ -116,7 +116,7 @@ class Scene:
         return fruit_slope(self.fruit, *point) if self.curved else (0.0, 0.0)
 
     def fruit_gap(self, x: Floats, y: Floats) -> Floats:
-        """Return how far the fruit falls away from the plane at its apex [mm]; infinity beyond it."""
+        """Return the gap from the fruit to the plane at its apex [mm]; infinity beyond the fruit."""
         return fruit_gap(self.fruit, x, y) if self.curved else np.zeros_like(x)
 
     def gap_under(self, centre: Point, x: Floats, y: Floats) -> Floats:

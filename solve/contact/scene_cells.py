@@ -57,7 +57,7 @@ class SceneCells:
     is_half: bool
 
     def interference(self, scene: Scene, x: float) -> Floats:
-        """Return how far the undeformed tips would enter the fruit [mm] at travel x [mm]; -inf without a face."""
+        """Return the interference of the undeformed tips with the fruit [mm] at travel x [mm]; -inf without a face."""
         if scene.from_touch:
             x -= float(self._entered(scene, scene.turn_at_touch, 0.0).max())
         return self._entered(scene, scene.turn, x)

@@ -100,7 +100,7 @@ def curved_compliance(
 def shape_change(
     fruit: Fruit, footprints: Sequence[Footprint], steps: BodySteps = STEPS, along_normals: bool = False
 ) -> ShapeChange:
-    """Return what a curved fruit adds to the compliance [1/mm] of its equivalent block under some footprints.
+    """Return the addition of a curved fruit to the compliance [1/mm] of its equivalent block under some footprints.
 
     Raises SolveError when a solve is not exact.
     """

@@ -105,7 +105,7 @@ class CurvedShape:
         return Plan(sine * self.semi_axes[0], sine * self.semi_axes[1])
 
     def slope(self, x: float, y: float) -> float:
-        """Return how steeply the skin falls at a point of the plan [1]; infinite from its rim on."""
+        """Return the slope of the skin at a point of the plan [1]; infinite from its rim on."""
         return math.hypot(*fruit_slope(self.fruit, x, y))
 
     def normal(self, x: float, y: float) -> tuple[float, float, float]:
@@ -122,7 +122,7 @@ class CurvedShape:
         return float(mean)
 
     def bent(self, points: Floats) -> Floats:
-        """Return where points (3, n) [mm] of the block lie on the fruit."""
+        """Return the positions on the fruit of points (3, n) [mm] of the block."""
         if self.fruit.whole:
             return self._bent_whole(points)
         x, y, z = points

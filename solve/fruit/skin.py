@@ -115,7 +115,7 @@ def skin_compliance(
 
 
 def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per_side: int) -> Floats:
-    """Return what layers of one thickness change under level footprints of a half-space [1/mm], (layers, tips, tips).
+    """Return the change of compliance by layers under level footprints of a half-space [1/mm], (layers, tips, tips).
 
     Raises SolveError on a large residual.
     """
@@ -137,7 +137,7 @@ def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per
 
 
 def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Floats:
-    """Return what layers change under smooth loads on a half-space [1/mm], (layers, loads, loads)."""
+    """Return the change of compliance by layers under smooth loads on a half-space [1/mm], (layers, loads, loads)."""
     bare = Layer(layers[0].thickness, 1.0, layers[0].poisson_below, layers[0].poisson_below)
     S = np.empty((len(layers) + 1, len(loads), len(loads)))
     for number, layer in enumerate((*layers, bare)):
@@ -157,9 +157,10 @@ def body_change(
     solves: int,
     along_normals: bool,
 ) -> tuple[Floats, int]:
-    """Return what the skin changes under smooth loads on one mesh [1/mm], (layers, loads, loads), and its dofs.
+    """Return the change of compliance by the skin under smooth loads on one mesh [1/mm], and its dofs.
 
-    `solves` moduli of the skin span all. Raises SolveError when a solve is not exact.
+    The change is (layers, loads, loads); `solves` moduli of the skin span all. Raises SolveError when a solve is
+    not exact.
     """
     body = bent_block(fruit, footprints, loads, steps, along_normals)
     in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layers[0].thickness).astype(np.float64)

@@ -41,7 +41,7 @@ class BondedFoil:
 
 
 def membrane_matrix(basis: CellBasis, foils: Sequence[BondedFoil]) -> csc_matrix:
-    """Return what the foils add to the stiffness matrix [N/mm], shape (dofs, dofs); raises SolveError."""
+    """Return the contribution of the foils to the stiffness matrix [N/mm], shape (dofs, dofs); raises SolveError."""
     total = csc_matrix((basis.N, basis.N))
     for foil in foils:
         nu = foil.poisson

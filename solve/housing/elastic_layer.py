@@ -57,7 +57,7 @@ def _in_disc(x: Floats, z: Floats, disc: Disc) -> Flags:
 
 
 def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poisson: float) -> csc_matrix:
-    """Return what layers add to the stiffness matrix [N/mm from MPa, mm], shape (dofs, dofs)."""
+    """Return the contribution of layers to the stiffness matrix [N/mm from MPa, mm], shape (dofs, dofs)."""
     _, shear = lame_parameters(E, poisson)
     total = csc_matrix((basis.N, basis.N))
     for layer in layers:

@@ -46,7 +46,7 @@ class _Points(NamedTuple):
     firm: Floats
 
     def at(self, read: Floats) -> Floats:
-        """Return what the curve through the points shows at logarithms of E; it stays level beyond."""
+        """Return the value of the curve through the points at logarithms of E; it stays level beyond."""
         return np.interp(read, self.read, self.firm)
 
 

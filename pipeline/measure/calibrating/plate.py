@@ -94,7 +94,7 @@ def _refuse_unlike(table: MeasuredTable, stiffnesses: Floats, weighed: Sequence[
 
 
 def flattening(report: Report, forces: Floats) -> Floats:
-    """Return by how much a tip is flattened on glass [mm] by forces [N]; 0 for a flat face.
+    """Return the flattening of a tip on glass [mm] by forces [N]; 0 for a flat face.
 
     Two elastic bodies: K. L. Johnson, Contact Mechanics (1985), (4.23), doi:10.1017/CBO9781139171731.
     """

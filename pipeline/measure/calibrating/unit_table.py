@@ -39,12 +39,12 @@ class UnitRow:
 
 
 def error_sources(sensor: MeasuringUnit) -> str:
-    """Return what the error of a calibrated unit counts: its springs, on a plate its channels too."""
+    """Return the error sources of a calibrated unit: its springs, on a plate its channels too."""
     return "by the springs and deflections" if sensor.unit.calibrated_by == "plate" else "by the springs alone"
 
 
 def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
-    """Return what a unit shows over the range of its design; `nominal` is the unit exactly as designed."""
+    """Return the readings of a unit over the range of its design; `nominal` is the unit exactly as designed."""
     least, largest = sensor.range_MPa
     rows = []
     for E in np.geomspace(least, largest, MODULI).tolist():

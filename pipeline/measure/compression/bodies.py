@@ -34,12 +34,12 @@ class Plunger:
 
     @property
     def tool(self) -> Tool:
-        """Return its rigid face."""
+        """Return the rigid face of the plunger."""
         return Tool(curvature=1.0 / self.radius_mm if self.ball else 0.0, edge=self.radius_mm)
 
     @property
     def deepest(self) -> float:
-        """Return down to which depth it is solved [mm]."""
+        """Return the largest depth that is solved [mm]."""
         return self.radius_mm * (_DEEPEST_BALL if self.ball else _DEEPEST_FLAT)
 
 
@@ -63,12 +63,12 @@ class CompressedBody:
 
     @property
     def section(self) -> Section:
-        """Return its section between plates."""
+        """Return the section of the body between plates."""
         raise NotImplementedError
 
     @property
     def per_mm(self) -> float:
-        """Return by how much the modulus is lower where every radius or width is 1 mm larger [1]."""
+        """Return the relative fall of the modulus per mm that every radius or width is larger [1/mm]."""
         raise NotImplementedError
 
     @property
@@ -78,7 +78,7 @@ class CompressedBody:
         return None if section.is_round else math.pi * section.radius**2
 
     def sides(self, plunger: Plunger | None, plates: int) -> tuple[CompressionPress, ...]:
-        """Return how each side that gives way is pressed; raises InputError for what is not solved."""
+        """Return the presses of each side that gives way; raises InputError for what is not solved."""
         section = self.section
         if (plunger is not None and not self.takes_plunger) or (plates == 1 and not section.is_round):
             bound = "between plates, or as docs/modulus.md names with a plunger or in a seat"
@@ -106,13 +106,13 @@ class Ellipsoid(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return that of the ball that a plate presses in alike: two unlike radii are taken as their equivalent one."""
+        """Return the section of the equivalent ball: two unlike radii are taken as their equivalent one."""
         radius = equivalent_radius(self.radius_mm, self.radius_across_mm)
         return Section(half_height=0.5 * self.height_mm, radius=radius)
 
     @property
     def per_mm(self) -> float:
-        """Return it of Hertz's law, in which E goes with 1 / sqrt(R) [1]."""
+        """Return the relative fall by Hertz's law, in which E is proportional to 1 / sqrt(R) [1/mm]."""
         return 0.5 / self.radius_mm
 
     def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:
@@ -146,12 +146,12 @@ class CylinderOnSide(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return its circle."""
+        """Return the circular section."""
         return Section(half_height=self.radius_mm, radius=self.radius_mm, length=self.length_mm)
 
     @property
     def per_mm(self) -> float:
-        """Return it of a line contact: E goes with 1 / length [1]."""
+        """Return the relative fall of a line contact: E is proportional to 1 / length [1/mm]."""
         return 1.0 / self.length_mm
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
@@ -170,12 +170,12 @@ class CylinderOnEnd(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return its rectangle."""
+        """Return the rectangular section."""
         return Section(half_height=0.5 * self.height_mm, radius=self.radius_mm, is_round=False)
 
     @property
     def per_mm(self) -> float:
-        """Return it of a bar: E goes with 1 / area [1]."""
+        """Return the relative fall of a bar: E is proportional to 1 / area [1/mm]."""
         return 2.0 / self.radius_mm
 
 
@@ -206,7 +206,7 @@ class RectangularBlock(CompressedBody):
 
     @property
     def per_mm(self) -> float:
-        """Return it of a bar: E goes with 1 / area [1]."""
+        """Return the relative fall of a bar: E is proportional to 1 / area [1/mm]."""
         return 1.0 / self.width_mm + 1.0 / self.length_mm
 
 

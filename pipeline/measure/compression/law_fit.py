@@ -73,7 +73,7 @@ class LawFit:
         return self.parameters.touch - self.parameters.settling
 
     def zero_line(self, travel: Floats) -> Floats:
-        """Return what the load cell shows without a force [N] at travels [mm]."""
+        """Return the zero of the load cell [N] at travels [mm]."""
         return self.parameters.offset + self.parameters.drift * travel
 
     def force(self, travel: Floats, largest: float) -> Floats:

@@ -65,7 +65,7 @@ class CompressionResult:
 
     @property
     def name(self) -> str:
-        """Return how an answer names it."""
+        """Return the name of the modulus in an answer."""
         return f"{Path(self.specimen.file).name} {self.specimen.name}"
 
     @property

@@ -114,7 +114,7 @@ class MeasuringUnit:
 
     @property
     def force_errors(self) -> Floats:
-        """Return what a force of each channel may be off by without a touch [N]: by noise and by drift of its zero."""
+        """Return the error of the force of each channel without a touch [N]: by noise and by drift of its zero."""
         return np.hypot(self.noises, self.zero_drifts)
 
     @property

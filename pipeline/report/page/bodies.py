@@ -124,7 +124,7 @@ def round_below(value: float) -> float:
 
 
 def deformation_factor(largest_mm: float, length_mm: float) -> float:
-    """Return by how much displacements are drawn larger [1]: 1, or 1, 2 or 5 times a power of ten."""
+    """Return the scale factor of drawn displacements [1]: 1, or 1, 2 or 5 times a power of ten."""
     if largest_mm <= 0.0:
         return 1.0
     return max(1.0, round_below(_DRAWN_DEFLECTION * length_mm / largest_mm))

@@ -108,7 +108,7 @@ def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: Scene
 
 
 def effects_at(sensor: LevelSensor, E: float, travel: float) -> tuple[Effect, ...]:
-    """Return what moves the force ratio of a level sensor at a modulus [MPa] and a travel [mm]."""
+    """Return the effects on the force ratio of a level sensor at a modulus [MPa] and a travel [mm]."""
     K_m = E * sensor.contact.at(E).K_m_over_E()
     return effects_on(sensor, travel, sensor.deflections(K_m, travel))
 

@@ -73,7 +73,7 @@ class DomeForces:
 
     @property
     def relative_error(self) -> Floats:
-        """Return how far each force above 0 may be off, over itself [1], (poses, tips)."""
+        """Return the relative error of each force above 0 [1], (poses, tips)."""
         touching = self.F > 0.0
         return np.where(touching, self.error / np.where(touching, self.F, 1.0), 0.0)
 
@@ -224,7 +224,7 @@ class _Law:
         return _DomeState(approach, N, stiffness, radius, strain, action, residual, q)
 
     def springs(self, approach: DomeApproach) -> Floats:
-        """Return how far domes yield along their normals for normal forces [mm/N], (poses, tips, tips)."""
+        """Return the compliance of the springs along the normals of the domes [mm/N], (poses, tips, tips)."""
         along = approach.direction
         of_each = self._C.transpose(0, 2, 1, 3).reshape(len(self._C), 3, -1)  # one product of matrices for each dome
         moved = (along.swapaxes(0, 1) @ of_each).reshape(len(self._C), len(along), -1, 3)
