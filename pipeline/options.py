@@ -13,7 +13,7 @@ from pipeline.storage.versions import code_digest, declared_packages, installed_
 from sensor.design.design_file import (
     design_as_mapping,
     design_from_mapping,
-    overridden,
+    override_settings,
     parsed_setting,
     with_process_file,
 )
@@ -149,7 +149,7 @@ def load_design(
     named = parsed_setting(texts.get("print.process_file", "")) or None
     if isinstance(named, str):  # a flag's path starts here, a file's beside the file
         texts["print.process_file"] = str(Path(named).absolute())
-    data = overridden({"name": path.stem, **read_toml(path, name)}, texts)
+    data = override_settings({"name": path.stem, **read_toml(path, name)}, texts)
     return design_from_mapping(with_process_file(data, path.parent))
 
 

@@ -17,10 +17,12 @@ from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.sensor_errors import SensorErrors
 from pipeline.verdicts.targets import SceneTargets
 from sensor.design.parameters import Design
-from sensor.verdict import Verdict, all_passed, failed
+from sensor.verdict import Verdict, all_passed, failed_verdict
 from solve.fruit.compliance import FruitCompliance
 
-NOT_MADE = failed("geometry.made", "a housing", unit="1", reference="no housing was made, see printable.low and .high")
+NOT_MADE = failed_verdict(
+    "geometry.made", "a housing", unit="1", reference="no housing was made, see printable.low and .high"
+)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -25,7 +25,7 @@ from solve.fruit.curved_body import LOG_OFFSET
 from solve.fruit.curved_shape import CurvedShape, Plan
 from solve.fruit.smooth_load import least_deviation
 from solve.fruit.split import tip_footprints
-from solve.linear import factorised
+from solve.linear import factorise
 
 FACETED = 0.05  # of a volume or an area, before the midpoints of the edges are moved to the skin
 NEAR = 1e-6  # [mm]
@@ -120,7 +120,7 @@ def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, 
     force = opposed.assemble(surface)
     held = {"base": ("u^1", "u^2", "u^3"), "symmetry_y": ("u^2",), "symmetry_x": ("u^2", "u^3")}
     fixed = [basis.get_dofs(name).all(list(components)) for name, components in held.items()]
-    return 2.0 * float(force @ factorised(stiffness, np.concatenate(fixed)).solve(force))
+    return 2.0 * float(force @ factorise(stiffness, np.concatenate(fixed)).solve(force))
 
 
 def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:

@@ -21,7 +21,7 @@ from sensor.arrays import Floats
 from sensor.quantity import validation_error
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.stiffness import SPRINGS, tip_face, tip_stiffnesses
-from solve.linear import factorised
+from solve.linear import factorise
 
 VERTICAL = "u^3"
 # Element, and the degree that its quadrature integrates: in a hexahedron 3 means 2^3, 5 means 3^3 Gauss points.
@@ -60,7 +60,7 @@ def element_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> Elem
     half = "symmetry" in (mesh.boundaries or {})
     held = basis.get_dofs("mounting_holes").all()
     held = np.union1d(held, basis.get_dofs("symmetry").all("u^2")) if half else held
-    factor = factorised(stiffness_matrix(basis, E, poisson), held)
+    factor = factorise(stiffness_matrix(basis, E, poisson), held)
     mean = np.column_stack([_mean(basis, tip_face(spring)) for spring in SPRINGS])
     C = (0.5 if half else 1.0) * (mean.T @ factor.solve(mean))
     return ElementStiffness(K=tip_stiffnesses(C), dofs=int(basis.N))

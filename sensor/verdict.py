@@ -45,12 +45,12 @@ def at_least(name: str, value: float, limit: float, tolerance: float, *, unit: s
     )
 
 
-def judged(name: str, value: float, *, passed: bool, limit: str, unit: str, reference: str) -> Verdict:
+def value_verdict(name: str, value: float, *, passed: bool, limit: str, unit: str, reference: str) -> Verdict:
     """Return a verdict on a value [unit] whose limit is said in words, without a tolerance."""
     return Verdict(name=name, value=value, unit=unit, limit=limit, tolerance=0.0, reference=reference, passed=passed)
 
 
-def failed(name: str, limit: float | str, *, unit: str, reference: str) -> Verdict:
+def failed_verdict(name: str, limit: float | str, *, unit: str, reference: str) -> Verdict:
     """Return a verdict that fails without a number; the unit is that of the limit."""
     return Verdict(name=name, value=None, unit=unit, limit=limit, tolerance=0.0, reference=reference, passed=False)
 

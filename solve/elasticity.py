@@ -64,7 +64,7 @@ def stiffness_matrix(basis: CellBasis, E: float | Floats, poisson: float, *, b_b
     dilatation = _projected_dilatation(G, basis).reshape(M.shape) if b_bar else M
     blocks = lam * dilatation + mu * M.transpose(0, 1, 4, 3, 2)
     np.einsum("eiaja->aeij", blocks)[:] += mu[..., 0, 0] * np.einsum("eiaja->eij", M)
-    return scattered(blocks.reshape(elements, size, size), basis.element_dofs.T, basis.N)
+    return assemble_elements(blocks.reshape(elements, size, size), basis.element_dofs.T, basis.N)
 
 
 def _projected_dilatation(G: Floats, basis: CellBasis) -> Floats:
@@ -77,7 +77,7 @@ def _projected_dilatation(G: Floats, basis: CellBasis) -> Floats:
     return np.asarray(moments.transpose(0, 2, 1) @ np.linalg.solve(mass, moments))
 
 
-def scattered(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
+def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
     """Return the sum of element matrices (elements, n, n) at their dofs (elements, n), shape (size, size)."""
     n = dofs.shape[1]
     rows = np.repeat(dofs, n, axis=1).ravel()

@@ -81,7 +81,7 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
     return Extrapolated(value=limit, error=error, rate=rate, status=status)
 
 
-def propagated(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
+def propagate_errors(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
     """Return the half width of a function's value [its unit] when all arguments are off by their errors at their worst.
 
     Linear in the errors: the sum over the arguments of half the change from value - error to value + error.

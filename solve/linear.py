@@ -67,7 +67,7 @@ class Factor:
         return u
 
 
-def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
+def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     """Factorise a symmetric positive definite matrix, shape (dofs, dofs), with the given dofs (n,) prescribed.
 
     Raises SolveError as `check_cost`, and when the matrix is singular, as it is where a part is not clamped.

@@ -15,7 +15,7 @@ from pipeline.measure.compression.specimens import Specimen
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import reading_constants
 from pipeline.reading.sensor import Sensor
-from pipeline.report.answer import everything, summary
+from pipeline.report.answer import every_section, summary
 from pipeline.report.of_result import report_of_result
 from pipeline.report.report import report_data
 from pipeline.report.verdict_table import print_parts
@@ -179,7 +179,7 @@ def print_summary(result: SensorResult) -> None:
 
 def print_everything(result: SensorResult) -> None:
     """Print every table of a result, as the command does."""
-    print_parts(everything(stored_report(result)))
+    print_parts(every_section(stored_report(result)))
 
 
 def specimen(travel, force, file="virtual.csv", time=None) -> Specimen:

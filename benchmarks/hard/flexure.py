@@ -29,7 +29,7 @@ from sensor.quantity import InputError
 from solve.elasticity import stiffness_matrix
 from solve.fruit.direct import direct_compliance
 from solve.housing.stiffness import tip_compliance
-from solve.linear import factorised
+from solve.linear import factorise
 
 FINER = 0.5  # scale of the mesh that judges: over four times the dofs
 TARGET_TOLERANCE = 5e-3
@@ -125,6 +125,6 @@ def grounded_checks(share: float) -> tuple[ReferenceCheck, ...]:
     load = np.zeros(basis.N)
     vertical = np.concatenate([basis.nodal_dofs[2], basis.edge_dofs[2]])
     load[vertical] = k
-    shifts = factorised(K, np.zeros(0, dtype=np.int64)).solve(load)[vertical]
+    shifts = factorise(K, np.zeros(0, dtype=np.int64)).solve(load)[vertical]
     worst = shifts[np.argmax(np.abs(shifts - 1.0))]
     return checks(("shift",), (worst,), (DIGITS,), Reference(values=(1.0,), errors=(), source="rigid body on springs"))

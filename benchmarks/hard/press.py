@@ -15,7 +15,7 @@ from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
 from sensor.quantity import InputError
-from solve.contact.cells import ContactCells, contact_cells, folded
+from solve.contact.cells import ContactCells, contact_cells, half_cells
 from solve.contact.gap import tip_gap
 from solve.contact.linear_response import spring_compliance
 from solve.contact.response import scene_response
@@ -110,7 +110,7 @@ def _cells(scene: Scene, count: int) -> tuple[ContactCells, Floats]:
     """Return cells, and how far each (cells,) is moved beyond the fruit [mm], minus infinity beyond a tip's face."""
     footprints = tuple(Footprint(x, y, scene.tips.side_mm) for x, y in scene.centres)
     cells = contact_cells(scene.fruit.equivalent_block, footprints, graded_edges(count, GRADING))
-    cells = folded(cells) if scene.press.roll_deg == 0.0 else cells
+    cells = half_cells(cells) if scene.press.roll_deg == 0.0 else cells
     gap = scene.fruit_gap(*cells.points.T) + tip_gap(scene.tips.tip_shape, *cells.local.T) - scene.first_touch_mm
     travel = scene.press.travel_mm + (cells.points - cells.centres.mean(axis=0)) @ scene.turn
     return cells, np.asarray(travel - gap)

@@ -8,12 +8,12 @@ import numpy as np
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
 from cad.checks.tip_checks import PLACE_TOLERANCE_MM
 from cad.parts.assembly import turned_twin
-from cad.parts.cover_solid import turned
+from cad.parts.cover_solid import turn_cover
 from cad.parts.part import is_hole
 from cad.parts.pose import in_place
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
-from sensor.verdict import Verdict, at_least, equal, failed
+from sensor.verdict import Verdict, at_least, equal, failed_verdict
 
 PLATES_GAP_MM = 0.3  # plates that bow towards each other by half of it each, as thin prints do, still move freely
 _TO_THE_STOP = (0.0, 0.5, 1.0)  # fractions of the way
@@ -26,7 +26,7 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
     cover on its front alone.
     """
     covers = {} if sensor.housing.back_to_back else {"back": cover}
-    covers["front"] = turned(cover, sensor.housing)
+    covers["front"] = turn_cover(cover, sensor.housing)
     distances = {}
     for pose, arm in _arm_poses(sensor):
         for side, shape in covers.items():
@@ -86,11 +86,11 @@ def _plates(sensor: SensorSolids) -> Verdict:
     shared = sum(solid.Volume() for solid in plate.intersect(twin).Solids())
     if shared > 0.0:
         reference = f"the plates run into each other, {shared:.3g} mm^3 of them in the same place"
-        return failed(name, PLATES_GAP_MM, unit="mm", reference=reference)
+        return failed_verdict(name, PLATES_GAP_MM, unit="mm", reference=reference)
     apart = float(plate.distance(twin))
     if apart > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not meet: screws would bend the plates by {apart:.3g} mm"
-        return failed(name, PLATES_GAP_MM, unit="mm", reference=reference)
+        return failed_verdict(name, PLATES_GAP_MM, unit="mm", reference=reference)
     distances = {pose: float(in_place(arm, sensor.housing).distance(twin)) for pose, arm in _arm_poses(sensor)}
     nearest = min(distances, key=distances.__getitem__)
     reference = f"plates meet at their pads; least distance of what moves in one from the other, {nearest}"
@@ -117,7 +117,7 @@ def holes_verdict(name: str, holes: Mapping[str, tuple[list[HoleAxis], list[Hole
     for part, (drilled, expected) in holes.items():
         if len(drilled) != len(expected):
             reference = f"{len(drilled)} holes in {part}: must be {len(expected)}"
-            return failed(name, 0.0, unit="mm", reference=reference)
+            return failed_verdict(name, 0.0, unit="mm", reference=reference)
         off = max(off, float(np.abs(np.subtract(drilled, expected)).max()))
     reference = f"axes and radii of the holes in {' and '.join(holes)} against {whose}"
     return equal(name, off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)

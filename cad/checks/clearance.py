@@ -7,9 +7,9 @@ import cadquery as cq
 
 from cad.checks.line_probe import UP, Lines, Vector, solid_lines
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
-from cad.parts.pose import in_place, pressed
+from cad.parts.pose import in_place, pose_shape
 from cad.parts.sensor import SensorSolids
-from sensor.verdict import Verdict, at_least, failed
+from sensor.verdict import Verdict, at_least, failed_verdict
 
 LEAF_GAP_MM = 0.1  # a leaf printed this much off its place still moves freely
 STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel
@@ -57,7 +57,7 @@ def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) ->
     above_fruit = in_place(shape, sensor.housing).translate(cq.Vector(0.0, 0.0, sensor.housing.pin_out))
     distances = {}
     for heading in _HEADINGS if tilt > 0.0 else (0.0,):
-        distances[heading] = _signed_distance(pressed(above_fruit, travel, tilt, heading), fruit)
+        distances[heading] = _signed_distance(pose_shape(above_fruit, travel, tilt, heading), fruit)
     worst = min(distances, key=distances.__getitem__)
     pose = f"travel {travel:g} mm, tilt {tilt:g} deg any way"
     least = f"least where the side {worst:g} deg from +x goes down"
@@ -109,8 +109,8 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     for blocked, open_distance in (("shuttle", shuttle_stop), ("leaf", max(leaf_gaps.values()))):
         if math.isinf(open_distance):
             reference = f"no stop: the {blocked} touches it already, or nothing is above"
-            no_stop = failed(stops, limit, unit="mm", reference=reference)
-            return no_stop, failed(gap, LEAF_GAP_MM, unit="mm", reference=reference)
+            no_stop = failed_verdict(stops, limit, unit="mm", reference=reference)
+            return no_stop, failed_verdict(gap, LEAF_GAP_MM, unit="mm", reference=reference)
 
     leaf_stop = min(open_distance / moved for moved, open_distance in leaf_gaps.items())
     first = "shuttle" if shuttle_stop <= leaf_stop else "leaf"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from cad.checks.line_probe import UP, Lines, Vector
 from cad.parts.housing import Arm, Housing, fillet_corners
-from sensor.verdict import Verdict, at_least, equal, failed
+from sensor.verdict import Verdict, at_least, equal, failed_verdict
 
 THICKNESS_TOLERANCE_MM = 1e-3  # a mesh file holds single precision, 4e-6 mm at 60 mm; the drawing rounds to 0.001
 _ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # shares of the straight part of a leaf
@@ -35,7 +35,7 @@ def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Line
         here = f"in the {form} at x = {point[0]:.3f}, z = {point[2]:.3f} mm"
         leaves = [span for span in forms[form](point, UP) if span.enter < 0.0 < span.leave]
         if not leaves:
-            return failed(name, declared, unit="mm", reference=f"no leaf {here}")
+            return failed_verdict(name, declared, unit="mm", reference=f"no leaf {here}")
         thickness = leaves[0].leave - leaves[0].enter
         if abs(thickness - declared) > abs(worst - declared):
             worst = thickness

@@ -23,7 +23,7 @@ from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
 from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import validation_error
-from sensor.verdict import Verdict, equal, failed
+from sensor.verdict import Verdict, equal, failed_verdict
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
 KINDS = (".step", ".stp", ".stl", ".3mf")
@@ -87,7 +87,7 @@ def existing_file(path: Path) -> Path:
 
 def unreadable(error: ValueError) -> Verdict:
     """Return the failed verdict geometry.readable with the reason why a file cannot be read."""
-    return failed("geometry.readable", "a readable file", unit="1", reference=str(error))
+    return failed_verdict("geometry.readable", "a readable file", unit="1", reference=str(error))
 
 
 def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:

@@ -11,7 +11,7 @@ from cad.parts.housing_solid import BALL_SHARE
 from cad.parts.part import Part
 from cad.parts.pin_socket import gable_side, pins
 from sensor.design.tips import Tips
-from sensor.verdict import Verdict, equal, failed
+from sensor.verdict import Verdict, equal, failed_verdict
 
 PLACE_TOLERANCE_MM = 1e-3
 _ON_CAP = 0.6  # share of the half side at which a cap is measured along and across the tips
@@ -82,7 +82,7 @@ def socket_verdicts(part: Part, housing: Housing, tips: Tips) -> tuple[Verdict, 
     for pin, shape in pins(housing, tips).items():
         error = _pocket_error(lines, housing, shape.Center().x)
         if not math.isfinite(error) or shape.intersect(part.shape).Solids():
-            return (failed(name, 0.0, unit="mm", reference=f"no pocket that holds the {pin}"),)
+            return (failed_verdict(name, 0.0, unit="mm", reference=f"no pocket that holds the {pin}"),)
         worst = max(worst, error)
     size = f"side {housing.pocket_side:g}, depth {housing.pocket_depth:g} mm, pins of {housing.pin_side:g} mm"
     reference = f"lines from the middle of each pocket to its walls, end and gable: {size}"

@@ -11,7 +11,7 @@ import trimesh
 
 from sensor.arrays import Floats
 from sensor.design.processes import Process
-from sensor.verdict import Verdict, at_least, equal, judged
+from sensor.verdict import Verdict, at_least, equal, value_verdict
 
 Indices = npt.NDArray[np.int64]
 
@@ -82,7 +82,7 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
     volume = _volume(mesh)
     density = process.density_g_per_cm3
     return (
-        judged(
+        value_verdict(
             "geometry.units",
             longest,
             passed=SHORTEST_MM <= longest <= LONGEST_MM,
@@ -90,7 +90,7 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
             unit="mm",
             reference=f"bounding box {x:.4g} x {y:.4g} x {z:.4g} mm; outside, the file is not in millimetres",
         ),
-        judged(
+        value_verdict(
             "geometry.volume",
             volume,
             passed=volume > 0.0,
@@ -98,7 +98,7 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
             unit="mm^3",
             reference="enclosed by the triangles, less where they face inward",
         ),
-        judged(
+        value_verdict(
             "geometry.mass",
             1e-3 * volume * density,
             passed=volume > 0.0,

@@ -85,7 +85,7 @@ def text_width(text: str, height: float) -> float:
     return LETTER * height * len(text)
 
 
-def written(length: float, decimals: int = DECIMALS) -> str:
+def length_text(length: float, decimals: int = DECIMALS) -> str:
     """Return a length [mm] as text without zeros at its end."""
     return f"{length:.{decimals}f}".rstrip("0").rstrip(".")
 
@@ -121,7 +121,7 @@ class Canvas:
 
     def label_width(self, label: str, length: float) -> float:
         """Return the width of the text of a dimension that measures a length [mm]."""
-        number = written(length, self._decimals(label, length))
+        number = length_text(length, self._decimals(label, length))
         return text_width(label.replace(MEASURED, number), self.text_height)
 
     def _decimals(self, label: str, length: float) -> int:

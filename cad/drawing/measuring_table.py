@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from cad.drawing.canvas import IN_TABLE, MEASURED, SMALL_MM, written
+from cad.drawing.canvas import IN_TABLE, MEASURED, SMALL_MM, length_text
 from cad.parts.housing import Housing
 from cad.parts.pin import GROUND_MM
 from cad.parts.sensor import SensorSolids
@@ -48,7 +48,7 @@ class MeasuredDimension:
         letters = [self.letter]
         if len(self.places) > 1:
             letters = [f"{self.letter}{number}" for number in range(1, len(self.places) + 1)]
-        texts = (written(self.nominal), self.tolerance, self.moves)
+        texts = (length_text(self.nominal), self.tolerance, self.moves)
         return [(letter, place, *texts) for letter, place in zip(letters, self.places, strict=True)]
 
 
@@ -137,7 +137,7 @@ def _stops(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
 def _tips(sensor: SensorSolids, process: Process) -> dict[str, MeasuredDimension]:
     """Return spacing, heights and widths of the tips; radii where they are domes."""
     housing = sensor.housing
-    # Between springs that take all of the travel, where the force goes with it, and none of it, where Hertz's law holds
+    # Between springs that take all of the travel, where force ~ travel, and none of it, where Hertz's law holds
     # for a dome: the larger counts.
     power = 1.5 if housing.dome_radius else 1.0
     longer = _percent("force", (1.0 + STEP_MM / sensor.press.travel_mm) ** power)

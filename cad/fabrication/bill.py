@@ -7,7 +7,7 @@ from dataclasses import astuple, dataclass, fields
 
 from cad.fabrication.bridges import HX711, RESISTANCE_OHM, SignalPath, Spring, series_resistor
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
-from cad.fabrication.templates import EACH, rendered
+from cad.fabrication.templates import EACH, render_template
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import SensorSolids
@@ -38,7 +38,7 @@ def bill_of_materials(
     With a signal path glue, wire and board are there too.
     """
     housing = sensor.housing
-    text = rendered(
+    text = render_template(
         "bill.csv.jinja",
         process=process,
         housing=housing,

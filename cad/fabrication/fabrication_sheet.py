@@ -17,7 +17,7 @@ from cad.fabrication.bridges import (
 )
 from cad.fabrication.mount import PLATE_MM as BRACKET_MM
 from cad.fabrication.mount import mounted_grip
-from cad.fabrication.templates import rendered
+from cad.fabrication.templates import render_template
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
@@ -71,7 +71,7 @@ def fabrication_sheet(
         grams = 1e3 * _JIG_FRACTION * spring.force / STANDARD_GRAVITY
         jig_presses.append({"name": spring.name, "deflection": _JIG_FRACTION * spring.deflection, "grams": grams})
 
-    return rendered(
+    return render_template(
         "fabrication_sheet.md.jinja",
         title=title,
         process=process,

@@ -9,7 +9,7 @@ from cad.templates import template_environment
 EACH = " each"  # after the mass of a printed part in the bill of materials
 
 
-def rendered(template: str, **values: object) -> str:
+def render_template(template: str, **values: object) -> str:
     """Return the text of a template with these values."""
     return _ENVIRONMENT.get_template(template).render(values)
 

@@ -13,11 +13,11 @@ from dataclasses import replace
 import cadquery as cq
 
 from cad.parts.cover import COVER_MM, WASHER_MM
-from cad.parts.cover_solid import cover_part, turned
+from cad.parts.cover_solid import cover_part, turn_cover
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
-from cad.parts.housing_solid import domed, housing_part, named_housing
+from cad.parts.housing_solid import cut_domes, housing_part, named_housing
 from cad.parts.part import Part
-from cad.parts.pin_socket import socketed
+from cad.parts.pin_socket import cut_pin_sockets
 from cad.parts.pose import in_place
 from cad.parts.sensor import STEEL_COLOUR, Colour, NamedSolid, SensorSolids
 from sensor.design.parameters import Design
@@ -38,7 +38,7 @@ _REACH = 1.0  # of a tool beyond what it cuts
 
 def finished_part(housing: Housing) -> Part:
     """Return a housing as it is made: with domes, pockets for pins, and in a plate of a square with pads and holes."""
-    part = socketed(domed(housing_part(housing), housing), housing)
+    part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
     return named_housing(_with_pads(part.shape, housing), housing) if housing.back_to_back else part
 
 
@@ -122,7 +122,7 @@ def cover_pair(sensor: SensorSolids) -> dict[str, cq.Shape]:
     if housing.mount != "covers":
         return {}
     cover = cover_part(housing).shape
-    front = in_place(turned(cover, housing), housing)
+    front = in_place(turn_cover(cover, housing), housing)
     return {"front cover": front, "back cover": turned_twin(front) if housing.back_to_back else cover}
 
 

@@ -38,7 +38,7 @@ def cover_part(housing: Housing) -> Part:
     return named_part("cover", plate.findSolid(), faces)
 
 
-def turned(shape: cq.Shape, housing: Housing) -> cq.Shape:
+def turn_cover(shape: cq.Shape, housing: Housing) -> cq.Shape:
     """Return a cover turned from one side of the housing to the other, about the upright line in its middle [mm]."""
     middle = 0.5 * (housing.left + housing.right)
     return shape.rotate(cq.Vector(middle, 0.0, 0.0), cq.Vector(middle, 0.0, 1.0), 180.0)

@@ -32,7 +32,7 @@ class _Panel(NamedTuple):
     height: float
 
 
-def marked(part: Part, housing: Housing, name: str) -> Part:
+def engrave_name(part: Part, housing: Housing, name: str) -> Part:
     """Return the housing with L, H and a name (letters, digits, - and _) engraved 0.3 mm deep; named faces stay.
 
     A name that is too long is cut short; a panel that is too small for letters of 3 mm stays blank.

@@ -22,7 +22,7 @@ SETBACK_MM = 1.0  # of what lies on the frame, a cover's rim or a pad, from ever
 TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
 ENGRAVED_MM = 0.3  # depth of the marks on the frame
 DOWEL_MM = 3.0  # diameter of the dowels between the plates of a square, ISO 8734
-_REMEDY = "choose another process, other tips or other targets"
+_HINT = "choose another process, other tips or other targets"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +115,7 @@ class Housing:
                 raise self._error(name, f"greater than {least:g} mm and less than {most:g} mm")
 
     def _error(self, name: str, bound: str) -> InputError:
-        return validation_error(f"housing.{name}", getattr(self, name), "mm", bound, _REMEDY)
+        return validation_error(f"housing.{name}", getattr(self, name), "mm", bound, _HINT)
 
     @property
     def depth(self) -> float:

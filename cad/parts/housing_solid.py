@@ -49,7 +49,7 @@ def _beside_tips(housing: Housing) -> cq.Workplane:
     return wedge.union(wedge.mirror("XZ"))
 
 
-def domed(part: Part, housing: Housing) -> Part:
+def cut_domes(part: Part, housing: Housing) -> Part:
     """Return the housing with its tips cut to caps of the dome's radius, their apexes at z = 0; as it is without domes.
 
     A tip stays square above its cap, for a round one would hang over in print: the round face lies inside the square.

@@ -18,7 +18,7 @@ from sensor.tips.tip_shape import Arc, TipShape
 _REACH = 1.0
 
 
-def socketed(part: Part, housing: Housing) -> Part:
+def cut_pin_sockets(part: Part, housing: Housing) -> Part:
     """Return the housing with a pocket in each foot, closed above by a gable that prints without support."""
     if not housing.pin_side:
         return part

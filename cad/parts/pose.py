@@ -16,7 +16,7 @@ from cad.parts.housing import Housing
 _QUARTER_TURN = 90.0
 
 
-def pressed(shape: cq.Shape, travel: float, tilt: float, heading: float) -> cq.Shape:
+def pose_shape(shape: cq.Shape, travel: float, tilt: float, heading: float) -> cq.Shape:
     """Return a shape of the sensor frame [mm] lowered by the travel [mm] and tilted [deg] about the tips' midpoint.
 
     The heading [deg] is the direction in the plane of the tips that goes down: 0 lowers the high tip, 90 the side +y.

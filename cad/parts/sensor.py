@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import cadquery as cq
 
-from cad.parts.engraving import marked
+from cad.parts.engraving import engrave_name
 from cad.parts.fruit import outer_box, whole_fruit
 from cad.parts.housing import Housing
 from cad.parts.part import Part
@@ -49,7 +49,7 @@ class SensorSolids:
 
         The engraving lies between the clamped holes, 0.3 mm deep: what is solved leaves it out.
         """
-        return marked(self.part, self.housing, self.name) if self.name else self.part
+        return engrave_name(self.part, self.housing, self.name) if self.name else self.part
 
     def housing_body(self) -> NamedSolid:
         """Return the housing, or one plate of a square in its own frame."""

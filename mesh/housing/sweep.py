@@ -55,7 +55,7 @@ def flexure_mesh(housing: Housing, scale: float = 1.0, layers: int | None = None
     return mesh
 
 
-def stretched(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | None:
+def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | None:
     """Return a mesh moved to other leaf lengths: x is stretched along the straight leaves, the rest is shifted.
 
     None when a leaf changes so much that a fresh mesh is due. Raises MeshError when anything but lengths differs.

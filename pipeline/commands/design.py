@@ -22,4 +22,4 @@ def execute(arguments: Namespace) -> int:
 
         own = load_design(run.named_design(arguments), run.settings_of(arguments)).printer
         return list_processes(own, as_json=arguments.json)
-    return run.answered(arguments, fabrication=True)
+    return run.answer_run(arguments, fabrication=True)

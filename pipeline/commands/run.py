@@ -81,7 +81,7 @@ def execute(arguments: Namespace) -> int:
     """Run, look at or watch the design that the flags ask for; return the exit code."""
     if arguments.watch is not None:
         watch(arguments, arguments.watch)
-    return answered(arguments, look=arguments.look)
+    return answer_run(arguments, look=arguments.look)
 
 
 def watch(arguments: Namespace, file: str) -> NoReturn:
@@ -96,7 +96,7 @@ def watch(arguments: Namespace, file: str) -> NoReturn:
     arguments.design = file
     arguments.out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # also where the name changes
     seen = _stamp(file)
-    answered(arguments, look=True)
+    answer_run(arguments, look=True)
     while True:
         time.sleep(_POLL_S)
         stamp = _stamp(file)
@@ -104,7 +104,7 @@ def watch(arguments: Namespace, file: str) -> NoReturn:
             continue
         seen = stamp
         try:
-            answered(arguments, look=True)
+            answer_run(arguments, look=True)
         except (InputError, OSError) as error:
             print_error(str(error))
 
@@ -118,7 +118,7 @@ def _stamp(file: str) -> tuple[int, int] | None:
     return found.st_mtime_ns, found.st_size
 
 
-def answered(arguments: Namespace, *, look: bool = False, fabrication: bool = False) -> int:
+def answer_run(arguments: Namespace, *, look: bool = False, fabrication: bool = False) -> int:
     """Run or look at the design that the flags ask for, print the answer, return the exit code.
 
     Where the folder holds just what this run would write, it is answered from its report and nothing is solved.
@@ -147,14 +147,14 @@ def answered(arguments: Namespace, *, look: bool = False, fabrication: bool = Fa
 
         with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
             report = run(design, options, progress=progress).report
-    from pipeline.report.answer import everything, report_passed, summary
+    from pipeline.report.answer import every_section, report_passed, summary
     from pipeline.report.verdict_table import print_parts
 
     with answering():
         if arguments.json:
             print_json(report)
         else:
-            print_parts(everything(report) if arguments.verbose else summary(report, folder))
+            print_parts(every_section(report) if arguments.verbose else summary(report, folder))
     return PASSED if report_passed(report) else FAILED
 
 

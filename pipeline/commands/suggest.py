@@ -64,12 +64,12 @@ def execute(arguments: Namespace) -> int:
     design = load_design(named, settings)
     _refuse_flags(arguments)
     found = _found(arguments, design, fruit, frozenset(settings))
-    from pipeline.study.suggest.changes import value_of, written
+    from pipeline.study.suggest.changes import setting_text, value_of
 
     changes: list[Json] = []
     for key, value in (found.changes or {}).items():
         changes.append({"key": key, "from": value_of(found.design, key), "to": value})
-        settings[key] = written(value)
+        settings[key] = setting_text(value)
     words = ["pipeline", "run", "--design", named]
     for key, text in settings.items():
         words += ["--set", f"{key}={text}"]

@@ -13,7 +13,7 @@ from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import attached_to
 from pipeline.storage.cache import cached
 from pipeline.storage.kept_files import Verdicts, kept_files
-from pipeline.storage.workers import finished, submit
+from pipeline.storage.workers import finished_future, submit
 from pipeline.verdicts.rules import margin_verdict
 from sensor.design.design_file import design_as_mapping
 from sensor.quantity import Estimate
@@ -32,7 +32,7 @@ def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executo
     design, springs = sensor.design, sensor.springs
     housing = springs.housing
     if not options.fabrication or housing is None:
-        return finished(())
+        return finished_future(())
     to_read = springs_to_read(design, springs)
     fastest_s = fastest_press(sensor)
     inputs = {
@@ -44,7 +44,7 @@ def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executo
     }
     kept = kept_files("maker files", inputs, folder)
     if kept is not None:
-        return finished(kept)
+        return finished_future(kept)
     return submit(executor, write_fabrication_files, inputs, design, housing, to_read, folder, fastest_s)
 
 

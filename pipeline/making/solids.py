@@ -6,7 +6,7 @@ from pathlib import Path
 from pipeline.making.cad_tasks import write_solids
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.storage.kept_files import Verdicts, kept_files
-from pipeline.storage.workers import finished, submit
+from pipeline.storage.workers import finished_future, submit
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
 
@@ -21,7 +21,7 @@ def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor:
     """
     housing = springs.housing
     if housing is None:
-        return finished(())
+        return finished_future(())
     inputs = {
         "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
         "housing": housing,
@@ -29,5 +29,5 @@ def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor:
     }
     kept = kept_files("solids", inputs, folder)
     if kept is not None:
-        return finished(kept)
+        return finished_future(kept)
     return submit(executor, write_solids, inputs, design, housing, springs.deflections, folder)

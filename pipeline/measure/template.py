@@ -13,7 +13,7 @@ _ROOM = Path(__file__).parent
 _BAR = " | "
 
 
-def rendered(template: str, number: object = repr, **values: object) -> str:
+def render_template(template: str, number: object = repr, **values: object) -> str:
     """Return a template with values in it; `number` says how its filter of that name writes one."""
     environment = template_environment(_ROOM)
     environment.filters["number"] = number
@@ -22,7 +22,7 @@ def rendered(template: str, number: object = repr, **values: object) -> str:
 
 def print_answer(template: str, **values: object) -> None:
     """Print a template with values in it; lines whose cells bars part are a table, the first one its heads."""
-    lines = rendered(template, **values).splitlines()
+    lines = render_template(template, **values).splitlines()
     for is_table, block in itertools.groupby(lines, key=lambda line: _BAR in line):
         if not is_table:
             print_parts([escape("\n".join(block))])

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from pipeline.reading.poses import Placement
-from pipeline.reading.read_out import LevelReading, corrected
+from pipeline.reading.read_out import LevelReading, correct_reading
 from pipeline.reading.sensor import RISE_TRAVELS, Sensor
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
@@ -39,7 +39,7 @@ class RiseModel:
         for sample, elapsed in zip(press, intervals_by_hand(len(press)).tolist(), strict=True):
             rising.add(sample, elapsed)
         found = rising.reading()
-        return replace(found, E=corrected(found.E, self.level))
+        return replace(found, E=correct_reading(found.E, self.level))
 
     def modulus(self, press: Floats) -> float:
         """Return the modulus [MPa] of forces [N], shape (samples, tips); raises RiseError."""

@@ -82,7 +82,7 @@ def _direction(vector: Vector) -> str:
     return _AXES.get(angle, f"{angle} deg from +x")
 
 
-def directed(length: float) -> list[Vector]:
+def directed_vectors(length: float) -> list[Vector]:
     """Return vectors of a length [its unit] in equally spaced directions; a single one of length 0."""
     if length == 0.0:
         return [LEVEL]
@@ -152,7 +152,7 @@ def occurring(design: Design, reading: Reading) -> Iterator[Placement]:
     fruits = fruits_of(design.fruit, reading)
     level = Placement(from_touch=True)
     yield level
-    for tilt in directed(reading.tilt_deg) if reading.tilt_deg else ():
+    for tilt in directed_vectors(reading.tilt_deg) if reading.tilt_deg else ():
         yield replace(level, tilt_deg=tilt)
     for shape in (level, *fruits.extremes()):
         for thickness in (None, *(fruits.thickness or ())):
@@ -160,7 +160,7 @@ def occurring(design: Design, reading: Reading) -> Iterator[Placement]:
             if with_flesh != level:
                 yield with_flesh
             if shape != level and shape.azimuth_deg != 0.0:
-                yield from (_by_hand(with_flesh, reading, direction) for direction in directed(1.0)[1::2])
+                yield from (_by_hand(with_flesh, reading, direction) for direction in directed_vectors(1.0)[1::2])
     yield from _drawn(fruits, reading)
 
 

@@ -21,7 +21,7 @@ class LevelReading:
     read_MPa: float = report_field("MPa", "what the rise of that press tells")
 
 
-def corrected(read: float, level: Sequence[LevelReading]) -> float:
+def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
     """Return the modulus [MPa] that a level sensor reads as `read` [MPa]: what shape and skin of the fruit add."""
     if not level:
         return read

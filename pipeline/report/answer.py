@@ -46,7 +46,7 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     yield "all verdicts, errors and notes: --verbose"
 
 
-def everything(report: Json) -> Iterator[RenderableType]:
+def every_section(report: Json) -> Iterator[RenderableType]:
     """Yield every verdict, the springs, the make-up of errors, the paper's springs, notes and costs."""
     verdicts = _verdicts(report)
     yield _headline(report, verdicts)

@@ -12,7 +12,7 @@ from pipeline.storage.workers import close_workers, open_workers
 from sensor.design.design_file import design_from_mapping, without_former_defaults
 from sensor.design.processes import PROCESSES
 from sensor.input_file import read_toml
-from sensor.verdict import Verdict, equal, failed
+from sensor.verdict import Verdict, equal, failed_verdict
 
 SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some seconds
 _MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
@@ -153,4 +153,4 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
 
 
 def _unreadable(reason: str) -> Verdict:
-    return failed("geometry.readable", "a readable file", unit="1", reference=reason)
+    return failed_verdict("geometry.readable", "a readable file", unit="1", reference=reason)

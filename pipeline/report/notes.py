@@ -36,7 +36,7 @@ def _housing(result: SensorResult) -> str:
     """Return how far a print moves the stiffnesses, or what it means that a line of tips has no housing."""
     if result.design.tips.tip_layout.has_housing:
         process = result.springs.process
-        # A leaf's stiffness goes with the third power of its thickness.
+        # A leaf's stiffness is proportional to the third power of its thickness.
         moved_l, moved_h = (100.0 * (3.0 * process.accuracy_mm / leaf) for leaf in process.leaf_thicknesses_mm)
         return (
             f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved_l:.0f} % "

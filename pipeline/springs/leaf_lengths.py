@@ -12,7 +12,7 @@ import numpy as np
 
 from cad.parts.housing import Housing, PartSize, solid_size
 from cad.parts.pin import pin_compliance
-from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretched
+from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretch_leaves
 from pipeline.springs.mounts import attached_to
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
@@ -127,7 +127,7 @@ class HousingSolver:
             return last.compliance
         mesh = None
         if stretch and last is not None:
-            mesh = stretched(last.mesh, last.housing, housing)
+            mesh = stretch_leaves(last.mesh, last.housing, housing)
         if mesh is None:
             mesh = flexure_mesh(housing, scale)
         compliance = tip_compliance(mesh, self._E, self._poisson, attached_to(housing))
@@ -196,7 +196,7 @@ def fit_lengths(
     fit = _LengthFit(solver, housing, of_feet, E)
     allowed_miss = min(max(tolerance, TOLERANCE), _LOOSEST)
     for pair in mesh_pairs_for(housing, tolerance):
-        fitted = fit.on(pair, allowed_miss)
+        fitted = fit.fit_on(pair, allowed_miss)
         if max(fitted.stiffness.error) <= tolerance:
             break
     fitted = _checked(fitted, tolerance)
@@ -269,7 +269,7 @@ class _LengthFit:
         self._near = False
         self._models = [SecantModel.of_beam(arm.flexure, E) for arm in housing.arms]
 
-    def on(self, pair: MeshPair, allowed_miss: float) -> FittedHousing:
+    def fit_on(self, pair: MeshPair, allowed_miss: float) -> FittedHousing:
         """Return the housing that meets the targets within a relative miss on the fine mesh of a pair."""
         coarse_is_fine = pair.fine == COARSE
         aims = self._targets  # on the coarse mesh, which is stiffer than a fine one

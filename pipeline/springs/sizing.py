@@ -27,7 +27,7 @@ class SpringSizing:
     `K_m_max` and `sizing_stiffness_ratio` sized the springs. `K_m_max_contact` and `stiffness_ratio`, of the high tip
     over the low one, are those of the true contact, which judges whatever the `basis` of the sizing.
     `K_m_at_largest_E` is that of the largest modulus shown, which may lie beyond E_max. `stiffening` is K_m over
-    K_m,max [1] at `curve_shares` of E_max on a fruit with a skin; none where K_m goes with E.
+    K_m,max [1] at `curve_shares` of E_max on a fruit with a skin; none where K_m is proportional to E.
     """
 
     springs: Springs
@@ -83,7 +83,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
 
 
 def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
-    """Return K_m over that at E_max [MPa] at `curve_shares` of it [1]; none without a skin, where K_m goes with E."""
+    """Return K_m over that at E_max [MPa] at `curve_shares` of it [1]; none without a skin."""
     if pair.skin is None:
         return ()
     top = pair.at(E_max).K_m_over_E()

@@ -69,10 +69,10 @@ def submit(executor: Executor | None, work: Callable[..., T], *arguments: object
     """Return the future of a call in another process; without an executor the call is made here, at once."""
     if executor is not None:
         return executor.submit(work, *arguments)
-    return finished(work(*arguments))
+    return finished_future(work(*arguments))
 
 
-def finished(value: T) -> Future[T]:
+def finished_future(value: T) -> Future[T]:
     """Return a future that has its result."""
     future: Future[T] = Future()
     future.set_result(value)

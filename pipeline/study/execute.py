@@ -14,7 +14,7 @@ from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import Study
 from pipeline.study.tasks import lost_points, solve_points
 from pipeline.study.wanted import parts_of
-from pipeline.study.workers import Engine, ProgressReport, completed
+from pipeline.study.workers import Engine, ProgressReport, completed_items
 from sensor.quantity import InputError
 
 QUICK = 500  # points of a task without a solve
@@ -48,7 +48,7 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressRepo
         # A worker gets its points with their settings: all rows of a file would be sent again with each task.
         solve = partial(solve_points, replace(study, rows=()), folder)
         tasks = _tasks(study, store)
-        with closing(completed(engine, solve, tasks, lost_points)) as ended:  # no worker outlives an error here
+        with closing(completed_items(engine, solve, tasks, lost_points)) as ended:  # no worker outlives an error here
             for _, results in ended:
                 store.put(results)
                 solved += len(results)

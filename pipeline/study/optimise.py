@@ -28,7 +28,7 @@ from pipeline.study.study_file import REFUSED, UNCERTAINTY_KEYS, UNCERTAINTY_LIM
 from pipeline.study.tasks import PointResult, lost_points, solve_points
 from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.wanted import VERDICT_FIELDS
-from pipeline.study.workers import Engine, ProgressReport, completed
+from pipeline.study.workers import Engine, ProgressReport, completed_items
 from sensor.arrays import Floats
 from sensor.design.design_file import design_as_toml
 from sensor.design.parameters import Design
@@ -103,7 +103,7 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
         for point in points:
             if _told(point) not in results and _told(point) not in asked:  # members of lists alone are often the same
                 asked[_told(point)] = replace(point, number=next(numbers))
-        with closing(completed(engine, solve, [[point] for point in asked.values()], lost_points)) as ended:
+        with closing(completed_items(engine, solve, [[point] for point in asked.values()], lost_points)) as ended:
             for _, solved in ended:
                 store.put(solved)
                 results.update({_told(result): result for result in solved})

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.report.page.template import FIGURES, rendered
+from pipeline.report.page.template import FIGURES, render_page
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.study.columns import point_columns
 from pipeline.study.points import design_of
@@ -70,7 +70,7 @@ def write_page(
         "front": {"key": study.goal.front, "values": study.front, "proved": list(proved)} if study.front else None,
         "links": links,
     }
-    text = rendered(
+    text = render_page(
         "study.html.j2",
         (*FIGURES, "study.js"),
         data,

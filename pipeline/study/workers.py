@@ -48,7 +48,7 @@ class Engine:
     check: Callable[[], None] = lambda: None
 
 
-def completed(
+def completed_items(
     engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], if_lost: Callable[[Item], Result]
 ) -> Generator[tuple[Item, Result]]:
     """Yield each item with what a piece of work makes of it, in the order in which they end.

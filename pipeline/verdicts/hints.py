@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from pipeline.options import RunOptions
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.verdicts.rules import tolerance_remedy
+from pipeline.verdicts.rules import tolerance_hint
 from sensor.design.parameters import Design
 from sensor.tips.shapes import OPTIONAL_KEYS
 from sensor.verdict import Verdict
@@ -35,7 +35,7 @@ def with_hints(
 def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunOptions) -> str:
     """Return in one sentence what would make a verdict pass that did not."""
     if springs.monolithic:  # glued gauges and pins bring errors that no finer mesh removes
-        tolerance = tolerance_remedy(verdict, options.tolerance)
+        tolerance = tolerance_hint(verdict, options.tolerance)
         if tolerance is not None:
             return tolerance
     if options.fruit_stiffness == "hayes" and verdict.name in ("P_max", "NL"):
@@ -55,7 +55,7 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
     """Return the travel [mm] at which a verdict on strain, clearance or pressure passes; None for none long enough.
 
     Strain and the pressure under a flat face are proportional to the travel, a clearance shrinks by as much as it
-    grows. The mean pressure under a dome goes with its square root (Hertz: force ~ x^1.5, area ~ x).
+    grows. The mean pressure under a dome is proportional to its square root (Hertz: force ~ x^1.5, area ~ x).
     """
     travel = design.press.travel_mm
     bound = travel

@@ -17,7 +17,7 @@ from sensor.design.reading import LARGEST_TOUCH_FRACTION, Reading
 from sensor.quantity import Estimate
 from sensor.theory.hertz import contact_reach, relative_radius
 from sensor.tips.layouts import Position
-from sensor.verdict import Verdict, failed
+from sensor.verdict import Verdict, failed_verdict
 from solve.contact.linear_response import SensorResponse
 
 P_MAX_TOLERANCE = 0.01  # of the target
@@ -82,7 +82,7 @@ def margin_verdict(name: str, estimate: Estimate, limit: float, reference: str, 
     )
 
 
-def tolerance_remedy(verdict: Verdict, asked: float) -> str | None:
+def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
     """Return the `--tol` [1], of one digit, that would decide a verdict that its error bar leaves undecided.
 
     None for any other verdict. An error beyond what all parts have at the tolerance asked for was met by no mesh: a
@@ -298,7 +298,7 @@ def _reading_verdict(name: str, estimate: Estimate | None, limit: float, words: 
     Its value is that of the other poses, none where a level press has no reading.
     """
     if estimate is None:
-        return failed(name, limit, unit="1", reference=words if refused is None else f"{refused}; {words}")
+        return failed_verdict(name, limit, unit="1", reference=words if refused is None else f"{refused}; {words}")
     verdict = margin_verdict(name, estimate, limit, words, at_most=True)
     return (
         verdict if refused is None else replace(verdict, passed=False, reference=f"{refused}; of the others: {words}")
@@ -321,5 +321,5 @@ def relaxation_verdicts(design: Design, over_time: ReadingOverTime | None) -> tu
         f"{100.0 * steadiest.moves:.2g} %, at {steadiest.at_s:.3g} s of a press by {steadiest.speed_mm_per_s:.3g} mm/s"
     )
     if not math.isfinite(over_time.moves.value + over_time.moves.error):
-        return (failed(name, limit, unit="1", reference="a tip is off the fruit during the hold"),)
+        return (failed_verdict(name, limit, unit="1", reference="a tip is off the fruit during the hold"),)
     return (margin_verdict(name, over_time.moves, limit, words, at_most=True),)

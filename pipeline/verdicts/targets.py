@@ -22,7 +22,7 @@ from sensor.theory.two_spring_law import (
 )
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import SAFETY
-from solve.error_estimate import propagated
+from solve.error_estimate import propagate_errors
 from solve.fruit.compliance import FruitCompliance
 
 Law = Callable[[Springs, float, float], float]
@@ -92,7 +92,7 @@ class ForceRatioCurve:
         def number(K_l: float, K_h: float, K_m: float, ratio: float) -> float:
             return law(Springs(K_l=K_l, K_h=K_h), K_m, ratio)
 
-        return Estimate(number(*values), propagated(number, values, errors))
+        return Estimate(number(*values), propagate_errors(number, values, errors))
 
 
 def characteristic(

@@ -136,7 +136,7 @@ def on_true_shape(design: Design, block: Mesh) -> Mesh:
     footprints = contact_footprints(design.fruit, design.tips)
     shape = CurvedShape(design.fruit, core_of(smooth_loads(design.fruit, footprints)))
     downward = np.array([1.0, 1.0, -1.0])
-    mesh.points = shape.bent((np.asarray(block.points) * downward).T).T * downward
+    mesh.points = shape.bend((np.asarray(block.points) * downward).T).T * downward
     return mesh
 
 

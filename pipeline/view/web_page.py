@@ -6,8 +6,8 @@ import numpy as np
 
 from cad.files.glb import GlbBody, glb_of
 from pipeline.report.page import answer
-from pipeline.report.page.bodies import assembly_body, legend, palette_colours, shown
-from pipeline.report.page.template import BODIES, FIGURES, rendered
+from pipeline.report.page.bodies import assembly_body, legend, page_body, palette_colours
+from pipeline.report.page.template import BODIES, FIGURES, render_page
 from pipeline.report.report import Report, read_data, report_of
 from pipeline.report.verdict_rule import limit_text, number_text
 from pipeline.storage.files import refuse_taken, write_files
@@ -41,7 +41,7 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     if not bodies:
         bound = "an output folder with an assembly, or with fields"
         raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run --fields")
-    page = rendered("scenes.html.j2", (*FIGURES, *BODIES, "scenes.js"), {"bodies": bodies}, name=report.design.name)
+    page = render_page("scenes.html.j2", (*FIGURES, *BODIES, "scenes.js"), {"bodies": bodies}, name=report.design.name)
     write_files({path: page.encode()}, FLAG, force=force, renew=True)
     return path
 
@@ -74,7 +74,7 @@ def _coloured(scene: FieldScene, field: Field) -> Plain:
     )
     colours = legend(field.title, lowest, highest)
     name = f"{scene.name}: {field.title}"
-    return shown(name, glb_of([body]), slider="press", caption=f"{scene.caption}.", legend=colours, labels=[])
+    return page_body(name, glb_of([body]), slider="press", caption=f"{scene.caption}.", legend=colours, labels=[])
 
 
 def write_comparison(folders: tuple[Path, Path], path: Path, *, force: bool = False) -> Path:
@@ -100,7 +100,7 @@ def write_comparison(folders: tuple[Path, Path], path: Path, *, force: bool = Fa
             next((answer.in_percent(one) for one in report.verdicts if one.name == verdict.name), None)
             for report in reports
         ]
-    page = rendered(
+    page = render_page(
         "comparison.html.j2",
         (*FIGURES, *BODIES, "comparison.js"),
         {"sides": sides},

@@ -183,7 +183,7 @@ def _frozen(value: object) -> object:
     return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str, Any]:
+def override_settings(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str, Any]:
     """Return the tables with `table.key` settings laid on top; values are TOML, bare words are text.
 
     An empty value unsets a key, which then has its default; that of a whole table, like `reading`, drops the table.

@@ -114,7 +114,7 @@ def read_modulus(law: ContrastLaw, forces: Sequence[float], offset: float = 0.0)
 
 
 def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, float, float]:
-    """Return the terms of the contrast that go with E^0 [mm], E^(-2/3) and E^(-1); raises ReadingError.
+    """Return the terms of the contrast proportional to E^0 [mm], E^(-2/3) and E^(-1); raises ReadingError.
 
     Their sum over the powers of E is zero at the modulus of the fruit. Forces are as in `read_modulus`.
     """
@@ -146,7 +146,7 @@ class ReadingSlopes:
     contrast: float
 
 
-def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+def stiffened_compliance(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
     """Return the compliance C [mm/N] of springs that are stiffer by factors [1], coupled in the same measure."""
     scales = 1.0 / np.sqrt(factors)
     return rows_of(np.array(C) * np.outer(scales, scales))

@@ -6,28 +6,28 @@ from dataclasses import dataclass
 from sensor.quantity import Bounds, check_fields, quantity, validation_error
 
 _POSITIVE = Bounds(above=0.0)
-_REMEDY = "choose another process or other targets"
+_HINT = "choose another process or other targets"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Flexure:
     """Two leaves of one size, one separation apart [mm]."""
 
-    thickness: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="thickness of a leaf")
-    length: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="length of a leaf, its fillets included")
-    depth: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="width of a leaf, which is the depth of the plate")
-    separation: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="distance of the two leaves, middle to middle")
-    fillet: float = quantity("mm", _POSITIVE, hint=_REMEDY, meaning="radius of the inner corners at its roots")
+    thickness: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="thickness of a leaf")
+    length: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="length of a leaf, its fillets included")
+    depth: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="width of a leaf, which is the depth of the plate")
+    separation: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="distance of the two leaves, middle to middle")
+    fillet: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="radius of the inner corners at its roots")
 
     def __post_init__(self) -> None:
         """Check each field, and that the fillets leave a straight leaf and a window between the leaves."""
         check_fields(self, "flexure")
         if self.length <= 2.0 * self.fillet:
             bound = f"greater than 2 fillets = {2.0 * self.fillet:g} mm"
-            raise validation_error("flexure.length", self.length, "mm", bound, _REMEDY)
+            raise validation_error("flexure.length", self.length, "mm", bound, _HINT)
         if self.separation <= self.thickness + 2.0 * self.fillet:
             bound = f"greater than thickness + 2 fillets = {self.thickness + 2.0 * self.fillet:g} mm"
-            raise validation_error("flexure.separation", self.separation, "mm", bound, _REMEDY)
+            raise validation_error("flexure.separation", self.separation, "mm", bound, _HINT)
 
 
 def pair_stiffness(E: float, depth: float, thickness: float, length: float) -> float:

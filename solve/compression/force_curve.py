@@ -9,7 +9,7 @@ import numpy as np
 from sensor.arrays import Floats
 from solve.compression.body import HalfBody, Section
 from solve.compression.flesh_law import FleshLaw
-from solve.compression.press import pressed
+from solve.compression.press import press_forces
 from solve.compression.tool import Tool
 
 COARSE = 1.0
@@ -79,7 +79,7 @@ def fitted_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCu
     travels = _travels(press.deepest)
     edge = math.inf if press.tool.curvature else press.tool.edge  # a ball does not touch with the edge
     body = HalfBody(press.section, press.law, press.contact, refinement, edge)
-    forces = pressed(body, travels.tolist(), tool=press.tool, grips=press.grips)
+    forces = press_forces(body, travels.tolist(), tool=press.tool, grips=press.grips)
     ratios = forces / travels**press.exponent
     powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERMS)
     coefficients, *_ = np.linalg.lstsq(powers / ratios[:, None], np.ones_like(ratios))

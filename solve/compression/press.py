@@ -14,7 +14,7 @@ from scipy.sparse import coo_array, csc_matrix
 from sensor.arrays import Flags, Floats
 from solve.compression.body import Deformed, HalfBody
 from solve.compression.tool import Tool
-from solve.linear import SolveError, factorised
+from solve.linear import SolveError, factorise
 
 _PENALTY = 1e5  # pressure over penetration [E / half height]: 2e-4 of the least travel
 _RESIDUAL_LIMIT = 1e-8  # of the force on the plate
@@ -40,7 +40,7 @@ class _ToolState:
     energy: float
 
 
-def pressed(body: HalfBody, travels: Sequence[float], *, tool: Tool | None = None, grips: bool = False) -> Floats:
+def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None = None, grips: bool = False) -> Floats:
     """Return the force [N at E = 1 MPa] at rising travels of a tool after the first touch [mm], shape (travels,).
 
     Without a tool a plate presses. Raises SolveError where no equilibrium is found.
@@ -95,7 +95,7 @@ def _equilibrium(body: HalfBody, tool: Tool, state: _ToolState, travel: float, h
             rows = np.concatenate([upright, outward, upright, outward])
             columns = np.concatenate([upright, outward, outward, upright])
             matrix = matrix + coo_array((values, (rows, columns)), shape=matrix.shape)
-            step = factorised(csc_matrix(matrix), fixed).solve(-residual)
+            step = factorise(csc_matrix(matrix), fixed).solve(-residual)
             further = _line_search(body, tool, state, travel, step, float(residual @ step))
             if further is not None:
                 break

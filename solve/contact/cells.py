@@ -103,7 +103,7 @@ def contact_cells(
     )
 
 
-def folded(cells: ContactCells) -> ContactCells:
+def half_cells(cells: ContactCells) -> ContactCells:
     """Return cells that stand for themselves and their mirror images at y = 0, for contact alike on both sides.
 
     All centres lie at y = 0 and the number of lines of cells across a footprint is even; the cells at y > 0 stay, in

@@ -7,7 +7,7 @@ relaxes are F(t) = n(t) - sum g_i m_i(t), tau_i dm_i/dt = n - m_i: E. H. Lee, J.
     x_i - gap_i - (C F)_i = h (n_i / E)^(2/3) + (S n)_i / E,
 
 the law of `sensor/theory/contrast_law.py`. Within a step n is taken to run straight, and the memory m is integrated
-exactly; what that leaves out goes with the square of the step and is extrapolated from two (Richardson).
+exactly; what that leaves out is proportional to the square of the step and is extrapolated from two (Richardson).
 """
 
 from dataclasses import dataclass

@@ -14,7 +14,7 @@ from sensor.quantity import validation_error
 from sensor.tips.layouts import SpringGroups
 from solve.contact.domes.law import domes_on
 from solve.contact.linear_response import SensorResponse, linear_response, response_of_forces
-from solve.contact.scene import Scene, check_scene, joined
+from solve.contact.scene import Scene, check_scene, values_in_words
 from solve.contact.scene_cells import SceneCells, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.error_estimate import SolveInfo
@@ -88,7 +88,7 @@ def _cell_response(
 
     status = f"unilateral contact on {fine.cells} cells, error from a coarser grid"
     if scene.fruit.shape != "block":
-        status += f"; the fruit slopes by {joined(scene.slopes_deg)} deg under the tips"
+        status += f"; the fruit slopes by {values_in_words(scene.slopes_deg)} deg under the tips"
     steepest = scene.steepest_deg + scene.tips.tip_shape.flank_deg
     omitted = 100.0 * (1.0 / np.cos(np.radians(steepest)) - 1.0)
     if omitted > 0.0:
@@ -119,7 +119,7 @@ def _dome_response(
         raise validation_error("tips.side_mm", scene.tips.side_mm, "mm", bound, hint)
     status = (
         "Hertz's law at large strain where each dome touches, at any tilt without a small-angle approximation; the "
-        f"fruit slopes by {joined(scene.slopes_deg)} deg under the tips; friction is left out"
+        f"fruit slopes by {values_in_words(scene.slopes_deg)} deg under the tips; friction is left out"
     )
     info = SolveInfo(method="domes", dofs=0, seconds=time.perf_counter() - start, status=status)
     shape = (len(moduli), len(x), len(C))

@@ -167,12 +167,12 @@ def check_scene(scene: Scene) -> None:
     if scene.steepest_deg > STEEPEST_DEG:
         bound = (
             f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {scene.steepest_deg:.3g} deg "
-            f"with slopes of the fruit of {joined(scene.slopes_deg)} deg"
+            f"with slopes of the fruit of {values_in_words(scene.slopes_deg)} deg"
         )
         hint = "press more level, or nearer to the apex"
         raise validation_error("press.tilt_deg", scene.press.tilt_deg, "deg", bound, hint)
 
 
-def joined(values: tuple[float, ...]) -> str:
+def values_in_words(values: tuple[float, ...]) -> str:
     """Return values with three digits, in words."""
     return " and ".join(f"{value:.3g}" for value in values)

@@ -13,7 +13,7 @@ import numpy as np
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from sensor.quantity import InputError
-from solve.contact.cells import FINE, ContactCells, contact_cells, folded
+from solve.contact.cells import FINE, ContactCells, contact_cells, half_cells
 from solve.contact.gap import tip_gap
 from solve.contact.scene import Point, Scene, check_scene
 from solve.fruit.box import Grading
@@ -146,7 +146,7 @@ def _cells(
     mesh: Grading,
 ) -> ContactCells:
     cells = contact_cells(block, footprints, np.array(edges), layer, mesh)
-    return folded(cells) if is_half else cells
+    return half_cells(cells) if is_half else cells
 
 
 def _touched_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]:

@@ -38,7 +38,7 @@ class BentBlock:
     flat: CellBasis
     bent: CellBasis
 
-    def fixed(self, parity: Parity) -> Ints:
+    def fixed_dofs(self, parity: Parity) -> Ints:
         """Return the dofs that the base and the mirror planes hold, of either body."""
         return np.union1d(self.flat.get_dofs("base").all(), mirror_dofs(self.flat, parity))
 
@@ -78,7 +78,7 @@ def bent_block(
     bent = flat
     normals = [(0.0, 0.0, -1.0) for _ in loads]
     if fruit.radius_mm is not None:
-        curved = replace(mesh, doflocs=shape.bent(mesh.doflocs))
+        curved = replace(mesh, doflocs=shape.bend(mesh.doflocs))
         bent = vector_basis(curved, ElementHex2(), VOLUME_ORDER)
         volumes = determinant(cell_jacobian(curved, bent.quadrature[0]))
         smallest = float((volumes / np.median(volumes)).min())

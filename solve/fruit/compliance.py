@@ -26,7 +26,7 @@ class MeshCompliance:
 class SkinTable:
     """Compliance of flesh under a skin at moduli of the flesh: E [MPa], rising, shape (n,), S [1/mm] (n, tips, tips).
 
-    S is times E. Beyond the table it is that at its end: there the fruit goes with E again.
+    S is times E. Beyond the table it is that at its end: there the fruit is proportional to E again.
     """
 
     E: Floats

@@ -29,7 +29,7 @@ from solve.fruit.curved_shape import CurvedShape, Plan
 from solve.fruit.footprints import Footprint
 from solve.fruit.smooth_load import SmoothLoad, least_deviation, smooth_loads
 from solve.fruit.split import largest_errors, relative_changes
-from solve.linear import factorised
+from solve.linear import factorise
 
 STEPS = BodySteps()
 COARSER = 0.7  # fraction of the elements along each line of the mesh that gives the error
@@ -180,11 +180,9 @@ def curvature_correction(
     upwards = [(0.0, 0.0, -1.0) for _ in loads]
     change = np.zeros((len(loads), len(loads)))
     for parity in body.parities:
-        fixed = body.fixed(parity)
+        fixed = body.fixed_dofs(parity)
         before = body.forces(parity, upwards)
         after = body.forces(parity, body.normals)
-        energy = after.T @ factorised(of_fruit, fixed).solve(after) - before.T @ factorised(of_block, fixed).solve(
-            before
-        )
+        energy = after.T @ factorise(of_fruit, fixed).solve(after) - before.T @ factorise(of_block, fixed).solve(before)
         change += energy / 2.0 ** np.abs(parity).sum()
     return change, int(body.flat.N)

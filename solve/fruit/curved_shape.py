@@ -121,7 +121,7 @@ class CurvedShape:
         mean, _ = ellipsoid_curvatures(np.array(self.semi_axes), from_centre)
         return float(mean)
 
-    def bent(self, points: Floats) -> Floats:
+    def bend(self, points: Floats) -> Floats:
         """Return the positions on the fruit of points (3, n) [mm] of the block."""
         if self.fruit.whole:
             return self._bent_whole(points)

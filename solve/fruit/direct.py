@@ -14,7 +14,7 @@ from sensor.arrays import Floats
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.error_estimate import SolveInfo, richardson
 from solve.fruit.compliance import TIPS, FruitCompliance, MeshCompliance
-from solve.linear import SolveError, check_cost, factorised
+from solve.linear import SolveError, check_cost, factorise
 
 Held = Mapping[str, Sequence[str]]  # components of the displacement fixed at zero, by boundary
 
@@ -108,7 +108,7 @@ def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, faces: Sequence[s
     """
     under_tips = [basis.get_dofs(face).all("u^3") for face in faces]
     clamped = [basis.get_dofs(name).all(list(components)) for name, components in held.items()]
-    factor = factorised(K, np.concatenate([*clamped, *under_tips]))
+    factor = factorise(K, np.concatenate([*clamped, *under_tips]))
     press = np.column_stack([np.isin(factor.fixed, dofs) for dofs in under_tips]).astype(np.float64)
     reactions = K @ factor.solve(np.zeros((basis.N, len(faces))), press)
     stiffness = np.array([reactions[dofs].sum(axis=0) for dofs in under_tips])

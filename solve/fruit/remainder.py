@@ -19,9 +19,9 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefQuad
 
 from sensor.arrays import Floats, Ints
-from solve.elasticity import scattered, stiffness_matrix, vector_basis
+from solve.elasticity import assemble_elements, stiffness_matrix, vector_basis
 from solve.halfspace import potentials as halfspace
-from solve.linear import SolveError, factorised
+from solve.linear import SolveError, factorise
 from solve.surface import surface_patches
 
 Parity = tuple[int, int]
@@ -88,7 +88,7 @@ def remainder_compliance(
         mirror = mirror_dofs(basis, parity)
         load = -_load_vector(side, side_t, basis.N)
         lift = -_projection(base, base_u, np.setdiff1d(clamped, mirror), basis.N)  # of v on the base
-        factor = factorised(stiffness, np.union1d(clamped, mirror))
+        factor = factorise(stiffness, np.union1d(clamped, mirror))
         v = factor.solve(load, lift[factor.fixed])
 
         # Betti's theorem, term by term as above
@@ -121,7 +121,7 @@ def remainder_field(mesh: Mesh, poisson: float, loads: Floats, forces: Floats) -
     clamped = basis.get_dofs("base").all()
     load = -_load_vector(side, np.tensordot(forces, traction, 1)[None], basis.N)
     lift = -_projection(base, np.tensordot(forces, u, 1)[None], clamped, basis.N)
-    factor = factorised(stiffness_matrix(basis, 1.0, poisson, b_bar=True), clamped)
+    factor = factorise(stiffness_matrix(basis, 1.0, poisson, b_bar=True), clamped)
     return basis, factor.solve(load, lift[factor.fixed])[:, 0]
 
 
@@ -183,7 +183,7 @@ def _projection(faces: FaceQuadrature, field: Floats, kept: Ints, size: int) -> 
     for component in range(3):
         dofs = faces.dofs[:, component].T
         chosen = np.intersect1d(dofs, kept)
-        matrix = scattered(mass, dofs, size)[chosen][:, chosen].toarray()
+        matrix = assemble_elements(mass, dofs, size)[chosen][:, chosen].toarray()
         fitted[chosen] = np.linalg.solve(matrix, right[chosen])
     return fitted
 

@@ -25,7 +25,7 @@ from solve.fruit.smooth_load import SmoothLoad, least_deviation, smooth_loads
 from solve.fruit.split import largest_errors, relative_changes
 from solve.halfspace.layered import Layer, added_compliances, round_contact
 from solve.halfspace.punch import circle_punch
-from solve.linear import factorised
+from solve.linear import factorise
 
 FINE = BodySteps(most_dofs=6000)
 COARSE = BodySteps(fraction=0.7, most_dofs=3500)
@@ -173,9 +173,9 @@ def body_change(
     change = np.zeros((len(layers), len(loads), len(loads)))
     for parity in body.parities:
         forces = body.forces(parity, body.normals)
-        fixed = body.fixed(parity)
-        bare = forces.T @ factorised(without, fixed).solve(forces)
-        solved = [factorised(flesh + modulus * skin, fixed).solve(forces) for modulus in span]
+        fixed = body.fixed_dofs(parity)
+        bare = forces.T @ factorise(without, fixed).solve(forces)
+        solved = [factorise(flesh + modulus * skin, fixed).solve(forces) for modulus in span]
         spanning, _ = np.linalg.qr(np.hstack(solved))
         load = spanning.T @ forces
         of_flesh = spanning.T @ (flesh @ spanning)

@@ -156,7 +156,7 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
 
 
 def _between(x: Floats, y: Floats, at: Floats, power: float) -> Floats:
-    """Return y at points of at least 0 by a cubic spline over logarithms; below the table it goes with a power of x."""
+    """Return y at points of at least 0 by a cubic spline over logarithms; below the table it is a power of x."""
     inside = np.clip(at, x[0], x[-1])
     found = np.exp(CubicSpline(np.log(x), np.log(y))(np.log(inside)))
     return np.asarray(found * (at / inside) ** power)

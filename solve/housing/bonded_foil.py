@@ -13,7 +13,7 @@ from skfem import CellBasis
 
 from mesh.cells import ReferenceFacet, cell_points
 from sensor.arrays import Floats
-from solve.elasticity import scattered
+from solve.elasticity import assemble_elements
 from solve.linear import SolveError
 from solve.surface import SurfacePatch, patch_inside, surface_facets
 
@@ -54,7 +54,7 @@ def membrane_matrix(basis: CellBasis, foils: Sequence[BondedFoil]) -> csc_matrix
             B = np.array([[x, zero], [zero, y], [y, x]])  # (strains, components, nodes, facets, points)
             blocks = np.einsum("sanep,st,tbmep,ep->enamb", B, D, B, patch.weights, optimize=True)
             dofs = patch.dofs[:, :2].transpose(2, 0, 1).reshape(len(blocks), -1)
-            total = total + scattered(blocks, dofs, basis.N)
+            total = total + assemble_elements(blocks, dofs, basis.N)
     return total
 
 

@@ -12,7 +12,7 @@ from solve.displacement_basis import scalar_shapes
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.bonded_foil import BondedFoil, membrane_matrix
 from solve.housing.elastic_layer import ElasticLayer, layer_matrix
-from solve.linear import Factor, SolveError, factorised
+from solve.linear import Factor, SolveError, factorise
 from solve.surface import surface_patches
 
 Attached = BondedFoil | ElasticLayer
@@ -88,7 +88,7 @@ def clamped_half(
     else:
         ground = None
         clamped = basis.get_dofs(HOLES).all()
-    factor = factorised(matrix, np.union1d(clamped, _symmetry_dofs(basis, axis)))
+    factor = factorise(matrix, np.union1d(clamped, _symmetry_dofs(basis, axis)))
     return ClampedHalf(basis, matrix, ground, clamped, factor)
 
 
@@ -103,14 +103,14 @@ def with_layers(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poi
     bare = half.matrix if half.ground is None else half.matrix - half.ground
     ground = layer_matrix(half.basis, layers, E, poisson)
     matrix = csc_matrix(bare + ground)
-    factor = factorised(matrix, _symmetry_dofs(half.basis, PRESS))
+    factor = factorise(matrix, _symmetry_dofs(half.basis, PRESS))
     return ClampedHalf(half.basis, matrix, ground, np.zeros(0, dtype=np.int64), factor)
 
 
 def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
     """Return the same half with the components held on the plane y = 0 that a load along another axis asks for."""
     held = np.union1d(half.clamped, _symmetry_dofs(half.basis, axis))
-    return replace(half, factor=factorised(half.matrix, held))
+    return replace(half, factor=factorise(half.matrix, held))
 
 
 def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = None) -> Floats:

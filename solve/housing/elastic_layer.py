@@ -12,7 +12,7 @@ from skfem import CellBasis
 
 from mesh.cells import cell_points, shape_table
 from sensor.arrays import Flags, Floats
-from solve.elasticity import lame_parameters, scattered
+from solve.elasticity import assemble_elements, lame_parameters
 from solve.surface import nodal_dofs, surface_facets
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in z [mm]
@@ -72,5 +72,5 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
             dofs = nodal_dofs(basis, facet.elements)
             for axis in range(3):
                 modulus = E if axis == _ACROSS else shear
-                total = total + scattered(modulus / layer.thickness * springs, dofs[:, axis].T, basis.N)
+                total = total + assemble_elements(modulus / layer.thickness * springs, dofs[:, axis].T, basis.N)
     return total

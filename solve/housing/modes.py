@@ -1,6 +1,6 @@
 """The lowest modes of the sensor in its mount: how fast its tips ring, along the press and out of the plate.
 
-One coarse mesh serves: the stiffness of each spring is known from finer ones, and f goes with its square root.
+One coarse mesh serves: the stiffness of each spring is known from finer ones, and f is proportional to its square root.
 """
 
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from skfem import CellBasis
 
 from sensor.arrays import Floats
 from solve.displacement_basis import scalar_shapes
-from solve.elasticity import scattered
+from solve.elasticity import assemble_elements
 from solve.housing.clamped_half import ACROSS, ClampedHalf, with_symmetry
 from solve.housing.stiffness import SPRINGS, PerTip, stiffness_of, tip_face
 from solve.linear import DIGITS, SolveError
@@ -57,7 +57,7 @@ def modes_of(half: ClampedHalf, solid: Solid, stiffness: PerTip) -> Modes:
     SolveError when a mode is not exact.
     """
     mass = mass_matrix(half.basis, _TONNES * solid.density)
-    # Frequencies along the press go with the root of the stiffness, which finer meshes know better.
+    # Frequencies along the press are proportional to the root of the stiffness, which finer meshes know better.
     corrections = {}
     for spring, fine, coarse in zip(SPRINGS, stiffness, stiffness_of(half), strict=True):
         corrections[f"{spring} spring {_PRESS}"] = (fine / coarse) ** 0.5
@@ -77,7 +77,7 @@ def mass_matrix(basis: CellBasis, density: float) -> csc_matrix:
     dofs = basis.element_dofs
     total = csc_matrix((basis.N, basis.N))
     for axis in range(3):
-        total = total + scattered(blocks, dofs[axis::3].T, basis.N)
+        total = total + assemble_elements(blocks, dofs[axis::3].T, basis.N)
     return csc_matrix(total)
 
 

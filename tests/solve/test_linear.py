@@ -7,7 +7,7 @@ from skfem import ElementTetP1, MeshTet
 
 from solve import linear
 from solve.elasticity import stiffness_matrix, vector_basis
-from solve.linear import SolveError, check_cost, factorised
+from solve.linear import SolveError, check_cost, factorise
 
 NONE = np.array([], dtype=np.int64)
 
@@ -34,7 +34,7 @@ def cube():
 @pytest.mark.usefixtures("solver")
 def test_solution_is_that_of_a_dense_solve(rng):
     K, load = spd(rng), rng.normal(size=40)
-    found = factorised(csc_matrix(K), NONE).solve(load)
+    found = factorise(csc_matrix(K), NONE).solve(load)
     assert found == pytest.approx(np.linalg.solve(K, load), rel=1e-10, abs=1e-13)
 
 
@@ -42,7 +42,7 @@ def test_solution_is_that_of_a_dense_solve(rng):
 def test_prescribed_values_are_met_and_the_rest_is_in_balance(rng):
     K, load = spd(rng), rng.normal(size=40)
     fixed = np.array([3, 17, 5])
-    factor = factorised(csc_matrix(K), fixed)
+    factor = factorise(csc_matrix(K), fixed)
     values = np.array([1.0, -2.0, 0.5])  # in the order of factor.fixed
     u = factor.solve(load, values)
     assert np.array_equal(factor.fixed, [3, 5, 17])
@@ -61,7 +61,7 @@ def test_prescribed_values_are_met_and_the_rest_is_in_balance(rng):
     ids=["off by a thousandth, squared by the refinement step", "zero", "nan", "reversed"],
 )
 def test_bad_solver_fails_the_residual_gate(rng, wrong):
-    factor = factorised(csc_matrix(spd(rng)), NONE)
+    factor = factorise(csc_matrix(spd(rng)), NONE)
     planted = dataclasses.replace(factor, back_substitute=wrong(factor.back_substitute))
     with pytest.raises(SolveError):
         planted.solve(rng.normal(size=40))
@@ -70,7 +70,7 @@ def test_bad_solver_fails_the_residual_gate(rng, wrong):
 @pytest.mark.usefixtures("solver")
 def test_exactly_singular_matrix_is_refused():
     with pytest.raises(SolveError):
-        factorised(csc_matrix([[1.0, -1.0], [-1.0, 1.0]]), NONE)
+        factorise(csc_matrix([[1.0, -1.0], [-1.0, 1.0]]), NONE)
 
 
 @pytest.mark.parametrize("held", ["nothing", "one component"])
@@ -81,14 +81,14 @@ def test_part_that_can_move_freely_is_refused(held):
     load = np.zeros(K.shape[0])
     load[basis.get_dofs(lambda x: x[2] > 1.0 - 1e-9).all("u^3")] = 1.0
     with pytest.raises(SolveError):
-        factorised(K, fixed).solve(load)
+        factorise(K, fixed).solve(load)
 
 
 def test_dear_solve_is_refused_before_it_starts(monkeypatch):
     monkeypatch.setattr(linear, "splu", lambda *_: pytest.fail("it started"))
     monkeypatch.setattr(linear, "FACTOR_BYTES", 1e20)
     with pytest.raises(SolveError):
-        factorised(csc_matrix(np.eye(10)), NONE)
+        factorise(csc_matrix(np.eye(10)), NONE)
 
 
 def test_machine_bounds_a_solve_too(monkeypatch):

@@ -36,7 +36,7 @@ def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
     from dataclasses import replace
 
-    from pipeline.measure.calibrating.calibration import calibrated, measured_print, modulus_of_coupon
+    from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print, modulus_of_coupon
     from pipeline.measure.calibrating.fruit_presses import measured_fruit
     from pipeline.measure.calibrating.plate import measured_plate
     from pipeline.measure.template import print_answer
@@ -62,7 +62,7 @@ def execute(arguments: Namespace) -> int:
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips))
     plate = None if arguments.plate is None else measured_plate(arguments.plate, len(report.tips))
     try:
-        calibration = calibrated(report, table, fruit, plate)
+        calibration = calibrate_unit(report, table, fruit, plate)
     except ReadingError as error:
         msg = f"{arguments.measured}: {error}"
         raise InputError(msg) from error

@@ -156,7 +156,7 @@ def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
         tare = None if arguments.tare is None else numbers_of_text(arguments.tare, len(tips), "--tare", "counts")
         forces = forces_of_counts(sensor, counts, tare)
     refuse_out_of_scale(sensor, forces, lambda tip: f"--forces: tip {tips[tip].name}")
-    reading = single_reading(sensor, sensor.gained(forces))
+    reading = single_reading(sensor, sensor.forces_of_channels(forces))
     print_error("note: one reading of a pair is its force ratio, right only for a level press; read a press instead")
     with answering():
         _tell(reading, indent=2, as_json=arguments.json)

@@ -82,7 +82,7 @@ def measured_print(source: Path | str, report: Report) -> MeasuredTable:
     return numbers_of(form, rows, {measured: Quantity(units={}), **columns}, needed, example)
 
 
-def calibrated(
+def calibrate_unit(
     report: Report, table: MeasuredTable, fruit: MeasuredTable | None = None, plate: MeasuredTable | None = None
 ) -> Calibration:
     """Return the calibration of a unit, with the scale of `fruit` that was pressed with it, as `measured_fruit` has it.

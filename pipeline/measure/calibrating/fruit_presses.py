@@ -137,7 +137,7 @@ def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
     presses = {name: ContrastPress(sensor) for name in fruit}
     forces = np.column_stack([table.numbers[key] for key in force_keys(len(sensor.report.tips))])
     for name, row in zip(fruit, forces.tolist(), strict=True):
-        presses[name].add(sensor.gained(row))
+        presses[name].add(sensor.forces_of_channels(row))
     readings = {name: press.reading() for name, press in presses.items()}
     moduli = []
     for line, name in zip(table.lines, fruit, strict=True):

@@ -67,7 +67,7 @@ def pressed_springs(
         last_digit = channels.newtons_per_count[tip][tip] / stiffnesses[tip] * table.last_digits[key]
         field = f"{table.source}: deflection of {report.tips[tip].name}"
         line = line_through(field, travel + read_wrong, shown[:, tip] + flattened[:, tip], np.abs(last_digit), "1")
-        # The modulus of a print scatters, and the flattening goes with its power of two thirds.
+        # The modulus of a print scatters, and the flattening is proportional to its power of two thirds.
         by_modulus = 2.0 / 3.0 * report.design.process.E_scatter * float(np.ptp(flattened[:, tip]) / np.ptp(travel))
         left_percent.append(100.0 * max(float(np.hypot(line.error, by_modulus)), LEAST_ERROR))
         # Springs count as off apart, by the root of their squares; the travel moves all of them.

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.measure.compression.modulus import CompressionResult
-from pipeline.report.page.template import FIGURES, rendered
+from pipeline.report.page.template import FIGURES, render_page
 from pipeline.storage.plain import Plain
 
 _MOST_POINTS = 400  # of a curve: more hide each other
@@ -16,7 +16,7 @@ _STEPS = 100
 def modulus_page(results: Sequence[CompressionResult]) -> str:
     """Return the page of all results."""
     tests = [_test(result) for result in results]
-    return rendered("modulus.html.j2", (*FIGURES, "modulus.js"), {"tests": tests}, results=results)
+    return render_page("modulus.html.j2", (*FIGURES, "modulus.js"), {"tests": tests}, results=results)
 
 
 def _test(result: CompressionResult) -> Plain:

@@ -33,7 +33,7 @@ class DesignRange:
     E_max_MPa: float
     E_MPa: tuple[float, ...]
 
-    def listed(self, sign: str) -> str:
+    def join_moduli(self, sign: str) -> str:
         """Return the moduli with a sign between."""
         return sign.join(f"{E:g}" for E in self.E_MPa)
 
@@ -47,7 +47,7 @@ def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) ->
     return [_summary(name, tests) for name, tests in tests_of.items()]
 
 
-def overall(summaries: Sequence[FruitSummary]) -> FruitSummary:
+def overall_modulus(summaries: Sequence[FruitSummary]) -> FruitSummary:
     """Return mean and standard deviation [MPa] over the fruit, each counted once."""
     return _summary("all fruit", summaries)
 
@@ -144,7 +144,7 @@ def print_results(
     print_answer(
         "compression/modulus.txt.j2",
         results=results,
-        summaries=[*fruit, overall(fruit)],
+        summaries=[*fruit, overall_modulus(fruit)],
         design=design,
         notes=dict.fromkeys(notes),
     )

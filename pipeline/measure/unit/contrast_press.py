@@ -71,7 +71,7 @@ class ContrastPress:
         if self._stroke is not None:
             reading = self._stroke.beside(with_force_ratio(sensor, reading, found, deepest), load)
         if left_open["times"] > LARGEST_BY_TIME:
-            reading = reading.flagged("too_fast")
+            reading = reading.with_flag("too_fast")
         if self._hold is None:
             return reading
         return self._hold.beside(reading, sensor.rise_law.with_offset(found.offset), found.offset)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.measure.template import rendered
+from pipeline.measure.template import render_template
 from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES
@@ -21,12 +21,12 @@ SETTLED = 1e-4  # of the springs' part of the contrast: an offset that moves mor
 
 def c_header(sensor: MeasuringUnit) -> str:
     """Return the read-out of a unit in single-precision C99, without heap, the unit's constants in it."""
-    return rendered("unit/firmware.h.j2", _single, **_constants(sensor))
+    return render_template("unit/firmware.h.j2", _single, **_constants(sensor))
 
 
 def micropython(sensor: MeasuringUnit) -> str:
     """Return the read-out of a unit as a MicroPython module that imports math alone."""
-    return rendered("unit/firmware.py.j2", repr, **_constants(sensor))
+    return render_template("unit/firmware.py.j2", repr, **_constants(sensor))
 
 
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:

@@ -48,7 +48,7 @@ class FruitReading:
     relaxation: float | None = None
     firmness: Estimate | None = None
 
-    def flagged(self, flag: str) -> "FruitReading":
+    def with_flag(self, flag: str) -> "FruitReading":
         """Return this reading with one flag more."""
         return replace(self, flags=(*self.flags, flag))
 
@@ -139,7 +139,7 @@ def checked_reading(
     if u > UNCERTAIN:
         flags.append("uncertain")
     scale = sensor.unit.scale
-    firmness = None if scale is None else scale.of(E)
+    firmness = None if scale is None else scale.firmness_of(E)
     if scale is not None and firmness is None:
         flags.append("beyond_scale")
     return FruitReading(
@@ -149,7 +149,7 @@ def checked_reading(
         tilt=tilt,
         direction=direction,
         flags=tuple(flags),
-        ripeness=None if sensor.classes is None else sensor.classes.of(E),
+        ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
         firmness=firmness,
     )
 

@@ -36,7 +36,7 @@ class FruitScale:
             if list(values) != sorted(values):
                 raise validation_error(name, list(values), "", "numbers that rise", _HINT)
 
-    def of(self, E: float) -> Estimate | None:
+    def firmness_of(self, E: float) -> Estimate | None:
         """Return the firmness of fruit that reads as E [MPa], half of its band beside; None beyond the curve."""
         if not self.E_MPa[0] * (1.0 - _AT_THE_EDGE) <= E <= self.E_MPa[-1] * (1.0 + _AT_THE_EDGE):
             return None

@@ -10,14 +10,14 @@ import numpy as np
 from cad.parts.pin import tip_accuracy_mm
 from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
 from pipeline.measure.unit.ripeness import RipenessClasses
-from pipeline.reading.read_out import LevelReading, corrected
+from pipeline.reading.read_out import LevelReading, correct_reading
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
 from pipeline.reading.uncertainty import BOUNDED, OF_FRUIT, LeftOpen, by_heat, least_forces
 from pipeline.report.report import Report
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.quantity import validation_error
-from sensor.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened
+from sensor.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened_compliance
 from sensor.theory.contrast_rise import RiseLaw, RollingDomes
 from solve.contact.domes.large_strain import large_strain
 
@@ -52,7 +52,7 @@ class MeasuringUnit:
     def C(self) -> Matrix:
         """Return the compliance of the unit's springs [mm/N], coupled as the frame of the design couples them."""
         nominal = self.report.read_out.springs_mm_per_N
-        return stiffened(nominal, np.multiply(self.unit.stiffnesses, np.diag(nominal)).tolist())
+        return stiffened_compliance(nominal, np.multiply(self.unit.stiffnesses, np.diag(nominal)).tolist())
 
     @property
     def is_pair(self) -> bool:
@@ -190,7 +190,7 @@ class MeasuringUnit:
 
     def corrected(self, read: float) -> float:
         """Return the modulus [MPa] that a press of a level sensor reads as `read` [MPa]."""
-        return corrected(read, self.level)
+        return correct_reading(read, self.level)
 
     def read_as(self, E: float) -> float:
         """Return as which modulus [MPa] a press of a level sensor reads E [MPa], before it is corrected."""
@@ -252,11 +252,11 @@ class MeasuringUnit:
         areas = np.array([area_of(force, self.reduced(E), radius) for force in forces.tolist()])
         if tips.dome_radius_mm is not None:
             strain = large_strain(np.sqrt(areas / np.pi), tips.dome_radius_mm, np.array(1.0 / radius), fruit.poisson)
-            areas *= strain.edge**2 / strain.factor ** (2.0 / 3.0)  # Hertz's area goes with the force to the power 2/3
+            areas *= strain.edge**2 / strain.factor ** (2.0 / 3.0)  # Hertz: area ~ force^(2/3)
         limit = float(np.interp(E, fruit.E_MPa, fruit.bruise_limits_MPa))
         return bool(np.any(forces > limit * areas))
 
-    def gained(self, channels: Sequence[float]) -> Floats:
+    def forces_of_channels(self, channels: Sequence[float]) -> Floats:
         """Return the forces [N] of readings of the channels [N]."""
         return np.multiply(self.unit.gain, channels)
 

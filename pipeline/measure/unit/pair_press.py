@@ -43,10 +43,10 @@ def with_force_ratio(sensor: MeasuringUnit, reading: FruitReading, found: RiseRe
         by_ratio = sensor.ratio_modulus(deepest)
         noise = float(np.linalg.norm(np.multiply(_ratio_slopes(sensor, deepest).forces, sensor.force_errors)))
     except ReadingError:
-        return reading.flagged("read_outs_disagree")
+        return reading.with_flag("read_outs_disagree")
     reading = replace(reading, others={"force_ratio": sensor.corrected(by_ratio)})
     allowed = COVERAGE * math.hypot(noise, found.noise) + sensor.model_error
-    return reading.flagged("read_outs_disagree") if abs(by_ratio / found.E - 1.0) > allowed else reading
+    return reading.with_flag("read_outs_disagree") if abs(by_ratio / found.E - 1.0) > allowed else reading
 
 
 class Stroke:

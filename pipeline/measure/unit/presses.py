@@ -40,7 +40,7 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
     relaxation = sensor.design.fruit.relaxation
     flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
     for sample in samples:
-        forces = sensor.gained(sample.forces)
+        forces = sensor.forces_of_channels(sample.forces)
         refuse_out_of_scale(sensor, forces, partial(signal.place, sample))
         channels = forces if flesh is None else flesh.channels(forces, sample.t)
         if (forces > sensor.least_forces).all():

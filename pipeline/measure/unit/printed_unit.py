@@ -108,7 +108,8 @@ def design_digest(design: Design) -> str:
 def nominal_unit(report: Report) -> PrintedUnit:
     """Return the unit that is exactly as designed, its springs as uncertain as the process prints them.
 
-    A leaf's stiffness goes with its modulus and the third power of its thickness, whose scatters are the process's.
+    A leaf's stiffness is proportional to its modulus and the third power of its
+    thickness, whose scatters are the process's.
     """
     process = report.design.process
     percent = []

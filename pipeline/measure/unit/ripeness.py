@@ -15,7 +15,7 @@ class RipenessClasses:
     names: tuple[str, ...]
     limits: tuple[float, ...]
 
-    def of(self, E: float) -> str:
+    def class_of(self, E: float) -> str:
         """Return the class of a fruit of modulus E [MPa]."""
         return next(name for name, limit in zip(self.names, self.limits, strict=True) if limit >= E)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cad.files.glb import GlbBody, glb_of, glb_position
 from pipeline.making.fields import fields_at_full_travel
-from pipeline.report.page.template import packed
+from pipeline.report.page.template import pack_bytes
 from pipeline.report.report import Report
 from pipeline.result import SensorResult
 from pipeline.springs.mounts import coarse_half
@@ -38,9 +38,9 @@ def palette_colours(values: Floats, low: float, high: float) -> Floats:
     return np.stack([np.interp(places, steps, shade) for shade in shades.T], axis=1)
 
 
-def shown(name: str, glb: bytes, **told: object) -> Plain:
+def page_body(name: str, glb: bytes, **told: object) -> Plain:
     """Return a body as the page reads it: its name, its GLB, and what is told of it."""
-    return {"name": name, "glb": packed(glb), **told}
+    return {"name": name, "glb": pack_bytes(glb), **told}
 
 
 def legend(label: str, low: float, high: float, limit: float | None = None) -> Plain:
@@ -54,7 +54,7 @@ def assembly_body(folder: Path, stale: Collection[str] = ()) -> Plain:
     if ASSEMBLY in stale or not path.is_file():
         msg = "no part is made"
         raise ValueError(msg)
-    return shown("Sensor over its fruit", path.read_bytes(), slider="apart")
+    return page_body("Sensor over its fruit", path.read_bytes(), slider="apart")
 
 
 def flexure_body(report: Report, result: SensorResult) -> Plain:
@@ -107,7 +107,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         f"against the strain limit: {', '.join(factors)}. A coarse mesh: up to a tenth too high."
     )
     colours_of = legend("von Mises stress [MPa]", 0.0, highest, limit)
-    return shown(
+    return page_body(
         "Springs under load", glb_of([body]), slider="press", caption=caption, legend=colours_of, labels=labels
     )
 
@@ -176,7 +176,9 @@ def skin_body(report: Report, scene: Scene) -> Plain:
         height = -float(scene.fruit_gap(beside_tip[:1], beside_tip[1:])[0])
         labels.append({"text": tip.name, "at": glb_position(np.array([*beside_tip, height])).tolist()})
     colours = legend("pressed in by [mm]", 0.0, deepest)
-    return shown("Skin under the tips", glb_of([body]), slider="press", caption=caption, legend=colours, labels=labels)
+    return page_body(
+        "Skin under the tips", glb_of([body]), slider="press", caption=caption, legend=colours, labels=labels
+    )
 
 
 def _skin_fall(report: Report, E: float, force: float, distance: Floats) -> Floats:

@@ -11,7 +11,7 @@ from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, flexure_body, skin_body
 from pipeline.report.page.mangoes import alike_pairs, seen_mangoes
 from pipeline.report.page.tables import page_tables
-from pipeline.report.page.template import BODIES, FIGURES, packed, rendered
+from pipeline.report.page.template import BODIES, FIGURES, pack_bytes, render_page
 from pipeline.report.report import Report, as_data, report_data
 from pipeline.report.verdict_rule import UNREAD, bound_sense, fails_unread, limit_text, number_text, tolerance_text
 from pipeline.response.scene_press import scene_of
@@ -53,7 +53,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         "profile": _pressure_profile(report, result),
         "mangoes": [seen.mango._asdict() | {"P": seen.P} for seen in mangoes],
         "bodies": bodies,
-        "drawings": [{"name": path.name, "content": packed(path.read_bytes())} for path in drawings],
+        "drawings": [{"name": path.name, "content": pack_bytes(path.read_bytes())} for path in drawings],
     }
     bill = answer.bill(folder) if answer.BILL in own else []
     resolved = {
@@ -64,7 +64,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     not_passed = [answer.in_percent(verdict) for verdict in told.not_passed]
     targets = [(i, one) for i, one in enumerate(verdicts) if not answer.is_on_the_part(one)]
     paper = [] if report.paper is None else [answer.in_percent(verdict) for verdict in report.paper.verdicts]
-    return rendered(
+    return render_page(
         "page.html.j2",
         (*FIGURES, *BODIES, "tables.js", "page.js"),
         page_data,

@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.reading.analysis import Readings
 from pipeline.reading.measurement import RiseModel
 from pipeline.reading.poses import FEWEST_MODULI
-from pipeline.reading.read_out import ReadingConstants, corrected
+from pipeline.reading.read_out import ReadingConstants, correct_reading
 from pipeline.reading.rise import rise_law
 from pipeline.report.report import Report
 from pipeline.response.scene_press import ScenePress
@@ -157,7 +157,7 @@ def _by_ratio(read_out: ReadingConstants, forces: Floats) -> tuple[float, float]
     except ReadingError:
         return NOT_READ
     by_noise = contrast_slopes(law, forces.tolist(), read).forces * (0.01 * np.array(read_out.full_scale_N))
-    return corrected(read, read_out.level), 1.0 / float(np.linalg.norm(by_noise))
+    return correct_reading(read, read_out.level), 1.0 / float(np.linalg.norm(by_noise))
 
 
 def _by_press(model: RiseModel, press: Floats, one_percent: Floats) -> tuple[float, float]:

@@ -15,7 +15,9 @@ _HERE = Path(__file__).parent
 _ENVIRONMENT = template_environment(_HERE, autoescape=True)
 
 
-def rendered(template: str, scripts: tuple[str, ...], data: object, *, latest: bool = False, **values: object) -> str:
+def render_page(
+    template: str, scripts: tuple[str, ...], data: object, *, latest: bool = False, **values: object
+) -> str:
     """Return the page of a template of this folder with its scripts, in their order, and the data that they read.
 
     Values are escaped. The page reads itself again when the file `latest.js` beside it names a `latest` one.
@@ -31,7 +33,7 @@ def rendered(template: str, scripts: tuple[str, ...], data: object, *, latest: b
     )
 
 
-def packed(content: bytes) -> str:
+def pack_bytes(content: bytes) -> str:
     """Return bytes as the text that `unpacked` of figures.js reads: deflated, base64."""
     return base64.b64encode(zlib.compress(content)).decode()
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 
 from pipeline.study.variation import Setting
-from sensor.design.design_file import design_as_mapping, design_from_mapping, overridden
+from sensor.design.design_file import design_as_mapping, design_from_mapping, override_settings
 from sensor.design.parameters import Design, GivenSprings
 from sensor.design.processes import PROCESSES
 from sensor.tips.shapes import OPTIONAL_KEYS
@@ -31,10 +31,10 @@ _OF_THE_SPRINGS = {"printable.low", "printable.high", "K_l", "K_h"}
 _OF_THE_READING = {"reading.bias", "reading.uncertainty", "reading.touch"}
 
 
-def changed(design: Design, changes: Changes) -> Design:
+def change_design(design: Design, changes: Changes) -> Design:
     """Return a design with keys changed as `--set` does it; raises InputError where that is no design."""
-    settings = {key: written(value) for key, value in changes.items()}
-    return design_from_mapping(overridden(design_as_mapping(design), settings))
+    settings = {key: setting_text(value) for key, value in changes.items()}
+    return design_from_mapping(override_settings(design_as_mapping(design), settings))
 
 
 def value_of(design: Design, name: str) -> object:
@@ -56,7 +56,7 @@ def size(design: Design, changes: Changes) -> tuple[int, int, float]:
     return len(changes), sum(name in _DEMANDS for name in changes), total
 
 
-def written(value: Value) -> str:
+def setting_text(value: Value) -> str:
     """Return a value as `--set` takes it; nothing for a key that is unset."""
     if value is None:
         return ""

@@ -14,7 +14,7 @@ from pipeline.storage.stopwatch import Progress, silent
 from pipeline.study.search.candidate import Candidate
 from pipeline.study.search.proof import first_proved
 from pipeline.study.search.sized_sensor import sized_sensor
-from pipeline.study.suggest.changes import Changes, changed, in_words, value_of
+from pipeline.study.suggest.changes import Changes, change_design, in_words, value_of
 from pipeline.study.suggest.fruit_range import Ends, FruitRange, bruise_limit, with_digits
 from pipeline.study.suggest.suggestion import Suggestion
 from pipeline.verdicts.hints import least_travel
@@ -74,7 +74,7 @@ def _middle(ends: Ends) -> float:
     return math.sqrt(ends[0] * ends[1])
 
 
-def scaled(fruit: FruitRange, preset: Design) -> Changes:
+def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     """Return the changes of the preset that fit it to a fruit, in sizes that a maker can measure."""
     tips = preset.tips
     own = preset.fruit
@@ -134,10 +134,10 @@ def fruit_suggestion(
     """
     changes: Changes = {
         key: value
-        for key, value in scaled(fruit, preset).items()
+        for key, value in scaled_changes(fruit, preset).items()
         if key not in fixed and value != value_of(preset, key)
     }
-    design = changed(preset, changes)
+    design = change_design(preset, changes)
     progress(f"starts from the preset {preset.name} in the size of the fruit")
     runs = 0
     seen: set[Design] = set()
@@ -151,7 +151,7 @@ def fruit_suggestion(
         if candidate.passes:
             progress("runs the design that passes with springs as they were sized")
             runs += 1
-            proof = first_proved([candidate], lambda one: changed(preset, one.changes), RunOptions(), 1)
+            proof = first_proved([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
             result = None if proof is None else proof.result
             candidate = Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
             if result is not None and result.passed:
@@ -167,7 +167,7 @@ def fruit_suggestion(
             break
         progress(f"tries {in_words(step)}")
         changes = {**changes, **step}
-        design = changed(preset, changes)
+        design = change_design(preset, changes)
     nearest = min(tried, key=lambda candidate: candidate.shortfall)
     reason = f"none found: of {len(seen)} designs around the preset none passes; the nearest has the verdicts below"
     verdicts = nearest.verdicts or ()

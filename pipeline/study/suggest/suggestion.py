@@ -14,11 +14,11 @@ from pipeline.study.scenes import unit_scene
 from pipeline.study.search.candidate import Candidate
 from pipeline.study.search.proof import UNSOLVED, Proof, first_proved
 from pipeline.study.search.sized_sensor import sized_sensor
-from pipeline.study.suggest.changes import Changes, changed, in_words, size, sweeps, value_of
+from pipeline.study.suggest.changes import Changes, change_design, in_words, size, sweeps, value_of
 from pipeline.verdicts.hints import least_travel, rounded, shorter_travel
-from pipeline.verdicts.rules import displacement_verdict, tolerance_remedy
+from pipeline.verdicts.rules import displacement_verdict, tolerance_hint
 from sensor.design.parameters import Design
-from sensor.verdict import Verdict, failed
+from sensor.verdict import Verdict, failed_verdict
 
 BUDGET = 6000.0  # of trials, in about hundredths of a processor second
 MOST_RUNS = 4  # that prove a candidate; each costs some ten seconds
@@ -30,7 +30,7 @@ _BEYOND = 0.05  # by how much a bound is passed over, so that the solved leaves 
 ROUGH = 0.02  # tolerance of the springs whose contact is good enough to try a change
 _TRAVEL = "press.travel_mm"
 # Readings of flat tips are too slow to try.
-_FLAT_TIPS = failed("reading.bias", "tips with a dome", unit="1", reference="readings of flat tips")
+_FLAT_TIPS = failed_verdict("reading.bias", "tips with a dome", unit="1", reference="readings of flat tips")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,7 @@ class Suggestion:
     @property
     def changed(self) -> Design:
         """Return the design with its changes."""
-        return changed(self.design, self.changes or {})
+        return change_design(self.design, self.changes or {})
 
 
 class Search:
@@ -92,7 +92,7 @@ class Search:
         if self._budget_left <= 0.0:
             return None
         try:
-            design = changed(self._base.design, changes)
+            design = change_design(self._base.design, changes)
             if _TRAVEL in changes and design.press.travel_mm < least_travel(design):
                 return None
             self._budget_left -= _cost(design)
@@ -103,7 +103,7 @@ class Search:
         return Candidate(changes=changes, verdicts=verdicts)
 
     def _design_of(self, candidate: Candidate) -> Design:
-        return changed(self._base.design, candidate.changes)
+        return change_design(self._base.design, candidate.changes)
 
     def _size(self, candidate: Candidate) -> tuple[int, int, float]:
         return size(self._base.design, candidate.changes)
@@ -191,7 +191,7 @@ def suggestion(
     failed_verdicts = [verdict for verdict in result.verdicts if verdict.passed is not True]
     none_found = Suggestion(design=design, changes=None, verdicts=result.verdicts)
     if result.springs.monolithic:
-        finer = [tolerance_remedy(verdict, options.tolerance) for verdict in failed_verdicts]
+        finer = [tolerance_hint(verdict, options.tolerance) for verdict in failed_verdicts]
         if all(finer):
             return replace(none_found, reason=str(finer[0]))
     progress("tries changes with ideal springs")
@@ -200,7 +200,7 @@ def suggestion(
 
     def design_of(candidate: Candidate) -> Design:
         progress(f"runs the candidate with {in_words(candidate.changes)}")
-        return changed(design, candidate.changes)
+        return change_design(design, candidate.changes)
 
     def mended(proof: Proof) -> list[Candidate]:
         return [] if proof.result is None else _less_travel(proof.result, proof.candidate.changes, fixed)

@@ -24,7 +24,7 @@ from sensor.design.parameters import Targets
 from sensor.design.processes import Process
 from sensor.quantity import COVERAGE
 from sensor.theory.two_spring_law import Springs, force_ratio
-from solve.error_estimate import propagated
+from solve.error_estimate import propagate_errors
 from solve.housing.stiffness import tip_compliance
 
 Stiffnesses = Callable[[Housing], tuple[float, ...]]
@@ -69,7 +69,7 @@ def print_scatter(sensor: LevelSensor) -> ScatterBands | None:
     return scatter_bands(housing, process, law, sensor.design.nominal_targets, surrogate)
 
 
-def thickened(housing: Housing, offsets: Sequence[float]) -> Housing:
+def thicken_leaves(housing: Housing, offsets: Sequence[float]) -> Housing:
     """Return the housing with the thickness of the leaves of each spring changed by an offset [mm]."""
     flexures = {}
     for arm, offset in zip(housing.arms, offsets, strict=True):
@@ -86,7 +86,7 @@ def fit_surrogate(housing: Housing, offset: float, stiffnesses: Stiffnesses) -> 
     nominal = np.array(stiffnesses(housing))
 
     def solved(offsets: Sequence[float]) -> Floats:
-        ratios: Floats = np.array(stiffnesses(thickened(housing, offsets))) / nominal
+        ratios: Floats = np.array(stiffnesses(thicken_leaves(housing, offsets))) / nominal
         return ratios
 
     thinner = [-offset] * count
@@ -150,7 +150,7 @@ def calibrated_error(law: ForceRatioCurve) -> float | None:
         return law.modulus_share(replace(law, springs=Springs(K_l=K_l, K_h=K_h)).fruit_stiffness(P))
 
     K = law.springs.stiffnesses
-    error = propagated(read, K, [CALIBRATED * stiffness for stiffness in K])
+    error = propagate_errors(read, K, [CALIBRATED * stiffness for stiffness in K])
     return error if math.isfinite(error) else None
 
 

@@ -37,7 +37,7 @@ class FruitUnderDomes:
     feet: Floats
     skinned: RoundContact | None = None
 
-    def some(self, poses: Ints) -> "FruitUnderDomes":
+    def select(self, poses: Ints) -> "FruitUnderDomes":
         """Return the body in some of the poses, by their indices."""
         return replace(self, remainder=self.remainder[poses], bound=self.bound[poses])
 

@@ -38,7 +38,7 @@ class DomeApproach:
     radius: Floats
     eased: Floats
 
-    def some(self, poses: Ints) -> "DomeApproach":
+    def select(self, poses: Ints) -> "DomeApproach":
         """Return how domes stand in some of the poses, by their indices."""
         return DomeApproach(**{name: values[poses] for name, values in vars(self).items()})
 
@@ -64,7 +64,7 @@ class DomePoses:
     sideways: SidewaysGive | None = None
     principal: Floats | None = None
 
-    def some(self, poses: Ints) -> "DomePoses":
+    def select(self, poses: Ints) -> "DomePoses":
         """Return the domes in some of the poses, by their indices."""
         return replace(
             self,

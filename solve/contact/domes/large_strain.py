@@ -5,7 +5,7 @@ With a Hertz's contact radius at a depth, s = a / dome radius and t = a / fruit 
     g = 1 + c1 s + c2 t + c3 s^2 + c4 s t,
 
 and the contact of the pressed body is as wide as a times another such polynomial, both fitted to finite elements at
-finite strain. Strain goes with a over a radius: the first two terms are of second-order elasticity, and a sphere's own
+finite strain. Strain ~ a over a radius: the first two terms are of second-order elasticity, and a sphere's own
 profile against a paraboloid's is in the others.
 """
 

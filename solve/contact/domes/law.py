@@ -109,7 +109,7 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -
     Raises SolveError where the forces do not settle.
     """
     law = _Law(poses, E, C, body)
-    state = law.solved()
+    state = law.equilibrium()
     cosine = state.approach.cosine
     touching = state.N > 0.0
     contact_radius = state.contact_radius * state.strain.edge
@@ -151,7 +151,7 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
     body = dome_body(scene, compliance, [scene.fruit])
     law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, body)
-    state = law.solved()
+    state = law.equilibrium()
     cosine = state.approach.cosine[0]
     hertz = state.q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
     return DomeContrast(
@@ -175,7 +175,7 @@ class _Law:
         self._E = E[:, None]
         self._normal = (1.0 - body.poisson**2) / np.pi
 
-    def solved(self) -> _DomeState:
+    def equilibrium(self) -> _DomeState:
         """Return the domes as they rest; raises SolveError where Newton's method with halved steps does not settle."""
         unmoved = self._poses.approach(np.zeros(self._poses.centres.shape))
         state = self.state(unmoved.interference, unmoved)
@@ -197,8 +197,8 @@ class _Law:
         """Return the state after steps (poses, tips) [mm], those of `grown` poses halved until none exceeds `worst`."""
         for _ in range(HALVINGS):
             step[grown] *= 0.5
-            few = _Law(self._poses.some(grown), self._E[grown, 0], self._springs, self._body.some(grown))
-            trial = few.state(state.q[grown] + step[grown], state.approach.some(grown))
+            few = _Law(self._poses.select(grown), self._E[grown, 0], self._springs, self._body.select(grown))
+            trial = few.state(state.q[grown] + step[grown], state.approach.select(grown))
             grown = grown[np.abs(trial.residual).max(axis=1) > worst[grown]]
             if not grown.size:
                 break
@@ -243,7 +243,7 @@ class _Law:
         contact = np.sqrt(approach.radius * depth)
         strain = self._large_strain(contact, approach)
         stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact
-        # the contact radius goes with the root of the depth, the force with its power of 3/2
+        # the contact radius is proportional to the root of the depth, the force to its power of 3/2
         slope = stiffness * (strain.factor + strain.slope / 3.0) / approach.eased
         return strain.factor * stiffness * depth / 1.5, slope, contact, strain
 

@@ -10,7 +10,7 @@ from cad.checks.triangle_checks import printability_verdicts
 from cad.files.stl import triangles
 from cad.parts.engraving import (
     PEN_MM,
-    marked,
+    engrave_name,
     outlines,
     strokes,
 )
@@ -33,7 +33,7 @@ def test_every_sign_of_a_name_has_strokes_of_its_own_on_the_grid_at_multiples_of
 
 def test_marks_take_away_what_the_pen_covers_and_keep_the_names(sensor):
     part, housing = sensor.part, sensor.housing
-    cut = marked(part, housing, "paper")
+    cut = engrave_name(part, housing, "paper")
     covered = sum(
         area.area for text, high in (("paper", 6.0 - PEN_MM - 2.0), ("L", 4.0), ("H", 4.0))
         for area in outlines(text, high, PEN_MM)
@@ -48,7 +48,7 @@ def test_marks_take_away_what_the_pen_covers_and_keep_the_names(sensor):
 def test_marks_lie_on_the_frame_only(sensor):
     """What is cut away lies beside or above the cavity, where nothing bends, and clear of the holes."""
     housing = sensor.housing
-    gone = sensor.part.shape.cut(marked(sensor.part, housing, "paper").shape)
+    gone = sensor.part.shape.cut(engrave_name(sensor.part, housing, "paper").shape)
     wall, shuttle = (arm.wall for arm in housing.arms)
     for solid in gone.Solids():
         box = solid.BoundingBox()
@@ -64,7 +64,7 @@ def test_marks_lie_on_the_frame_only(sensor):
     [NAME_LETTERS[:13], *(pytest.param(NAME_LETTERS[a:b], marks=pytest.mark.slow) for a, b in ((13, 26), (26, 38)))],
 )
 def test_marked_housing_can_be_printed(sensor, name):
-    part = marked(sensor.part, sensor.housing, name)
+    part = engrave_name(sensor.part, sensor.housing, name)
     mesh = triangles(print_pose(part.shape))
     findings = printability_verdicts(mesh, PROCESSES["sls-pa12"], ("as it stands",))
     wall, gap, overhang = findings
@@ -75,7 +75,9 @@ def test_marked_housing_can_be_printed(sensor, name):
 def test_bar_that_is_too_low_stays_blank(sensor):
     low = replace(sensor.housing, top_level=sensor.housing.cavity_level + 5.0)
     part = housing_part(low)
-    assert marked(part, low, "paper").shape.Volume() == pytest.approx(marked(part, low, "").shape.Volume(), rel=1e-12)
+    assert engrave_name(part, low, "paper").shape.Volume() == pytest.approx(
+        engrave_name(part, low, "").shape.Volume(), rel=1e-12
+    )
 
 
 def test_marks_of_a_plate_of_a_square_lie_on_its_pads_and_are_read_from_its_back():

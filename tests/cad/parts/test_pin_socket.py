@@ -13,7 +13,7 @@ from cad.files.stl import triangles
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
 from cad.parts.pin import STEEL_MPA, pin_compliance
-from cad.parts.pin_socket import pins, socketed, tip_solid
+from cad.parts.pin_socket import cut_pin_sockets, pins, tip_solid
 from cad.parts.pose import print_pose
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
@@ -40,7 +40,7 @@ def overhang(part):
 
 def test_printed_tips_have_no_pockets_and_no_pins(housing):
     part = housing_part(housing)
-    assert socketed(part, housing) is part
+    assert cut_pin_sockets(part, housing) is part
     assert pins(housing, Tips()) == {}
     assert socket_verdicts(part, housing, Tips()) == ()
     found = pin_compliance(housing, 2000.0, 0.38)
@@ -90,7 +90,7 @@ def test_pins_fill_the_pockets_but_for_the_fit_and_stand_out(pinned, foot):
     ],
 )
 def test_pockets_pass_as_declared_and_fail_otherwise(foot, change, passed, value):
-    made = socketed(housing_part(foot), replace(foot, **change))
+    made = cut_pin_sockets(housing_part(foot), replace(foot, **change))
     (found,) = socket_verdicts(made, foot, Tips())
     assert found.passed is passed
     assert found.value == (None if value is None else pytest.approx(value, abs=1e-6))

@@ -3,7 +3,7 @@ from dataclasses import replace
 import cadquery as cq
 import pytest
 
-from cad.parts.pose import pressed
+from cad.parts.pose import pose_shape
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 
@@ -32,5 +32,5 @@ def test_apex_of_a_curved_fruit_waits_below_the_tips(sensor):
 @pytest.mark.parametrize(("heading", "down"), [(0.0, (1.0, 0.0)), (90.0, (0.0, 1.0)), (180.0, (-1.0, 0.0))])
 def test_the_heading_is_the_side_that_goes_down(heading, down):
     point = cq.Vertex.makeVertex(10.0 * down[0], 10.0 * down[1], 0.0)
-    moved = pressed(point, 0.6, 30.0, heading).Center()
+    moved = pose_shape(point, 0.6, 30.0, heading).Center()
     assert moved.z == pytest.approx(-0.6 - 10.0 * 0.5, abs=KERNEL)

@@ -9,7 +9,7 @@ from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from mesh.housing.blocks import straight_block
 from mesh.housing.profile import meshed_profile
-from mesh.housing.sweep import check_flexure_mesh, check_jacobian, flexure_mesh, stretched
+from mesh.housing.sweep import check_flexure_mesh, check_jacobian, flexure_mesh, stretch_leaves
 from mesh.session import MeshError
 from sensor.theory.leaf_spring import Flexure
 
@@ -73,7 +73,7 @@ def test_named_facets_lie_where_their_faces_lie(mesh):
 
 def test_stretched_mesh_fills_the_solid_with_the_new_leaves(mesh):
     wanted = changed({"length": 31.0}, {"length": 13.5})
-    moved = stretched(mesh, HOUSING, wanted)
+    moved = stretch_leaves(mesh, HOUSING, wanted)
     check_flexure_mesh(moved, housing_part(wanted).size)
     assert set(moved.boundaries) == set(mesh.boundaries)
     with pytest.raises(MeshError, match="volume"):
@@ -81,9 +81,9 @@ def test_stretched_mesh_fills_the_solid_with_the_new_leaves(mesh):
 
 
 def test_stretch_too_long_asks_for_a_fresh_mesh_and_other_changes_are_refused(mesh):
-    assert stretched(mesh, HOUSING, changed({"length": 40.0})) is None
+    assert stretch_leaves(mesh, HOUSING, changed({"length": 40.0})) is None
     with pytest.raises(MeshError, match="lengths"):
-        stretched(mesh, HOUSING, changed({"thickness": 0.81}))
+        stretch_leaves(mesh, HOUSING, changed({"thickness": 0.81}))
 
 
 def test_mesh_of_another_housing_is_refused(mesh):
@@ -135,7 +135,7 @@ def test_neighbours_with_different_counts_are_refused():
 def test_stretched_mesh_of_a_plate_of_a_square_is_that_of_its_solid(scale):
     """The wall of the short arm is stretched between its root and its post, whose holes stay round."""
     made_for, wanted = changed(back_to_back=True), changed({"length": 27.5}, {"length": 15.3}, back_to_back=True)
-    moved = stretched(flexure_mesh(made_for, scale), made_for, wanted)
+    moved = stretch_leaves(flexure_mesh(made_for, scale), made_for, wanted)
     assert moved is not None
     check_flexure_mesh(moved, housing_part(wanted).size)
 
@@ -143,6 +143,6 @@ def test_stretched_mesh_of_a_plate_of_a_square_is_that_of_its_solid(scale):
 def test_plate_of_a_square_whose_wall_would_vanish_gets_a_fresh_mesh():
     made_for = changed(back_to_back=True)
     mesh = flexure_mesh(made_for, 2.0)
-    assert stretched(mesh, made_for, changed({"length": 22.5}, {"length": 18.4}, back_to_back=True)) is None
+    assert stretch_leaves(mesh, made_for, changed({"length": 22.5}, {"length": 18.4}, back_to_back=True)) is None
     equal = changed({"length": 25.0}, {"length": 25.0}, back_to_back=True)
-    assert stretched(mesh, made_for, equal) is None
+    assert stretch_leaves(mesh, made_for, equal) is None

@@ -4,7 +4,7 @@ import pytest
 from measured_units import MeasuredDesign
 from squares import BALL
 
-from pipeline.measure.calibrating.calibration import calibrated, measured_print
+from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print
 from pipeline.measure.calibrating.plate import measured_plate
 
 
@@ -35,8 +35,8 @@ def calibrate(tmp_path):
         path.write_text(text, encoding="utf-8")
         table = measured_print(path, report)
         if plate is None:
-            return calibrated(report, table)
+            return calibrate_unit(report, table)
         path.write_text(plate, encoding="utf-8")
-        return calibrated(report, table, plate=measured_plate(path, len(report.tips)))
+        return calibrate_unit(report, table, plate=measured_plate(path, len(report.tips)))
 
     return calibration

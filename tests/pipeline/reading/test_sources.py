@@ -18,7 +18,7 @@ from pipeline.reading.uncertainty import Channels, mean_sources, noise_to_reach,
 from pipeline.response.contact import contact_compliance
 from reference.flat_square import linear_pose_forces, square_contact, square_design, square_springs
 from sensor.design.reading import PRESS_SAMPLES, Reading
-from sensor.theory.contrast_law import contrast_weights, stiffened
+from sensor.theory.contrast_law import contrast_weights, stiffened_compliance
 from sensor.theory.contrast_rise import RollingDomes
 from solve.contact.domes import law
 from solve.contact.domes.large_strain import large_strain
@@ -45,7 +45,7 @@ class Pressed:
     def on_springs(self, factors):
         """Return the forces of a unit whose springs are stiffer by factors, (samples, tips)."""
         contrast = self.model.law.contrast
-        compliance = np.array(stiffened(contrast.C, factors)) + np.array(contrast.S) / E
+        compliance = np.array(stiffened_compliance(contrast.C, factors)) + np.array(contrast.S) / E
         rows = []
         for x in self.travels:
 
@@ -60,7 +60,7 @@ class Pressed:
     def read_as(self, factors, forces):
         """Return the modulus by springs that are taken for stiffer by factors."""
         known = self.model.law
-        contrast = dataclasses.replace(known.contrast, C=stiffened(known.contrast.C, factors))
+        contrast = dataclasses.replace(known.contrast, C=stiffened_compliance(known.contrast.C, factors))
         return RiseModel(law=dataclasses.replace(known, contrast=contrast)).modulus(forces)
 
     def sources(self, signal=None, **reading):

@@ -15,7 +15,7 @@ import pytest
 from pipeline.study import read_study, run_study
 from pipeline.study.store import STORE, stored_study
 from pipeline.study.table import export_table
-from pipeline.study.workers import MOST_PROCESSES, Engine, completed, process_engine
+from pipeline.study.workers import MOST_PROCESSES, Engine, completed_items, process_engine
 from sensor.quantity import InputError
 
 POINTS = 8
@@ -71,7 +71,7 @@ def test_number_of_processes_has_bounds(count):
 def test_task_that_kills_its_worker_is_lost_and_no_other():
     with process_engine(2) as engine:
         tasks = [0, 0, 0, signal.SIGKILL, 0, 0, 0]  # signal 0 does nothing
-        ended = list(completed(engine, signal.raise_signal, tasks, lambda _: "lost"))
+        ended = list(completed_items(engine, signal.raise_signal, tasks, lambda _: "lost"))
     assert ended == [*[(0, None)] * 6, (signal.SIGKILL, "lost")]
 
 
@@ -116,7 +116,7 @@ def test_workers_that_never_come_back_are_refused():
 
     lost = Engine(open=Broken, close=Executor.shutdown, workers=1, lost=(BrokenExecutor,), check=check)
     with pytest.raises(InputError) as refused:
-        list(completed(lost, abs, [1], abs))
+        list(completed_items(lost, abs, [1], abs))
     assert refused.value.field == "--scheduler"
 
 

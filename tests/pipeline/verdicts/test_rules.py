@@ -19,7 +19,7 @@ from pipeline.verdicts.rules import (
     stiffness_verdict,
     target_verdict,
     target_verdicts,
-    tolerance_remedy,
+    tolerance_hint,
 )
 from pipeline.verdicts.targets import ForceRatioCurve
 from sensor.design.parameters import PAPER_SPRINGS, PAPER_TARGETS, Design, Targets
@@ -89,15 +89,15 @@ def test_margin_is_undecided_where_its_error_bar_reaches_across(value, error, pa
 )
 def test_an_undecided_verdict_says_which_tolerance_would_decide(error, asked, words):
     P_max = dataclasses.replace(verdict(None), limit=5.0, tolerance=0.01, relative=True, error=error)
-    assert tolerance_remedy(P_max, asked) == words
+    assert tolerance_hint(P_max, asked) == words
 
 
 def test_a_decided_verdict_needs_no_advice():
     for passed in (True, False):
         decided = dataclasses.replace(verdict(passed), error=1.0)
-        assert tolerance_remedy(decided, 0.02) is None
+        assert tolerance_hint(decided, 0.02) is None
     of_springs_not_made = dataclasses.replace(verdict(None), error=1e-4)
-    assert tolerance_remedy(of_springs_not_made, 0.02) is None
+    assert tolerance_hint(of_springs_not_made, 0.02) is None
 
 
 @pytest.mark.parametrize(

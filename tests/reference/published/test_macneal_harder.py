@@ -10,7 +10,7 @@ import pytest
 from skfem import ElementHexS2
 
 from solve.elasticity import stiffness_matrix, vector_basis
-from solve.linear import factorised
+from solve.linear import factorise
 
 FULL, REDUCED = 5, 3  # polynomial degrees: 3^3 and 2^3 Gauss points
 LENGTH, WIDTH, THICKNESS = 6.0, 0.2, 0.1  # straight beam: x, y (in plane), z
@@ -86,7 +86,7 @@ def tips(mapped_hexes, face_load):
 
     def solve(place, counts, material, loads, order=FULL, element=ElementHexS2):
         basis = vector_basis(mapped_hexes(place, counts), element(), order)
-        clamped = factorised(stiffness_matrix(basis, *material), basis.get_dofs("x=0").all())
+        clamped = factorise(stiffness_matrix(basis, *material), basis.get_dofs("x=0").all())
         f = np.stack([face_load(basis, "x=1", load) for load in loads], axis=1)
         return np.sum(f * clamped.solve(f), axis=0)
 

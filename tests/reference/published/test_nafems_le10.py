@@ -8,7 +8,7 @@ import pytest
 from skfem import CellBasis, ElementHex1, ElementHexS2
 
 from solve.elasticity import lame_parameters, stiffness_matrix, vector_basis
-from solve.linear import factorised
+from solve.linear import factorise
 
 E, POISSON, THICKNESS = 210e3, 0.3, 0.6
 SIGMA_D = -5.38
@@ -49,7 +49,7 @@ def sigma(mapped_hexes, face_load):
     def solve(counts, order=FULL, element=ElementHexS2, poisson=POISSON):
         basis = vector_basis(mapped_hexes(quarter_plate, counts), element(), order)
         load = face_load(basis, "z=1", lambda x: np.stack([0.0 * x[0], 0.0 * x[0], 0.0 * x[0] - 1.0]))
-        u = factorised(stiffness_matrix(basis, E, poisson), supports(basis)).solve(load)
+        u = factorise(stiffness_matrix(basis, E, poisson), supports(basis)).solve(load)
         return sigma_yy_at_D(basis, u, poisson)
 
     return solve

@@ -22,7 +22,7 @@ from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.fruit.split import split_compliance
-from solve.linear import factorised
+from solve.linear import factorise
 
 TIPS = Tips()
 E = 2.0
@@ -51,7 +51,7 @@ def condensed(scale):
     mesh = fruit_mesh(fruit_block(BLOCK, TIPS, HALF), BLOCK, TIPS, scale)
     basis = vector_basis(mesh, ElementTetP2(), order=2)
     fixed = np.concatenate([basis.get_dofs("base").all(), basis.get_dofs("symmetry_y").all("u^2")])
-    factor = factorised(stiffness_matrix(basis, 1.0, BLOCK.poisson), fixed)
+    factor = factorise(stiffness_matrix(basis, 1.0, BLOCK.poisson), fixed)
     names = ("low_tip", "high_tip")
     under = [basis.get_dofs(name).all("u^3") for name in names]
     dofs = np.concatenate(under)

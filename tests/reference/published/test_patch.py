@@ -13,7 +13,7 @@ import pytest
 from skfem import ElementHex2, ElementHexS2, ElementTetP2, MeshHex, MeshHex2, MeshTet
 
 from solve.elasticity import lame_parameters, stiffness_matrix, vector_basis
-from solve.linear import factorised
+from solve.linear import factorise
 
 E, POISSON = 1e6, 0.25
 GRADIENT = 1e-3 * (np.eye(3) + np.ones((3, 3))) / 2.0
@@ -72,7 +72,7 @@ def faults(basis, K, poisson=POISSON):
     exact = np.zeros(basis.N)
     for component, dofs in enumerate(dofs_by_component(basis)):
         exact[dofs] = GRADIENT[component] @ basis.doflocs[:, dofs]
-    factor = factorised(K, basis.get_dofs().all())
+    factor = factorise(K, basis.get_dofs().all())
     u = factor.solve(np.zeros(basis.N), exact[factor.fixed])
     gradient = np.asarray(basis.interpolate(u).grad)
     lam, mu = lame_parameters(E, poisson)

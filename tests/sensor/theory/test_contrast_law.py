@@ -16,7 +16,7 @@ from sensor.theory.contrast_law import (
     lowered_tips,
     plane_through,
     read_modulus,
-    stiffened,
+    stiffened_compliance,
 )
 from sensor.theory.hertz import hertz_factor
 
@@ -138,7 +138,9 @@ def test_slopes_are_those_of_small_changes():
         by_force = slope(lambda change, at_tip=at_tip: read_modulus(law, forces + change * at_tip))
         assert slopes.forces[tip] == pytest.approx(by_force, rel=1e-5)
         by_spring = slope(
-            lambda change, at_tip=at_tip: read_modulus(replace(law, C=stiffened(law.C, 1.0 + change * at_tip)), forces)
+            lambda change, at_tip=at_tip: read_modulus(
+                replace(law, C=stiffened_compliance(law.C, 1.0 + change * at_tip)), forces
+            )
         )
         assert slopes.springs[tip] == pytest.approx(by_spring, rel=1e-5)
     of_high = np.array([0.0, 1.0, 0.0, 1.0])  # gaps that make a contrast of their own size

@@ -10,7 +10,7 @@ from scipy.optimize import root
 
 from reference.ellipsoid_presses import Fruit, press, random_fruits, square
 from reference.stored_presses import STORED
-from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, smallest_root, stiffened
+from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, smallest_root, stiffened_compliance
 from sensor.theory.contrast_rise import RiseError, RiseLaw, RiseSums, RisingPress, RollingDomes, rise_reading
 
 KINDS = ("low", "high", "low", "high")
@@ -161,7 +161,10 @@ def test_slopes_are_those_of_small_changes(slopes_at):
             "gains": lambda step, one=one: reading(law, forces * (1.0 + step * one)).E,
             "zeros": lambda step, one=one: reading(law, forces + step * one).E,
             "springs": lambda step, one=one: (
-                reading(replace(law, contrast=replace(contrast, C=stiffened(contrast.C, 1.0 + step * one))), forces).E
+                reading(
+                    replace(law, contrast=replace(contrast, C=stiffened_compliance(contrast.C, 1.0 + step * one))),
+                    forces,
+                ).E
             ),
         }
         for name, read in moved.items():

@@ -9,7 +9,7 @@ from sensor.theory.soft_tissue import FLESH_LAWS
 from solve.compression.body import HalfBody, Section
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import CompressionPress, fitted_curve, force_curve
-from solve.compression.press import pressed
+from solve.compression.press import press_forces
 from solve.linear import SolveError
 
 BALL = Section(half_height=35.0, radius=35.0)
@@ -44,7 +44,7 @@ def test_every_law_begins_as_hertz(law, poisson):
     """Of half-spaces the ball is one where the contact is small: at 0.04 % of the radius both laws part by 1 %."""
     body = HalfBody(BALL, FleshLaw(name=law, poisson=poisson), 0.05 * 35.0, 1.5)
     travel = 4e-4 * 35.0
-    force = pressed(body, [travel])[0]
+    force = press_forces(body, [travel])[0]
     assert force == pytest.approx(force_factor(1.0 / (1.0 - poisson**2), 35.0) * travel**1.5, rel=0.02)
 
 
@@ -67,7 +67,7 @@ def test_cylinder_on_its_end_is_a_bar(law):
     body = HalfBody(Section(half_height=10.0, radius=5.0, is_round=False), flesh, 5.0)
     travels = [0.1, 1.0, 2.0]
     exact = [25.0 * np.pi * uniaxial_force(flesh, 1.0 - travel / 10.0) for travel in travels]
-    assert pressed(body, travels) == pytest.approx(exact, rel=1e-4)
+    assert press_forces(body, travels) == pytest.approx(exact, rel=1e-4)
 
 
 def test_cylinder_on_its_side_is_a_line_contact():
@@ -84,7 +84,7 @@ def test_cylinder_on_its_side_is_a_line_contact():
     body = HalfBody(section, FleshLaw(poisson=0.3), 0.2 * radius, 2.0)
     travels = [0.002 * radius, 0.005 * radius]
     exact = [length * brentq(lambda force, at=at: travel(force) - at, 1e-9, 10.0) for at in travels]
-    assert pressed(body, travels) == pytest.approx(exact, rel=0.005)
+    assert press_forces(body, travels) == pytest.approx(exact, rel=0.005)
 
 
 def test_a_thin_disc_that_plates_grip_is_stiff_and_a_slender_one_hardly():
@@ -94,7 +94,7 @@ def test_a_thin_disc_that_plates_grip_is_stiff_and_a_slender_one_hardly():
     for half_height in (2.5, 10.0):
         body = HalfBody(Section(half_height=half_height, radius=5.0, is_round=False), flesh, 5.0)
         travels = [1e-3 * half_height]
-        ratios.append(pressed(body, travels, grips=True)[0] / pressed(body, travels)[0])
+        ratios.append(press_forces(body, travels, grips=True)[0] / press_forces(body, travels)[0])
     shape_factors = np.array([0.5, 0.125])
     assert ratios == pytest.approx((1.0 + 2.0 * shape_factors**2).tolist(), rel=0.15)
 
@@ -122,4 +122,4 @@ def test_planted_coarse_mesh_has_a_wider_error():
 def test_a_press_through_the_body_is_refused():
     body = HalfBody(BALL, FleshLaw(poisson=0.3), 35.0)
     with pytest.raises(SolveError):
-        pressed(body, [34.9])
+        press_forces(body, [34.9])

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sensor.design.fruit import Fruit
-from solve.contact.cells import contact_cells, folded
+from solve.contact.cells import contact_cells, half_cells
 from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact
 from solve.fruit.curved_shape import cap_gap
 from solve.fruit.footprints import Footprint
@@ -80,7 +80,7 @@ def test_slope_is_the_rate_of_the_force(footprints):
 
 def test_folded_cells_answer_as_all_of_them(footprints):
     """Contact alike at y and -y needs half of the cells."""
-    half = folded(footprints)
+    half = half_cells(footprints)
     assert len(half.owner) == len(footprints.owner) // 2
     for tilt, x in ((0.0, 0.3), (3.0, 0.3), (-8.0, 0.5)):
         one, other = (

@@ -26,7 +26,7 @@ def grid(fruit):
 
 def bent(fruit):
     points = grid(fruit)
-    return CurvedShape(fruit, CORE).bent(points.reshape(3, -1)).reshape(points.shape)
+    return CurvedShape(fruit, CORE).bend(points.reshape(3, -1)).reshape(points.shape)
 
 
 def off_the_ellipsoid(fruit, points):
@@ -60,7 +60,7 @@ def jacobian(fruit):
     step = 1e-4 * fruit.depth_mm
     shape = CurvedShape(fruit, CORE)
     columns = [
-        (shape.bent(points + step * unit[:, None]) - shape.bent(points - step * unit[:, None])) / (2.0 * step)
+        (shape.bend(points + step * unit[:, None]) - shape.bend(points - step * unit[:, None])) / (2.0 * step)
         for unit in np.eye(3)
     ]
     return np.linalg.det(np.stack(columns).transpose(2, 1, 0))

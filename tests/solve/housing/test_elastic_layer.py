@@ -8,7 +8,7 @@ from skfem import ElementHexS2, MeshHex1, MeshHex2
 
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.elastic_layer import ElasticLayer, layer_matrix
-from solve.linear import factorised
+from solve.linear import factorise
 
 E, POISSON = 2000.0, 0.38
 SHEAR = 0.5 * E / (1.0 + POISSON)
@@ -32,7 +32,7 @@ def layer(**changes):
 def test_stiff_block_on_a_layer_moves_as_far_as_a_sheared_and_a_stretched_strip(basis):
     """F t / (G A) along the layer and F t / (E A) across it: a block 1e6 times as stiff as the layer."""
     matrix = stiffness_matrix(basis, 1e6 * E, POISSON) + layer_matrix(basis, [layer()], E, POISSON)
-    factor = factorised(matrix, np.zeros(0, dtype=np.int64))
+    factor = factorise(matrix, np.zeros(0, dtype=np.int64))
     for axis, modulus in enumerate((SHEAR, E, SHEAR)):
         unit = np.zeros(basis.N)
         unit[np.concatenate([basis.nodal_dofs[axis], basis.edge_dofs[axis]])] = 1.0

@@ -123,7 +123,7 @@ def test_band_holds_95_per_cent_of_fruit_that_were_left_out(simplest, fruit, noi
         second, _ = pressed(softest_to_firmest)
         fit = fitted_scale("fruit.csv", names, np.concatenate([first, second]), np.tile(firmness, 2), "N")
         read, firmness = pressed(np.exp(rng.uniform(np.log(0.5), np.log(3.5), CHECKED)))
-        shown = [fit.scale.of(E) for E in read.tolist()]
+        shown = [fit.scale.firmness_of(E) for E in read.tolist()]
         inside = [(value, true) for value, true in zip(shown, firmness.tolist(), strict=True) if value is not None]
         held += [abs(true / value.value - 1.0) <= COVERAGE * value.relative for value, true in inside]
         met.append(np.mean([np.log(true / value.value) ** 2 for value, true in inside]))

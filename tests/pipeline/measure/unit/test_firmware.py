@@ -79,7 +79,7 @@ def pressed(sensor, rows):
     at_one_time = sensor_times(sensor, samples, "press.csv")
     press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation)
     for sample in at_one_time:
-        press.add(sensor.gained(sample.forces), t=sample.t)
+        press.add(sensor.forces_of_channels(sample.forces), t=sample.t)
     return press.reading()
 
 
@@ -244,7 +244,7 @@ def test_flags_agree_on_odd_forces(name, request, rng, tmp_path, in_c):
     at_once = replace(sensor.report, read_out=replace(sensor.report.read_out, signal=None))
     sensor = replace(sensor, report=at_once)
     rows = at_random(rng, len(measured.K))
-    expected = [bits(flags_of_forces(sensor, sensor.gained(row))) for row in rows.astype(float)]
+    expected = [bits(flags_of_forces(sensor, sensor.forces_of_channels(row))) for row in rows.astype(float)]
     assert in_c(sensor, rows)[:-1, 2].tolist() == expected
     press = module_of(tmp_path, sensor)["Press"]
     assert [press().add(row) for row in rows.tolist()] == expected

@@ -106,7 +106,7 @@ def test_counts_that_firmware_cannot_hold_are_refused(unit):
 
 def test_classes_are_names_with_rising_limits():
     classes = ripeness_classes("ripe:0.8,turning:1.6,unripe")
-    assert [classes.of(E) for E in (0.5, 0.8, 0.81, 9.0)] == ["ripe", "ripe", "turning", "unripe"]
+    assert [classes.class_of(E) for E in (0.5, 0.8, 0.81, 9.0)] == ["ripe", "ripe", "turning", "unripe"]
     for text in (
         *("ripe:0.8", "ripe:2,turning:1,unripe", "ripe,unripe", "ripe:x,unripe", "ripe:-1,unripe", "ripe:0,unripe"),
         *(":1,unripe", "ripe:1,turning:1,unripe", "ripe:nan,unripe", "ripe:inf,unripe"),

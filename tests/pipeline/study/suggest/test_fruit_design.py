@@ -11,8 +11,8 @@ from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.options import load_design
 from pipeline.study.search import proof
 from pipeline.study.suggest import fruit_design as room
-from pipeline.study.suggest.changes import changed
-from pipeline.study.suggest.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_alike, scaled
+from pipeline.study.suggest.changes import change_design
+from pipeline.study.suggest.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_alike, scaled_changes
 from pipeline.study.suggest.fruit_range import FruitRange, bruise_limit, fruit_range
 from pipeline.verdicts.hints import least_travel
 from sensor.quantity import Estimate, InputError
@@ -85,7 +85,7 @@ def test_preset_in_the_size_of_its_own_fruit_is_the_preset(name):
     preset = load_design(name)
     fruit = fruit_of(preset)
     assert most_alike(fruit) == name
-    same = changed(preset, scaled(fruit, preset))
+    same = change_design(preset, scaled_changes(fruit, preset))
     shown = ("E_MPa", "bruise_limit_MPa")
     assert dataclasses.replace(same.fruit, **{key: getattr(preset.fruit, key) for key in shown}) == preset.fruit
     assert (same.tips, same.springs, same.reading) == (preset.tips, preset.springs, preset.reading)
@@ -99,19 +99,19 @@ def test_fruit_unlike_any_preset_is_a_design(text):
     """The piece that is modelled is cut so small that its corners lie on the fruit."""
     fruit = fruit_range(text)
     preset = load_design(most_alike(fruit))
-    assert changed(preset, scaled(fruit, preset)).fruit.E_max_MPa == fruit.E_max_MPa
+    assert change_design(preset, scaled_changes(fruit, preset)).fruit.E_max_MPa == fruit.E_max_MPa
 
 
 def test_ball_occurs_as_fruit_whose_radii_lie_within_a_fifth():
     assert KIWI.radii_mm == ((20.8, 31.2), (20.8, 31.2))
-    design = changed(MANGO, scaled(KIWI, MANGO))
+    design = change_design(MANGO, scaled_changes(KIWI, MANGO))
     assert (design.reading.radius_mm, design.reading.radius_across_mm) == KIWI.radii_mm
 
 
 @pytest.mark.parametrize("radius", [20.0, 26.0, 33.0, 50.0])
 def test_sizes_can_be_measured_and_the_press_is_deep_against_the_print(radius):
     fruit = dataclasses.replace(KIWI, radius_mm=radius)
-    design = changed(MANGO, scaled(fruit, MANGO))
+    design = change_design(MANGO, scaled_changes(fruit, MANGO))
     lengths = (design.tips.spacing_mm, design.tips.side_mm, design.tips.dome_radius_mm, design.fruit.thickness_mm)
     assert [round(length, 2) for length in lengths] == list(lengths)
     assert design.press.travel_mm >= 5.0 * design.process.accuracy_mm == least_travel(design)
@@ -165,7 +165,7 @@ def test_each_verdict_has_its_step(trials, outcome, key, step):
     """Springs are rounded to three digits."""
     tried = trials(outcome)
     found = fruit_suggestion(KIWI, MANGO)
-    start = scaled(KIWI, MANGO)
+    start = scaled_changes(KIWI, MANGO)
     changes = {name: value for name, value in found.changes.items() if value != start[name]}
     assert changes.pop(key) == pytest.approx(step(start[key]), rel=5e-3)
     assert set(changes) <= {"springs.K_h_N_per_m"}

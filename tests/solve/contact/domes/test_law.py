@@ -236,7 +236,7 @@ def test_some_poses_are_left_by_a_step_as_among_all():
     q = 0.5 * before.interference
     some = np.array([4, 1])
     expected = _Law(poses, moduli, SPRINGS, body).state(q, before)
-    found = _Law(poses.some(some), moduli[some], SPRINGS, body.some(some)).state(q[some], before.some(some))
+    found = _Law(poses.select(some), moduli[some], SPRINGS, body.select(some)).state(q[some], before.select(some))
     np.testing.assert_allclose(found.residual, expected.residual[some], atol=1e-13)
     np.testing.assert_allclose(found.N, expected.N[some], rtol=1e-13)
 
