@@ -29,7 +29,7 @@ class Memory:
         """
         step = (seconds / self._times)[..., None]
         decay = np.exp(-step)
-        self._mean = -np.expm1(-step) / step  # of the decay over the step
+        self._mean = np.divide(-np.expm1(-step), step, out=np.ones_like(step), where=step > 0.0)  # of the decay
         self._kept = decay * self._memory + (self._mean - decay) * self._elastic
         fresh = 1.0 - (self._shares * (1.0 - self._mean)).sum(axis=0)
         return fresh, (self._shares * self._kept).sum(axis=0)

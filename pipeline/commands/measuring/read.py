@@ -64,8 +64,8 @@ def execute(arguments: Namespace) -> int:
         bound = "left out where the design has fruit.relaxation"
         raise validation_error(flag, str(getattr(arguments, asked[0])), "", bound, "read a press with its hold")
     of_moment = sources.keys() & {"--forces", "--counts"}
-    if of_moment and not sensor.is_pair:
-        bound = "left out for a line or a square: one moment cannot tell the shape of the skin from the modulus"
+    if of_moment and not sensor.reads_moments:
+        bound = "left out but for a pair of flat tips: one moment cannot tell the shape of the skin from the modulus"
         raise validation_error(flag := of_moment.pop(), sources[flag], "", bound, "read a press: FILE.csv")
     firmware = _firmware(arguments, sensor)
     outcome = PASSED
@@ -85,9 +85,8 @@ def execute(arguments: Namespace) -> int:
 
 def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
     if not sensor.report.moduli:
-        print_error(
-            "note: the design has no [reading]; the uncertainty holds for level presses in the middle of the fruit"
-        )
+        lacks = "has no [reading]" if sensor.design.reading is None else "has level presses without a reading"
+        print_error(f"note: the design {lacks}; the uncertainty holds for level presses in the middle of the fruit")
     if sensor.design.fruit.relaxation is not None:
         at = sensor.design.read_s
         print_error(f"note: E is that at the first instant; the apparent one is that at {at:g} s")

@@ -33,7 +33,7 @@ class ContrastPress:
         self._hold = hold
         self._law = sensor.rise_law if hold is None else sensor.rise_law.over_time
         self._press = SeatedPress(sensor, self._law, lag=lag)
-        self._stroke = Stroke(sensor, lag) if sensor.is_pair and hold is None else None
+        self._stroke = Stroke(sensor, lag) if sensor.reads_moments and hold is None else None
         self._before: float | None = None
 
     def add(self, channels: Floats, x: float | None = None, t: float | None = None) -> None:

@@ -59,6 +59,11 @@ class MeasuringUnit:
         """Say whether the unit has two tips, whose contrast a tilt moves."""
         return self.report.read_out.is_pair
 
+    @property
+    def reads_moments(self) -> bool:
+        """Say whether one moment tells a modulus: of a level pair of flat tips, whose law is that of a force ratio."""
+        return self.is_pair and self.design.tips.tip_shape.has_flat_face
+
     @cached_property
     def rise_law(self) -> RiseLaw:
         """Return the law by which the unit reads a press; that of a pair is right whatever the heights of its tips."""
@@ -84,10 +89,12 @@ class MeasuringUnit:
     def curvature_deviation(self) -> float:
         """Return the standard deviation of the mean curvature of the skin [1/mm].
 
-        It is 0 where it is told, and where the design names the radii that occur: they are in the source of its pose.
+        It is 0 where it is told, and where the design names the radii that occur and reads all moduli: they are in the
+        source of its pose.
         """
         asked = self.design.reading
-        if self.radii_mm is not None or (asked is not None and asked.radius_mm is not None):
+        in_pose = bool(self.report.moduli) and asked is not None and asked.radius_mm is not None
+        if self.radii_mm is not None or in_pose:
             return 0.0
         named = 0.0 if asked is None else asked.radius_spread / math.sqrt(3.0)
         return 0.5 * math.fsum(design_curvatures(self.design)) * max(named, LEAST_CURVATURE_SPREAD)

@@ -33,7 +33,10 @@ class AtOneTime:
     def __init__(
         self, samples: Iterable[Sample], source: str, delays: Sequence[float], deviation: float, period: float
     ) -> None:
-        """Read the first samples; delays, deviation and the time between two samples [s] are of the read-out."""
+        """Read the first samples; delays, deviation and the time between two samples [s] are of the read-out.
+
+        Raises InputError where lines whose channels are delayed have all the same time.
+        """
         ahead = list(itertools.islice(iterator := iter(samples), AHEAD))
         self._samples = itertools.chain(ahead, iterator)
         self._source = source
@@ -41,6 +44,10 @@ class AtOneTime:
         by_delays = any(delays) and not self._timed
         intervals = [after.t - before.t for before, after in itertools.pairwise(ahead)]
         interval = statistics.median(intervals) if intervals else math.inf
+        if by_delays and not interval > 0.0:
+            name = f"{source}: time from line to line"
+            bound = "above 0 s, for the read-out converts one channel after the other"
+            raise validation_error(name, interval, "s", bound, "write the time of each line")
         closer = by_delays and interval < CLOSEST * period
         self._delays = delays if by_delays and not closer else ()
         self.deviation = 0.0 if self._timed else max(deviation, interval / math.sqrt(12.0)) if closer else deviation

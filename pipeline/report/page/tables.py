@@ -103,7 +103,7 @@ def _over_tilt(design: Design, read_out: ReadingConstants, readings: Readings | 
     F = presses.F[:, :, -1]
     is_dome = design.tips.dome_radius_mm is not None
     pressure = presses.mean_pressure[:, :, -1] if is_dome else F / design.tips.face_mm2
-    model = RiseModel(law=rise_law(design, read_out.contrast), level=read_out.level or read_out.rise_level)
+    model = RiseModel(law=rise_law(design, read_out.contrast), level=readings.level)
     one_percent = 0.01 * np.array(read_out.full_scale_N)
     return _table(
         axes=(np.array(presses.moduli), _axis("tilt", np.array(tilts))),
