@@ -93,6 +93,10 @@ def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple
 
 
 def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
+    """Return the verdicts on the stop of an arm beyond a deflection [mm], and on the gap above its leaf there.
+
+    The frame stops the shuttle, or first a point of the leaf, which moves by a fraction of the shuttle's deflection.
+    """
     stops = f"geometry.stops_{arm.name}"
     gap = f"geometry.deflected_gap_{arm.name}"
     limit = STOP_SAFETY * deflection

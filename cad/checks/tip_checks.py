@@ -93,12 +93,12 @@ def _pocket_error(lines: Lines, housing: Housing, x: float) -> float:
     """Return by how much a pocket at x is too wide or too narrow on any side, its gable and its end [mm]."""
     half_width = 0.5 * housing.pocket_side
     half_depth = 0.5 * housing.pocket_depth
-    to_gable = gable_side(housing)
+    gable = gable_side(housing)  # +1 or -1: on which side along y the pocket ends in a ridge of 45 degrees
     declared = {
         (1.0, 0.0, 0.0): half_width,
         (-1.0, 0.0, 0.0): half_width,
-        (0.0, -to_gable, 0.0): half_width,
-        (0.0, to_gable, 0.0): housing.pocket_side,
+        (0.0, -gable, 0.0): half_width,
+        (0.0, gable, 0.0): housing.pocket_side,  # the ridge is a whole side from the middle
         UP: half_depth,
     }
     middle = (x, 0.0, half_depth)

@@ -100,16 +100,18 @@ def by_heat(signal: SignalPath | None) -> dict[str, float]:
 
 
 def mean_sources(sources: Sequence[UncertaintySources]) -> UncertaintySources:
-    """Return the root mean square of each source over readings that occur alike."""
+    """Return the root mean square of each source over readings that are equally likely."""
 
-    def mean(values: Iterable[float]) -> float:
+    def root_mean_square(values: Iterable[float]) -> float:
         return math.sqrt(math.fsum(value**2 for value in values) / len(sources))
 
     return UncertaintySources(
-        contributions={name: mean(each.contributions[name] for each in sources) for name in sources[0].contributions},
-        stiffness_slope=mean(each.stiffness_slope for each in sources),
-        noise_slope=mean(each.noise_slope for each in sources),
-        by_noise=mean(each.by_noise for each in sources),
+        contributions={
+            name: root_mean_square(each.contributions[name] for each in sources) for name in sources[0].contributions
+        },
+        stiffness_slope=root_mean_square(each.stiffness_slope for each in sources),
+        noise_slope=root_mean_square(each.noise_slope for each in sources),
+        by_noise=root_mean_square(each.by_noise for each in sources),
     )
 
 

@@ -91,7 +91,7 @@ def value_at(report: object, name: str) -> object:
     try:
         if words[0] == "verdicts":
             verdicts: Any = _part(report, "verdicts")
-            value = {verdict.name: verdict for verdict in verdicts}[".".join(words[1:-1])]
+            value = {verdict.name: verdict for verdict in verdicts}[".".join(words[1:-1])]  # names have dots
             words = words[-1:]
         for word in words:
             value = _part(value, word)

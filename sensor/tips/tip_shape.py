@@ -59,7 +59,7 @@ class TipShape(ABC):
     name: ClassVar[str]
     is_round: ClassVar[bool] = True
     has_flat_face: ClassVar[bool] = False
-    """The tip ends in a plane, whose edge may be rounded: the pressure of a level press is that of a flat punch."""
+    """The tip ends in a plane that is its outline but for a rounded edge: a level press is that of a flat punch."""
     obeys_hertz: ClassVar[bool] = False
     """The tip is a shallow cap: forces follow Hertz's law at any tilt."""
 

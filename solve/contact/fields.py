@@ -177,9 +177,12 @@ def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
 def _half_space(
     x: Floats, y: Floats, z: Floats, tips: Sequence[_Patches], points: Sequence[_Patches]
 ) -> halfspace.Potentials:
-    """Return the sum of the potentials of all loads: of patches near a tip, of forces at points beyond."""
+    """Return the sum of the potentials of all loads on flesh of E = 1 MPa at x, y, z (n,) [mm], z down into the fruit.
+
+    Near a tip the loads are patches; beyond, the same forces [N] act at points.
+    """
     total = np.zeros((len(fields(halfspace.Potentials)), len(z)))
-    total[0] = z
+    total[0] = z  # the first field of the potentials is the depth; the others add up
     for patches, nodes in zip(tips, points, strict=True):
         middle = nodes.centres.mean(axis=0)
         reach = NEAR * float(np.ptp(patches.centres, axis=0).max() + patches.sides.max())

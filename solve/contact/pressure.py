@@ -40,8 +40,9 @@ def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: 
         raise validation_error("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
     _, grid = scene_cells(scene, compliance.at(E), x)  # the fine one
     interference = grid.interference(scene, x)
-    springs = E * np.asarray(C, dtype=np.float64) + grid.compliance_correction
-    contact = UnilateralContact(grid.cells).solve(interference, springs)
+    # Contact is solved in forces over E [mm^2], so compliances are those of springs and fruit times E [1/mm].
+    compliance_times_E = E * np.asarray(C, dtype=np.float64) + grid.compliance_correction
+    contact = UnilateralContact(grid.cells).solve(interference, compliance_times_E)
 
     across = len(grid.edges) - 1
     forces = E * (contact.pressure * grid.cells.areas)  # [N]

@@ -43,6 +43,10 @@ def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequen
 
 
 def _lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
+    """Return the lines of the bricks along x, y and down [mm]: one through each load, denser about the narrowest one.
+
+    Along a mirrored axis they begin at 0. The core of a whole fruit and the base of a skin have lines too.
+    """
     fruit = shape.fruit
     least = min(load.deviation for load in loads)
     centres = np.array([(load.x, load.y) for load in loads])

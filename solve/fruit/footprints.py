@@ -113,7 +113,8 @@ def node_remainder(
 
     The compliance has shape (nodes, nodes), `between` nodes a side; its loads stand on fewer nodes, `within` a side.
     The mesh is the box over `lines` [mm], which begin at mirror planes. A load there is the mean of loads even and odd
-    (`parities`); a parity that is left out counts as zero. Raises SolveError when a solve is not exact.
+    in x and in y: a parity is +1, -1, or 0 on an axis without a plane, and one that is left out of `parities` counts as
+    zero. Raises SolveError when a solve is not exact.
     """
     # A node beyond a mirror plane is replaced by its image in the part that is meshed.
     nodes = np.concatenate([footprint.nodes(within) for footprint in footprints])
@@ -125,11 +126,11 @@ def node_remainder(
     side = max(footprint.side for footprint in footprints)
     rounded = np.round(nodes / side, SAME_POINT) + 0.0
     _, first, load = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
-    families, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first], parities)
+    of_parity, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first], parities)
 
     # A force on one side of a plane is the mean of an even and an odd pair of forces.
     compliance = np.zeros((len(nodes), len(nodes)))
-    for parity, between_loads in zip(parities, families, strict=True):
+    for parity, between_loads in zip(parities, of_parity, strict=True):
         sign = np.where(is_beyond, parity, 1).prod(axis=1)
         compliance += np.outer(sign, sign) * between_loads[np.ix_(load, load)]
     compliance /= 2 ** mirrored.sum()

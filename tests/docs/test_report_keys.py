@@ -13,6 +13,7 @@ from stand_ins import result_of, sensor_of, stored_report
 
 from pipeline.cli import main
 from pipeline.reading.over_time import reading_over_time
+from pipeline.reading.read_out import LevelReading
 from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key, report_keys
 from pipeline.report.of_result import report_of_result
@@ -132,11 +133,14 @@ def read_report(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def timed_report():
-    """Return what the report of a sensor has beside the others' keys where its fruit relaxes and a file is stale."""
+    """Return what a report has beside the others' keys: fruit that relaxes, a stale file, a pair that is corrected."""
     design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
     over_time = reading_over_time(sensor_of(design))
-    data = report_data(report_of_result(replace(result_of(design), over_time=over_time), stale={"sheet.md": "0"}))
-    return {key: data[key] for key in ("relaxation", "stale")}
+    result = result_of(design)
+    read_out = replace(result.read_out, level=(LevelReading(E_MPa=1.0, read_MPa=1.1),))
+    result = replace(result, over_time=over_time, read_out=read_out)
+    data = report_data(report_of_result(result, stale={"sheet.md": "0"}))
+    return {"read_out": {"level": data["read_out"]["level"]}, **{key: data[key] for key in ("relaxation", "stale")}}
 
 
 @pytest.mark.parametrize("level", LEVELS)

@@ -82,6 +82,7 @@ def execute(arguments: Namespace) -> int:
 
 
 def _as_mapping(calibration: "Calibration") -> dict[str, object]:
+    """Return a calibration as the data of `--json`, keys with their unit."""
     from pipeline.storage.plain import to_plain
 
     unit = to_plain(calibration.unit)
@@ -97,7 +98,7 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
                 "with_design_stiffness_percent": with_design,
             }
         )
-    trims = zip(unit["tips"], calibration.trims, strict=False)
+    trims = zip(unit["tips"], calibration.trims, strict=False)  # none where no housing is made
     data: dict[str, object] = {
         **{key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent")},
         "design_K_N_per_m": [1e3 * K for K in calibration.nominal],

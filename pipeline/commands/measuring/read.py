@@ -143,19 +143,22 @@ def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> dict[str, dict[P
 
 
 def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
+    """Read and print one moment of `--forces` or `--counts`; return the exit code."""
     from pipeline.measure.unit.pair_press import single_reading
     from pipeline.measure.unit.presses import forces_of_counts, refuse_out_of_scale
     from pipeline.measure.unit.signals import numbers_of_text
 
     tips = sensor.report.tips
     if arguments.forces is not None:
-        forces: Sequence[float] = numbers_of_text(arguments.forces, len(tips), "--forces", "N")
+        flag = "--forces"
+        channels: Sequence[float] = numbers_of_text(arguments.forces, len(tips), flag, "N")
     else:
+        flag = "--counts"
         counts = numbers_of_text(arguments.counts, len(tips), "--counts", "counts")
         tare = None if arguments.tare is None else numbers_of_text(arguments.tare, len(tips), "--tare", "counts")
-        forces = forces_of_counts(sensor, counts, tare)
-    refuse_out_of_scale(sensor, forces, lambda tip: f"--forces: tip {tips[tip].name}")
-    reading = single_reading(sensor, sensor.forces_of_channels(forces))
+        channels = forces_of_counts(sensor, counts, tare)
+    refuse_out_of_scale(sensor, channels, lambda tip: f"{flag}: tip {tips[tip].name}")
+    reading = single_reading(sensor, sensor.forces_of_channels(channels))
     print_error("note: one reading of a pair is its force ratio, right only for a level press; read a press instead")
     with answering():
         _tell(reading, indent=2, as_json=arguments.json)

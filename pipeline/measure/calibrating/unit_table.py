@@ -59,25 +59,30 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
 
 
 def level_press(sensor: MeasuringUnit, E: float) -> Floats:
-    """Return the forces of a level unit on a fruit of modulus E [MPa] up to full travel [N], (samples, tips).
+    """Return the forces of a unit in a level press to full travel on a fruit of modulus E [MPa], (samples, tips) [N].
 
-    They are those that read as E does. Raises ReadingError where a tip is off at full travel.
+    A unit that reads them, and corrects what it read, gets E. Raises ReadingError where a tip is off at full travel.
     """
-    law = sensor.law
-    modulus = sensor.read_as(E)
-    if sensor.is_pair:
-        S = sensor.report.compliance.at(E).S  # a skin has another one at each modulus
-        law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
-        modulus = E
-    travel = min(law.gaps) + travels(sensor.design.press.travel_mm, PRESS_SAMPLES)
+    law, modulus = _level_law(sensor, E)
+    travel = min(law.gaps) + travels(sensor.design.press.travel_mm, PRESS_SAMPLES)  # from the first touch
+    msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
     try:
         forces = elastic_forces(law, np.full(len(travel), modulus), travel)
-    except SolveError:
-        forces = np.zeros((1, len(law.gaps)))
+    except SolveError as error:
+        raise ReadingError(msg) from error
     if not forces[-1].min() > 0.0:
-        msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
         raise ReadingError(msg)
-    return np.asarray(forces)
+    return forces
+
+
+def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
+    """Return the law by which a level unit is pressed, and the modulus [MPa] that it is pressed with for a true E."""
+    if sensor.is_pair:
+        # A pair knows s11 - s12 alone; its tips need the whole compliance, which is another one under a skin.
+        S = sensor.report.compliance.at(E).S
+        return ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist()), E
+    # Other layouts are pressed by the law that reads them: with the modulus that is read before it is corrected.
+    return sensor.law, sensor.read_as(E)
 
 
 def read_exactly(sensor: MeasuringUnit, press: Floats) -> RiseReading:

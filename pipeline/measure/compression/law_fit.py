@@ -82,25 +82,15 @@ class LawFit:
 
 
 def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_drift: bool) -> LawFit | None:
-    """Return the least-squares fit to travel [mm] and force [N], shape (points,); None where it has no minimum.
+    """Return the least-squares fit to travel [mm] and force [N], shape (points,).
 
-    `zero` [N] is where the load cell begins.
+    `zero` [N] is where the load cell begins. None where the curve does not rise, or the fit has no minimum.
     """
+    start = _first_guess(law, travel, force, zero)
+    if start is None:
+        return None
     largest = last_force(force) - zero
-    upper = force - zero > _UPPER * largest
-    if largest <= 0.0 or upper.sum() < 3:  # noqa: PLR2004 - a line and one point more
-        return None
-    slope, level = np.polyfit(travel[upper], (force[upper] - zero) ** (1.0 / law.exponent), 1)
-    if slope <= 0.0:
-        return None
     reach = float(travel[-1] - travel[0])
-    start = CurveParameters(
-        log_modulus=law.exponent * np.log(slope) - np.log(law.stiffness),
-        touch=-level / slope,
-        settling=_GUESS_TRAVEL * reach,
-        log_settling_force=np.log(_GUESS * largest),
-        offset=zero,
-    )
     lower = CurveParameters(-np.inf, -np.inf, 0.0, np.log(_LEAST_SETTLING * largest), -np.inf, -np.inf)
     upmost = CurveParameters(np.inf, np.inf, _LARGEST_TRAVEL * reach, np.log(_MOST_SETTLING * largest), np.inf, np.inf)
     scale = CurveParameters(1.0, reach, reach, _WIDE, largest, largest / reach)
@@ -124,6 +114,27 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     errors = np.zeros(6)
     errors[fitted] = standard_errors(np.asarray(solution.jac)[:, fitted], solution.fun)
     return LawFit(law=law, parameters=parameters, errors=CurveParameters(*errors.tolist()), residual=solution.fun)
+
+
+def _first_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) -> CurveParameters | None:
+    """Return where the fit starts; None where the upper part of the curve does not rise.
+
+    By the law, F = E k (x - touch)^n: F^(1/n) is a straight line over x of slope (E k)^(1/n), 0 at the touch.
+    """
+    largest = last_force(force) - zero
+    upper = force - zero > _UPPER * largest
+    if largest <= 0.0 or upper.sum() < 3:  # noqa: PLR2004 - a line and one point more
+        return None
+    slope, level = np.polyfit(travel[upper], (force[upper] - zero) ** (1.0 / law.exponent), 1)
+    if slope <= 0.0:
+        return None
+    return CurveParameters(
+        log_modulus=law.exponent * np.log(slope) - np.log(law.stiffness),
+        touch=-level / slope,
+        settling=_GUESS_TRAVEL * float(travel[-1] - travel[0]),
+        log_settling_force=np.log(_GUESS * largest),
+        offset=zero,
+    )
 
 
 def standard_errors(jacobian: Floats, residual: Floats) -> Floats:

@@ -89,15 +89,15 @@ class MeasuringUnit:
     def curvature_deviation(self) -> float:
         """Return the standard deviation of the mean curvature of the skin [1/mm].
 
-        It is 0 where it is told, and where the design names the radii that occur and reads all moduli: they are in the
-        source of its pose.
+        It is 0 where the radii are told. Where the design lists the radii that occur, its source `pose` has them.
         """
         asked = self.design.reading
         in_pose = bool(self.report.moduli) and asked is not None and asked.radius_mm is not None
         if self.radii_mm is not None or in_pose:
             return 0.0
-        named = 0.0 if asked is None else asked.radius_spread / math.sqrt(3.0)
-        return 0.5 * math.fsum(design_curvatures(self.design)) * max(named, LEAST_CURVATURE_SPREAD)
+        named = 0.0 if asked is None else BOUNDED * asked.radius_spread
+        mean_curvature = 0.5 * math.fsum(design_curvatures(self.design))
+        return mean_curvature * max(named, LEAST_CURVATURE_SPREAD)
 
     @property
     def height_deviation(self) -> float:

@@ -16,10 +16,11 @@ _REFUSED = 4.0
 
 
 def shortfall(verdict: Verdict) -> float:
-    """Return how far a verdict is from passing [1]: 0 where it passes, over its limit how far its bar is beyond it.
+    """Return how far a verdict is from passing [1]: 0 where it passes with its margin.
 
-    A limit on one side is kept by a margin. The fraction of the poses that have no reading is added, 1 stands for a
-    verdict without a number. Whether a process can make a spring is left to the run where the beam law cannot tell.
+    Else it is the margin and how far the worse end of its error bar lies beyond the limit, over the limit. The fraction
+    of the poses that have no reading is added, and 1 stands for a verdict without a number. Whether a process can make
+    a spring is left to the run where the beam law cannot tell.
     """
     if verdict.passed is None and verdict.name.startswith("printable."):
         return 0.0

@@ -77,19 +77,24 @@ def _middle(ends: Ends) -> float:
 def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     """Return the changes of the preset that fit it to a fruit, in sizes that a maker can measure."""
     tips = preset.tips
-    own = preset.fruit
-    other = fruit_of(preset)
+    preset_fruit = preset.fruit
+    preset_range = fruit_of(preset)
     moduli = fruit.moduli_MPa
     # As large as the fruit is, but no smaller than plates and leaves can be printed.
-    larger = max(other.mean_curvature / fruit.mean_curvature, _LEAST_SPACING_MM / tips.spacing_mm)
-    firmer = math.sqrt(fruit.E_min_MPa * fruit.E_max_MPa) / math.sqrt(other.E_min_MPa * other.E_max_MPa)
-    spacing = _nearest(tips.spacing_mm * larger, _SPACING_STEP_MM)
+    length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, _LEAST_SPACING_MM / tips.spacing_mm)
+    modulus_ratio = math.sqrt(fruit.E_min_MPa * fruit.E_max_MPa) / math.sqrt(
+        preset_range.E_min_MPa * preset_range.E_max_MPa
+    )
+    spacing = _nearest(tips.spacing_mm * length_ratio, _SPACING_STEP_MM)
     # The fruit of the design lies within the ranges where that of the preset lies within its own.
-    radii = [_within(*row) for row in zip(fruit.radii_mm, own.radii_mm, other.radii_mm, strict=True)]
-    depth = _nearest(own.depth_mm * larger, _HALF_MM)
-    if fruit.thickness_mm is not None and other.thickness_mm is not None:
-        depth = _within(fruit.thickness_mm, own.depth_mm, other.thickness_mm)
-    widest = _widest_piece(math.fsum(1.0 / radius for radius in radii) / len(radii), depth)
+    radii = [
+        _same_place_in_range(*row)
+        for row in zip(fruit.radii_mm, preset_fruit.radii_mm, preset_range.radii_mm, strict=True)
+    ]
+    depth = _nearest(preset_fruit.depth_mm * length_ratio, _HALF_MM)
+    if fruit.thickness_mm is not None and preset_range.thickness_mm is not None:
+        depth = _same_place_in_range(fruit.thickness_mm, preset_fruit.depth_mm, preset_range.thickness_mm)
+    widest_side = _widest_piece(math.fsum(1.0 / radius for radius in radii) / len(radii), depth)
     return {
         "fruit.thickness_mm": depth,
         "fruit.radius_mm": radii[0],
@@ -97,16 +102,17 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
         "reading.radius_mm": fruit.radii_mm[0],
         "reading.radius_across_mm": fruit.radii_mm[1],
         "reading.thickness_mm": fruit.thickness_mm,
-        "fruit.length_mm": _nearest(min(own.length_mm * larger, widest), _HALF_MM),
-        "fruit.width_mm": _nearest(min(own.width_mm * larger, widest), _HALF_MM),
+        "fruit.length_mm": _nearest(min(preset_fruit.length_mm * length_ratio, widest_side), _HALF_MM),
+        "fruit.width_mm": _nearest(min(preset_fruit.width_mm * length_ratio, widest_side), _HALF_MM),
         "fruit.E_max_MPa": fruit.E_max_MPa,
         "fruit.E_MPa": moduli,
         "fruit.bruise_limit_MPa": tuple(bruise_limit(E) for E in moduli),
         "tips.spacing_mm": spacing,
         "tips.side_mm": round(spacing - _BEYOND_SIDE_MM, 2),
-        "tips.dome_radius_mm": _nearest((tips.dome_radius_mm or 0.0) * larger, _DOME_STEP_MM),
-        "press.travel_mm": max(least_travel(preset), _nearest(preset.press.travel_mm * larger, _TRAVEL_STEP_MM)),
-        **_springs(preset, larger * firmer, larger * firmer),
+        "tips.dome_radius_mm": _nearest((tips.dome_radius_mm or 0.0) * length_ratio, _DOME_STEP_MM),
+        "press.travel_mm": max(least_travel(preset), _nearest(preset.press.travel_mm * length_ratio, _TRAVEL_STEP_MM)),
+        # springs scale as length times modulus
+        **_springs(preset, length_ratio * modulus_ratio, length_ratio * modulus_ratio),
     }
 
 
@@ -117,7 +123,7 @@ def _widest_piece(curvature: float, depth: float) -> float:
     return math.sqrt(2.0 * (2.0 * radius * fall - fall**2))
 
 
-def _within(ends: Ends, of_preset: float, ends_of_preset: Ends) -> float:
+def _same_place_in_range(ends: Ends, of_preset: float, ends_of_preset: Ends) -> float:
     """Return the length that lies within its ends as that of the preset does, to three digits [mm]."""
     least, most = ends_of_preset
     fraction = math.log(of_preset / least) / math.log(most / least) if least < most else 0.5

@@ -148,21 +148,24 @@ class Search:
         return check_targets(sensor).verdicts
 
     def _nearer(self, candidate: Candidate) -> Candidate:
-        """Return a candidate each of whose numbers is as near to the design's as lets it pass, a little beyond."""
+        """Return a candidate whose numbers are moved back towards the design's, to just where it still passes.
+
+        Each number is found by bisection of its logarithm, and rounded away from the value that fails.
+        """
         on_cells = scene_of(self._design_of(candidate)).on_cells
-        for key, passes in candidate.changes.items():
-            fails = value_of(self._base.design, key)
-            if not (isinstance(passes, float) and isinstance(fails, float) and fails * passes > 0.0):
+        for key, passing in candidate.changes.items():
+            failing = value_of(self._base.design, key)
+            if not (isinstance(passing, float) and isinstance(failing, float) and failing * passing > 0.0):
                 continue
-            beyond = _BEYOND if passes > fails else -_BEYOND
+            beyond = _BEYOND if passing > failing else -_BEYOND
             for _ in range(_BISECTIONS_ON_CELLS if on_cells else _BISECTIONS):
-                middle = math.sqrt(fails * passes)
+                middle = math.sqrt(failing * passing)
                 trial = self.trial({**candidate.changes, key: middle})
                 if trial is not None and not trial.failed:
-                    passes = middle
+                    passing = middle
                 else:
-                    fails = middle
-            value = rounded(passes * (1.0 + beyond), passes * (1.0 + 2.0 * beyond))
+                    failing = middle
+            value = rounded(passing * (1.0 + beyond), passing * (1.0 + 2.0 * beyond))
             final = self.trial({**candidate.changes, key: value})
             if final is not None and not final.failed:
                 candidate = final

@@ -135,7 +135,7 @@ def test_a_fold_is_refused(monkeypatch):
             points[0] > 5.0
         )
 
-    monkeypatch.setattr(solve.fruit.curved_body.CurvedShape, "bent", inside_out)
+    monkeypatch.setattr(solve.fruit.curved_body.CurvedShape, "bend", inside_out)
     with pytest.raises(SolveError):
         curvature_correction(PIECE, PAIR, smooth_loads(PIECE, PAIR), BodySteps())
 
