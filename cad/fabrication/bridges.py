@@ -134,7 +134,7 @@ class SignalPath:
 
     @property
     def delays(self) -> tuple[float, ...]:
-        """Return the delay of each channel over the time between two samples [1]; none where all are at once."""
+        """Return the delay of each channel as a fraction of the sample period [1]; empty where all convert at once."""
         return tuple(1e-3 * self.rate_Hz * delay for delay in self.delay_ms) if any(self.delay_ms) else ()
 
     @property
@@ -172,9 +172,9 @@ def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
 
 
 def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
-    """Return how much later each channel of a sample is converted than its first one [ms]; none where all are at once.
+    """Return the delay of each channel behind the first conversion of a sample [ms]; empty where all convert at once.
 
-    An amplifier of several inputs takes one after the other, all of them in each sample.
+    An amplifier of several inputs converts them in turn, all of them in each sample.
     """
     amplifier = readout.circuit
     if readout.delay_ms is not None:

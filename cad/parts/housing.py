@@ -62,7 +62,7 @@ class Housing:
 
     Where pins stand out, the tip is their foot: levels are heights above its face, and z = -pin_out touches. A plate
     that is made `back_to_back` with its like, which is turned half round the press axis, has a frame of equal halves.
-    The pads on its back face y = depth / 2 rest on those of the other plate.
+    The pads of both plates, on their back faces y = depth / 2, touch each other.
     """
 
     low: Flexure = report_field("", "leaves of the low spring")
