@@ -57,17 +57,16 @@ def fitted_sensor(
     return Sensor(design=design, contact=contact, sizing=sizing, springs=springs)
 
 
-def evaluate(
-    design: Design, options: RunOptions | None = None, *, sensor: Sensor | None = None, timed: Stopwatch | None = None
-) -> SensorResult:
-    """Return every number, verdict and error of a design but the verdicts on its files.
-
-    The sensor is solved where it is not given. Raises as `fitted_sensor`.
-    """
+def evaluate(design: Design, options: RunOptions | None = None, *, timed: Stopwatch | None = None) -> SensorResult:
+    """Return every number, verdict and error of a design but the verdicts on its files; raises as `fitted_sensor`."""
     options = options or RunOptions()
     timed = timed or Stopwatch()
-    checked = check_targets(sensor or fitted_sensor(design, options, timed), options, timed=timed)
-    sensor = checked.sensor
+    return evaluate_sensor(fitted_sensor(design, options, timed), options, timed)
+
+
+def evaluate_sensor(sensor: Sensor, options: RunOptions, timed: Stopwatch) -> SensorResult:
+    """Return every number, verdict and error of a sensor but the verdicts on its files; raises as `fitted_sensor`."""
+    checked = check_targets(sensor, options, timed=timed)
     springs = sensor.springs
     press = checked.solved_press
     left_out = []  # what no verdict needs does not undo what was solved

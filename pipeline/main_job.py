@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from pipeline.evaluate import evaluate, fitted_sensor, refuse_unsolvable, with_file_verdicts
+from pipeline.evaluate import evaluate, evaluate_sensor, fitted_sensor, refuse_unsolvable, with_file_verdicts
 from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.making.fields import write_fields
 from pipeline.making.solids import begin_solids
@@ -43,7 +43,7 @@ def run(
         with timed.stage("fabrication"):
             fabrication = begin_fabrication(sensor, options, folder, executor)
 
-        result = evaluate(design, options, sensor=sensor, timed=timed)
+        result = evaluate_sensor(sensor, options, timed)
         with timed.stage("fields"):
             fields_left_out = write_fields(sensor, result.press, options, folder)
         with timed.stage("fabrication"):

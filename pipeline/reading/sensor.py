@@ -133,16 +133,16 @@ class Sensor:
         is_bare = self.contact.skin is None
         return tips.tip_layout.is_pair and tips.tip_shape.has_flat_face and in_the_middle and is_bare
 
-    def presses(self, moduli: Sequence[float], placements: Sequence[Placement], samples: int = RISE_TRAVELS) -> Presses:
+    def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> Presses:
         """Return the presses at moduli [MPa] in placements; raises as `pose_forces`."""
         travel = self.design.press.travel_mm
-        x = travels(travel, samples).tolist()
+        x = travels(travel, RISE_TRAVELS).tolist()
         poses = []
         for E in moduli:
             for placement in placements:
                 poses += [placement.pressed(E, each, each / travel) for each in x]
         forces = self.in_poses(poses)
-        shape = (len(moduli), len(placements), samples)
+        shape = (len(moduli), len(placements), RISE_TRAVELS)
         return Presses(
             moduli=tuple(moduli),
             placements=tuple(placements),

@@ -54,11 +54,6 @@ def _sentence(key: ReportKey) -> str:
     return f"{key.meaning[:1].upper()}{key.meaning[1:]}."
 
 
-def entry_names() -> tuple[str, ...]:
-    """Return the names that can be explained, one for each spring where an entry stands for several."""
-    return tuple(name for entry in entries() for name in entry.each or (entry.name,))
-
-
 def entry_of(name: str) -> Entry:
     """Return the entry of a name, or of a key of report.json.
 

@@ -296,7 +296,7 @@ def bias_on(sensor, fruit, modulus):
     """Return E read / E - 1 of a level press on another fruit, whose compliance is solved anew."""
     design = dataclasses.replace(sensor.design, fruit=fruit)
     other = dataclasses.replace(sensor, design=design, contact=contact_compliance(fruit, design.tips))
-    press = other.presses([modulus], [Placement(from_touch=True)], RISE_TRAVELS).F[0, 0]
+    press = other.presses([modulus], [Placement(from_touch=True)]).F[0, 0]
     return rise_model(sensor).modulus(press) / modulus - 1.0
 
 
