@@ -14,6 +14,7 @@ from cad.parts.layout import housing_for
 from pipeline.measure.compression.specimens import Specimen
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import reading_constants
+from pipeline.reading.over_time import reading_over_time
 from pipeline.reading.sensor import Sensor
 from pipeline.report.answer import every_section, summary
 from pipeline.report.of_result import report_of_result
@@ -29,9 +30,11 @@ from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
+from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.printability import check_printable
 from sensor.design.processes import PROCESSES
+from sensor.design.tips import Press
 from sensor.quantity import Estimate
 from sensor.verdict import Verdict
 from solve.contact.scene import SidewaysGive
@@ -162,6 +165,12 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
         errors=sensor_errors(pair, reached, press, RunOptions()),
         seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),
     )
+
+
+def relaxing_result() -> SensorResult:
+    """Return the result of a sensor whose fruit relaxes."""
+    design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
+    return replace(result_of(design), over_time=reading_over_time(sensor_of(design)))
 
 
 _kept_result = functools.cache(fresh_result)

@@ -9,10 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from stand_ins import result_of, sensor_of, stored_report
+from stand_ins import relaxing_result, result_of, stored_report
 
 from pipeline.cli import main
-from pipeline.reading.over_time import reading_over_time
 from pipeline.reading.read_out import LevelReading
 from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key, report_keys
@@ -20,9 +19,6 @@ from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import Report, report_data
 from pipeline.study.wanted import LEVELS
-from sensor.design.fruit import Fruit
-from sensor.design.parameters import Design
-from sensor.design.tips import Press
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "report-json.md").read_text(encoding="utf-8")
@@ -134,11 +130,9 @@ def read_report(tmp_path_factory):
 @pytest.fixture(scope="module")
 def timed_report():
     """Return what a report has beside the others' keys: fruit that relaxes, a stale file, a pair that is corrected."""
-    design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
-    over_time = reading_over_time(sensor_of(design))
-    result = result_of(design)
+    result = relaxing_result()
     read_out = replace(result.read_out, level=(LevelReading(E_MPa=1.0, read_MPa=1.1),))
-    result = replace(result, over_time=over_time, read_out=read_out)
+    result = replace(result, read_out=read_out)
     data = report_data(report_of_result(result, stale={"sheet.md": "0"}))
     return {"read_out": {"level": data["read_out"]["level"]}, **{key: data[key] for key in ("relaxation", "stale")}}
 

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from stand_ins import CONTACT, ERRORS, result_of, stored_report
+from stand_ins import CONTACT, ERRORS, relaxing_result, result_of, stored_report
 
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings, SkinPressure
@@ -179,3 +179,17 @@ def test_number_that_is_not_finite_is_not_written(tmp_path):
     with pytest.raises(ValueError, match="JSON"):
         write_outputs(dataclasses.replace(result, verdicts=verdicts), tmp_path)
     assert not (tmp_path / "report.json").exists()
+
+
+def test_relaxation_is_in_seconds_and_per_cent():
+    """Rows and moments of the design's own speed, and of those that were tried beside it."""
+    result = relaxing_result()
+    over_time, report = result.over_time, stored_report(result)["relaxation"]
+    assert report["moves_percent"] == pytest.approx(100.0 * over_time.moves.value)
+    assert report["moves_error_percent"] == pytest.approx(100.0 * over_time.moves.error)
+    assert (report["stop_s"], report["at_s"]) == (over_time.t[over_time.stop], over_time.t[over_time.at])
+    moves = [moment["moves_percent"] for moment in report["moments"]]
+    assert moves == pytest.approx([100.0 * moment.moves for moment in over_time.moments])
+    for row, E, forces in zip(report["moduli"], over_time.E, over_time.F, strict=True):
+        assert row["E_MPa"] == E
+        np.testing.assert_allclose(np.array(row["F_N"], dtype=float), forces.T)

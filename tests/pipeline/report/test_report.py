@@ -6,10 +6,9 @@ import json
 
 import numpy as np
 import pytest
-from stand_ins import result_of, sensor_of
+from stand_ins import relaxing_result, result_of
 
 from pipeline.options import RunOptions
-from pipeline.reading.over_time import reading_over_time
 from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import listed_files, write_outputs
 from pipeline.report.report import ListedFile, read_data, read_report, report_data, report_of
@@ -23,13 +22,6 @@ from sensor.quantity import InputError
 
 GONE = "(left out)"
 KIWI = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)), tips=Tips(socket="pin"), press=Press(travel_mm=0.4))
-
-
-def relaxing_result():
-    """Return the result of a sensor whose fruit relaxes."""
-    design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
-    over_time = reading_over_time(sensor_of(design))
-    return dataclasses.replace(result_of(design), over_time=over_time)
 
 
 def with_scatter(result):

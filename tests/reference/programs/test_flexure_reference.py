@@ -1,23 +1,16 @@
 """Swept hexahedra against curved tetrahedra on the solid read back from its STEP file."""
 
 import pytest
+from scenes import SMALL_HOUSING
 
 from cad.files.step import read_step, write_step
-from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part, named_housing
 from cad.parts.sensor import NamedSolid
 from mesh.housing.sweep import flexure_mesh
 from reference.flexure_reference import reference_stiffness
 from reference.tetrahedra import fine_boxes, tetrahedra
-from sensor.theory.leaf_spring import Flexure
 from solve.housing.stiffness import housing_stiffness, tip_compliance
 
-SMALL = Housing(
-    low=Flexure(thickness=0.8, length=9.0, depth=4.0, separation=8.0, fillet=0.5),
-    high=Flexure(thickness=1.2, length=7.0, depth=4.0, separation=8.0, fillet=0.5),
-    tip_side=1.0, tip_height=1.0, spacing=6.0, shuttle_width=4.0, neck_level=2.5, lower_leaf_level=4.7,
-    low_top_level=15.0, high_top_level=15.2, cavity_level=15.5, top_level=20.0, protrusion=1.0, wall_width=6.0,
-)  # fmt: skip
 PETG = (2000.0, 0.38)
 SIZES = (1.5, 1.15)
 
@@ -25,14 +18,16 @@ SIZES = (1.5, 1.15)
 @pytest.fixture(scope="module")
 def part(tmp_path_factory):
     path = tmp_path_factory.mktemp("step") / "housing.step"
-    write_step([NamedSolid(name="housing", shape=housing_part(SMALL).shape, colour=(0.5, 0.5, 0.5))], path, "small")
-    return named_housing(read_step(path), SMALL)
+    write_step(
+        [NamedSolid(name="housing", shape=housing_part(SMALL_HOUSING).shape, colour=(0.5, 0.5, 0.5))], path, "small"
+    )
+    return named_housing(read_step(path), SMALL_HOUSING)
 
 
 @pytest.mark.slow
 def test_stiffness_of_the_step_file_lies_inside_bar_and_spread(part):
-    meshes = [tetrahedra(part, fine_boxes(SMALL, size), size) for size in SIZES]
-    fine, coarse = (tip_compliance(flexure_mesh(SMALL, scale), *PETG) for scale in (1.0, 2.0))
+    meshes = [tetrahedra(part, fine_boxes(SMALL_HOUSING, size), size) for size in SIZES]
+    fine, coarse = (tip_compliance(flexure_mesh(SMALL_HOUSING, scale), *PETG) for scale in (1.0, 2.0))
     found = housing_stiffness(fine, coarse)
     reference = reference_stiffness(meshes, SIZES, *PETG)
     assert max(reference.spread_percent) < 1.0

@@ -13,6 +13,7 @@ from sensor.design.tips import Tips
 from sensor.quantity import InputError
 from solve.fruit.body_lines import BodySteps
 from solve.fruit.curved_body import SAFETY, curvature_correction, curved_compliance, shape_change
+from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import least_deviation, line_forces, smooth_loads
 from solve.fruit.split import (
     LEVELS,
@@ -179,3 +180,14 @@ def test_a_turned_fruit_is_the_fruit_under_turned_tips():
     assert (missed(found, expected.change, S) <= bar).all()
     other_way = shape_change(dataclasses.replace(fruit, azimuth_deg=-45.0), tips, along_normals=True)
     assert (missed(other_way, expected.change, S) > bar).any()
+
+
+def test_skin_of_a_piece_is_as_thick_along_the_normal_everywhere():
+    """On a ball the normal leans by asin(r / R); the base of the piece stays where it is."""
+    fruit = dataclasses.replace(SMALL, skin_mm=0.4, skin_E_MPa=10.0)
+    shape = CurvedShape(fruit, (0.5, 0.5))
+    x, y = np.array([[0.0, 2.0, -3.0, 4.0], [0.0, 1.0, 5.0, -4.0]])
+    top, under, base = (shape.bend(np.stack([x, y, np.full(4, z)])) for z in (0.0, 0.4, fruit.depth_mm))
+    cosine = np.sqrt(1.0 - (x**2 + y**2) / fruit.radius_mm**2)
+    assert (under - top)[2] * cosine == pytest.approx(0.4 * np.ones(4), rel=1e-12)
+    assert base[2] == pytest.approx(fruit.depth_mm * np.ones(4), rel=1e-12)

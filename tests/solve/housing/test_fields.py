@@ -2,29 +2,22 @@
 
 import numpy as np
 import pytest
+from scenes import SMALL_HOUSING
 from skfem import ElementHexS2, MeshHex1, MeshHex2
 
-from cad.parts.housing import Housing
 from mesh.housing.sweep import flexure_mesh
-from sensor.theory.leaf_spring import Flexure
 from solve.elasticity import stress, vector_basis
 from solve.housing.clamped_half import clamped_half
 from solve.housing.fields import fields_of, most_strained_node
 from solve.housing.stiffness import STRAIN_ERROR_SHARE, displacements, tip_compliance
 
-HOUSING = Housing(
-    low=Flexure(thickness=0.8, length=9.0, depth=4.0, separation=8.0, fillet=0.5),
-    high=Flexure(thickness=1.2, length=7.0, depth=4.0, separation=8.0, fillet=0.5),
-    tip_side=1.0, tip_height=1.0, spacing=6.0, shuttle_width=4.0, neck_level=2.5, lower_leaf_level=4.7,
-    low_top_level=15.0, high_top_level=15.2, cavity_level=15.5, top_level=20.0, protrusion=1.0, wall_width=6.0,
-)  # fmt: skip
 PETG = (2000.0, 0.38)
 FORCES = (0.5, 2.0)
 
 
 @pytest.fixture(scope="module")
 def mesh():
-    return flexure_mesh(HOUSING, 2.0)
+    return flexure_mesh(SMALL_HOUSING, 2.0)
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scenes import SMALL_HOUSING
 
 from cad.parts.housing import Housing
 from mesh.housing.sweep import flexure_mesh
@@ -59,13 +60,7 @@ def test_error_bar_holds_the_difference_to_a_mesh_of_four_times_the_dofs(fine, c
 
 def test_stiffness_is_that_of_curved_tetrahedra_on_the_solid_of_the_step_file():
     """Quadratic, of 37662 and 61674 dofs, conforming and integrated in full: extrapolated at the rate 2.5 [N/mm]."""
-    small = Housing(
-        low=Flexure(thickness=0.8, length=9.0, depth=4.0, separation=8.0, fillet=0.5),
-        high=Flexure(thickness=1.2, length=7.0, depth=4.0, separation=8.0, fillet=0.5),
-        tip_side=1.0, tip_height=1.0, spacing=6.0, shuttle_width=4.0, neck_level=2.5, lower_leaf_level=4.7,
-        low_top_level=15.0, high_top_level=15.2, cavity_level=15.5, top_level=20.0, protrusion=1.0, wall_width=6.0,
-    )  # fmt: skip
-    found = housing_stiffness(*(tip_compliance(flexure_mesh(small, scale), *PETG) for scale in (1.0, 2.0)))
+    found = housing_stiffness(*(tip_compliance(flexure_mesh(SMALL_HOUSING, scale), *PETG) for scale in (1.0, 2.0)))
     truth = np.array([11.28092, 60.23851])
     allowed = np.add(found.error, [0.0066, 0.0040])  # what the extrapolation added
     assert (np.abs(found.K / truth - 1.0) <= allowed).all()
