@@ -21,12 +21,14 @@ from benchmarks.harness import ROOT, section, write_page
 from benchmarks.usage import ONE_THREAD, resource_usage
 from pipeline import RunOptions, load_design
 from pipeline.response.contact import contact_compliance
-from pipeline.response.scene_press import pressed_at, scene_of
+from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import fit_springs, ideal_springs
 from pipeline.springs.sizing import spring_sizing
 from pipeline.study import process_engine, read_study, run_study
 from pipeline.study.workers import Engine, cluster_engine
+from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, pose_forces
+from solve.contact.response import scene_response
 
 INTRODUCTION = """\
 This page is written by `python -m benchmarks.growth`, never typed. Each size is done once in a process of its own, one
@@ -64,7 +66,8 @@ def tilted_moduli(count: int) -> None:
     design = load_design("paper", {"press.tilt_deg": 1})
     contact = contact_compliance(design.fruit, design.tips)
     springs = ideal_springs(design, spring_sizing(design, contact, RunOptions()))
-    pressed_at(scene_of(design), contact, springs.C, np.linspace(0.5, 3.5, count), 12)
+    x = travels(design.press.travel_mm, 12)
+    scene_response(scene_of(design), contact, springs.C, np.linspace(0.5, 3.5, count), x)
 
 
 def poses_of_domes(count: int) -> None:

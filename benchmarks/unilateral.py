@@ -20,7 +20,7 @@ from cad.parts.fruit import curved_fruit
 from cad.parts.part import Part
 from mesh.fruit import edge_size
 from mesh.volume import SizeField, volume_mesh
-from pipeline.options import CONTACT_SHARE, DEFAULT_TOLERANCE, ROUGH_TOLERANCE
+from pipeline.options import CONTACT_FRACTION, DEFAULT_TOLERANCE, ROUGH_TOLERANCE
 from pipeline.response.contact import contact_compliance
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
@@ -90,7 +90,7 @@ def product_rows() -> Iterator[Measurement]:
 
     def forces(tolerance: float) -> SensorResponse:
         rigid = np.zeros((len(FACES), len(FACES)))
-        compliance = contact_compliance(FRUIT, TIPS, tolerance=CONTACT_SHARE * tolerance)
+        compliance = contact_compliance(FRUIT, TIPS, tolerance=CONTACT_FRACTION * tolerance)
         return scene_response(SCENE, compliance, rigid, [E_MPA], [TRAVEL_MM])
 
     forces(ROUGH_TOLERANCE)  # not counted: what the first solve of a process loads

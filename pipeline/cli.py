@@ -35,35 +35,40 @@ COMMANDS: dict[str, Any] = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code; without words take those of the process, and make it fit to run."""
+    """Run one command and return its exit code.
+
+    Without `argv` its words are those of the process, whose threads, streams and signals are then prepared.
+    """
     if argv is None:
         _prepare_process()
     try:
         words = sys.argv[1:] if argv is None else list(argv)
-        arguments = _arguments(words)
+        arguments = _parsed(words)
         code: int = PASSED if arguments is None else COMMANDS[words[0]].execute(arguments)
         sys.stdout.flush()
-    except InputError as error:
-        message = str(error)
-    except BrokenPipeError:
+    except BrokenPipeError:  # whoever read the output has left
         drop_output()
         return FAILED
-    except OSError as error:
-        message = str(error)
-        if error.errno is not None or not message:
-            name = error.filename or "output"
-            message = f"{name}: {reason_of(error)}; must be usable and have room; free some, or choose another"
-    except MemoryError:
-        message = "memory: too little; must be about 2 GiB; free some, or lift its limit"
-    except BrokenExecutor:
-        message = "worker process: ended before it answered; must live until then; free some memory, then run again"
     except KeyboardInterrupt:
         print_error("interrupted")
         return INTERRUPTED
-    else:
-        return code
-    print_error(message)
-    return WRONG_INPUT
+    except (InputError, OSError, MemoryError, BrokenExecutor) as error:
+        print_error(_error_line(error))
+        return WRONG_INPUT
+    return code
+
+
+def _error_line(error: Exception) -> str:
+    """Return what an error says to a user, in one line."""
+    if isinstance(error, MemoryError):
+        return "Memory ran out. A run needs about 2 GiB: free some, or lift its limit."
+    if isinstance(error, BrokenExecutor):
+        return "A worker process died, probably out of memory. Free some memory and run the command again."
+    message = str(error)
+    if isinstance(error, InputError) or not isinstance(error, OSError) or (error.errno is None and message):
+        return message
+    name = error.filename or "output"
+    return f"{name}: {reason_of(error)}. It must be usable and have room: free some, or choose another."
 
 
 def _prepare_process() -> None:
@@ -81,8 +86,11 @@ def _prepare_process() -> None:
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # what is unfinished is cleared away
 
 
-def _arguments(words: list[str]) -> argparse.Namespace | None:
-    """Return what the words ask of their command, the first of them; None where they are answered already."""
+def _parsed(words: list[str]) -> argparse.Namespace | None:
+    """Return the arguments of the command that the first word names; None where help or the version was printed.
+
+    Raises InputError for an unknown command or flag, with the nearest known one.
+    """
     parser, parsers = command_parsers()
     if not words or words[0] in ("-h", "--help"):
         parser.print_help()
@@ -109,6 +117,7 @@ def _arguments(words: list[str]) -> argparse.Namespace | None:
 
 
 def _unknown(kind: str, word: str, known: Sequence[str]) -> InputError:
+    """Return the error for an unknown word of a kind, with all known ones and the nearest."""
     given = word.partition("=")[0]
     bound = f"one of {', '.join(known)}"
     return InputError(f"{given} is an unknown {kind}; it must be {bound}. Did you mean {nearest(given, known)}?")
@@ -130,7 +139,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def command_parsers() -> tuple[_Parser, dict[str, _Parser]]:
-    """Return the parser of the command line and that of each command by its name."""
+    """Return the parser of the command line, which prints its help, and by name the parser of each command."""
     parser = _Parser(
         prog="pipeline",
         description="Design a two-spring tactile sensor for fruit and prove it by finite elements.",

@@ -20,8 +20,17 @@ from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.hints import with_hints
-from pipeline.verdicts.rules import relaxation_verdicts
-from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
+from pipeline.verdicts.rules import reading_verdicts, relaxation_verdicts, target_verdicts
+from pipeline.verdicts.sensor import (
+    paper_verdicts,
+    printable_verdicts,
+    ratio_in_words,
+    ratio_targets,
+    response_verdicts,
+    stiffness_verdicts,
+    tip_verdicts,
+)
+from pipeline.verdicts.targets import reached_targets
 from sensor.design.parameters import Design
 from sensor.design.tip_mount import plate_depth
 from sensor.verdict import Verdict
@@ -61,38 +70,90 @@ def evaluate(design: Design, options: RunOptions | None = None, *, timed: Stopwa
     """Return every number, verdict and error of a design but the verdicts on its files; raises as `fitted_sensor`."""
     options = options or RunOptions()
     timed = timed or Stopwatch()
-    return evaluate_sensor(fitted_sensor(design, options, timed), options, timed)
+    checked = check_targets(fitted_sensor(design, options, timed), options, timed=timed)
+    return complete_evaluation(checked, timed)
 
 
-def evaluate_sensor(sensor: Sensor, options: RunOptions, timed: Stopwatch) -> SensorResult:
-    """Return every number, verdict and error of a sensor but the verdicts on its files; raises as `fitted_sensor`."""
-    checked = check_targets(sensor, options, timed=timed)
+def check_targets(
+    sensor: Sensor,
+    options: RunOptions | None = None,
+    *,
+    parts: Collection[str] = PARTS,
+    timed: Stopwatch | None = None,
+) -> Evaluation:
+    """Return the verdicts on a sensor with what they follow from; errors and files are left out.
+
+    Of the forces over travel and modulus, and the readings over all poses, those named in `parts` are solved: P_max
+    and NL of a level sensor on flat fruit need neither. Raises as `fitted_sensor`.
+    """
+    timed = timed or Stopwatch()
+    design = sensor.design
+    press = None
+    if "response" in parts:
+        with timed.stage("response"):
+            press = press_scene(sensor.scene, sensor.contact, sensor.C)
+    readings = None
+    over_time = None
+    if "reading" in parts:
+        with timed.stage("reading"):
+            readings = analyse_readings(sensor)
+            over_time = reading_over_time(sensor)
+    with timed.stage("verdicts"):
+        reached = reached_targets(sensor, design.nominal_targets, press)
+        springs = sensor.springs.per_spring
+        verdicts = [*reading_verdicts(design, readings)]
+        targets = ratio_targets(design, press)
+        if targets is not None:
+            words = ratio_in_words(springs, press, reached)
+            verdicts += target_verdicts(reached.P_max, reached.NL, targets, words, manufactured=springs.known)
+        verdicts += stiffness_verdicts(springs)
+        verdicts += response_verdicts(design, press)
+        verdicts += printable_verdicts(design, springs)
+        verdicts += tip_verdicts(sensor, press)
+        verdicts += relaxation_verdicts(design, over_time)
+    return Evaluation(
+        options=options or RunOptions(),
+        sensor=sensor,
+        press=press,
+        readings=readings,
+        over_time=over_time,
+        reached=reached,
+        verdicts=tuple(verdicts),
+    )
+
+
+def complete_evaluation(checked: Evaluation, timed: Stopwatch) -> SensorResult:
+    """Return an evaluation with all that its verdicts do not need: behaviour, constants of the read-out, errors.
+
+    A stage that fails here is left out with its reason, as it does not undo the verdicts. At a rough tolerance other
+    mounts and modes are left out too. Raises ValueError where the response was not evaluated.
+    """
+    sensor = checked.sensor
+    options = checked.options
     springs = sensor.springs
     press = checked.solved_press
-    left_out = []  # what no verdict needs does not undo what was solved
-    rough = options.rough
-    if rough:
+    left_out = []
+    mounts: dict[str, tuple[float, ...]] = {}
+    modes = None
+    if options.rough:
         left_out.append(
             "a rough answer: other mounts, modes of vibration and the solid are left out; --tol 0.001 has them"
         )
     with timed.stage("mounts"):
-        mounts = {}
         try:
-            mounts = {} if rough else other_mounts(springs.per_spring)
+            mounts = {} if options.rough else other_mounts(springs.per_spring)
         except (MeshError, SolveError) as error:
             left_out.append(f"the stiffness in other mounts is left out: {error}")
-        pair = level_sensor(sensor, mounts)
     with timed.stage("behaviour"):
-        modes = None
         try:
-            modes = None if rough else sensor_modes(springs)
+            modes = None if options.rough else sensor_modes(springs)
         except (MeshError, SolveError) as error:
             left_out.append(f"modes of vibration are left out: {error}")
         behaviour = spring_behaviour(springs, press, modes)
     with timed.stage("reading"):
         read_out = reading_constants(sensor, press, checked.readings)
     with timed.stage("errors"):
-        errors = sensor_errors(pair, checked.reached, press, options, checked.readings)
+        errors = sensor_errors(level_sensor(sensor, mounts), checked.reached, press, options, checked.readings)
     with timed.stage("verdicts"):
         paper = paper_verdicts(sensor)
     return SensorResult(
@@ -109,44 +170,6 @@ def evaluate_sensor(sensor: Sensor, options: RunOptions, timed: Stopwatch) -> Se
         errors=errors,
         left_out=tuple(left_out),
         seconds=timed.seconds(),
-    )
-
-
-def check_targets(
-    sensor: Sensor,
-    options: RunOptions | None = None,
-    *,
-    parts: Collection[str] = PARTS,
-    timed: Stopwatch | None = None,
-) -> Evaluation:
-    """Return the verdicts on a sensor with what they follow from; errors and files are left out.
-
-    Of the forces over travel and modulus, and the readings over all poses, those named in `parts` are solved: P_max
-    and NL of a level sensor on flat fruit need neither. Raises as `fitted_sensor`.
-    """
-    timed = timed or Stopwatch()
-    press = None
-    if "response" in parts:
-        with timed.stage("response"):
-            press = press_scene(sensor.scene, sensor.contact, sensor.C)
-    readings = None
-    over_time = None
-    if "reading" in parts:
-        with timed.stage("reading"):
-            readings = analyse_readings(sensor)
-            over_time = reading_over_time(sensor)
-    with timed.stage("verdicts"):
-        reached = reached_targets(sensor, press)
-        verdicts = sensor_verdicts(sensor, press, readings, reached)
-        verdicts += relaxation_verdicts(sensor.design, over_time)
-    return Evaluation(
-        options=options or RunOptions(),
-        sensor=sensor,
-        press=press,
-        readings=readings,
-        over_time=over_time,
-        reached=reached,
-        verdicts=verdicts,
     )
 
 

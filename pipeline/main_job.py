@@ -2,7 +2,14 @@
 
 from dataclasses import replace
 
-from pipeline.evaluate import evaluate, evaluate_sensor, fitted_sensor, refuse_unsolvable, with_file_verdicts
+from pipeline.evaluate import (
+    check_targets,
+    complete_evaluation,
+    evaluate,
+    fitted_sensor,
+    refuse_unsolvable,
+    with_file_verdicts,
+)
 from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.making.fields import write_fields
 from pipeline.making.solids import begin_solids
@@ -36,18 +43,18 @@ def run(
         cad_worker(beside and options.out is not None) as executor,
     ):
         sensor = fitted_sensor(design, options, timed, executor)
-        springs = sensor.springs
         # The solids are drawn, written and checked by a worker, beside all that follows here.
         with timed.stage("solids"):
-            solids = begin_solids(design, springs, folder, executor)
+            solids = begin_solids(design, sensor.springs, folder, executor)
         with timed.stage("fabrication"):
             fabrication = begin_fabrication(sensor, options, folder, executor)
 
-        result = evaluate_sensor(sensor, options, timed)
+        checked = check_targets(sensor, options, timed=timed)
+        result = complete_evaluation(checked, timed)
         with timed.stage("fields"):
             fields_left_out = write_fields(sensor, result.press, options, folder)
         with timed.stage("fabrication"):
-            sideways = sideways_verdicts(springs, options)
+            sideways = sideways_verdicts(sensor.springs, options)
         with timed.stage("solids"):
             geometry = solids.result()
         with timed.stage("fabrication"):

@@ -31,7 +31,7 @@ CONTACT_METHODS = ("auto", "split", "direct")
 TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
 DEFAULT_TOLERANCE = 1e-3  # what the verdicts on K_l and K_h allow: with more they stay undecided
 ROUGH_TOLERANCE = 0.02  # from here on both springs and the contact are solved on one coarse mesh, modes not at all
-CONTACT_SHARE = 0.25  # of the tolerance: the contact is cheap, so the springs, the dear part, may use up the rest
+CONTACT_FRACTION = 0.25  # of the tolerance: the contact is cheap, so the springs, the dear part, may use up the rest
 _BESIDE_CONTACT = ("E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation")
 BESIDE_CONTACT: dict[str, dict[str, Any]] = {
     "fruit": {key: getattr(Fruit(), key) for key in _BESIDE_CONTACT},
@@ -39,6 +39,7 @@ BESIDE_CONTACT: dict[str, dict[str, Any]] = {
 }
 """What the compliance of a fruit times its modulus does not depend on, each with one value for all designs."""
 
+_PROCESS_FILE = "print.process_file"
 _SHIPPED, _CHECKOUT = (Path(__file__).parents[level] / "designs" for level in (0, 1))
 DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
 
@@ -96,7 +97,7 @@ class RunOptions:
     @property
     def contact_tolerance(self) -> float:
         """Return the relative error [1] allowed to the fruit's compliance."""
-        return CONTACT_SHARE * self.tolerance
+        return CONTACT_FRACTION * self.tolerance
 
 
 def refuse_unmakeable(design: Design, options: RunOptions) -> None:
@@ -108,13 +109,16 @@ def refuse_unmakeable(design: Design, options: RunOptions) -> None:
 
 
 def contact_inputs(design: Design, options: RunOptions) -> dict[str, object]:
-    """Return what the compliance of a fruit times its modulus depends on."""
+    """Return the inputs, by name, on which the compliance of a fruit times its modulus depends."""
     fruit, tips = contact_scene(design)
     return {"fruit": fruit, "tips": tips, "method": options.contact_method, "tol": options.contact_tolerance}
 
 
 def contact_scene(design: Design) -> tuple[Fruit, Tips]:
-    """Return fruit and tips with one value of what does not move their contact; under a skin the moduli do."""
+    """Return fruit and tips, each key that does not move their contact at one value for all designs.
+
+    Under a skin the moduli do move it.
+    """
     fruit = design.fruit
     moduli = {} if fruit.skin_mm is None else {"E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
     return replace(fruit, **BESIDE_CONTACT["fruit"] | moduli), replace(design.tips, **BESIDE_CONTACT["tips"])
@@ -145,10 +149,13 @@ def load_design(
     which calls the design by `name`.
     """
     path = design_path(design, name)
-    texts = {key: value if isinstance(value, str) else _as_text(key, value) for key, value in (settings or {}).items()}
-    named = parsed_setting(texts.get("print.process_file", "")) or None
-    if isinstance(named, str):  # a flag's path starts here, a file's beside the file
-        texts["print.process_file"] = str(Path(named).absolute())
+    texts = {}
+    for key, value in (settings or {}).items():
+        texts[key] = value if isinstance(value, str) else _as_text(key, value)
+    process_file = parsed_setting(texts.get(_PROCESS_FILE, ""))
+    if isinstance(process_file, str) and process_file:
+        # The path of a setting starts in the working folder, that of a design file beside the file.
+        texts[_PROCESS_FILE] = str(Path(process_file).absolute())
     data = override_settings({"name": path.stem, **read_toml(path, name)}, texts)
     return design_from_mapping(with_process_file(data, path.parent))
 

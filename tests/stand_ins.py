@@ -11,6 +11,7 @@ import numpy as np
 
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
+from pipeline.evaluate import check_targets
 from pipeline.measure.compression.specimens import Specimen
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import reading_constants
@@ -20,7 +21,6 @@ from pipeline.report.answer import every_section, summary
 from pipeline.report.of_result import report_of_result
 from pipeline.report.report import report_data
 from pipeline.report.verdict_table import print_parts
-from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.result import SensorResult, with_solids
 from pipeline.springs.behaviour import spring_behaviour
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
@@ -29,7 +29,7 @@ from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
-from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
+from pipeline.verdicts.sensor import paper_verdicts
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.printability import check_printable
@@ -147,10 +147,10 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
     """Return what `result_of` keeps after the first time, anew."""
     springs = springs_of(design, made=made)
     sensor = sensor_of(design, springs)
-    press = press_scene(scene_of(design), CONTACT, springs.C)
-    geometry = (GOOD,) if made else ()
-    reached = reached_targets(sensor, press)
-    verdicts = with_solids(sensor_verdicts(sensor, press, None, reached), geometry)
+    checked = check_targets(sensor, options, parts=("response",))
+    press = checked.solved_press
+    reached = checked.reached
+    verdicts = with_solids(checked.verdicts, (GOOD,) if made else ())
     pair = level_sensor(sensor, {})
     return SensorResult(
         options=options,

@@ -8,7 +8,7 @@ from benchmarks.hard.reference_check import ReferenceCheck, attempted, checks
 from benchmarks.harness import Reference
 from cad.parts.fruit import solved_block
 from mesh.fruit import REFINEMENTS, fruit_mesh
-from pipeline.options import CONTACT_SHARE, DEFAULT_TOLERANCE
+from pipeline.options import CONTACT_FRACTION, DEFAULT_TOLERANCE
 from pipeline.response.contact import contact_compliance
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
@@ -24,7 +24,7 @@ FINER = tuple(Grading(step, (0.7, 0.21, 0.063, 0.0189, 0.0081)) for step in (0.4
 LEAST_GAP, LEAST_SPACING = 0.9, 1.04
 CLOSE, CLOSE_ERROR = 1.2, 7e-3
 BLOCK, TIPS = Fruit(), Tips()
-TOLERANCE = CONTACT_SHARE * DEFAULT_TOLERANCE
+TOLERANCE = CONTACT_FRACTION * DEFAULT_TOLERANCE
 
 
 def paper_checks(method: str, tolerance: float = TOLERANCE) -> tuple[ReferenceCheck, ...]:

@@ -12,6 +12,7 @@ EXAMPLE = "pipeline design"
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the flags of a run and --list-processes."""
     run.add_run_flags(parser)
+    parser.set_defaults(fabrication=True)
     parser.add_argument("--list-processes", action="store_true", help="print the print processes and leave")
 
 
@@ -22,4 +23,4 @@ def execute(arguments: Namespace) -> int:
 
         own = load_design(run.named_design(arguments), run.settings_of(arguments)).printer
         return list_processes(own, as_json=arguments.json)
-    return run.answer_run(arguments, fabrication=True)
+    return run.execute(arguments)

@@ -62,7 +62,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def add_run_flags(parser: ArgumentParser) -> None:
-    """Add the flags that give a design and the options of its run."""
+    """Add the flags that give a design and the options of its run, with its files for fabrication left out."""
+    parser.set_defaults(look=False, watch=None, fabrication=False)
     add = parser.add_argument
     add_design_flags(parser)
     add("--out", metavar="DIR", type=Path, help="the output folder itself (default outputs/NAME)")
@@ -78,67 +79,15 @@ def add_run_flags(parser: ArgumentParser) -> None:
 
 
 def execute(arguments: Namespace) -> int:
-    """Run, look at or watch the design that the flags ask for; return the exit code."""
-    if arguments.watch is not None:
-        watch(arguments, arguments.watch)
-    return answer_run(arguments, look=arguments.look)
-
-
-def watch(arguments: Namespace, file: str) -> NoReturn:
-    """Look at a design file, and again whenever it is written; what is wrong with it then is one line.
-
-    Raises InputError where it is wrong from the start.
-    """
-    if arguments.design != DEFAULT_DESIGN or arguments.named is not None:
-        raise validation_error("--watch", file, "", "given without DESIGN", "give the design once")
-    if not file.endswith(".toml"):
-        raise validation_error("--watch", file, "", "a path that ends in .toml", "name the design file")
-    arguments.design = file
-    arguments.out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # also where the name changes
-    seen = _stamp(file)
-    answer_run(arguments, look=True)
-    while True:
-        time.sleep(_POLL_S)
-        stamp = _stamp(file)
-        if stamp in (seen, None):  # an editor that writes aside leaves no file for a moment
-            continue
-        seen = stamp
-        try:
-            answer_run(arguments, look=True)
-        except (InputError, OSError) as error:
-            print_error(str(error))
-
-
-def _stamp(file: str) -> tuple[int, int] | None:
-    """Return the time and the size of a file, which change when it is written; None where there is none."""
-    try:
-        found = Path(file).stat()
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size
-
-
-def answer_run(arguments: Namespace, *, look: bool = False, fabrication: bool = False) -> int:
-    """Run or look at the design that the flags ask for, print the answer, return the exit code.
+    """Run, look at or watch the design that the flags ask for, print the answer, return the exit code.
 
     Where the folder holds just what this run would write, it is answered from its report and nothing is solved.
     """
+    if arguments.watch is not None:
+        watch(arguments, arguments.watch)
     design = load_design(named_design(arguments), settings_of(arguments))
-    default = ROUGH_TOLERANCE if look else DEFAULT_TOLERANCE
-    tolerance = default if arguments.tol is None else written_number(arguments.tol)
-    if tolerance is None:
-        raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "write 0.001 for 0.1 %")
-    folder = arguments.out or Path("outputs") / (f"{design.name}-look" if look else design.name)
-    options = RunOptions(
-        out=folder,
-        look=look,
-        fruit_stiffness=arguments.fruit_stiffness,
-        contact_method=arguments.contact_method,
-        fields=arguments.fields,
-        fabrication=fabrication,
-        tolerance=tolerance,
-        force=arguments.force,
-    )
+    folder = arguments.out or Path("outputs") / (f"{design.name}-look" if arguments.look else design.name)
+    options = _options(arguments, folder)
     refuse_unmakeable(design, options)
     file_date()  # refuses a date that no file can have
     report = _kept_report(design, options, folder)
@@ -156,6 +105,58 @@ def answer_run(arguments: Namespace, *, look: bool = False, fabrication: bool = 
         else:
             print_parts(every_section(report) if arguments.verbose else summary(report, folder))
     return PASSED if report_passed(report) else FAILED
+
+
+def watch(arguments: Namespace, file: str) -> NoReturn:
+    """Look at a design file, and again whenever it is written; what is wrong with it then is one line.
+
+    Raises InputError where it is wrong from the start.
+    """
+    if arguments.design != DEFAULT_DESIGN or arguments.named is not None:
+        raise validation_error("--watch", file, "", "given without DESIGN", "give the design once")
+    if not file.endswith(".toml"):
+        raise validation_error("--watch", file, "", "a path that ends in .toml", "name the design file")
+    out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # the same where the name in the file changes
+    look = Namespace(**{**vars(arguments), "design": file, "out": out, "look": True, "watch": None})
+    seen = _stamp(file)
+    execute(look)
+    while True:
+        time.sleep(_POLL_S)
+        stamp = _stamp(file)
+        if stamp in (seen, None):  # an editor that writes aside leaves no file for a moment
+            continue
+        seen = stamp
+        try:
+            execute(look)
+        except (InputError, OSError) as error:
+            print_error(str(error))
+
+
+def _stamp(file: str) -> tuple[int, int] | None:
+    """Return the time and the size of a file, which change when it is written; None where there is none."""
+    try:
+        found = Path(file).stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
+def _options(arguments: Namespace, folder: Path) -> RunOptions:
+    """Return the options of a run into a folder; raises InputError."""
+    default = ROUGH_TOLERANCE if arguments.look else DEFAULT_TOLERANCE
+    tolerance = default if arguments.tol is None else written_number(arguments.tol)
+    if tolerance is None:
+        raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "write 0.001 for 0.1 %")
+    return RunOptions(
+        out=folder,
+        look=arguments.look,
+        fruit_stiffness=arguments.fruit_stiffness,
+        contact_method=arguments.contact_method,
+        fields=arguments.fields,
+        fabrication=arguments.fabrication,
+        tolerance=tolerance,
+        force=arguments.force,
+    )
 
 
 def _kept_report(design: Design, options: RunOptions, folder: Path) -> Json | None:
@@ -181,7 +182,7 @@ def named_design(arguments: Namespace) -> str:
 
 
 def settings_of(arguments: Namespace) -> dict[str, str]:
-    """Return the design keys that flags set; raises InputError for one that is set twice."""
+    """Return the keys of the design that flags set, by TABLE.KEY; raises InputError for one that is set twice."""
     given = []
     for flag, key in _SETTING_OF.items():
         value = getattr(arguments, flag)

@@ -1,6 +1,6 @@
-"""What a worker does with the CAD kernel for a run: files of solids and fabrication.
+"""The work that needs the CAD kernel: files of solids and files for fabrication, each with its verdicts.
 
-Each task imports what it needs when it is called: the process that asks for it needs no kernel.
+Each function imports what it needs when it is called: the process that asks a worker for it needs no kernel.
 """
 
 from collections.abc import Sequence
@@ -8,44 +8,33 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cad.parts.housing import Housing
-from pipeline.storage.kept_files import Inputs, Verdicts, Written, written_once
+from pipeline.storage.kept_files import Written
 from sensor.design.parameters import Design
-from sensor.design.processes import Process
 
 if TYPE_CHECKING:
     from cad.fabrication.bridges import Spring
 
 
-def write_solids(
-    inputs: Inputs, design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path
-) -> Verdicts:
-    """Write STEP, STL and 3MF of a sensor whose springs deflect by so much [mm]; return the geometry verdicts.
+def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Written:
+    """Write STEP, STL and 3MF of a sensor whose springs deflect by so much [mm]; return them and the verdicts on them.
 
-    Both are kept by the inputs. Raises OSError or ExportError.
+    Raises OSError or ExportError.
     """
     from cad.checks.sensor_checks import check_sensor
     from cad.files.sensor_files import write_sensor
     from cad.parts.assembly import sensor_of
 
-    def write() -> Written:
-        sensor = sensor_of(design, housing)
-        return write_sensor(sensor, folder), check_sensor(sensor, deflections, folder)
-
-    return written_once("solids", inputs, write, folder)
+    sensor = sensor_of(design, housing)
+    return write_sensor(sensor, folder), check_sensor(sensor, deflections, folder)
 
 
 def write_fabrication_files(
-    inputs: Inputs,
-    design: Design,
-    housing: Housing,
-    springs: "Sequence[Spring]",
-    folder: Path,
-    fastest_s: float | None,
-) -> Verdicts:
-    """Write the files for fabrication beside housing.stl [mm], return the verdicts on cover and bracket.
+    design: Design, housing: Housing, springs: "Sequence[Spring]", fastest_s: float | None, folder: Path
+) -> Written:
+    """Write the files for fabrication beside housing.stl; return them and the verdicts on cover and bracket.
 
-    `fastest_s` is the shortest duration of a press by hand [s], where there is a read-out.
-    Both are kept by the inputs. Raises OSError or ExportError.
+    `fastest_s` is the shortest duration of a press by hand [s], where there is a read-out. Raises OSError or
+    ExportError.
     """
     from cad.checks.assembly_checks import cover_verdicts
     from cad.drawing.sheet import Title
@@ -53,13 +42,9 @@ def write_fabrication_files(
     from cad.fabrication.mount_checks import mount_verdicts
     from cad.parts.assembly import sensor_of
 
-    process: Process = design.process
-
-    def write() -> Written:
-        sensor = sensor_of(design, housing)
-        title = Title(name=design.name, process=process)
-        files = write_fabrication(sensor, title, springs, folder, design.readout, fastest_s)
-        cover = cover_verdicts(sensor, files.cover, process)
-        return files.paths, (*cover, *mount_verdicts(sensor, files.mount, process))
-
-    return written_once("maker files", inputs, write, folder)
+    process = design.process
+    sensor = sensor_of(design, housing)
+    title = Title(name=design.name, process=process)
+    files = write_fabrication(sensor, title, springs, folder, design.readout, fastest_s)
+    cover = cover_verdicts(sensor, files.cover, process)
+    return files.paths, (*cover, *mount_verdicts(sensor, files.mount, process))

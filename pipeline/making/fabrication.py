@@ -1,6 +1,7 @@
 """What a maker needs beside the part: drawing, coupon, cover, sheet; verdicts on cover and sideways stiffness."""
 
 from concurrent.futures import Executor, Future
+from functools import partial
 from pathlib import Path
 
 from mesh.housing.sweep import flexure_mesh
@@ -12,7 +13,7 @@ from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import attached_to
 from pipeline.storage.cache import cached
-from pipeline.storage.kept_files import Verdicts, kept_files
+from pipeline.storage.kept_files import Verdicts, kept_files, written_once
 from pipeline.storage.workers import finished_future, submit
 from pipeline.verdicts.rules import margin_verdict
 from sensor.design.design_file import design_as_mapping
@@ -45,30 +46,29 @@ def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executo
     kept = kept_files("maker files", inputs, folder)
     if kept is not None:
         return finished_future(kept)
-    return submit(executor, write_fabrication_files, inputs, design, housing, to_read, folder, fastest_s)
+    write = partial(write_fabrication_files, design, housing, to_read, fastest_s, folder)
+    return submit(executor, written_once, "maker files", inputs, write, folder)
 
 
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
     """Return the verdicts on the stiffness across the plate over that along the press [1], where fabrication is asked.
 
-    Raises SolveError.
+    The error is the difference of two meshes. Raises SolveError.
     """
     housing = springs.housing
     process = springs.process
     if not options.fabrication or housing is None:
         return ()
 
-    def solve(scale: float) -> tuple[float, ...]:
+    def stiffnesses(scale: float) -> tuple[float, ...]:
         mesh = flexure_mesh(housing, scale)
         return sideways_stiffness(mesh, process.E_MPa, process.poisson, attached_to(housing))
 
+    def on_both_meshes() -> dict[str, tuple[float, ...]]:
+        return {"fine": stiffnesses(1.0), "coarse": stiffnesses(COARSE)}
+
     inputs = {"housing": housing, "E": process.E_MPa, "nu": process.poisson}
-    on_mesh = cached(
-        "sideways",
-        inputs,
-        lambda: {"fine": solve(1.0), "coarse": solve(COARSE)},
-        dict[str, tuple[float, ...]],
-    )
+    on_mesh = cached("sideways", inputs, on_both_meshes, dict[str, tuple[float, ...]])
     verdicts = []
     for spring, fine, coarse in zip(springs.springs, on_mesh["fine"], on_mesh["coarse"], strict=True):
         verdicts.append(sideways_verdict(spring, fine, abs(fine - coarse)))

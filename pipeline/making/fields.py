@@ -30,7 +30,8 @@ def write_fields(sensor: Sensor, press: ScenePress, options: RunOptions, folder:
 
     Fields at the nodes are displacement [mm], stress and its von Mises value [MPa], and the largest principal strain
     [1], with a mark where it is largest on the leaves of each spring. The housing is under the forces at which the root
-    strain of each spring is judged, the fruit under those of the scene. Returns why a file is left out, if one is.
+    strain of each spring is judged, the fruit under those of the scene. Returns the reason for each file that is left
+    out.
     """
     springs = sensor.springs
     if not options.fields:

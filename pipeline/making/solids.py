@@ -1,11 +1,12 @@
 """The solids of a sensor: files of the part and of the part over its fruit, and the verdicts on their geometry."""
 
 from concurrent.futures import Executor, Future
+from functools import partial
 from pathlib import Path
 
 from pipeline.making.cad_tasks import write_solids
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.storage.kept_files import Verdicts, kept_files
+from pipeline.storage.kept_files import Verdicts, kept_files, written_once
 from pipeline.storage.workers import finished_future, submit
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
@@ -30,4 +31,5 @@ def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor:
     kept = kept_files("solids", inputs, folder)
     if kept is not None:
         return finished_future(kept)
-    return submit(executor, write_solids, inputs, design, housing, springs.deflections, folder)
+    write = partial(write_solids, design, housing, springs.deflections, folder)
+    return submit(executor, written_once, "solids", inputs, write, folder)

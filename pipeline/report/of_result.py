@@ -39,7 +39,7 @@ from pipeline.report.report import (
     SpringReport,
     TipReport,
 )
-from pipeline.response.scene_press import spring_shares
+from pipeline.response.scene_press import spring_fractions
 from pipeline.result import Evaluation, SensorResult
 from pipeline.springs.behaviour import GAUGE_FACTOR, GRID_MM, SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
@@ -203,7 +203,7 @@ def response_reports(
     relative = np.array(tips.each(*(spring.error / spring.stiffness for spring in springs.springs)))
     rows = []
     for i, E in enumerate(table.E.tolist()):
-        spring_errors = spring_shares(contact, springs.C, E) * relative  # of the force of each tip [1]
+        spring_errors = spring_fractions(contact, springs.C, E) * relative  # of the force of each tip [1]
         low, high = (table.F[i, :, list(group)].mean(axis=0) for group in tips.spring_groups)
         row = ResponseReport(
             E_MPa=E,

@@ -4,8 +4,8 @@ import dataclasses
 from functools import partial
 
 from pipeline.options import (
+    CONTACT_FRACTION,
     CONTACT_METHODS,
-    CONTACT_SHARE,
     DEFAULT_TOLERANCE,
     ROUGH_TOLERANCE,
     RunOptions,
@@ -26,13 +26,13 @@ _FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest m
 
 
 def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
-    """Return the compliance of the fruit under all tips [1/mm], kept by what it depends on; raises as below."""
+    """Return the compliance of the fruit under all tips [1/mm], solved and kept; raises as `contact_compliance`."""
     solve = partial(contact_compliance, design.fruit, design.tips, options.contact_method, options.contact_tolerance)
     return cached("contact", contact_inputs(design, options), solve, FruitCompliance)
 
 
 def contact_compliance(
-    fruit: Fruit, tips: Tips, method: str = "auto", tolerance: float = CONTACT_SHARE * DEFAULT_TOLERANCE
+    fruit: Fruit, tips: Tips, method: str = "auto", tolerance: float = CONTACT_FRACTION * DEFAULT_TOLERANCE
 ) -> FruitCompliance:
     """Return the compliance [1/mm] that sizes the springs: under level tips with sharp flat faces, pressed vertically.
 
@@ -42,22 +42,44 @@ def contact_compliance(
     tolerance, else direct finite elements. Raises InputError for an unknown method, where "split" is asked for outside
     its domain, or for a curved fruit outside that of its own (`solve/fruit/curved_body.py`).
     """
-    solved_direct = tips.tip_layout.is_pair and not tips.tip_shape.obeys_hertz and fruit.skin_mm is None
-    methods = CONTACT_METHODS if solved_direct else tuple(known for known in CONTACT_METHODS if known != "direct")
+    methods = contact_methods(fruit, tips)
     if method not in methods:
         bound = f"one of {', '.join(methods)} for these tips on this fruit"
         raise validation_error("contact method", method, "", bound, "auto fits every scene")
-    block = fruit.equivalent_block
-    curved = block != fruit
-    if curved:
+    is_curved = fruit.equivalent_block != fruit
+    if is_curved:
         check_curved(fruit, contact_footprints(fruit, tips))  # before the block is solved
-    compliance = None
+    compliance = _block_compliance(fruit, tips, method, tolerance)
+    compliance = dataclasses.replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)
+    if is_curved or fruit.skin_mm is not None:
+        footprints = contact_footprints(fruit, tips)
+        obeys_hertz = tips.tip_shape.obeys_hertz
+        if is_curved:
+            compliance = curved_compliance(compliance, fruit, footprints, obeys_hertz)
+        if fruit.skin_mm is not None:
+            compliance = skin_compliance(compliance, fruit, footprints, obeys_hertz)
+    return _with_status(compliance, before=_stand_ins(fruit, tips))
+
+
+def contact_methods(fruit: Fruit, tips: Tips) -> tuple[str, ...]:
+    """Return the methods that can solve tips on a fruit: direct elements only a pair of flat tips without a skin."""
+    if tips.tip_layout.is_pair and not tips.tip_shape.obeys_hertz and fruit.skin_mm is None:
+        return CONTACT_METHODS
+    return tuple(method for method in CONTACT_METHODS if method != "direct")
+
+
+def _block_compliance(fruit: Fruit, tips: Tips, method: str, tolerance: float) -> FruitCompliance:
+    """Return the compliance [1/mm] of the block that stands for a fruit, by the split or by direct finite elements.
+
+    "auto" takes the split in its domain, and where it may direct elements outside. Raises InputError for scenes that
+    neither can solve.
+    """
     cause = ""
     if method != "direct":
         try:
-            compliance = split_compliance(fruit, tips, tolerance)
+            return split_compliance(fruit, tips, tolerance)
         except SplitDomainError as outside:
-            if not solved_direct:
+            if "direct" not in contact_methods(fruit, tips):
                 reason = str(outside).partition(" for the split")[0]
                 hint = "change it, or take a pair of flat tips without a skin"
                 msg = f"{reason} for lines, squares, domes and skins; {hint}"
@@ -65,20 +87,11 @@ def contact_compliance(
             if method == "split":
                 raise InputError(str(outside)) from outside
             cause = f"; {str(outside).partition(';')[0]}, so solved by direct finite elements"
-    if compliance is None:
-        compliance = _with_status(direct_contact(block, tips.flat), after=cause)
-    compliance = dataclasses.replace(compliance, rough=tolerance >= CONTACT_SHARE * ROUGH_TOLERANCE)
-    if curved:
-        footprints = contact_footprints(fruit, tips)
-        compliance = curved_compliance(compliance, fruit, footprints, tips.tip_shape.obeys_hertz)
-    if fruit.skin_mm is not None:
-        footprints = contact_footprints(fruit, tips)
-        compliance = skin_compliance(compliance, fruit, footprints, tips.tip_shape.obeys_hertz)
-    return _with_status(compliance, before=_stand_ins(fruit, tips))
+    return _with_status(direct_contact(fruit.equivalent_block, tips.flat), after=cause)
 
 
 def _stand_ins(fruit: Fruit, tips: Tips) -> str:
-    """Return in words which flat sharp tips stand for those of the design, nothing where they are their own."""
+    """Return words for the flat sharp tips that stand for those of the design; none where tips are flat and sharp."""
     flat = tips.flat
     if tips.tip_shape.obeys_hertz:
         circle = contact_footprints(fruit, tips)[0].side

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.quantity import InputError, validation_error
 from sensor.theory.two_spring_law import CURVE_STEPS, curve_shares
@@ -78,15 +79,17 @@ def _check_skin(scene: Scene) -> None:
 
 
 def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress:
-    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `pressed_at`."""
+    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `scene_response`."""
     fruit = scene.fruit
+    x = scene.press.travel_mm
+    full_travel = travels(x, 1)
     moduli = curve_moduli(scene)
     ends_and_middle = moduli[[0, len(moduli) // 2, -1]]
     return ScenePress(
-        table=pressed_at(scene, contact, C, fruit.E_MPa, TRAVELS),
-        scan=press_scan(scene, contact, C),
-        at_largest_E=pressed_at(scene, contact, C, [fruit.largest_E_MPa], 1),
-        curve=pressed_at(scene, contact, C, moduli, CURVE_TRAVELS),
+        table=scene_response(scene, contact, C, fruit.E_MPa, travels(x, TRAVELS)),
+        scan=scene_response(scene, contact, C, scan_moduli(fruit), full_travel),
+        at_largest_E=scene_response(scene, contact, C, [fruit.largest_E_MPa], full_travel),
+        curve=scene_response(scene, contact, C, moduli, travels(x, CURVE_TRAVELS)),
         tilted=_tilted_presses(scene, contact, C, ends_and_middle),
         height_offsets=scene.height_offset_mm,
         level=scene.linear and not any(scene.height_offset_mm),
@@ -99,42 +102,37 @@ def curve_moduli(scene: Scene) -> Floats:
     return scene.fruit.E_max_MPa * np.array(fractions)
 
 
-def press_scan(scene: Scene, contact: FruitCompliance, C: Floats) -> SensorResponse:
-    """Return the response at full travel over 20 moduli up to E_max; C (tips, tips) [mm/N]."""
-    fruit = scene.fruit
+def scan_moduli(fruit: Fruit) -> Floats:
+    """Return the 20 moduli, up to E_max, over which P must rise [MPa]."""
     least = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
-    moduli = np.linspace(least, fruit.E_max_MPa, _SCAN)
-    return pressed_at(scene, contact, C, moduli, 1)
+    return np.linspace(least, fruit.E_max_MPa, _SCAN)
 
 
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
-    """Return the presses with the tilt off by its spread to either side, where contact is solved on cells.
+    """Return the presses at full travel with the tilt less and plus its spread, where contact is solved on cells.
 
-    None where that leaves the domain of contact.
+    There are none where that leaves the domain of contact.
     """
     press = scene.press
     spread = press.tilt_spread_deg
     if scene.linear or spread == 0.0:
         return ()
+    full_travel = travels(press.travel_mm, 1)
+    responses = []
     try:
-        presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
-        return tuple(pressed_at(replace(scene, press=each), contact, C, moduli, 1) for each in presses)
+        for side in (-1.0, 1.0):
+            tilted = replace(scene, press=replace(press, tilt_deg=press.tilt_deg + side * spread))
+            responses.append(scene_response(tilted, contact, C, moduli, full_travel))
     except InputError:
         return ()
+    return tuple(responses)
 
 
-def pressed_at(
-    scene: Scene, contact: FruitCompliance, C: Floats, moduli: Sequence[float] | Floats, count: int
-) -> SensorResponse:
-    """Return the response at moduli [MPa] and a number of travels, the last the full one.
+def spring_fractions(contact: FruitCompliance, C: Floats, E: float) -> Floats:
+    """Return the fraction of the give of spring and fruit that is the spring's, for each tip at E [MPa], (tips,) [1].
 
-    Raises InputError where the scene is too steep or outside the domain of contact, SolveError.
+    The force of a tip is off by this fraction of a relative error of its spring.
     """
-    return scene_response(scene, contact, C, moduli, travels(scene.press.travel_mm, count))
-
-
-def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:
-    """Return by which part of a relative error of its spring the force of each tip is off at E [MPa], (tips,)."""
     of_springs = np.diag(C)
     contact = contact.at(E)
     of_fruit = (np.diag(contact.S) - contact.crosstalk) / E

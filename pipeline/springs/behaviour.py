@@ -6,6 +6,7 @@ from cad.parts.housing import Arm, Housing
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.arm_behaviour import ArmBehaviour
 from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.cache import cached
 from sensor.design.processes import Process
@@ -16,7 +17,7 @@ from solve.housing.modes import Modes, Solid, modes_of
 
 GAUGE_FACTOR = FOIL.gauge_factor
 GRID_MM = FOIL.grid_length_mm
-LONGEST_SHARE = 0.5  # of a leaf, to which the elastica is given
+LONGEST_FRACTION = 0.5  # of the length of a leaf: the largest deflection that the elastica takes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,44 +53,51 @@ def sensor_modes(springs: FittedSprings) -> Modes | None:
 
 
 def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | None = None) -> SpringBehaviour | None:
-    """Return the behaviour at full travel; None where nothing is made.
-
-    The frequency of an arm is Rayleigh's quotient, a formula; `modes` are those of the solid. The bridge is full, of
-    gauges at both roots of one leaf: where they are fitted their strain is that of the solve with them; else the beam
-    law's, their own stiffening left out.
-    """
-    if springs.fitted is None:
+    """Return the behaviour at full travel; None where nothing is made. `modes` are those of the solid."""
+    fitted = springs.fitted
+    if fitted is None:
         return None
-    housing = springs.fitted.housing
-    stiffness = springs.fitted.stiffness
-    forces_at_full_travel = press.table.F[:, -1]
     arms = {}
-    for i, arm in enumerate(housing.arms):
+    for i, arm in enumerate(fitted.housing.arms):
         tips = list(springs.tips.spring_groups[i])
-        forces = forces_at_full_travel[:, tips].max(axis=1).tolist()  # one for each modulus
-        K = stiffness.K[i]
-        if stiffness.gauge_strain_per_N is None:
-            outputs = tuple(_beam_bridge(arm.flexure, force / K) for force in forces)
-        else:
-            strain_per_N = stiffness.gauge_strain_per_N[i]
-            outputs = tuple(bridge_output(strain_per_N * force) for force in forces)
-        arms[arm.name] = ArmBehaviour(
-            tilt_at_full_force_rad=float(stiffness.tilt_per_N[i]) * max(forces),
-            large_deflection_stiffening=stiffening(arm.flexure, springs.deflections[i]),
-            natural_frequency_Hz=_frequency(housing, arm, K, springs.process),
-            bridge_mV_per_V=outputs,
-            bridge_error_percent=None if stiffness.gauge_error is None else 100.0 * stiffness.gauge_error[i],
-        )
-    crosstalk = float(stiffness.C[0, -1] / stiffness.C[-1, -1])
-    return SpringBehaviour(crosstalk=crosstalk, gauges=housing.gauges, arms=arms, modes=modes)
+        forces_at_full_travel = press.table.F[:, -1, tips]
+        hardest = forces_at_full_travel.max(axis=1).tolist()  # one for each modulus
+        arms[arm.name] = _arm_behaviour(springs, fitted, i, hardest)
+    C = fitted.stiffness.C
+    crosstalk = float(C[0, -1] / C[-1, -1])
+    return SpringBehaviour(crosstalk=crosstalk, gauges=fitted.housing.gauges, arms=arms, modes=modes)
+
+
+def _arm_behaviour(springs: FittedSprings, fitted: FittedHousing, i: int, forces: list[float]) -> ArmBehaviour:
+    """Return the behaviour of one spring, by its index, under the largest force of its tips at each modulus [N].
+
+    The frequency is Rayleigh's quotient, a formula. The bridge is full, of gauges at both roots of one leaf: where they
+    are fitted their strain is that of the solve with them, else the beam law's, their own stiffening left out.
+    """
+    arm = fitted.housing.arms[i]
+    stiffness = fitted.stiffness
+    K = stiffness.K[i]
+    if stiffness.gauge_strain_per_N is None:
+        outputs = tuple(_beam_bridge(arm.flexure, force / K) for force in forces)
+    else:
+        strain_per_N = stiffness.gauge_strain_per_N[i]
+        outputs = tuple(bridge_output(strain_per_N * force) for force in forces)
+    return ArmBehaviour(
+        tilt_at_full_force_rad=float(stiffness.tilt_per_N[i]) * max(forces),
+        large_deflection_stiffening=stiffening(arm.flexure, springs.deflections[i]),
+        natural_frequency_Hz=_frequency(fitted.housing, arm, K, springs.process),
+        bridge_mV_per_V=outputs,
+        bridge_error_percent=None if stiffness.gauge_error is None else 100.0 * stiffness.gauge_error[i],
+    )
 
 
 def stiffening(flexure: Flexure, deflection: float) -> float:
     """Return the stiffening of a spring from first touch to a deflection [mm] [1], at most that at half L."""
-    return large_deflection_stiffening(flexure.length, min(deflection, LONGEST_SHARE * flexure.length))
+    return large_deflection_stiffening(flexure.length, min(deflection, LONGEST_FRACTION * flexure.length))
 
 
 def _beam_bridge(flexure: Flexure, deflection: float) -> float | None:
+    """Return the output of a full bridge at a deflection [mm] by the beam law [mV/V]; None without room for grids."""
     if flexure.length < 2.0 * GRID_MM:
         return None
     return bridge_output(gauge_strain(flexure.thickness, flexure.length, deflection, GRID_MM))

@@ -13,7 +13,7 @@ from cad.parts.layout import housing_for
 from cad.parts.pin import pin_mass
 from mesh.session import MeshError
 from pipeline.options import RunOptions
-from pipeline.springs.leaf_lengths import FittedHousing, fit_lengths
+from pipeline.springs.leaf_lengths import FittedHousing, HousingSolver, fit_lengths
 from pipeline.springs.mounts import mount_changes, sideways_give
 from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
@@ -37,9 +37,9 @@ GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
 
 @dataclass(frozen=True, kw_only=True)
 class FittedSpring:
-    """One spring: its target stiffness [N/mm], whether it can be printed, and where it is made what FE gives.
+    """One spring: its target stiffness [N/mm], whether it can be printed, and where it is made its numbers by FE.
 
-    K [N/mm] is its stiffness; `root_strain` [1] is that at the root of its leaves at full travel.
+    K [N/mm] is its stiffness; `root_strain` [1] is the strain at the root of its leaves at full travel.
     """
 
     name: str
@@ -79,11 +79,11 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
 
 @dataclass(frozen=True, kw_only=True)
 class FittedSprings:
-    """The springs, low first, their process, how far each gives at full travel [mm], and the housing that has them.
+    """The springs, low first, their process, the deflection of each at full travel [mm], and the housing that has them.
 
     Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized; nothing is made,
-    and their tips stand as far before the foremost one as `ideal_offsets_mm` says. `of_plate` is how far forces that
-    lean move the tips of one plate; None where flat tips meet a flat fruit, and none leans.
+    and `ideal_offsets_mm` are the heights of their tips over the foremost one. `of_plate` is the sideways compliance of
+    the tips of one plate; None where flat tips meet a flat fruit, as no force leans there.
     """
 
     springs: tuple[FittedSpring, ...]
@@ -99,6 +99,11 @@ class FittedSprings:
     def housing(self) -> Housing | None:
         """Return the housing, None when a spring cannot be made."""
         return None if self.fitted is None else self.fitted.housing
+
+    @property
+    def known(self) -> bool:
+        """Say whether the stiffnesses are known: those of a housing by FE, or ideal ones."""
+        return self.ideal or self.fitted is not None
 
     @property
     def monolithic(self) -> bool:
@@ -136,16 +141,21 @@ class FittedSprings:
 
     @property
     def sideways(self) -> SidewaysGive | None:
-        """Return how far forces that lean move all tips: each plate is turned half round against the one before."""
+        """Return the sideways compliance of all tips under forces that lean; None where no force leans.
+
+        Tips of different plates do not move each other. A plate is the one before it turned half round the press axis,
+        which changes the signs of x and y.
+        """
         if self.of_plate is None:
             return None
         on_plate = len(self.of_plate.compliance)
-        compliance = np.zeros((len(self.tips.springs), len(self.tips.springs), 3, 3))
-        half_round = np.array([1.0, 1.0, 1.0])
-        for first in range(0, len(self.tips.springs), on_plate):
+        count = len(self.tips.springs)
+        compliance = np.zeros((count, count, 3, 3))
+        signs = np.array([1.0, 1.0, 1.0])  # of x, y and z on a plate, against those of the first one
+        for first in range(0, count, on_plate):
             plate = slice(first, first + on_plate)
-            compliance[plate, plate] = self.of_plate.compliance * np.outer(half_round, half_round)
-            half_round = half_round * [-1.0, -1.0, 1.0]
+            compliance[plate, plate] = self.of_plate.compliance * np.outer(signs, signs)
+            signs = signs * [-1.0, -1.0, 1.0]
         return replace(self.of_plate, compliance=compliance)
 
 
@@ -164,8 +174,8 @@ def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
 def leaning_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     """Return springs exactly as they were sized or given, with the sideways compliance of their housing under domes.
 
-    The leaves have the lengths of the beam law, and one rough mesh is solved. Springs that cannot be printed do not
-    lean; where no housing is found, both are undecided.
+    The leaves have the lengths of the beam law, and one rough mesh is solved. Springs under other tips, or that cannot
+    be printed, have no sideways compliance; where no housing is found, both are undecided.
     """
     springs = ideal_springs(design, sizing)
     printable = [spring.printable for spring in springs.springs]
@@ -185,7 +195,7 @@ def leaning_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
 
 
 def _undecided(springs: Sequence[FittedSpring], reason: str) -> tuple[FittedSpring, ...]:
-    """Return springs of which is not known whether they can be printed, for a reason."""
+    """Return the springs, with the verdicts on whether they can be printed left undecided for a reason."""
     return tuple(replace(spring, printable=replace(spring.printable, passed=None, reason=reason)) for spring in springs)
 
 
@@ -202,25 +212,18 @@ def fit_springs(
     if not design.tips.tip_layout.has_housing:
         return ideal_springs(design, sizing)
     process = design.process
-    targets = sizing.springs.stiffnesses
     deflections = sizing.deflections(design.full_travels_mm)
     springs = springs_as_sized(design, sizing)
     fitted = None
     of_plate = None
     if all(spring.printable.passed is not False for spring in springs):
         lengths = tuple(spring.printable.length_mm for spring in springs)
+        may_lean = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
         try:
             guess = housing_for(design, process, lengths, deflections)
-            E = process.E_MPa
-            poisson = process.poisson
-            tolerance = options.tolerance
-            inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson, "tolerance": tolerance}
-            fit = partial(fit_lengths, guess, targets, E, poisson, tolerance, executor)
-            if options.rough and guess.gauges == "none":
-                fit = partial(fit_roughly, guess, targets, E, poisson)
-            fitted = cached("flexures", inputs, fit, FittedHousing)
-            if design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None:
-                of_plate = _sideways_of(fitted, E, poisson, rough=options.rough)
+            fitted = _fitted_housing(guess, sizing.springs.stiffnesses, process, options, executor)
+            if may_lean:
+                of_plate = _kept_sideways_give(fitted, process, rough=options.rough)
         except (InputError, MeshError, SolveError) as error:
             springs = _undecided(springs, str(error))
         else:
@@ -235,8 +238,32 @@ def fit_springs(
     )
 
 
-def _sideways_of(fitted: FittedHousing, E: float, poisson: float, *, rough: bool = False) -> SidewaysGive:
-    """Return how far forces that lean move the tips of a plate [E in MPa], kept; raises MeshError or SolveError."""
+def _fitted_housing(
+    guess: Housing, targets: tuple[float, ...], process: Process, options: RunOptions, executor: Executor | None
+) -> FittedHousing:
+    """Return the housing whose leaves have been fitted to the targets [N/mm], from a first guess; solved and kept."""
+    E = process.E_MPa
+    poisson = process.poisson
+    inputs = {
+        "guess": asdict(guess),
+        "targets": targets,
+        "E": E,
+        "poisson": poisson,
+        "tolerance": options.tolerance,
+    }
+
+    def fit() -> FittedHousing:
+        if options.rough and guess.gauges == "none":
+            return fit_roughly(guess, targets, E, poisson)
+        return fit_lengths(guess, targets, HousingSolver(E, poisson, executor), options.tolerance)
+
+    return cached("flexures", inputs, fit, FittedHousing)
+
+
+def _kept_sideways_give(fitted: FittedHousing, process: Process, *, rough: bool) -> SidewaysGive:
+    """Return the sideways compliance of the tips of a plate, solved and kept; raises MeshError or SolveError."""
+    E = process.E_MPa
+    poisson = process.poisson
     K = fitted.stiffness.K
     inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K, "rough": rough}
     solve = partial(sideways_give, fitted.housing, E, poisson, K, rough=rough)
@@ -267,15 +294,19 @@ def _springs_as_fitted(
 
 
 def springs_to_read(design: Design, springs: FittedSprings) -> tuple[Spring, ...]:
-    """Return what a read-out must know of the springs; of those that are not made, leaves by the beam law."""
+    """Return the springs as a read-out needs them: leaves, stiffness [N/mm], deflection [mm], gauge strain [1/N].
+
+    Springs that are not made have leaves by the beam law, at least as long as two gauge grids with their fillets.
+    """
     process = springs.process
     strains = None if springs.fitted is None else springs.fitted.stiffness.gauge_strain_per_N
     to_read = []
     for i, spring in enumerate(springs.springs):
         thickness = process.leaf_thicknesses_mm[i]
+        shortest = 2.0 * (FOIL.grid_length_mm + process.fillet_mm)
         as_sized = Flexure(
             thickness=thickness,
-            length=max(spring.printable.length_mm, 2.0 * (FOIL.grid_length_mm + process.fillet_mm)),
+            length=max(spring.printable.length_mm, shortest),
             depth=plate_depth(design, process),
             separation=thickness + 3.0 * process.fillet_mm,  # no number of a read-out depends on it
             fillet=process.fillet_mm,
@@ -292,11 +323,10 @@ def springs_to_read(design: Design, springs: FittedSprings) -> tuple[Spring, ...
 
 
 def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:
-    """Return how far its own weight moves each tip towards the fruit [mm]; nothing where no springs are made.
+    """Return the movement of each tip towards the fruit by the weight of its parts [mm]; none where nothing is made.
 
-    A sensor that presses down hangs out by this much, one that presses up draws in. Held sideways its weight acts
-    across the press: along the plate it moves a tip by at most the error, either way; out of the plate not at all, by
-    symmetry.
+    It is positive where the sensor presses down, negative where it presses up. Held sideways the weight acts across the
+    press: along the plate it moves a tip by at most the error, either way; out of the plate not at all, by symmetry.
     """
     fitted = springs.fitted
     if fitted is None:
@@ -316,9 +346,9 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
 
 
 def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
-    """Return how far each tip stands before the foremost one by the weight of its parts [mm]; none where all are level.
+    """Return the height of each tip over the foremost one by the weight of its parts [mm]; none where all are level.
 
-    The foremost tips are at 0, the others below, in the order of the layout.
+    The foremost tips are at 0, the others below 0, in the order of the layout.
     """
     if springs.ideal:
         return springs.ideal_offsets_mm
@@ -330,7 +360,10 @@ def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[floa
 
 
 def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:
-    """Return by name what other mounts than the design's change of each spring's stiffness [1], kept; none unmade."""
+    """Return the relative change of each spring's stiffness [1] in other mounts than the design's, by their names.
+
+    They are solved and kept; there are none where no housing is made.
+    """
     housing = springs.housing
     if housing is None:
         return {}

@@ -41,38 +41,38 @@ COARSE = 2.0  # scale of the mesh that finds the lengths
 class MeshPair:
     """Scales of the mesh that is solved and of the coarser one that judges it, and the error bar made of the two.
 
-    The bar is a share of the difference between both meshes plus a floor [1]; the pair is tried for tolerances from
-    `least_tolerance` [1] on.
+    The bar is a fraction [1] of the difference between both meshes plus a floor [1]. The pair is tried for tolerances
+    from `least_tolerance` [1] on.
     """
 
     fine: float
     coarse: float
-    share: float
+    fraction: float
     floor: float
     least_tolerance: float
 
     def errors(self, housing: Housing, estimated: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the relative error [1] of each spring's stiffness from those of `housing_stiffness`.
+        """Return the error bars of each spring's stiffness [1] by this pair, from those that `housing_stiffness` gives.
 
-        Those of a housing with gauges stand: the edges of the foils make most of them.
+        The errors of a housing with gauges stay as they are: the edges of the foils make most of them.
         """
         if housing.gauges != "none":
             return estimated
         errors = []
         for arm, error in zip(housing.arms, estimated, strict=True):
-            difference = error / ERROR_SHARE  # of the two meshes
-            errors.append(odd_shape_factor(arm.flexure) * self.share * difference + self.floor)
+            difference = error / ERROR_SHARE  # of the stiffness on the two meshes
+            errors.append(odd_shape_factor(arm.flexure) * self.fraction * difference + self.floor)
         return tuple(errors)
 
 
-DEFAULT = MeshPair(fine=1.0, coarse=2.0, share=ERROR_SHARE, floor=1e-4, least_tolerance=1e-3)
+DEFAULT = MeshPair(fine=1.0, coarse=2.0, fraction=ERROR_SHARE, floor=1e-4, least_tolerance=1e-3)
 # Seen of the difference: 0.27 on the first, against 112 thousand dofs and 30 random designs; 0.024 on the last, against
 # one arm of five designs with 2.7 times the dofs, which is 0.026 against four times.
 # tests/reference/fits/test_housing.py
 MESH_PAIRS = (
-    MeshPair(fine=2.0, coarse=4.0, share=0.3, floor=2e-4, least_tolerance=1e-2),
+    MeshPair(fine=2.0, coarse=4.0, fraction=0.3, floor=2e-4, least_tolerance=1e-2),
     DEFAULT,
-    MeshPair(fine=0.5, coarse=2.0, share=0.03, floor=1e-5, least_tolerance=0.0),
+    MeshPair(fine=0.5, coarse=2.0, fraction=0.03, floor=1e-5, least_tolerance=0.0),
 )
 
 
@@ -84,10 +84,11 @@ def mesh_pairs_for(housing: Housing, tolerance: float) -> tuple[MeshPair, ...]:
 
 
 def odd_shape_factor(flexure: Flexure) -> float:
-    """Return by how much the difference of two meshes is a worse guide for a leaf of an odd shape [1].
+    """Return the factor on the error bar from the difference of two meshes for a leaf of an odd shape [1].
 
     All meshes have like fans at the roots, whose error shows where a leaf is not much deeper than thick, and few
-    layers for the bending across a leaf that is deeper than long. Of the 2.5 for a leaf as thick as deep 2 was seen.
+    layers for the bending across a leaf that is deeper than long. The 2.5 for a leaf as thick as deep covers the 2 that
+    was seen.
     """
     shallow = min(1.0, flexure.thickness / flexure.depth)
     short = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))
@@ -113,8 +114,8 @@ class HousingSolver:
 
     def __init__(self, E: float, poisson: float, executor: Executor | None = None) -> None:
         """Take a material [MPa], and a worker that makes the solids with which meshes are compared."""
-        self._E = E
-        self._poisson = poisson
+        self.E = E
+        self.poisson = poisson
         self._executor = executor
         self._start = time.perf_counter()
         self._last: dict[float, _Solved] = {}  # by the scale of the mesh
@@ -130,7 +131,7 @@ class HousingSolver:
             mesh = stretch_leaves(last.mesh, last.housing, housing)
         if mesh is None:
             mesh = flexure_mesh(housing, scale)
-        compliance = tip_compliance(mesh, self._E, self._poisson, attached_to(housing))
+        compliance = tip_compliance(mesh, self.E, self.poisson, attached_to(housing))
         self._last[scale] = _Solved(housing, mesh, compliance)
         return compliance
 
@@ -176,31 +177,25 @@ def solve_on(pair: MeshPair, housing: Housing, E: float, poisson: float) -> Fitt
 
 
 def fit_lengths(
-    housing: Housing,
-    targets: Sequence[float],
-    E: float,
-    poisson: float,
-    tolerance: float = TOLERANCE,
-    executor: Executor | None = None,
+    housing: Housing, targets: Sequence[float], solver: HousingSolver, tolerance: float = TOLERANCE
 ) -> FittedHousing:
-    """Return the housing whose leaf lengths give each spring its target stiffness [N/mm from mm, E in MPa] to 0.1 %.
+    """Return the housing whose leaf lengths give each spring its target stiffness [N/mm] to 0.1 %.
 
     A coarse mesh, stretched from step to step, finds the lengths; finer ones say by how much it lies high. The error
     bars are within the relative tolerance where a mesh has it; a tolerance beyond 0.1 % holds for the targets too, up
     to 0.5 %. Pins glued into the feet are in series with the springs. Raises InputError when a target leaves no leaf,
     SolveError when 4 fine solves do not meet the targets.
     """
-    of_feet = targets_without_pins(housing, targets, E, poisson)
-    solver = HousingSolver(E, poisson, executor)
+    of_feet = targets_without_pins(housing, targets, solver.E, solver.poisson)
     solver.begin_solid(housing)  # a worker imports the CAD kernel for it while lengths are looked for
-    fit = _LengthFit(solver, housing, of_feet, E)
+    fit = _LengthFit(solver, housing, of_feet)
     allowed_miss = min(max(tolerance, TOLERANCE), _LOOSEST)
     for pair in mesh_pairs_for(housing, tolerance):
         fitted = fit.fit_on(pair, allowed_miss)
         if max(fitted.stiffness.error) <= tolerance:
             break
     fitted = _checked(fitted, tolerance)
-    stiffness = add_pin_compliance(fitted.stiffness, fitted.housing, E, poisson)
+    stiffness = add_pin_compliance(fitted.stiffness, fitted.housing, solver.E, solver.poisson)
     return dataclasses.replace(fitted, stiffness=stiffness)
 
 
@@ -259,33 +254,31 @@ def with_length(name: str, flexure: Flexure, length: float, K: float) -> Flexure
 
 
 class _LengthFit:
-    """All leaf lengths at once: what the coarse mesh says of them, and by how much it lies above a finer one."""
+    """The search for all leaf lengths at once: a coarse mesh finds them, finer ones say by how much it lies high.
 
-    def __init__(self, solver: HousingSolver, housing: Housing, targets: Sequence[float], E: float) -> None:
+    `aims` [N/mm] are the stiffnesses that the coarse mesh must have, so that the fine one has the targets.
+    """
+
+    def __init__(self, solver: HousingSolver, housing: Housing, targets: Sequence[float]) -> None:
         """Start from the beam law."""
         self._solver = solver
         self._housing = housing
         self._targets = np.array(targets)
         self._near = False
-        self._models = [SecantModel.of_beam(arm.flexure, E) for arm in housing.arms]
+        self._models = [SecantModel.of_beam(arm.flexure, solver.E) for arm in housing.arms]
 
     def fit_on(self, pair: MeshPair, allowed_miss: float) -> FittedHousing:
-        """Return the housing that meets the targets within a relative miss on the fine mesh of a pair."""
+        """Return the housing that meets the targets within a relative miss [1] on the fine mesh of a pair."""
         coarse_is_fine = pair.fine == COARSE
-        aims = self._targets  # on the coarse mesh, which is stiffer than a fine one
+        aims = self._targets
         if not coarse_is_fine:
             aims = aims * [_lift(arm.flexure) for arm in self._housing.arms]
         if not self._near:
             self._approach(aims)
         for attempt in range(MOST_FINE_SOLVES):
-            if attempt or not coarse_is_fine:
+            if attempt or not coarse_is_fine:  # else the coarse mesh, which is the fine one, was solved here already
                 self._move(aims)
-            self._solver.begin_solid(self._housing)
-            fine = self._solver.solve(self._housing, pair.fine)
-            coarse = self._coarse_here() if pair.coarse == COARSE else None
-            if coarse is None:
-                coarse = self._solver.solve(self._housing, pair.coarse)
-            stiffness = stiffness_on(pair, self._housing, fine, coarse)
+            stiffness = self._stiffness_on(pair)
             if largest_miss(stiffness.K, self._targets) <= allowed_miss:
                 return self._solver.fitted(self._housing, pair, stiffness)
             aims = self._targets * self._coarse_K() / stiffness.K
@@ -297,8 +290,17 @@ class _LengthFit:
         )
         raise SolveError(msg)
 
+    def _stiffness_on(self, pair: MeshPair) -> HousingStiffness:
+        """Return the stiffness of the springs at the present lengths [N/mm] on a pair of meshes."""
+        self._solver.begin_solid(self._housing)
+        fine = self._solver.solve(self._housing, pair.fine)
+        coarse = self._coarse_here() if pair.coarse == COARSE else None
+        if coarse is None:
+            coarse = self._solver.solve(self._housing, pair.coarse)
+        return stiffness_on(pair, self._housing, fine, coarse)
+
     def _approach(self, aims: Floats) -> None:
-        """Go to the lengths at which the coarse mesh has the aims [N/mm], its elements stretched from step to step."""
+        """Move to the lengths at which the coarse mesh has the aims [N/mm], stretching it from step to step."""
         for _ in range(_MOST_COARSE_SOLVES):
             K = self._solver.solve(self._housing, COARSE, stretch=True).K
             for model, arm, stiffness in zip(self._models, self._housing.arms, K, strict=True):
@@ -316,16 +318,22 @@ class _LengthFit:
         self._housing = self._housing.with_flexures(flexures)
 
     def _coarse_K(self) -> Floats:
-        """Return what the coarse mesh would give here: its last step was so short that a solve tells nothing new."""
+        """Return the stiffnesses on the coarse mesh at the present lengths [N/mm], by the secants through its solves.
+
+        The last step was so short that another solve would tell nothing new.
+        """
         pairs = zip(self._models, self._housing.arms, strict=True)
         return np.array([model.stiffness(arm.flexure.length) for model, arm in pairs])
 
     def _coarse_here(self) -> TipCompliance | None:
-        """Return the coarse mesh's last result, scaled to these lengths; None with gauges, which need their own."""
+        """Return the last result of the coarse mesh scaled to the present lengths; None with gauges.
+
+        The strain of gauges is not scaled: they need a solve at these lengths.
+        """
         last = self._solver.last_solution(COARSE)
         if last.gauge_strain_per_N is not None:
             return None
-        scale = np.sqrt(last.K / self._coarse_K())
+        scale = np.sqrt(last.K / self._coarse_K())  # of a compliance, whose row and column it both scales
         sag = tuple((scale**2 * last.weight_sag).tolist())
         return dataclasses.replace(last, C=last.C * np.outer(scale, scale), weight_sag=sag)
 

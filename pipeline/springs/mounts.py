@@ -22,7 +22,7 @@ from solve.housing.stiffness import leaf_faces, lever_compliance, stiffness_of
 SKIN_MM = 0.02
 # Of the plate of a cover, which gives less than a strip as narrow as its rim: CalculiX on
 # tetrahedra of housing and cover.
-PLATE_SHARE = 0.75
+PLATE_FRACTION = 0.75
 SCREW_CORE_MM = 2.387  # core diameter of M3, ISO 724
 SPREAD = 0.5  # tangent of the cone in which the pressure of a screw spreads, VDI 2230
 MOUNT_SCALE = 4.0  # of the mesh on which other mounts are compared, and modes found
@@ -30,7 +30,7 @@ ROUGH_SCALE = 3.0  # of the one mesh of a rough answer, which has one layer of e
 
 
 def attached_to(housing: Housing) -> tuple[Attached, ...]:
-    """Return what is attached to a housing [mm]: its gauges, and the layers of its mount.
+    """Return the elastic bodies that are attached to a housing [mm]: its gauges, and the layers of its mount.
 
     Raises InputError where a leaf has no room for its gauges.
     """
@@ -44,7 +44,7 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
     """
     holes = _discs(housing, housing.hole_diameter)
     if housing.mount == "covers":
-        thickness = RECESS_MM + PLATE_SHARE * PLATE_MM
+        thickness = RECESS_MM + PLATE_FRACTION * PLATE_MM
         layer = ElasticLayer(name=SIDES, thickness=thickness, rectangles=rim(housing), holes=holes)
     elif housing.mount == "washers":
         discs = _discs(housing, WASHER_MM)
@@ -55,10 +55,10 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
 
 
 def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...]:
-    """Return the layers of a plate held on its front as given, on its back by its twin through the pads of both.
+    """Return the layers of one plate of a square: the given one on its front, on its back its twin behind the pads.
 
-    The solve has both sides alike: each layer is there on both, half as stiff. That is 0.02 % of K_h too stiff,
-    less than the meshes leave open; what the twin's own load moves is less still.
+    The solver puts every layer on both sides, so each is twice as thick here, half as stiff. That makes K_h 0.02 % too
+    high, less than the meshes leave open; the load of the twin moves it less still.
     """
     twin = 2.0 * housing.pad_height + housing.depth + front.thickness
     back = ElasticLayer(name=SIDES, thickness=2.0 * twin, rectangles=rim(housing), holes=front.holes)
@@ -78,24 +78,24 @@ def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> C
 def sideways_give(
     housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool = False
 ) -> SidewaysGive:
-    """Return how far forces that lean move domes, by the centres of their spheres, or flat faces [E in MPa].
+    """Return the sideways compliance of the tips of a plate under forces that lean, E in MPa.
 
-    On a coarse mesh: what it misses of the springs' stiffness K [N/mm] on finer ones is the error. Raises MeshError or
-    SolveError.
+    It is that of the centres of the spheres of domes, or of flat faces, on a coarse mesh. Its error is how far that
+    mesh misses the springs' stiffness K [N/mm] on finer ones. Raises MeshError or SolveError.
     """
     lever = housing.dome_radius - housing.pin_out
     half = coarse_half(housing, E, poisson, rough=rough)
     compliance = lever_compliance(half, lever)
     error = float(np.abs(np.diag(compliance[..., 2, 2]) * K - 1.0).max())
-    compliance[..., 2, 2] = 0.0
+    compliance[..., 2, 2] = 0.0  # from up to up the springs have it
     return SidewaysGive(compliance, error)
 
 
 def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
-    """Return by name the relative change of each spring's stiffness [1] in other mounts than its own [E in MPa].
+    """Return the relative change of each spring's stiffness [1] in other mounts, by their names; E in MPa.
 
     They are the other mount that a design may ask for, covers that press near the screws alone, and screws so loose
-    that they carry by bending alone. On a coarse mesh, which moves a change by a tenth of it. Raises SolveError.
+    that they carry by bending alone. The mesh is coarse, which moves a change by a tenth of it. Raises SolveError.
     """
     half = coarse_half(housing, E, poisson, rough=False)
     own_K = np.array(stiffness_of(half))
@@ -108,7 +108,7 @@ def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple
 
 
 def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
-    """Return by name the layers of mounts that hold the frame in another way than its own."""
+    """Return the layers of each mount that holds the frame in another way than its own, by the mount's name."""
     others = {}
     if housing.mount == "covers":
         others["washers on the frame, no covers"] = mount_layers(replace(housing, mount="washers"))
@@ -160,9 +160,11 @@ def _sorted(a: float, b: float) -> tuple[float, float]:
 
 
 def bonded_foils(housing: Housing) -> tuple[BondedFoil, ...]:
-    """Return the gauges [mm, N/mm] glued on the leaves, none where it is made without.
+    """Return the gauges glued on the leaves [mm, N/mm]; none on a housing that is made without.
 
-    Each is a backing and, inside it, the metal with the grid that senses. Raises InputError where a leaf has no room.
+    Each is a backing and, inside it, the metal with the grid that senses. `sign` is that of its strain: a bent leaf is
+    pulled on one face and pressed on the other, and the other way round at its other root. Raises InputError where a
+    leaf has no room.
     """
     gauge = GAUGES[housing.gauges]
     if gauge is None:

@@ -68,7 +68,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
         ratio = stiffest.stiffness_ratio()
     K_m_max = fruit.E_max_MPa * K_m_over_E
     stiffening = fruit_stiffening(fruit.E_max_MPa, pair)
-    springs = _springs(design, K_m_max, ratio, () if by_hayes else stiffening)
+    springs = _given_or_sized(design, K_m_max, ratio, () if by_hayes else stiffening)
     return SpringSizing(
         springs=springs,
         K_m_over_E=K_m_over_E,
@@ -90,7 +90,11 @@ def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
     return tuple(share * pair.at(share * E_max).K_m_over_E() / top for share in curve_shares(CURVE_STEPS))
 
 
-def _springs(design: Design, K_m_max: float, ratio: float, stiffening: tuple[float, ...]) -> Springs:
+def _given_or_sized(design: Design, K_m_max: float, ratio: float, stiffening: tuple[float, ...]) -> Springs:
+    """Return the springs that the design gives, else those that its targets need, on fruit of K_m_max [N/mm].
+
+    `ratio` [1] is the fruit's stiffness under the high tip over that under the low one. Raises InputError.
+    """
     given = design.springs
     targets = design.nominal_targets
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:

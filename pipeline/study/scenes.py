@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from pipeline.options import BESIDE_CONTACT, CONTACT_SHARE, contact_scene
+from pipeline.options import BESIDE_CONTACT, CONTACT_FRACTION, contact_scene
 from pipeline.response.contact import contact_compliance
 from pipeline.storage.plain import Plain
 from sensor.design.fruit import Fruit
@@ -75,7 +75,7 @@ def scene_compliance(scene: UnitScene, tolerance: float, method: str = "auto") -
 
     `tolerance` [1] is that of the springs, as for a run. Raises InputError, MeshError or SolveError.
     """
-    unit = _unit_compliance(scene, CONTACT_SHARE * tolerance, method)
+    unit = _unit_compliance(scene, CONTACT_FRACTION * tolerance, method)
     if scene.scale == 1.0:
         return unit
     skin = unit.skin and replace(unit.skin, S=unit.skin.S / scene.scale)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,40 +27,46 @@ FITTED_TOLERANCE = 0.005  # with gauges or pins glued on, where no mesh knows th
 SPREAD_TOLERANCE = 0.01
 PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
 UNDECIDED = "undecided by its error bar"
+LIFTED = "a tip is off the fruit at full travel, so that there is no force ratio"
 
 
-def target_verdict(
-    name: str,
-    estimate: Estimate | None,
-    limit: float,
-    tolerance: float,
-    reference: str,
-    *,
-    relative: bool = False,
-    unit: str = "1",
-) -> Verdict:
-    """Return the verdict that passes when a value lies within the tolerance of its limit [unit].
+@dataclass(frozen=True, kw_only=True)
+class TargetValue:
+    """A number that a value must meet [unit], within a tolerance [unit], which is a fraction [1] where `relative`."""
 
-    The tolerance is a fraction of the limit where `relative` [1]. Undecided where the error bar is wider than the
-    tolerance and the value not farther off than both together; failed without a value.
+    limit: float
+    tolerance: float
+    relative: bool = False
+    unit: str = "1"
+
+    @property
+    def allowed_miss(self) -> float:
+        """Return how far a value may lie from the target [unit]."""
+        return self.tolerance * self.limit if self.relative else self.tolerance
+
+
+def target_verdict(name: str, estimate: Estimate | None, target: TargetValue, reference: str) -> Verdict:
+    """Return the verdict that passes when a value lies within the tolerance of its target; without a value it fails.
+
+    It is undecided where the error bar is wider than the tolerance, unless the value is farther off than both together.
     """
     passed: bool | None = False
     if estimate is not None:
-        allowed = tolerance * limit if relative else tolerance
-        distance = abs(estimate.value - limit)
+        allowed = target.allowed_miss
+        distance = abs(estimate.value - target.limit)
         passed = distance <= allowed
         if estimate.error > allowed:
             passed = False if distance > allowed + estimate.error else None
     return Verdict(
         name=name,
         value=None if estimate is None else estimate.value,
-        unit=unit,
-        limit=limit,
-        tolerance=tolerance,
+        unit=target.unit,
+        limit=target.limit,
+        tolerance=target.tolerance,
         passed=passed,
         reference=reference,
         error=None if estimate is None else estimate.error,
-        relative=relative,
+        relative=target.relative,
     )
 
 
@@ -83,10 +89,9 @@ def margin_verdict(name: str, estimate: Estimate, limit: float, reference: str, 
 
 
 def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
-    """Return the `--tol` [1], of one digit, that would decide a verdict that its error bar leaves undecided.
+    """Return a hint for a verdict that its error bar leaves undecided: the `--tol` that would decide it, if any does.
 
-    None for any other verdict. An error beyond what all parts have at the tolerance asked for was met by no mesh: a
-    smaller tolerance does not help.
+    `asked` is the relative tolerance [1] of the run. There is no hint for any other verdict.
     """
     limit = verdict.limit
     tolerance = verdict.tolerance
@@ -94,16 +99,23 @@ def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
     if verdict.passed is not None or error is None or not isinstance(limit, float) or not isinstance(tolerance, float):
         return None
     scale = abs(limit) or 1.0
+    relative_error = error / scale
     allowed = tolerance if verdict.relative else tolerance / scale
-    if error / scale <= allowed:
+    if relative_error <= allowed:
         return None
-    if allowed > 0.0 and error / scale <= PARTS * asked:
-        wanted = allowed / PARTS
-        digit = 10.0 ** math.floor(math.log10(wanted))
-        tighter = round(math.floor(wanted / digit * (1.0 + 1e-9)) * digit, 12)
+    # A larger error than all parts may have at the tolerance asked for was met by no mesh: a smaller one is no help.
+    if allowed > 0.0 and relative_error <= PARTS * asked:
+        tighter = _one_digit(allowed / PARTS)
         if tighter < asked and TOLERANCES.hold(tighter):
             return f"{UNDECIDED}, `--tol {tighter:g}` would decide"
     return f"{UNDECIDED}, no `--tol` would decide"
+
+
+def _one_digit(value: float) -> float:
+    """Return the largest number of one digit that is not above a positive value [its unit]."""
+    digit = 10.0 ** math.floor(math.log10(value))
+    count = math.floor(value / digit * (1.0 + 1e-9))  # round-off must not turn 3 into 2
+    return round(count * digit, 12)
 
 
 # Force ratio
@@ -116,13 +128,12 @@ def target_verdicts(
 
     A value that is missing, because a tip is off the fruit, fails; springs that were not made leave both undecided.
     """
-    lifted = "a tip is off the fruit at full travel, so that there is no force ratio"
     P_words = f"force ratio at E_max {of_what}; tolerance relative to the target"
     NL_words = f"departure of P from its straight line, {targets.NL_definition}, {of_what}; tolerance absolute"
-    of_P = target_verdict(
-        "P_max", P_max, targets.P_max, P_MAX_TOLERANCE, lifted if P_max is None else P_words, relative=True
-    )
-    of_NL = target_verdict("NL", NL, targets.NL, NL_TOLERANCE, lifted if NL is None else NL_words)
+    P_target = TargetValue(limit=targets.P_max, tolerance=P_MAX_TOLERANCE, relative=True)
+    NL_target = TargetValue(limit=targets.NL, tolerance=NL_TOLERANCE)
+    of_P = target_verdict("P_max", P_max, P_target, LIFTED if P_max is None else P_words)
+    of_NL = target_verdict("NL", NL, NL_target, LIFTED if NL is None else NL_words)
     if not manufactured:
         return replace(of_P, passed=None), replace(of_NL, passed=None)
     return of_P, of_NL
@@ -134,17 +145,18 @@ def displacement_verdict(table: SensorResponse) -> Verdict:
     The spread may be off by twice the error of P where cells are solved; where P is one number it is exact.
     """
     name = "P_displacement_independent"
+    no_spread = TargetValue(limit=0.0, tolerance=SPREAD_TOLERANCE)
     largest = 0.0
     for P in table.P:
         touching = P[np.isfinite(P)]
         if touching.size <= 1:
             lifted = "a tip is off the fruit for the whole travel, or for all but one step of it"
-            return target_verdict(name, None, 0.0, SPREAD_TOLERANCE, lifted)
+            return target_verdict(name, None, no_spread, lifted)
         largest = max(largest, float(np.ptp(touching) / touching.mean()))
     errors = table.P_error[np.isfinite(table.P_error)]
     error = 2.0 * float(errors.max()) if table.cells and errors.size else 0.0
     words = "(max P - min P) / mean P over the travel, the worst of all E"
-    return target_verdict(name, Estimate(largest, error), 0.0, SPREAD_TOLERANCE, words)
+    return target_verdict(name, Estimate(largest, error), no_spread, words)
 
 
 def monotonic_verdict(scan: SensorResponse) -> Verdict:
@@ -174,14 +186,13 @@ def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool = Tru
 
     One that is not of one piece, with gauges or pins glued on, may miss by more where it is not known to the tolerance.
     """
-    limit = 1e3 * spring.target
     K = spring.K
     is_known = monolithic or K is None or K.error <= STIFFNESS_TOLERANCE * spring.target
     tolerance = STIFFNESS_TOLERANCE if is_known else FITTED_TOLERANCE
-    value = None if K is None else K.times(1e3, "N/m")
-    words = "not made, so not solved" if K is None else "FE of the exported housing; tolerance relative"
-    verdict = target_verdict(name, value, limit, tolerance, words, relative=True, unit="N/m")
-    return replace(verdict, passed=None) if K is None else verdict
+    target = TargetValue(limit=1e3 * spring.target, tolerance=tolerance, relative=True, unit="N/m")
+    if K is None:
+        return replace(target_verdict(name, None, target, "not made, so not solved"), passed=None)
+    return target_verdict(name, K.times(1e3, "N/m"), target, "FE of the exported housing; tolerance relative")
 
 
 def printable_verdict(spring: FittedSpring) -> Verdict:
@@ -210,13 +221,14 @@ def printable_verdict(spring: FittedSpring) -> Verdict:
 
 
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
-    """Return how far from the middle of its face a dome is touched at most [mm], which half its face must hold.
+    """Return the verdict on the farthest contact from the middle of a dome's face [mm], which half the face must hold.
 
-    A printed dome ends in a square, whose sides the contact must keep; that of a pin in a circle.
+    A printed dome ends in a square, whose sides the contact must keep; that of a pin in a circle. The reach is Hertz's,
+    at full travel and every modulus.
     """
     tips = design.tips
     radius = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
-    slopes = [_slope_under(design, place) for place in tips.places_mm]
+    slopes = [_slope_under(design, position) for position in tips.places_mm]
     farthest = 0.0
     forces_at_full_travel = press.table.F[:, -1]
     for E, forces in zip(press.table.E, forces_at_full_travel, strict=True):
@@ -234,13 +246,14 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     return margin_verdict("geometry.tip_face", Estimate(farthest, 0.0, "mm"), half_face, words, at_most=True)
 
 
-def _slope_under(design: Design, place: Position) -> float:
-    """Return the slope [1] of the fruit against a tip at x, y [mm], tilt and roll of the press added.
+def _slope_under(design: Design, position: Position) -> float:
+    """Return the slope [1] of the fruit against a tip at a position [mm], with tilt and roll of the press added.
 
-    It is the steepest slope, or for a printed tip that towards a side of its square.
+    It is the steepest slope, or for a printed tip, whose face is a square, the steepest towards one of its sides.
     """
     radius, radius_across = design.fruit.radii_mm
-    u, v = design.fruit.to_principal(place.x, place.y)
+    u, v = design.fruit.to_principal(position.x, position.y)
+    # Near its apex the fruit is a paraboloid, whose slopes at u, v are u / R1 and v / R2.
     slope_along, slope_across = design.fruit.from_principal(u / radius, v / radius_across)
     along = abs(slope_along) + abs(math.tan(math.radians(design.press.tilt_deg)))
     across = abs(slope_across) + abs(math.tan(math.radians(design.press.roll_deg)))
@@ -272,7 +285,10 @@ def reading_verdicts(design: Design, readings: Readings | None) -> tuple[Verdict
 
 
 def analysis_verdicts(readings: Readings, reading: Reading) -> tuple[Verdict, ...]:
-    """Return the verdicts reading.bias, reading.uncertainty and reading.touch, all [1]."""
+    """Return the verdicts reading.bias, reading.uncertainty and reading.touch, all [1].
+
+    Their references name the modulus and the pose, or the source, of the worst number.
+    """
     bias_words = "largest |E read / E - 1| without noise, over all fruits and poses"
     uncertainty_words = "standard uncertainty of E over all fruits and poses"
     if readings.moduli:
@@ -300,24 +316,24 @@ def _reading_verdict(name: str, estimate: Estimate | None, limit: float, words: 
     if estimate is None:
         return failed_verdict(name, limit, unit="1", reference=words if refused is None else f"{refused}; {words}")
     verdict = margin_verdict(name, estimate, limit, words, at_most=True)
-    return (
-        verdict if refused is None else replace(verdict, passed=False, reference=f"{refused}; of the others: {words}")
-    )
+    if refused is None:
+        return verdict
+    return replace(verdict, passed=False, reference=f"{refused}; of the others: {words}")
 
 
 def relaxation_verdicts(design: Design, over_time: ReadingOverTime | None) -> tuple[Verdict, ...]:
-    """Return the verdict on how far a reading moves in the seconds in which it may be taken [1].
+    """Return the verdict on the largest change of a reading in the seconds in which it may be taken [1].
 
-    None for flesh that does not relax. A design without readings has the usual limit of their bias.
+    There is none for flesh that does not relax. A design without `[reading]` has the default limit of the bias.
     """
     if over_time is None:
         return ()
     name = "reading.relaxation"
     limit = (design.reading or Reading()).bias_limit
-    read = over_time.t[over_time.at]
+    read_s = over_time.t[over_time.at]
     steadiest = over_time.steadiest
     words = (
-        f"largest |E read / E read at {read:.3g} s - 1| from {design.stop_s:.3g} to {design.release_s:.3g} s; least, "
+        f"largest |E read / E read at {read_s:.3g} s - 1| from {design.stop_s:.3g} to {design.release_s:.3g} s; least, "
         f"{100.0 * steadiest.moves:.2g} %, at {steadiest.at_s:.3g} s of a press by {steadiest.speed_mm_per_s:.3g} mm/s"
     )
     if not math.isfinite(over_time.moves.value + over_time.moves.error):

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.response.scene_press import ScenePress, spring_shares
+from pipeline.reading.sensor import Sensor
+from pipeline.response.scene_press import ScenePress, spring_fractions
 from pipeline.springs.sizing import SpringSizing
-from sensor.arrays import Floats
 from sensor.design.parameters import Targets
 from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import (
@@ -56,9 +56,13 @@ class ForceRatioCurve:
         )
 
     def K_m_of_NL(self, targets: Targets) -> float:
-        """Return the fruit stiffness at which the definition of the targets takes the nonlinearity [N/mm]."""
+        """Return the fruit stiffness at which the definition of the targets takes the nonlinearity [N/mm].
+
+        It is that at half of E_max, or that where P departs most from its straight line over the modulus.
+        """
         if targets.NL_definition == "mid-range":
-            return self.K_m_max * (self.stiffening[len(self.stiffening) // 2] if self.stiffening else 0.5)
+            at_half_E_max = self.stiffening[len(self.stiffening) // 2] if self.stiffening else 0.5
+            return self.K_m_max * at_half_E_max
         if not self.stiffening:
             return stiffness_at_largest_nonlinearity(self.springs.K_h / self.stiffness_ratio, self.K_m_max)
         K_m = self.K_m_max * np.array(self.stiffening)
@@ -66,14 +70,18 @@ class ForceRatioCurve:
         departure = (P - P[0]) / (P[-1] - P[0]) - curve_shares(len(P) - 1)
         return float(K_m[departure.argmax()])
 
-    def modulus_share(self, K_m: float) -> float:
-        """Return the modulus of the flesh over E_max [1] at which the fruit has a stiffness [N/mm]."""
-        fraction = K_m / self.K_m_max
+    def modulus_fraction(self, K_m: float) -> float:
+        """Return the modulus of the flesh over E_max [1] at which the fruit has a stiffness [N/mm].
+
+        Without a skin K_m is proportional to E. With one it lies on the curve of `stiffening`, and beyond its end on
+        the line through its last two points.
+        """
+        stiffness = K_m / self.K_m_max
         if not self.stiffening:
-            return fraction
-        shares = curve_shares(len(self.stiffening) - 1)
-        beyond = max(0.0, fraction - 1.0) * (shares[-1] - shares[-2]) / (1.0 - self.stiffening[-2])
-        return float(np.interp(fraction, self.stiffening, shares)) + beyond
+            return stiffness
+        moduli = curve_shares(len(self.stiffening) - 1)  # over E_max, at the points of `stiffening`
+        beyond = max(0.0, stiffness - 1.0) * (moduli[-1] - moduli[-2]) / (1.0 - self.stiffening[-2])
+        return float(np.interp(stiffness, self.stiffening, moduli)) + beyond
 
     def fruit_stiffness(self, P: float) -> float:
         """Return the fruit stiffness at which P is shown [N/mm], (4); 0 below all, infinite beyond the springs."""
@@ -84,6 +92,7 @@ class ForceRatioCurve:
         return fruit_stiffness(self.springs, P, self.stiffness_ratio)
 
     def _estimate(self, law: Law) -> Estimate:
+        """Return a number by a law, with the errors of springs and fruit stiffness carried through it."""
         # In the middle of the fruit both tips meet the same stiffness, and no error of a solve parts them.
         ratio_error = 0.0 if self.stiffness_ratio == 1.0 else self.K_m_error / self.K_m_max
         values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
@@ -122,41 +131,41 @@ class SceneTargets:
     level: tuple[Estimate, Estimate]
 
 
-def scene_targets(
-    law: ForceRatioCurve, targets: Targets, contact: FruitCompliance, C: Floats, press: ScenePress | None
-) -> SceneTargets:
-    """Return P_max and NL of the scene, with their errors; C (tips, tips) [mm/N] is the compliance of the springs.
+def reached_targets(sensor: Sensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
+    """Return P_max and NL of a sensor in its own scene, with their errors, by the definitions of the targets.
 
-    The two-spring law gives them where it is exact, and where the scene was not pressed.
+    The two-spring law gives them where it is exact, and where the scene was not pressed. More tips than two are
+    evaluated by the pair that stands for them.
     """
+    pair = sensor.pair
+    law = characteristic(pair.contact, pair.sizing, pair.springs.stiffnesses, pair.springs.errors)
     level = (law.P_max(), law.NL(targets))
     if press is None or press.level:
         return SceneTargets(P_max=level[0], NL=level[1], level=level)
-    return SceneTargets(
-        P_max=_scene_P_max(law, contact, C, press.curve), NL=_scene_NL(law, targets, press.curve), level=level
-    )
+    P_max = _scene_P_max(law, pair, press.curve)
+    return SceneTargets(P_max=P_max, NL=_scene_NL(law, targets, press.curve), level=level)
 
 
-def _scene_P_max(law: ForceRatioCurve, contact: FruitCompliance, C: Floats, curve: SensorResponse) -> Estimate | None:
+def _scene_P_max(law: ForceRatioCurve, pair: Sensor, curve: SensorResponse) -> Estimate | None:
     """Return P at E_max and full travel, with the errors of cells and compliance and that of the springs [1]."""
     P = float(curve.P[-1, -1])
     if not math.isfinite(P):
         return None
     spring_errors = np.divide(law.spring_errors, law.springs.stiffnesses)
-    of_springs = float(spring_shares(contact, C, float(curve.E[-1])) @ spring_errors)
+    of_springs = float(spring_fractions(pair.contact, pair.C, float(curve.E[-1])) @ spring_errors)
     return Estimate(P, P * (float(curve.P_error[-1, -1]) + of_springs))
 
 
 def _scene_NL(law: ForceRatioCurve, targets: Targets, curve: SensorResponse) -> Estimate | None:
-    """Return NL at full travel [1].
+    """Return NL at full travel [1]; None where a tip is off the fruit.
 
-    The errors of springs and compliance move it as they move that of the level sensor. To them comes the larger step
-    from coarser cells of the last two travels: at one of them the step may be 0 by accident.
+    The errors of springs and compliance move it as they move NL of the level sensor. The error of the cells is added:
+    the larger change from coarser cells at the last two travels, as at one of them it may be 0 by accident.
     """
     E = curve.E.tolist()
     coarse_P = curve.P * (1.0 - curve.P_step)
     largest_step = 0.0
-    for travel in (-2, -1):
+    for travel in (-2, -1):  # the last NL, at full travel, is the one that is returned
         NL = curve_nonlinearity(curve.P[:, travel].tolist(), E, targets.NL_definition)
         coarse_NL = curve_nonlinearity(coarse_P[:, travel].tolist(), E, targets.NL_definition)
         step = abs(NL - coarse_NL)

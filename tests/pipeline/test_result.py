@@ -7,8 +7,7 @@ import pytest
 from stand_ins import result_of, sensor_of
 
 import pipeline.evaluate
-from pipeline.evaluate import evaluate_sensor
-from pipeline.options import RunOptions
+from pipeline.evaluate import check_targets, complete_evaluation
 from pipeline.storage.stopwatch import Stopwatch
 from sensor.design.parameters import Design
 from solve.linear import SolveError
@@ -48,7 +47,7 @@ def test_solve_that_fails_after_the_verdicts_is_named_and_loses_no_number(stage,
     solves = {"other_mounts": lambda _: {}, "sensor_modes": lambda _: None, stage: fail}
     for name, solve in solves.items():
         monkeypatch.setattr(pipeline.evaluate, name, solve)
-    result = evaluate_sensor(sensor_of(Design()), RunOptions(), Stopwatch())
+    result = complete_evaluation(check_targets(sensor_of(Design())), Stopwatch())
     assert [text.endswith("linear solve: residual") for text in result.left_out] == [True]
     assert [verdict.name for verdict in result.verdicts if verdict.passed is not True] == []
     assert result.behaviour.modes is None

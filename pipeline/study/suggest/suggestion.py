@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pipeline import run
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
-from pipeline.response.scene_press import TRAVELS, pressed_at, scene_of
+from pipeline.response.scene_press import TRAVELS, scene_of
 from pipeline.result import SensorResult
 from pipeline.storage.stopwatch import Progress, silent
 from pipeline.study.scenes import unit_scene
@@ -19,6 +19,8 @@ from pipeline.verdicts.hints import least_travel, rounded, shorter_travel
 from pipeline.verdicts.rules import displacement_verdict, tolerance_hint
 from sensor.design.parameters import Design
 from sensor.verdict import Verdict, failed_verdict
+from solve.contact.linear_response import travels
+from solve.contact.response import scene_response
 
 BUDGET = 6000.0  # of trials, in about hundredths of a processor second
 MOST_RUNS = 4  # that prove a candidate; each costs some ten seconds
@@ -140,7 +142,8 @@ class Search:
         sensor = replace(sensor, springs=replace(sensor.springs, ideal_offsets_mm=offsets))
         if scene_of(design).on_cells:  # a tenth of the press often shows that it fails
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
-            few_presses = pressed_at(scene_of(design, offsets), sensor.contact, sensor.springs.C, moduli, TRAVELS)
+            x = travels(design.press.travel_mm, TRAVELS)
+            few_presses = scene_response(scene_of(design, offsets), sensor.contact, sensor.springs.C, moduli, x)
             spread = displacement_verdict(few_presses)
             if spread.passed is not True:
                 return (*check_targets(sensor, parts=()).verdicts, spread)

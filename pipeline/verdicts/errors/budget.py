@@ -158,7 +158,7 @@ def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget
     E_max = sensor.design.fruit.E_max_MPa
     K_m_max = sensor.characteristic.K_m_max
     K_m = sensor.characteristic.K_m_of_NL(sensor.design.nominal_targets)
-    E_middle = E_max * sensor.characteristic.modulus_share(K_m)
+    E_middle = E_max * sensor.characteristic.modulus_fraction(K_m)
     effects = effects_on(sensor, travel, sensor.deflections(K_m_max, travel))
     in_middle = {effect.name: effect for effect in effects_on(sensor, travel, sensor.deflections(K_m, travel))}
     scale = abs(NL.value) or 1.0

@@ -133,7 +133,7 @@ def scatter_bands(
         K_h_N_per_m=_band([1e3 * springs.K_h for springs in prints]),
         P_max=_band(P_max),
         NL=_band(NL),
-        modulus_error=_band([law.modulus_share(law.fruit_stiffness(P)) - 1.0 for P in P_max]),
+        modulus_error=_band([law.modulus_fraction(law.fruit_stiffness(P)) - 1.0 for P in P_max]),
         calibrated_modulus_error=calibrated_error(law),
         surrogate_error=surrogate.corner_error,
     )
@@ -147,7 +147,7 @@ def calibrated_error(law: ForceRatioCurve) -> float | None:
     P = force_ratio(law.springs, law.K_m_max, law.stiffness_ratio)
 
     def read(K_l: float, K_h: float) -> float:
-        return law.modulus_share(replace(law, springs=Springs(K_l=K_l, K_h=K_h)).fruit_stiffness(P))
+        return law.modulus_fraction(replace(law, springs=Springs(K_l=K_l, K_h=K_h)).fruit_stiffness(P))
 
     K = law.springs.stiffnesses
     error = propagate_errors(read, K, [CALIBRATED * stiffness for stiffness in K])

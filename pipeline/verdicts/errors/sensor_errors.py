@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings
-from pipeline.response.scene_press import ScenePress, spring_shares
+from pipeline.response.scene_press import ScenePress, spring_fractions
 from pipeline.verdicts.errors.budget import Budgets, effects_at, ratio_budget, uncertainty_budgets
 from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
 from pipeline.verdicts.errors.print_scatter import print_scatter
@@ -73,7 +73,7 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
             P = float(curve.P[i, j])
             if i == 0 or not math.isfinite(P):  # the first modulus is no fruit's
                 continue
-            of_springs = float(spring_shares(sensor.contact, sensor.springs.C, E) @ spring_errors)
+            of_springs = float(spring_fractions(sensor.contact, sensor.springs.C, E) @ spring_errors)
             numerical = float(curve.P_error[i, j]) + of_springs
             effects_printed = effects_at(sensor, E, travel)
             effects_calibrated = effects_after_calibration(effects_printed)

@@ -7,7 +7,7 @@ import pytest
 from stand_ins import CONTACT, result_of, springs_of
 
 import pipeline.response.scene_press
-from pipeline.response.scene_press import TRAVELS, mean_tip_pressure, press_scene, scene_of, spring_shares
+from pipeline.response.scene_press import TRAVELS, mean_tip_pressure, press_scene, scene_of, spring_fractions
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Press, Tips
@@ -73,7 +73,7 @@ def test_presses_end_where_the_design_says():
 def test_share_of_a_spring_is_its_share_of_the_compliance():
     """F = x / (1/K + 1/K_m): dF/F = dK/K x (1/K) / (1/K + 1/K_m), with 1/K_m = (s11 - s12) / E."""
     C = np.diag([1.0 / 0.9, 1.0 / 20.0])
-    shares = spring_shares(CONTACT, C, 2.0)
+    shares = spring_fractions(CONTACT, C, 2.0)
     soft_fruit = (0.766603 - 0.010526) / 2.0
     assert shares == pytest.approx([(1.0 / K) / (1.0 / K + soft_fruit) for K in (0.9, 20.0)], rel=1e-12)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from stand_ins import DEFLECTIONS, PETG, default_housing, fitted_housing, housing_stiffness, springs_of
 
-from pipeline.springs.behaviour import LONGEST_SHARE, spring_behaviour, stiffening
+from pipeline.springs.behaviour import LONGEST_FRACTION, spring_behaviour, stiffening
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import bonded_foils
 from sensor.design.parameters import Design, Print
@@ -99,7 +99,7 @@ def test_stiffening_is_the_elastica_s_for_the_leaf_and_the_deflection_of_each_sp
 
 def test_stiffening_is_given_up_to_half_a_length():
     leaf = default_housing().arms[0].flexure
-    most = stiffening(leaf, LONGEST_SHARE * leaf.length)
+    most = stiffening(leaf, LONGEST_FRACTION * leaf.length)
     assert stiffening(leaf, 10.0 * leaf.length) == most
 
 

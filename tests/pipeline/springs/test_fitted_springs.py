@@ -33,9 +33,8 @@ def fit(tmp_path, monkeypatch):
         def __init__(self):
             self.asked, self.error = [], None
 
-        def __call__(self, guess, targets, *material_and_executor):
-            material = material_and_executor[:-1]
-            self.asked.append((targets, *material))
+        def __call__(self, guess, targets, solver, tolerance):
+            self.asked.append((targets, solver.E, solver.poisson, tolerance))
             if self.error is not None:
                 raise self.error
             stiffness = housing_stiffness(tuple(0.999 * K for K in targets), strain_per_N=(2e-3, 1e-4))

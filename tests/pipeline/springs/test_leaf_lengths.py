@@ -11,6 +11,7 @@ from pipeline.springs.leaf_lengths import (
     DEFAULT,
     MESH_PAIRS,
     TOLERANCE,
+    HousingSolver,
     SecantModel,
     fit_lengths,
     mesh_pairs_for,
@@ -43,7 +44,7 @@ def leaves(housing):
 
 @pytest.fixture(scope="module")
 def fitted():
-    return fit_lengths(HOUSING, TARGETS, *MATERIAL)
+    return fit_lengths(HOUSING, TARGETS, HousingSolver(*MATERIAL))
 
 
 def test_both_stiffnesses_meet_their_targets_with_a_bar_under_the_tolerance(fitted):
@@ -99,7 +100,7 @@ def plant(monkeypatch, slope):
 )
 def test_cheapest_pair_of_meshes_that_meets_the_tolerance_is_chosen(tolerance, scale, words, monkeypatch):
     plant(monkeypatch, 1e-3)
-    found = fit_lengths(HOUSING, (1.001, 10.01), *MATERIAL, tolerance).stiffness
+    found = fit_lengths(HOUSING, (1.001, 10.01), HousingSolver(*MATERIAL), tolerance).stiffness
     assert found.info.dofs == round(1e4 / scale)
     assert found.info.status.startswith(f"mesh of scale {scale:g} judged by scale ")
     assert found.info.status.endswith(words)
@@ -111,14 +112,14 @@ def test_error_bar_is_the_share_of_the_step_between_meshes_and_the_floor_of_thei
     found = solve_on(pair, HOUSING, *MATERIAL).stiffness
     apart = (1.0 + 1e-3 * pair.coarse**2) / (1.0 + 1e-3 * pair.fine**2) - 1.0
     factors = (1.0 + 1.5 * 0.8 / 10.0, 1.0 + 1.5 * 1.2 / 10.0)
-    assert found.error == pytest.approx([factor * pair.share * apart + pair.floor for factor in factors], rel=1e-9)
+    assert found.error == pytest.approx([factor * pair.fraction * apart + pair.floor for factor in factors], rel=1e-9)
 
 
 @pytest.mark.parametrize(("gauges", "solves"), [("none", [2.0, 1.0]), ("foil", [2.0, 1.0, 2.0])])
 def test_gauges_are_solved_with_and_judged_on_the_very_housing(gauges, solves, monkeypatch):
     """Without gauges the result of the coarse mesh is carried from the housing that found the lengths."""
     scales = plant(monkeypatch, 1e-4)
-    found = fit_lengths(dataclasses.replace(HOUSING, gauges=gauges), (1.0, 10.0), *MATERIAL)
+    found = fit_lengths(dataclasses.replace(HOUSING, gauges=gauges), (1.0, 10.0), HousingSolver(*MATERIAL))
     assert scales == solves
     assert (found.stiffness.gauge_strain_per_N is None) == (gauges == "none")
 
@@ -159,11 +160,11 @@ def constant(monkeypatch):
 def test_target_that_leaves_no_leaf_is_refused():
     short = default_housing(lengths=(28.3, 4.0))
     with pytest.raises(InputError) as refused:
-        fit_lengths(short, (1.0, 1e4), *MATERIAL)
+        fit_lengths(short, (1.0, 1e4), HousingSolver(*MATERIAL))
     assert refused.value.field == "flexures.high.length"
 
 
 @pytest.mark.usefixtures("constant")
 def test_targets_that_are_not_met_are_an_error():
     with pytest.raises(SolveError):
-        fit_lengths(HOUSING, (1.002, 10.0), *MATERIAL)
+        fit_lengths(HOUSING, (1.002, 10.0), HousingSolver(*MATERIAL))

@@ -11,6 +11,7 @@ from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.verdicts.rules import (
     FITTED_TOLERANCE,
     STIFFNESS_TOLERANCE,
+    TargetValue,
     bruise_verdict,
     displacement_verdict,
     margin_verdict,
@@ -61,8 +62,8 @@ def responses(springs, moduli=MODULI, ahead=(0.0, 0.0)):
     ],
 )
 def test_value_is_undecided_only_where_its_error_bar_exceeds_the_tolerance(value, error, passed):
-    absolute = target_verdict("P", Estimate(value, error), 5.0, 0.05, "r")
-    relative = target_verdict("P", Estimate(value, error), 5.0, 0.01, "r", relative=True)
+    absolute = target_verdict("P", Estimate(value, error), TargetValue(limit=5.0, tolerance=0.05), "r")
+    relative = target_verdict("P", Estimate(value, error), TargetValue(limit=5.0, tolerance=0.01, relative=True), "r")
     assert (absolute.passed, relative.passed) == (passed, passed)
     assert (absolute.value, absolute.error, absolute.limit) == (value, error, 5.0)
 

@@ -8,8 +8,8 @@ import pytest
 from stand_ins import CONTACT, sensor_of, sizing_of, springs_of
 
 from pipeline.response.scene_press import ScenePress, press_scene, scene_of
-from pipeline.verdicts.sensor import reached_targets, sensor_verdicts
-from pipeline.verdicts.targets import SceneTargets
+from pipeline.verdicts.rules import target_verdicts
+from pipeline.verdicts.targets import SceneTargets, reached_targets
 from sensor.design.parameters import Design, Targets
 from sensor.design.tips import Press
 from sensor.verdict import Verdict
@@ -31,8 +31,8 @@ def checked(design, height_offsets=()):
     """Return the press of springs of the design's targets, what it reaches, and its verdicts by name."""
     springs = springs_of(design)
     press = press_scene(scene_of(design, height_offsets), CONTACT, springs.C)
-    reached = reached_targets(sensor_of(design, springs), press)
-    verdicts = sensor_verdicts(sensor_of(design, springs), press, None, reached)
+    reached = reached_targets(sensor_of(design, springs), design.targets, press)
+    verdicts = target_verdicts(reached.P_max, reached.NL, design.targets)
     return Checked(press, reached, {verdict.name: verdict for verdict in verdicts})
 
 
