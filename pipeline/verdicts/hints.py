@@ -52,23 +52,25 @@ def least_travel(design: Design) -> float:
 
 
 def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> float | None:
-    """Return the travel [mm] at which a verdict on strain, clearance or pressure passes; None for none long enough.
+    """Return the travel [mm] at which a verdict on strain, clearance or pressure passes.
 
-    Strain and the pressure under a flat face are proportional to the travel, a clearance shrinks by as much as it
-    grows. The mean pressure under a dome is proportional to its square root (Hertz: force ~ x^1.5, area ~ x).
+    None for any other verdict, for one that passes at the travel of the design, and where no travel is long enough to
+    be read.
     """
     travel = design.press.travel_mm
     bound = travel
     if isinstance(verdict.limit, int | float) and verdict.value is not None:
         if verdict.name == "bruise" and verdict.value > 0.0:
             fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
+            # The pressure of a flat tip is proportional to the travel x, the mean pressure of a dome to its square
+            # root (Hertz: force ~ x^1.5, area ~ x).
             bound = travel * (fraction**2 if design.tips.tip_shape.obeys_hertz else fraction)
-        elif verdict.name in CLEARANCES:
+        elif verdict.name in CLEARANCES:  # which shrink by as much as the travel grows
             missing = verdict.limit - verdict.value
             bound = travel - missing
     for spring in springs.springs:
         strain = spring.root_strain
-        if spring.printable.name == verdict.name and strain is not None:
+        if spring.printable.name == verdict.name and strain is not None:  # proportional to the travel
             bound = travel * spring.printable.strain_limit / (strain.value + strain.error)
     if bound >= travel:  # what failed does not depend on the travel, as the length of a leaf
         return None
@@ -77,29 +79,30 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
 
 
 def rounded(value: float, towards: float) -> float:
-    """Return a number of three digits beside a value, on the side of another one [its unit]."""
+    """Return a value rounded to three digits towards another number [its unit]."""
     if value == 0.0:
         return value
     step = 10.0 ** (math.floor(math.log10(abs(value))) - _DIGITS + 1)
-    toward = math.ceil if towards > value else math.floor
-    return float(f"{toward(round(value / step, 6)) * step:.{_DIGITS}g}")
+    round_to_whole = math.ceil if towards > value else math.floor
+    return float(f"{round_to_whole(round(value / step, 6)) * step:.{_DIGITS}g}")
 
 
-def _travel(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
+def _less_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
     travel = shorter_travel(verdict, design, springs)
     return None if travel is None else f"would pass with less travel: `--set press.travel_mm={travel:g}`"
 
 
-def _ratio(_verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
-    """Return what parts the sensor from the level one with flat tips that targets size springs for."""
+def _as_sized(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
+    """Return a hint that leads back to the springs, and the level flat tips, for which the law meets the targets."""
     if springs.housing is None and not springs.ideal:
         return "the springs were not made: see printable.low and printable.high"
     if design.springs.given and design.tips.tip_layout.is_pair:
         return "leave the springs to the targets: `--set springs.K_l_N_per_m= --set springs.K_h_N_per_m=`"
-    return _straight(_verdict, design, springs)
+    return _level_flat_tips(verdict, design, springs)
 
 
-def _straight(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
+def _level_flat_tips(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
+    """Return a hint that leads back to a level press of sharp flat tips on a flat fruit, on which P is one number."""
     press = design.press
     tips = design.tips
     if press.tilt_deg != 0.0 or press.roll_deg != 0.0:
@@ -121,7 +124,8 @@ def _not_made(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str
     return "make both springs printable first: see printable.low and printable.high"
 
 
-def _farther(verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
+def _more_travel(verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
+    """Return the hint with the travel of which all tips touch over a small enough fraction; None without a number."""
     if verdict.value is None or not isinstance(verdict.limit, float):
         return None
     travel = design.press.travel_mm
@@ -145,18 +149,18 @@ CLEARANCES = (
     "geometry.mount_over_fruit",
 )
 HINTS: Mapping[str, Hint | str] = {
-    "P_max": _ratio,
-    "NL": _ratio,
-    "P_displacement_independent": _straight,
-    "P_monotonic": _straight,
+    "P_max": _as_sized,
+    "NL": _as_sized,
+    "P_displacement_independent": _level_flat_tips,
+    "P_monotonic": _level_flat_tips,
     "K_l": _not_made,
     "K_h": _not_made,
     "geometry.made": _not_made,
-    "printable.low": _travel,
-    "printable.high": _travel,
-    "bruise": _travel,
-    **dict.fromkeys(CLEARANCES, _travel),
-    "reading.touch": _farther,
+    "printable.low": _less_travel,
+    "printable.high": _less_travel,
+    "bruise": _less_travel,
+    **dict.fromkeys(CLEARANCES, _less_travel),
+    "reading.touch": _more_travel,
     "reading.relaxation": _steadier,
 }
 """The hint of each verdict, or what computes it; a verdict that is not listed, or gets None, is left to the search."""

@@ -14,6 +14,7 @@ from pipeline.verdicts.errors.effects import NO_EFFECT, Effect, LevelSensor, eff
 from pipeline.verdicts.targets import SceneTargets
 from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import SOFTEST, curve_nonlinearity
+from solve.contact.linear_response import SensorResponse
 
 LEAST_CHANGE = 1e-6  # a smaller change is scaled up to this, its result down again: round-off would drown it
 LIFTED = 1.0  # relative change that counts for an effect which takes a tip off the fruit
@@ -83,28 +84,39 @@ def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: Scene
     are solved.
     """
     travel = sensor.design.press.travel_mm
-    at_most = effects_on(sensor, travel, sensor.largest_deflections)
-    rigid = effects_on(sensor, travel, (0.0, 0.0))
+    on_springs = effects_on(sensor, travel, sensor.largest_deflections)
     P_max = None
     NL = None
     if sensor.design.reading is None:
         if reached.P_max is not None:
-            E_max = sensor.design.fruit.E_max_MPa
-            effects = effects_at(sensor, E_max, travel)
-            P_max = ratio_budget(sensor, E_max, travel, reached.P_max.relative, effects)
-            P_max = _with_pose(P_max, reached.P_max, [float(tilted.P[-1, -1]) for tilted in press.tilted])
+            P_max = _P_max_budget(sensor, reached.P_max, press)
         if reached.NL is not None:
             NL = _nonlinearity_budget(sensor, reached.NL)
-            moduli = (0.0, 0.5, 1.0)
-            bent = [curve_nonlinearity(tilted.P[:, -1].tolist(), moduli, "mid-range") for tilted in press.tilted]
-            NL = _with_pose(NL, reached.NL, bent)
+            NL = _with_pose(NL, reached.NL, [_tilted_NL(tilted) for tilted in press.tilted])
+    contact = None
+    if not sensor.design.tips.tip_shape.obeys_hertz:
+        rigid = effects_on(sensor, travel, (0.0, 0.0))
+        contact = _contact_budget(sensor, rigid)
     return Budgets(
-        K_l=_spring_budget(sensor, 0, at_most),
-        K_h=_spring_budget(sensor, 1, at_most),
+        K_l=_spring_budget(sensor, 0, on_springs),
+        K_h=_spring_budget(sensor, 1, on_springs),
         P_max=P_max,
         NL=NL,
-        contact=None if sensor.design.tips.tip_shape.obeys_hertz else _contact_budget(sensor, rigid),
+        contact=contact,
     )
+
+
+def _P_max_budget(sensor: LevelSensor, P_max: Estimate, press: ScenePress) -> UncertaintyBudget:
+    """Return the budget of P at E_max and full travel."""
+    travel = sensor.design.press.travel_mm
+    E_max = sensor.design.fruit.E_max_MPa
+    budget = ratio_budget(sensor, E_max, travel, P_max.relative, effects_at(sensor, E_max, travel))
+    return _with_pose(budget, P_max, [float(tilted.P[-1, -1]) for tilted in press.tilted])
+
+
+def _tilted_NL(tilted: SensorResponse) -> float:
+    """Return NL at mid-range [1] of a tilted press, solved at the softest, the middle and the largest modulus."""
+    return curve_nonlinearity(tilted.P[:, -1].tolist(), (0.0, 0.5, 1.0), "mid-range")
 
 
 def effects_at(sensor: LevelSensor, E: float, travel: float) -> tuple[Effect, ...]:
@@ -128,13 +140,14 @@ def ratio_budget(
 
 
 def ratio_with(sensor: LevelSensor, E: float, travel: float, effect: Effect, times: float) -> float:
-    """Return P [1] with a multiple of an effect; nan where that takes a tip off the fruit.
+    """Return P [1] of a level sensor with a multiple of an effect; nan where that takes a tip off the fruit.
 
-    The forces solve (E C + S) F = E (travel + height offset).
+    The forces solve (E C + S) F = E (travel + height offset), where C is the compliance of the springs and S, over E,
+    that of the fruit. Flesh of no modulus is taken as next to none.
     """
     contact = sensor.contact.at(max(E, SOFTEST * sensor.design.fruit.E_max_MPa))
     crosstalk = contact.crosstalk
-    own = []  # compliance of each tip under its own force, times E [1/mm]
+    own = []  # diagonal of E C + S [1/mm]; beside it stands the crosstalk
     for i, K in enumerate(sensor.characteristic.springs.stiffnesses):
         spring = K * (1.0 + times * effect.springs[i])
         fruit_compliance = (float(contact.S[i, i]) - crosstalk) / (1.0 + times * effect.fruit[i])
@@ -150,9 +163,9 @@ def ratio_with(sensor: LevelSensor, E: float, travel: float, effect: Effect, tim
 
 
 def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget:
-    """Return the budget of NL: of the fraction of its rise that P has made at the fruit stiffness of NL, (7).
+    """Return the budget of NL, which is (7): the fraction of its rise that P has made at the fruit stiffness of NL.
 
-    An effect may be of another size there than at P_max. The softest fruit leaves P as it is but for height offsets.
+    An effect may be of another size there than at P_max. On the softest fruit only height offsets move P.
     """
     travel = sensor.design.press.travel_mm
     E_max = sensor.design.fruit.E_max_MPa
@@ -163,7 +176,7 @@ def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget
     in_middle = {effect.name: effect for effect in effects_on(sensor, travel, sensor.deflections(K_m, travel))}
     scale = abs(NL.value) or 1.0
 
-    def rise(effect: Effect, times: float) -> float:
+    def fraction_of_rise(effect: Effect, times: float) -> float:
         P_softest = ratio_with(sensor, 0.0, travel, effect, times)
         P_middle = ratio_with(sensor, E_middle, travel, in_middle[effect.name], times)
         P_top = ratio_with(sensor, E_max, travel, effect, times)
@@ -171,14 +184,14 @@ def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget
 
     def change(effect: Effect, sign: float) -> float:
         factor = max(_magnified(in_middle[effect.name], travel), _magnified(effect, travel))
-        moved = (rise(effect, sign * factor) - rise(effect, 0.0)) / factor
+        moved = (fraction_of_rise(effect, sign * factor) - fraction_of_rise(effect, 0.0)) / factor
         return (moved if math.isfinite(moved) else sign * LIFTED) / scale
 
     return _budget(NL.relative, effects, change)
 
 
 def _magnified(effect: Effect, travel: float) -> float:
-    """Return the factor that brings the largest change of an effect up to one that round-off does not drown."""
+    """Return the factor [1] that enlarges an effect until its largest change is one that round-off does not drown."""
     changes = [*effect.springs, *effect.fruit]
     changes += [offset / travel for offset in effect.height_offsets]
     largest = max(map(abs, changes))

@@ -67,7 +67,7 @@ NO_EFFECT = Effect(name="", reason="")
 
 @dataclass(frozen=True, kw_only=True)
 class LevelSensor:
-    """What effects act on: the pair that stands for a design, pressed level, and the law of its force ratio.
+    """The pair that stands for a design, pressed level, and the law of its force ratio: effects act on it.
 
     `mounts` are the relative changes of each spring in other mounts [1], by name.
     """
@@ -96,7 +96,7 @@ class LevelSensor:
 
 
 def level_sensor(sensor: Sensor, mounts: Mapping[str, PerTip]) -> LevelSensor:
-    """Return what effects act on; a pair stands for more tips than two."""
+    """Return the level pair that stands for a sensor; `mounts` are changes of its springs in other mounts [1]."""
     pair = sensor.pair
     return LevelSensor(
         design=pair.design,
@@ -123,7 +123,10 @@ def effects_on(sensor: LevelSensor, travel: float, deflections: PerTip) -> tuple
 
 
 def effects_after_calibration(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    """Return what calibrating a unit leaves: each stiffness known to 1 %, the tips zeroed."""
+    """Return the effects that calibrating a unit leaves: those it does not touch, and its own errors.
+
+    Each stiffness is then known to 1 %, and the tips are zeroed on a flat plate.
+    """
     known = f"known to {100.0 * CALIBRATED:g} %"
     zeroed = f"tips zeroed on a flat plate to {ZEROED_MM:g} mm"
     half = 0.5 * ZEROED_MM
@@ -136,7 +139,7 @@ def effects_after_calibration(effects: tuple[Effect, ...]) -> tuple[Effect, ...]
 
 
 def _left_out_of_springs(sensor: LevelSensor, deflections: PerTip) -> Iterator[Effect]:
-    """Yield what the model leaves out of springs that are made."""
+    """Yield the effects that the model leaves out of springs that are made."""
     housing = sensor.springs.housing
     if housing is None:
         return
@@ -149,7 +152,7 @@ def _left_out_of_springs(sensor: LevelSensor, deflections: PerTip) -> Iterator[E
 
     marked = []
     for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, sensor.characteristic.springs.stiffnesses, strict=True):
-        of_frame = fraction * K / (process.E_MPa * leaf.depth)
+        of_frame = fraction * K / (process.E_MPa * leaf.depth)  # fraction of 1/K [1]
         marked.append(-of_frame * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
     yield Effect(name="engraved marks", reason=reason, springs=tuple(marked), calibrated=True)
@@ -173,7 +176,7 @@ def _left_out_of_springs(sensor: LevelSensor, deflections: PerTip) -> Iterator[E
 
 
 def _left_out_of_contact(design: Design, depths: PerTip) -> Iterator[Effect]:
-    """Yield what the model leaves out of the fruit under tips that are so deep in it [mm]."""
+    """Yield the effects that the model leaves out of the fruit under tips at their depths in it [mm]."""
     poisson = design.fruit.poisson
     stiffer = no_slip(poisson)
     reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
@@ -194,38 +197,52 @@ def _left_out_of_contact(design: Design, depths: PerTip) -> Iterator[Effect]:
 
 
 def _left_out_of_motion(sensor: LevelSensor, travel: float, deflections: PerTip) -> Iterator[Effect]:
-    """Yield what moves sideways at a travel [mm]: flat tips that slide on a slope, and a whole fruit that lies free."""
-    tips = sensor.design.tips
-    sideways = sensor.springs.sideways
-    if sideways is not None and not tips.tip_shape.obeys_hertz:  # the law of domes has it
-        # The force leans by the slope: what a spring gives more counts as if the fruit under its tip were softer.
-        slopes = scene_of(sensor.design).slopes_deg
-        softer = []
-        for tip, deflection in enumerate(deflections):
-            lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
-            more = float(lean @ sideways.compliance[tip, tip] @ lean / sensor.springs.C[tip, tip])
-            depth = max(LEAST_TRAVEL, travel - deflection)
-            softer.append(1.0 / (1.0 + more * deflection / depth) - 1.0)
-        reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
-        yield Effect(name="sideways give", reason=reason, fruit=tuple(softer))
+    """Yield the effects of sideways motion at a travel [mm]: flat tips on a slope, and a whole fruit that lies free."""
+    if not sensor.design.tips.tip_shape.obeys_hertz:  # the law of domes counts their sideways give itself
+        yield from _sideways_give(sensor, travel, deflections)
+    yield from _free_fruit(sensor, travel)
 
+
+def _sideways_give(sensor: LevelSensor, travel: float, deflections: PerTip) -> Iterator[Effect]:
+    """Yield the effect of forces that lean on flat tips, which move sideways and so along a sloped skin.
+
+    The spring then gives more along the press, which counts as if the fruit under its tip were softer.
+    """
+    sideways = sensor.springs.sideways
+    if sideways is None:
+        return
+    slopes = scene_of(sensor.design).slopes_deg
+    softer = []
+    for tip, deflection in enumerate(deflections):
+        lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])  # of the force, over its part along the press
+        more = float(lean @ sideways.compliance[tip, tip] @ lean / sensor.springs.C[tip, tip])
+        depth = max(LEAST_TRAVEL, travel - deflection)
+        softer.append(1.0 / (1.0 + more * deflection / depth) - 1.0)
+    reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
+    yield Effect(name="sideways give", reason=reason, fruit=tuple(softer))
+
+
+def _free_fruit(sensor: LevelSensor, travel: float) -> Iterator[Effect]:
+    """Yield the effect of a whole fruit that lies free on a table: it rolls, and tips stand higher or lower over it."""
     fruit = sensor.design.fruit
-    if fruit.can_roll and fruit.radius_mm is not None:
-        law = sensor.characteristic
-        stiffness = [
-            series_stiffness(law.springs.K_l, law.K_m_max),
-            series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
-        ]
-        rolled = roll([K * travel for K in stiffness], tips.centres_mm, stiffness, fruit.radius_mm)
-        # A fruit that runs away takes a tip off: one more travel than there is.
-        turn = math.radians(rolled.angle_deg) if rolled.steady else 2.0 * travel / tips.spacing_mm
-        offsets = tuple(turn * x for x in tips.centres_mm)
-        reason = f"a fruit that lies free on a table rolls, unless friction holds it: {rolled.friction:.2g} is enough"
-        yield Effect(name="free fruit", reason=reason, height_offsets=offsets)
+    if not fruit.can_roll or fruit.radius_mm is None:
+        return
+    tips = sensor.design.tips
+    law = sensor.characteristic
+    stiffness = [
+        series_stiffness(law.springs.K_l, law.K_m_max),
+        series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
+    ]
+    rolled = roll([K * travel for K in stiffness], tips.centres_mm, stiffness, fruit.radius_mm)
+    # A fruit that runs away takes a tip off: one more travel than there is.
+    turn = math.radians(rolled.angle_deg) if rolled.steady else 2.0 * travel / tips.spacing_mm
+    offsets = tuple(turn * x for x in tips.centres_mm)
+    reason = f"a fruit that lies free on a table rolls, unless friction holds it: {rolled.friction:.2g} is enough"
+    yield Effect(name="free fruit", reason=reason, height_offsets=offsets)
 
 
 def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
-    """Yield how prints scatter, alike on all springs as they are one print, and what is glued on them."""
+    """Yield the scatter of prints, the same for all springs as they are one print, and that of glued gauges."""
     process = sensor.springs.process
     E = COVERAGE * process.E_scatter
     reason = f"E of {process.name} within {100.0 * E:g} % from print to print"
@@ -250,7 +267,7 @@ def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
 
 
 def _scatter_of_tips(sensor: LevelSensor, depths: PerTip) -> Iterator[Effect]:
-    """Yield the effects of how accurately tips are made: side, edge, at their depths in the fruit [mm], and height."""
+    """Yield the scatter of tips as they are made: side, edge, which acts at a depth in the fruit [mm], and height."""
     side = sensor.design.tips.side_mm
     off = tip_accuracy_mm(sensor.design.tips, sensor.springs.process)
     wider = min(LARGEST_CHANGE, off / side)
@@ -261,13 +278,13 @@ def _scatter_of_tips(sensor: LevelSensor, depths: PerTip) -> Iterator[Effect]:
     reason = f"edges rounded by {off:g} mm, at the depth of each tip"
     yield Effect(name="tip edge", reason=reason, fruit=rounder, scatters=True)
 
-    half = 0.5 * off
+    half = 0.5 * off  # up for one tip, down for the other
     reason = f"{off:g} mm between the tips; zero the tips on a flat plate"
     yield Effect(name="tip height", reason=reason, height_offsets=(-half, half), scatters=True, calibrated=True)
 
 
 def _scatter_of_scenes(sensor: LevelSensor) -> Iterator[Effect]:
-    """Yield what is not known of the fruit and of how it is pressed."""
+    """Yield the scatter of fruit and press: Poisson's ratio, tilt, and the attitude of the sensor."""
     design = sensor.design
     fruit = design.fruit
     largest = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)

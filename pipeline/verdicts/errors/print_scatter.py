@@ -80,12 +80,12 @@ def thicken_leaves(housing: Housing, offsets: Sequence[float]) -> Housing:
 def fit_surrogate(housing: Housing, offset: float, stiffnesses: Stiffnesses) -> StiffnessSurrogate:
     """Return the surrogate through the stiffnesses of leaves all thinner, nominal, all thicker by the offset [mm].
 
-    Its error is taken where it was not fitted: one spring thicker, the next one thinner.
+    Its error is taken where it was not fitted, at the corners: one spring thicker, the next one thinner.
     """
     count = len(housing.arms)
     nominal = np.array(stiffnesses(housing))
 
-    def solved(offsets: Sequence[float]) -> Floats:
+    def stiffness_factors(offsets: Sequence[float]) -> Floats:
         ratios: Floats = np.array(stiffnesses(thicken_leaves(housing, offsets))) / nominal
         return ratios
 
@@ -93,7 +93,7 @@ def fit_surrogate(housing: Housing, offset: float, stiffnesses: Stiffnesses) -> 
     thicker = [offset] * count
     # the parabola through nominal, thinner and thicker: ln K / K_nominal over s is a straight line
     shifts = np.array([_shifts(housing, thinner), _shifts(housing, thicker)])
-    ratios = np.log([solved(thinner), solved(thicker)]) / shifts
+    ratios = np.log([stiffness_factors(thinner), stiffness_factors(thicker)]) / shifts
     curves = (ratios[1] - ratios[0]) / (shifts[1] - shifts[0])
     slopes = ratios[0] - curves * shifts[0]
     surrogate = StiffnessSurrogate(slopes=tuple(slopes.tolist()), curves=tuple(curves.tolist()), corner_error=0.0)
@@ -101,7 +101,7 @@ def fit_surrogate(housing: Housing, offset: float, stiffnesses: Stiffnesses) -> 
     for sign in (-1.0, 1.0):
         mixed = [sign * offset * (-1.0) ** spring for spring in range(count)]
         predicted = surrogate.factors(_shifts(housing, mixed))
-        corner_error = max(corner_error, float(np.abs(predicted / solved(mixed) - 1.0).max()))
+        corner_error = max(corner_error, float(np.abs(predicted / stiffness_factors(mixed) - 1.0).max()))
     return replace(surrogate, corner_error=corner_error)
 
 
@@ -114,7 +114,10 @@ def _shifts(housing: Housing, offsets: Sequence[float]) -> Floats:
 def scatter_bands(
     housing: Housing, process: Process, law: ForceRatioCurve, targets: Targets, surrogate: StiffnessSurrogate
 ) -> ScatterBands:
-    """Return the bands over a Sobol sample of thickness offset and modulus, both normal."""
+    """Return the bands of prints over a Sobol sample of thickness offset and modulus, both normal.
+
+    P is the one that each print shows on fruit of the largest stiffness; its modulus is read with the nominal springs.
+    """
     from scipy.stats import qmc  # a tenth of all imports, and only fabrication needs it
 
     points = qmc.Sobol(2, seed=1).random(SAMPLES)

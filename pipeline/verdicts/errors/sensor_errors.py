@@ -59,7 +59,10 @@ def sensor_errors(
 
 
 def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
-    """Return the table of the scene; errors of P beyond its mesh's are those of a level sensor at the same press."""
+    """Return the table of the scene with its two bands of modulus.
+
+    The numerical error of P is the scene's own; its other errors are those of a level sensor at the same press.
+    """
     curve = press.curve
     law = sensor.characteristic
     spring_errors = np.divide(law.spring_errors, law.springs.stiffnesses)
@@ -85,31 +88,32 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
 
 
 def modulus_scale(law: ForceRatioCurve, P: Floats, E: Floats) -> Callable[[float], float] | None:
-    """Return the modulus [MPa] over P [1] at one travel, from P of the scene at moduli E, the softest first.
+    """Return the modulus [MPa] as a function of P [1] at one travel, through P of the scene at moduli E, softest first.
 
-    It goes through the two-spring law, under which it is nearly a straight line; it is on the line through the last two
-    beyond them, and nan where springs show no such P. None where P is not known, or does not rise.
+    Between these it is interpolated over the fruit stiffness by the two-spring law, over which it is nearly a straight
+    line; beyond the last it goes on along the line through the last two, below the first it is 0. It is nan where the
+    springs show no such P. None where some P is not known, or P does not rise.
     """
 
     def stiffness(ratio: float) -> float:
-        """Return the fruit stiffness at which a level sensor has P, were P 1 on the softest fruit [N/mm]."""
+        """Return the fruit stiffness [N/mm] at which a level sensor has this P over that on the softest fruit."""
         level = ratio / float(P[0]) * law.stiffness_ratio
         return law.fruit_stiffness(level) if math.isfinite(level) else math.nan
 
-    along = np.array([stiffness(ratio) for ratio in P.tolist()])
-    if not (np.diff(along) > 0.0).all():
+    nodes = np.array([stiffness(ratio) for ratio in P.tolist()])
+    if not (np.diff(nodes) > 0.0).all():
         return None
 
     def modulus(ratio: float) -> float:
         K_m = stiffness(ratio)
         if not math.isfinite(K_m):
             return math.nan
-        if K_m <= along[0]:
+        if K_m <= nodes[0]:
             return 0.0
-        if K_m <= along[-1]:
-            return float(np.interp(K_m, along, E))
-        slope = (E[-1] - E[-2]) / (along[-1] - along[-2])
-        return float(E[-1] + slope * (K_m - along[-1]))
+        if K_m <= nodes[-1]:
+            return float(np.interp(K_m, nodes, E))
+        slope = (E[-1] - E[-2]) / (nodes[-1] - nodes[-2])
+        return float(E[-1] + slope * (K_m - nodes[-1]))
 
     return modulus
 
@@ -128,7 +132,10 @@ def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budget
 
 
 def _bands(curve: SensorResponse, rows: Sequence[ModulusReading], spring_error: float) -> Floats:
-    """Return the bands of readings at full travel whose springs are off by an error [1] beyond calibration."""
+    """Return the bands of readings at full travel, whose springs are off by an error [1] beyond calibration.
+
+    Half the width is the bias and two standard uncertainties, interpolated over ln E between the moduli that are read.
+    """
     bands = np.full((*curve.P.shape, 2), np.nan)
     if not rows:
         return bands
