@@ -27,16 +27,16 @@ def report_passed(report: Json) -> bool | None:
 def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     """Yield the answer on one screen: outcome, targets against values, springs, what did not pass, where files are."""
     verdicts = _verdicts(report)
-    rest = [verdict for verdict in verdicts if verdict.name not in _TARGETS]
-    passed = sum(verdict.passed is True for verdict in rest)
     table = verdict_table("", [verdict for verdict in verdicts if verdict.name in _TARGETS])
-    if rest:
-        table.add_row(f"{len(rest)} on geometry and print", "", "", "", "", f"{passed} passed")
+    others = [verdict for verdict in verdicts if verdict.name not in _TARGETS]
+    if others:
+        passed = sum(verdict.passed is True for verdict in others)
+        table.add_row(f"{len(others)} on geometry and print", "", "", "", "", f"{passed} passed")
     yield _headline(report, verdicts)
     yield table
     yield from _spring_lines(report)
     wrong = [verdict for verdict in verdicts if verdict.passed is not True]
-    wrong.sort(key=lambda verdict: verdict.passed is None)
+    wrong.sort(key=lambda verdict: verdict.passed is None)  # those that failed first
     yield from reasons(wrong[:_REASONS])
     if len(wrong) > _REASONS:
         yield f"and {len(wrong) - _REASONS} more: --verbose lists them all"
@@ -67,6 +67,7 @@ def _verdicts(data: Json) -> list[Verdict]:
 
 
 def _headline(report: Json, verdicts: list[Verdict]) -> str:
+    """Return the outcome, the name of the design, and how many verdicts passed, failed or are undecided."""
     passed = all_passed(verdicts)
     words = f"all {len(verdicts)} verdicts passed"
     if not passed:
@@ -81,9 +82,9 @@ def _headline(report: Json, verdicts: list[Verdict]) -> str:
 
 
 def _spring_lines(report: Json) -> Iterator[str]:
-    """Yield a line for each spring: its stiffness with its error, its leaves, their strain and the limit of that.
+    """Yield a line for each spring: its stiffness with its error, its leaves, their strain and the strain limit.
 
-    Of a line of tips, which has no flexures, yield the stiffnesses that it was given.
+    A line of tips has no flexures: its one line has the stiffnesses that were given.
     """
     if "flexures" not in report:
         K_l, K_h = (report["springs"][key] for key in ("K_l_N_per_m", "K_h_N_per_m"))
@@ -105,13 +106,16 @@ def _spring_lines(report: Json) -> Iterator[str]:
 
 
 def _error_table(report: Json) -> Table:
-    """Return what each error is made of; verdicts use the first column, calibration of a print settles the last."""
+    """Return the table of the parts of each error [%].
+
+    Verdicts use the error of the mesh alone; calibrating a print takes away most of the scatter.
+    """
     table = Table("error of", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
     for name, budget in report["errors"].items():
         if budget is None:
             continue
         contributions = [*budget["model"], *budget["inputs"]]
-        contributions.sort(key=lambda contribution: -abs(contribution["size_percent"]))
+        contributions.sort(key=lambda contribution: abs(contribution["size_percent"]), reverse=True)
         largest = [f"{part['effect']} {part['size_percent']:+.2g}" for part in contributions[:2]]
         table.add_row(
             name,
@@ -133,6 +137,7 @@ def _method_lines(report: Json) -> Iterator[str]:
 
 
 def _scatter_lines(report: Json) -> Iterator[str]:
+    """Yield the bands of prints before calibration, and the error of the modulus after it; none without bands."""
     scatter = report.get("tolerance")
     if scatter is None:
         return

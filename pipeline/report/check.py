@@ -65,15 +65,15 @@ def files_of_another_run(folder: Path, report: Report) -> list[str]:
 
     Digests tell which files are as they were listed; this tells files that were listed again.
     """
-    says = {"design.toml": _is_design, "response.csv": _is_response, "flexure.vtu": _is_mesh}
+    agrees = {"design.toml": _is_design, "response.csv": _is_response, "flexure.vtu": _is_mesh}
     others = list(report.stale)
     for file in report.files:
-        if file.path in says and file.path not in report.stale and file.is_unchanged_in(folder):
+        if file.path in agrees and file.path not in report.stale and file.is_unchanged_in(folder):
             try:
-                same = says[file.path](folder / file.path, report)
-            except (KeyError, ValueError):
-                same = False
-            if not same:
+                is_same = agrees[file.path](folder / file.path, report)
+            except (KeyError, ValueError):  # it is no file of its kind at all
+                is_same = False
+            if not is_same:
                 others.append(file.path)
     return others
 
@@ -140,11 +140,10 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     names = {verdict.name for verdict in verdicts}
     verdicts += [verdict for verdict in check_file(folder / "housing.3mf", process) if verdict.name not in names]
     for name, judge in (("cover.step", cover_verdicts), ("mount.step", mount_verdicts)):
-        path = folder / name
-        if not is_regular(path):
+        if not is_regular(folder / name):  # only `pipeline design` writes it
             continue
         try:
-            shape = read_step(path)
+            shape = read_step(folder / name)
         except ValueError as error:
             verdicts.append(_unreadable(str(error)))
         else:

@@ -24,17 +24,20 @@ class ReportKey:
 
 
 def report_key(name: str) -> ReportKey | None:
-    """Return the key of a dotted name, None where no report has it; verdicts by their name, parts of lists by index."""
+    """Return the key of a dotted name; None where no report has it.
+
+    A verdict is named by its name, whose dots are part of it; a part of a list by its index.
+    """
     words = name.split(".")
     if words[0] == "verdicts" and len(words) > 1:
         words = ["verdicts", "0", words[-1]]
     kind: Any = Report
-    metadata: dict[str, Any] = {}
+    metadata: dict[str, Any] = {}  # of the fields on the way, each of which overrides those above it
     for word in words:
         if get_origin(kind) is tuple and _INDEX.fullmatch(word):
-            kind = _without_none(get_args(kind)[0])
+            kind = _element_type(kind)
         elif get_origin(kind) is dict:
-            kind = _without_none(get_args(kind)[1])
+            kind = _value_type(kind)
         elif word in (declared := _fields(kind)):
             item, kind = declared[word]
             metadata |= item.metadata
@@ -60,23 +63,25 @@ def report_keys() -> Iterator[ReportKey]:
 
 
 def _keys(item: Field[Any], kind: Any, name: str, level: str) -> Iterator[ReportKey]:  # noqa: ANN401 - any type
-    """Yield the key of a field by its name, and those below it."""
+    """Yield the key of a field by its name, then those of the record that it holds; `level` is the one above it."""
     level = item.metadata.get("level", level)
-    while get_origin(kind) is tuple:
+    while get_origin(kind) is tuple:  # of rows too: one `[]` stands for both indices
         name = name if name.endswith("[]") else f"{name}[]"
-        kind = _without_none(get_args(kind)[0])
+        kind = _element_type(kind)
     if get_origin(kind) is dict:
-        kind = _without_none(get_args(kind)[1])
+        kind = _value_type(kind)
     each = item.metadata.get("each")
     name = name if each is None else f"{name}.{each}"
-    below = {} if each == "KEY" else _fields(kind)
+    below = {} if each == "KEY" else _fields(kind)  # keys that another page lists
     metadata = item.metadata
     yield ReportKey(name=name, unit=metadata["unit"], meaning=metadata["meaning"], level=level, is_value=not below)
+    both_springs = {"low", "high"} <= below.keys() and below["low"][1] == below["high"][1]
     for word, (inner, inner_kind) in below.items():
-        if (word, inner_kind) == ("high", below.get("low", (None, None))[1]):
-            continue  # both springs have the same keys
-        if word == "low":
-            yield from list(_keys(inner, inner_kind, f"{name}.SPRING", level))[1:]
+        if both_springs and word == "high":
+            continue
+        if both_springs and word == "low":
+            _, *of_spring = _keys(inner, inner_kind, f"{name}.SPRING", level)  # the first is the spring itself
+            yield from of_spring
         else:
             yield from _keys(inner, inner_kind, f"{name}.{word}", level)
 
@@ -91,7 +96,8 @@ def value_at(report: object, name: str) -> object:
     try:
         if words[0] == "verdicts":
             verdicts: Any = _part(report, "verdicts")
-            value = {verdict.name: verdict for verdict in verdicts}[".".join(words[1:-1])]  # names have dots
+            by_name = {verdict.name: verdict for verdict in verdicts}
+            value = by_name[".".join(words[1:-1])]  # names of verdicts have dots
             words = words[-1:]
         for word in words:
             value = _part(value, word)
@@ -101,9 +107,20 @@ def value_at(report: object, name: str) -> object:
 
 
 def _part(value: object, word: str) -> object:
+    """Return the part of a mapping, a list or a record that a word names; raises KeyError, ValueError and the like."""
     if isinstance(value, Mapping):
         return value[word]
     return value[int(word)] if isinstance(value, tuple) else getattr(value, word)
+
+
+def _element_type(kind: Any) -> Any:  # noqa: ANN401 - any type
+    """Return the type of the elements of a tuple."""
+    return _without_none(get_args(kind)[0])
+
+
+def _value_type(kind: Any) -> Any:  # noqa: ANN401 - any type
+    """Return the type of the values of a dict."""
+    return _without_none(get_args(kind)[1])
 
 
 @cache

@@ -19,7 +19,7 @@ ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et a
 def notes(result: SensorResult) -> list[str]:
     """Return the notes of a result, closed forms of its numbers only, the weightiest first."""
     info = result.press.table.info
-    told = _of_the_scene(result) if result.readings is None else _of_the_reading(result.design, result.readings)
+    judged = _of_the_scene(result) if result.readings is None else _of_the_reading(result.design, result.readings)
     return [
         *result.left_out,
         _housing(result),
@@ -27,13 +27,13 @@ def notes(result: SensorResult) -> list[str]:
         *_skin(result),
         *_weight(result),
         *_free_fruit(result),
-        *told,
+        *judged,
         f"response: {info.method}; {info.status}",
     ]
 
 
 def _housing(result: SensorResult) -> str:
-    """Return how far a print moves the stiffnesses, or what it means that a line of tips has no housing."""
+    """Return the note on calibrating a print, or the one on a line of tips, which has no housing."""
     if result.design.tips.tip_layout.has_housing:
         process = result.springs.process
         # A leaf's stiffness is proportional to the third power of its thickness.
@@ -49,7 +49,7 @@ def _housing(result: SensorResult) -> str:
 
 
 def _of_the_scene(result: SensorResult) -> Iterator[str]:
-    """Yield how deep the tips press, what large strain does there, how hard they press, and whose the targets are."""
+    """Yield the notes on a force ratio: depth and large strain, pressure on the skin, the fruit of the targets."""
     design = result.design
     depth = design.press.travel_mm / design.tips.side_mm
     yield f"press: {depth:.2g} tip sides at most; {_large_strain(design, depth)}"
@@ -62,7 +62,7 @@ def _of_the_scene(result: SensorResult) -> Iterator[str]:
 
 
 def _large_strain(design: Design, depth: float) -> str:
-    """Return what large strain of the flesh does to the force of one tip at a depth [tip sides]."""
+    """Return the note on large strain of the flesh under one tip at a depth [tip sides]."""
     if not design.tips.tip_shape.has_flat_face or depth > deepest_solved():
         return f"small strain is assumed; large strain was solved for flat tips down to {deepest_solved():g} sides"
     changes = [100.0 * (large_strain_factor(depth, design.fruit.poisson, law) - 1.0) for law in FLESH_LAWS]
@@ -74,8 +74,9 @@ def _large_strain(design: Design, depth: float) -> str:
 
 
 def _of_the_reading(design: Design, readings: Readings) -> Iterator[str]:
-    """Yield the noise that the reading stands, and what it takes for known."""
+    """Yield the notes on readings: the noise that they bear, and the assumptions that move them."""
     fruit = design.fruit
+    # d ln(1 - nu^2) by the spread of nu
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     noise = readings.noise_percent
     loud = "even without noise it is above" if noise is None else f"noise of {noise:.2g} % of full scale brings it to"
@@ -99,7 +100,7 @@ def _of_the_reading(design: Design, readings: Readings) -> Iterator[str]:
 
 
 def _relaxation(result: SensorResult) -> str:
-    """Return how far readings fall as the flesh relaxes; where that is not known, the size that published flesh has."""
+    """Return the note on readings that fall as the flesh relaxes; by published flesh where the design does not say."""
     over_time = result.over_time
     if over_time is None:
         curve = result.press.curve
@@ -119,18 +120,18 @@ def _relaxation(result: SensorResult) -> str:
 
 
 def _skin(result: SensorResult) -> Iterator[str]:
-    """Yield how much stiffer a skin makes the fruit under a tip, at the least and the largest modulus of the flesh."""
+    """Yield the note on a skin: the gain in K_m at the least and the largest modulus of the flesh; none without."""
     if result.contact.skin is None:
         return
     bare = result.contact.K_m_over_E()
-    told = []
+    gains = []
     for E in (min(result.design.fruit.E_MPa), result.design.fruit.E_max_MPa):
-        told.append(f"{100.0 * (result.contact.at(E).K_m_over_E() / bare - 1.0):+.3g} % at {E:g} MPa")
-    yield f"skin: the fruit is stiffer under a tip than its flesh alone, K_m {' and '.join(told)}"
+        gains.append(f"{100.0 * (result.contact.at(E).K_m_over_E() / bare - 1.0):+.3g} % at {E:g} MPa")
+    yield f"skin: the fruit is stiffer under a tip than its flesh alone, K_m {' and '.join(gains)}"
 
 
 def _weight(result: SensorResult) -> Iterator[str]:
-    """Yield how far the weight of the moving parts sets the tips off level, where springs are made."""
+    """Yield the note on the weight of the moving parts, which sets the tips off level; none where nothing is made."""
     sags = [sag.value for sag in weight_sag(result.springs, "down")]
     if sags:
         is_read = result.readings is not None
@@ -142,7 +143,7 @@ def _weight(result: SensorResult) -> Iterator[str]:
 
 
 def _free_fruit(result: SensorResult) -> Iterator[str]:
-    """Yield what a table does to a whole fruit that lies free on it, which is solved as held at its base."""
+    """Yield the note on a whole fruit, which is solved as held at its base: what changes where it lies on a table."""
     fruit = result.design.fruit
     if not fruit.can_roll or fruit.radius_mm is None:
         return
@@ -153,7 +154,7 @@ def _free_fruit(result: SensorResult) -> Iterator[str]:
     on_table = equivalent_radius(*fruit.radii_mm)
     by_table = table_share(float(forces.sum()), travel, E, fruit.poisson, on_table)
     contact = result.contact.at(E)
-    # Spring and flesh in series, of which a tip's share of what every tip feels is taken off [mm/N].
+    # Spring and flesh in series under each tip alone, without the crosstalk, which moves all tips alike [mm/N].
     compliance_under_tip = np.diag(result.springs.C) + (np.diag(contact.S) - contact.crosstalk) / E
     stiffness_under_tip = (1.0 / compliance_under_tip).tolist()
     rolled = roll(forces.tolist(), result.design.tips.centres_mm, stiffness_under_tip, fruit.radius_mm)

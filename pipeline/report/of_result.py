@@ -66,15 +66,15 @@ def report_of_result(
     design = result.design
     springs = result.springs
     process = springs.process
+    has_housing = design.tips.tip_layout.has_housing
     lines = notes(result)
     if stale:
         names = ", ".join(stale)
         lines.append(f"kept from another design, no part of this one: {names}; make them anew with pipeline design")
-    fabrication = result.options.fabrication
     return Report(
         design=design,
         springs=sizing_report(result.sizing),
-        flexures=spring_reports(springs) if design.tips.tip_layout.has_housing else {},
+        flexures=spring_reports(springs) if has_housing else {},
         housing=springs.housing,
         deflections_mm=springs.deflections,
         material=MaterialReport(
@@ -99,7 +99,7 @@ def report_of_result(
         seconds=result.seconds.wall,
         cpu_seconds=result.seconds.cpu,
         relaxation=None if result.over_time is None else relaxation_report(result.over_time),
-        tolerance=result.errors.scatter if fabrication else LeftOut.LEFT_OUT,
+        tolerance=result.errors.scatter if result.options.fabrication else LeftOut.LEFT_OUT,
         stale=dict(stale),
         key=run_key(design, result.options),
     )
@@ -141,6 +141,7 @@ def spring_reports(springs: FittedSprings) -> dict[str, SpringReport]:
 
 
 def _spring(spring: FittedSpring, springs: FittedSprings) -> SpringReport:
+    """Return one of the springs, with None for each number of one that is not made."""
     K = spring.K
     strain = spring.root_strain
     info = None if springs.fitted is None else springs.fitted.stiffness.info
@@ -158,19 +159,18 @@ def _spring(spring: FittedSpring, springs: FittedSprings) -> SpringReport:
 
 
 def _behaviour(behaviour: SpringBehaviour) -> BehaviourReport:
-    modes: tuple[ModeReport, ...] = ()
+    """Return the behaviour of the finished springs, without modes where they were not solved."""
+    modes = []
     if behaviour.modes is not None:
         rows = zip(behaviour.modes.frequencies_Hz, behaviour.modes.errors, behaviour.modes.shapes, strict=True)
-        modes = tuple(
-            ModeReport(frequency_Hz=frequency, error_percent=100.0 * error, shape=shape)
-            for frequency, error, shape in rows
-        )
+        for frequency, error, shape in rows:
+            modes.append(ModeReport(frequency_Hz=frequency, error_percent=100.0 * error, shape=shape))
     return BehaviourReport(
         crosstalk_C12_over_C22=behaviour.crosstalk,
         gauge_factor=GAUGE_FACTOR,
         gauge_grid_mm=GRID_MM,
         gauges=behaviour.gauges,
-        modes=modes,
+        modes=tuple(modes),
         low=behaviour.arms["low"],
         high=behaviour.arms["high"],
     )
@@ -221,7 +221,7 @@ def response_reports(
 
 
 def _curve(table: ReadingTable) -> CurveReport:
-    """Return P at full travel over the modulus, with the moduli that may show it; the first modulus is no fruit's."""
+    """Return P at full travel over the modulus, with its bands; the first modulus stands for the softest fruit."""
     response = table.response
     return CurveReport(
         x_mm=float(response.x[-1]),
@@ -242,7 +242,7 @@ def tip_reports(tips: Tips) -> tuple[TipReport, ...]:
 
 
 def reading_report(readings: Readings) -> ReadingReport:
-    """Return how good readings are, in per cent of the modulus, and how hard the tips press the skin."""
+    """Return the bias and uncertainty of readings, in per cent of the modulus, and the pressure on the skin."""
     bias = readings.bias
     uncertainty = readings.uncertainty
     moduli = []
@@ -276,7 +276,7 @@ def reading_report(readings: Readings) -> ReadingReport:
 
 
 def relaxation_report(over_time: ReadingOverTime) -> RelaxationReport:
-    """Return forces, P and the apparent modulus over time, and when a reading moves least."""
+    """Return forces, P and the apparent modulus over time, and the moments at which a reading moves least."""
     moduli = []
     for i, E in enumerate(over_time.E.tolist()):
         row = RelaxingModulusReport(
@@ -339,6 +339,7 @@ def _paper(result: SensorResult) -> PaperReport | None:
 
 
 def _accuracy(result: SensorResult) -> AccuracyReport:
+    """Return the accuracy that was asked for, with the largest error of springs and contact and how each was solved."""
     contact = result.contact
     springs = None
     if result.springs.fitted is not None:

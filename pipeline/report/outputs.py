@@ -25,10 +25,8 @@ FORMER_FILES = "drawing-*"
 def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> Plain:
     """Write the files, report.json last, with the digest of every other; return its data.
 
-    Raises ValueError for nan or infinity.
-
     A `page`, report.html, is made of the report without the page itself. Files that earlier commands left in the
-    output folder, and that this one does not make, are kept.
+    output folder, and that this one does not make, are kept. Raises ValueError for nan or infinity.
     """
     design = f"# {result.options.command}\n{design_as_toml(result.design)}"
     (folder / "design.toml").write_text(design, encoding="utf-8")
@@ -50,13 +48,13 @@ def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
 
     A stale file was made from another design, whose digest is given, or does not belong to the rough answer of a look.
     """
-    before = result.options.out
-    if before is None:
+    earlier_folder = result.options.out  # `folder` takes its place once all files are written
+    if earlier_folder is None:
         return {}
-    earlier = managed_files(before)
+    earlier = managed_files(earlier_folder)
     if not earlier:
         return {}
-    report = read_data(before)
+    report = read_data(earlier_folder)
     made_from = report.get("stale", {})
     last_design = content_digest(without_former_defaults(report["design"]))
     this_design = content_digest(design_as_mapping(result.design))
@@ -64,7 +62,7 @@ def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
     for name in earlier:
         if name in (REPORT, PAGE, LATEST) or Path(name).match(FORMER_FILES) or (folder / name).exists():
             continue
-        shutil.copy2(before / name, folder / name)
+        shutil.copy2(earlier_folder / name, folder / name)
         design = made_from.get(name, last_design)
         if design != this_design or result.options.look:
             stale[name] = design

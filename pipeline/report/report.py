@@ -478,7 +478,7 @@ class Report:
 
     @property
     def moduli(self) -> tuple[ModulusReport, ...]:
-        """Return how well each modulus is read, none where the design asks for no readings."""
+        """Return the bias and uncertainty of each modulus that is read; none where the design asks for no readings."""
         return () if self.reading is None else self.reading.moduli
 
     @property
@@ -506,11 +506,14 @@ def _is_needed(item: Field[Any]) -> bool:
 
 
 def _structure_hook(kind: Any) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - the class of any record
-    """Return what makes a record of JSON data, every key of it needed but those that may be left out."""
+    """Return the function with which cattrs makes a record of JSON data.
+
+    A key that is missing raises InputError, unless it may be left out.
+    """
     needed = [item.name for item in fields(kind) if _is_needed(item)]
     structure = make_dict_structure_fn(kind, _CONVERTER, _cattrs_forbid_extra_keys=True)
 
-    def structure_whole(data: Any, of_kind: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
+    def structure_complete(data: Any, of_kind: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
         if isinstance(data, Mapping):
             for name in needed:
                 if name not in data:
@@ -518,11 +521,14 @@ def _structure_hook(kind: Any) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - t
                     raise InputError(msg, field=name)
         return structure(data, of_kind)
 
-    return structure_whole
+    return structure_complete
 
 
 def _unstructure_hook(kind: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - the class of any record
-    """Return what makes JSON data of a record, without the keys that are left out where they have their default."""
+    """Return the function with which cattrs makes JSON data of a record.
+
+    Keys that may be left out are so where they have their default; all others keep the order of the fields.
+    """
     names = [item.name for item in fields(kind)]
     options: dict[str, Any] = {
         item.name: override(omit_if_default=True) for item in fields(kind) if item.metadata.get("left_out")
@@ -530,7 +536,7 @@ def _unstructure_hook(kind: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - the 
     unstructure = make_dict_unstructure_fn(kind, _CONVERTER, **options)
 
     def in_order(record: Any) -> Plain:  # noqa: ANN401 - the record
-        data = unstructure(record)  # whose keys that may be left out stand last
+        data = unstructure(record)  # cattrs puts keys that may be left out behind the others
         return {name: data[name] for name in names if name in data}
 
     return in_order if options else unstructure
@@ -586,16 +592,19 @@ def read_data(folder: Path) -> Plain:
 def report_of(folder: Path, data: Plain) -> Report:
     """Return the report of a folder's JSON data; raises InputError, in one line, where it is not as it was written.
 
-    Reports of older versions are read where keys of their design that left did nothing.
+    A report of an older version is read unless its design sets a key to something that no sensor has any more.
     """
     design = data.get("design")
-    for name in former_keys(without_former_defaults(design)) if isinstance(design, dict) else ():
-        raise _refused(folder, f"its design sets {name}, a key that is gone since 0.2")
+    tables = without_former_defaults(design) if isinstance(design, dict) else {}
+    former = former_keys(tables)
+    if former:
+        raise _refused(folder, f"its design sets {former[0]}, a key that is gone since 0.2")
     try:
-        design_from_mapping(without_former_defaults(design) if isinstance(design, dict) else {})
+        design_from_mapping(tables)
     except InputError as error:
         raise _refused(folder, f"its design must be one of today: {error}") from error
     try:
+        # cattrs would take a text for a list of letters
         for key, kind in get_type_hints(Report).items():
             if get_origin(kind) is tuple and not isinstance(data.get(key, []), list):
                 msg = f"expected a JSON list @ report.{key}"

@@ -29,18 +29,19 @@ def response_csv(table: ReadingTable, tips: Tips) -> str:
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    every = () if tips.tip_layout.is_pair else tuple(range(len(tips.springs)))
-    writer.writerow((*COLUMNS, *(f"F_{tip + 1}_N" for tip in every)))
-    writer.writerows(_rows(table, tips, every))
+    single_tips = () if tips.tip_layout.is_pair else tuple(range(len(tips.springs)))
+    writer.writerow((*COLUMNS, *(f"F_{tip + 1}_N" for tip in single_tips)))
+    writer.writerows(_rows(table, tips, single_tips))
     return out.getvalue()
 
 
-def _rows(table: ReadingTable, tips: Tips, every: Sequence[int]) -> Iterator[list[str]]:
+def _rows(table: ReadingTable, tips: Tips, single_tips: Sequence[int]) -> Iterator[list[str]]:
+    """Yield the cells of each row, with the forces of single tips, by their indices, at its end."""
     response = table.response
     for i, E in enumerate(response.E.tolist()):
+        if i == 0:
+            continue  # stands for the softest fruit, a limit and no fruit
         for j, x in enumerate(response.x.tolist()):
-            if i == 0:
-                continue  # stands for the softest fruit, a limit and no fruit
             forces = response.F[i, j]
             soft, stiff = (forces[list(kind)].mean() for kind in tips.spring_groups)
             numbers = (E, x, soft, stiff, response.P[i, j])
@@ -51,7 +52,7 @@ def _rows(table: ReadingTable, tips: Tips, every: Sequence[int]) -> Iterator[lis
                 *(_digits(one, 6) for one in numbers),
                 error,
                 *(_digits(one, 4) for one in bounds),
-                *(_digits(forces[tip], 6) for tip in every),
+                *(_digits(forces[tip], 6) for tip in single_tips),
             ]
 
 

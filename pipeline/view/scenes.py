@@ -111,7 +111,7 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldScene:
     mesh.point_data[VERTICAL_PRESSURE.array] = -np.asarray(mesh.point_data[STRESS])[:, _ZZ]
     # The picture reaches a little around the tips, as deep as it is wide, and not beyond the block.
     positions = np.array(design.tips.places_mm)
-    first_x, row_y = positions.min(axis=0)
+    first_x, row_y = positions.min(axis=0)  # the row of tips nearest to the eye
     last_x, last_y = positions.max(axis=0)
     reach = _FOCUS * design.tips.spacing_mm
     depth = 0.5 * (last_x - first_x + reach)
@@ -135,8 +135,8 @@ def on_true_shape(design: Design, block: Mesh) -> Mesh:
         return mesh
     footprints = contact_footprints(design.fruit, design.tips)
     shape = CurvedShape(design.fruit, core_of(smooth_loads(design.fruit, footprints)))
-    downward = np.array([1.0, 1.0, -1.0])
-    mesh.points = shape.bend((np.asarray(block.points) * downward).T).T * downward
+    turned = np.array([1.0, 1.0, -1.0])  # the shape has z downwards, the mesh upwards
+    mesh.points = shape.bend((np.asarray(block.points) * turned).T).T * turned
     return mesh
 
 
@@ -152,7 +152,10 @@ def draw_assembly(plotter: Plotter, bodies: tuple[NamedSolid, ...], title: str) 
 
 
 def draw_apart(plotter: Plotter, bodies: tuple[NamedSolid, ...], title: str) -> None:
-    """Draw bodies moved outwards across the sensor, so that each shows; a line leads from each kind to its name."""
+    """Draw bodies moved outwards across the sensor, so that each shows; a line leads from each kind to its name.
+
+    The names stand above all bodies, one a step higher than the next, so that none hides another.
+    """
     surfaces = []
     first_of_kind: dict[str, Mesh] = {}
     for body in bodies:
@@ -160,15 +163,16 @@ def draw_apart(plotter: Plotter, bodies: tuple[NamedSolid, ...], title: str) -> 
         surfaces.append(surface)
         first_of_kind.setdefault(body.name.rstrip("0123456789 "), surface)
     whole = pv.merge(surfaces)
-    eye = np.array(_APART_DIRECTION) / np.linalg.norm(_APART_DIRECTION)
-    upwards = np.array([0.0, 0.0, 1.0]) - eye[2] * eye  # in the picture, times its length
     left, right, front, back, bottom, top = whole.bounds
+    # The direction that is up in the picture, seen along `eye`; a level is how high a point stands in it.
+    eye = np.array(_APART_DIRECTION) / np.linalg.norm(_APART_DIRECTION)
+    upwards = np.array([0.0, 0.0, 1.0]) - eye[2] * eye
     level = max(float(np.dot(corner, upwards)) for corner in itertools.product((left, right), (front, back), (top,)))
     highest = top
     for kind, surface in first_of_kind.items():
         level += _LEADER * (top - bottom)
         x, y, _ = surface.center
-        end = np.array([x, y, (level - x * upwards[0] - y * upwards[1]) / upwards[2]])
+        end = np.array([x, y, (level - x * upwards[0] - y * upwards[1]) / upwards[2]])  # above the body, at the level
         highest = max(highest, float(end[2]))
         plotter.add_mesh(pv.Line((x, y, surface.bounds[5]), end), color=EDGE, line_width=1)
         look: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}

@@ -16,6 +16,7 @@ from pipeline.view.scene import DISPLACEMENT, Field, FieldScene, deformed_surfac
 from pipeline.view.scenes import field_scenes
 from sensor.design.design_file import design_as_mapping
 from sensor.quantity import validation_error
+from sensor.verdict import Verdict
 
 FLAG = "--html"
 COMPARE = "--compare"
@@ -93,29 +94,29 @@ def write_comparison(folders: tuple[Path, Path], path: Path, *, force: bool = Fa
         if sides and sides[0]["title"] == title:
             title = f"{title} ({folder.name})"
         sides.append({"title": title, "report": data, "bodies": assembly_bodies(folder)})
-    rows = {}
-    verdicts = [verdict for report in reports for verdict in report.verdicts]
-    for verdict in sorted(verdicts, key=answer.is_on_the_part):
-        rows[verdict.name] = [
-            next((answer.in_percent(one) for one in report.verdicts if one.name == verdict.name), None)
-            for report in reports
-        ]
+    answers = [answer.answer_of(report) for report in reports]
+    designs = [_flat(design_as_mapping(report.design)) for report in reports]
     page = render_page(
         "comparison.html.j2",
         (*FIGURES, *BODIES, "comparison.js"),
         {"sides": sides},
-        sides=[
-            {"title": side["title"], "answer": answer.answer_of(report)}
-            for side, report in zip(sides, reports, strict=True)
-        ],
-        inputs=_different(*(_flat(design_as_mapping(report.design)) for report in reports)),
-        rows=rows,
+        sides=[{"title": side["title"], "answer": one} for side, one in zip(sides, answers, strict=True)],
+        inputs=_different(*designs),
+        rows=_verdict_rows(reports),
         outcomes=answer.OUTCOMES,
         number_text=number_text,
         limit_text=limit_text,
     )
     write_files({path: page.encode()}, COMPARE, force=force, renew=True)
     return path
+
+
+def _verdict_rows(reports: list[Report]) -> dict[str, list[Verdict | None]]:
+    """Return the verdict of each report by its name, None where a report has none; those on the part come last."""
+    by_name = [{verdict.name: answer.in_percent(verdict) for verdict in report.verdicts} for report in reports]
+    verdicts = [verdict for report in reports for verdict in report.verdicts]
+    names = [verdict.name for verdict in sorted(verdicts, key=answer.is_on_the_part)]
+    return {name: [one.get(name) for one in by_name] for name in names}
 
 
 def _flat(design: Plain) -> Plain:

@@ -36,7 +36,10 @@ class Entry:
 
 @cache
 def entries() -> tuple[Entry, ...]:
-    """Return every entry, verdicts first."""
+    """Return every entry, verdicts first.
+
+    One with a key of report.json has the unit of that key, and its meaning unless it has its own.
+    """
     loaded = []
     for kind in ("verdicts", "symbols"):
         text = (Path(__file__).parent / f"{kind}.toml").read_text(encoding="utf-8")
@@ -59,20 +62,20 @@ def entry_of(name: str) -> Entry:
 
     Raises InputError for a name that nothing explains, with one that is near it.
     """
-    known = {}  # names by how they are written in lower case
+    by_lower_case = {}
     for entry in entries():
         for alias in (entry.name, *entry.each, *entry.aliases):
             if alias == name:
                 return entry
-            known[alias.lower()] = alias
+            by_lower_case[alias.lower()] = alias
     key = report_key(name)
     if key is not None:
         source = "docs/report-json.md"
         return Entry(
             name=name, meaning=_sentence(key), formula="", source=source, is_verdict=False, key=name, unit=key.unit
         )
-    near = difflib.get_close_matches(name.lower(), known, n=1)
-    hint = f"Did you mean {known[near[0]]}? " if near else ""
+    near = difflib.get_close_matches(name.lower(), by_lower_case, n=1)
+    hint = f"Did you mean {by_lower_case[near[0]]}? " if near else ""
     bound = "a verdict, a symbol or a key of report.json"
     msg = f"NAME = {name!r} must be {bound}. {hint}`pipeline explain` lists them all."
     raise InputError(msg, field="NAME", value=name, bound=bound)

@@ -27,7 +27,7 @@ _FRACTIONS = (
     "reading.touch",
     "reading.relaxation",
 )
-_TOLD: tuple[str, ...] = (
+_ALWAYS_SAID: tuple[str, ...] = (
     "fruit.shape", "fruit.radius_mm", "fruit.length_mm", "fruit.width_mm", "fruit.height_mm", "fruit.thickness_mm",
     "fruit.E_MPa", "fruit.E_max_MPa",
     "tips.layout", "tips.shape", "tips.side_mm", "tips.spacing_mm", "press.travel_mm",
@@ -72,7 +72,7 @@ def answer_of(report: Report) -> Answer:
 
 
 def _fruits_in_words(reading: Reading) -> str:
-    """Return which fruits occur."""
+    """Return words for the range of radii that occur."""
     if reading.radius_mm is None or reading.radius_across_mm is None:
         return f"on radii up to {100.0 * reading.radius_spread:g} % off"
     ranges = [f"{low:g} to {high:g}" for low, high in (reading.radius_mm, reading.radius_across_mm)]
@@ -80,45 +80,49 @@ def _fruits_in_words(reading: Reading) -> str:
 
 
 def scene_in_words(design: Design) -> str:
-    """Return what was asked for: tips, press, fruit and poses, and the other keys of the scene that were changed."""
+    """Return the scene in words: tips, press, fruit and poses, and the other keys of the scene that were changed."""
     fruit = design.fruit
     tips = design.tips
+    reading = design.reading
     shape = f"a {fruit.shape},"
     if fruit.radius_across_mm is not None:
         shape = f"an ellipsoid of radii {fruit.radius_mm:g} and {fruit.radius_across_mm:g} mm, a piece of"
     elif fruit.radius_mm is not None:
         shape = f"a sphere of radius {fruit.radius_mm:g} mm, a piece of"
     poses = ""
-    if design.reading is not None:
+    if reading is not None:
         poses = (
-            f", at tilts up to {design.reading.tilt_deg:g} degrees, up to {design.reading.off_centre_mm:g} mm off the "
-            f"apex and {_fruits_in_words(design.reading)}"
+            f", at tilts up to {reading.tilt_deg:g} degrees, up to {reading.off_centre_mm:g} mm off the "
+            f"apex and {_fruits_in_words(reading)}"
         )
     made = f"made by {design.print.process}" if tips.tip_layout.has_housing else "a line of tips has no housing"
-    return (
-        f"{len(tips.names)} tips ({tips.layout}, {tips.shape}, {tips.side_mm:g} mm, {tips.spacing_mm:g} mm apart), "
-        f"pressed {design.press.travel_mm:g} mm into {shape} {fruit.length_mm:g} x "
-        f"{fruit.width_mm:g} x {fruit.depth_mm:g} mm, of {min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa{poses}; "
-        f"{made}.{_changes_in_words(design)}"
-    )
+    each_tip = f"{tips.layout}, {tips.shape}, {tips.side_mm:g} mm, {tips.spacing_mm:g} mm apart"
+    size = f"{fruit.length_mm:g} x {fruit.width_mm:g} x {fruit.depth_mm:g} mm"
+    moduli = f"{min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa"
+    pressed = f"{len(tips.names)} tips ({each_tip}), pressed {design.press.travel_mm:g} mm"
+    return f"{pressed} into {shape} {size}, of {moduli}{poses}; {made}.{_changes_in_words(design)}"
 
 
 def _changes_in_words(design: Design) -> str:
-    """Return the keys of the scene that differ from the preset of the design's name, else from the defaults."""
-    told = _TOLD
+    """Return the keys of the scene that differ from the preset of the design's name, else from the defaults.
+
+    Beyond the defaults those are left out that the scene in words has anyhow.
+    """
     if design.name in preset_names():
         base = load_design(design.name)
         words = f"Other than in the preset {design.name}"
-        told = ()
+        said_already: tuple[str, ...] = ()
     else:
         base = Design(reading=design.reading and Reading())
         words = "Beyond the defaults"
-    before = design_as_mapping(base)
+        said_already = _ALWAYS_SAID
+    tables = design_as_mapping(design)
+    base_tables = design_as_mapping(base)
     changes = []
     for table in _SCENE_TABLES:
-        for key, value in design_as_mapping(design).get(table, {}).items():
+        for key, value in tables.get(table, {}).items():
             name = f"{table}.{key}"
-            if name not in told and value != before.get(table, {}).get(key):
+            if name not in said_already and value != base_tables.get(table, {}).get(key):
                 changes.append(f"{name} = {value}")
     return f" {words}: {', '.join(changes)}." if changes else ""
 
@@ -141,12 +145,13 @@ def is_on_the_part(verdict: Verdict) -> bool:
 
 
 def dimensions(report: Report) -> list[Dimension]:
-    """Return the dimensions of leaves and housing."""
+    """Return the dimensions of the leaves, and those of the housing that are numbers other than 0."""
     rows = []
     for name, spring in report.flexures.items():
-        if spring.dimensions_mm is not None:
-            for item in fields(spring.dimensions_mm):
-                size = f"{getattr(spring.dimensions_mm, item.name):g}"
+        leaf = spring.dimensions_mm
+        if leaf is not None:
+            for item in fields(leaf):
+                size = f"{getattr(leaf, item.name):g}"
                 rows.append(Dimension(f"{name} spring, leaf {item.name}", size, item.metadata["meaning"]))
     if report.housing is not None:
         for item in fields(report.housing):

@@ -17,6 +17,7 @@ from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
 from sensor.theory import hertz
 from solve.contact.scene import Scene
+from solve.housing.clamped_half import ClampedHalf
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 
 ASSEMBLY = "assembly.glb"
@@ -33,14 +34,14 @@ _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#
 def palette_colours(values: Floats, low: float, high: float) -> Floats:
     """Return the colours of values (n,) between two ends [their unit] as red, green and blue from 0 to 1, (n, 3)."""
     shades = np.array([[int(shade[i : i + 2], 16) / 255.0 for i in (1, 3, 5)] for shade in _PALETTE])
-    places = np.clip((values - low) / (high - low), 0.0, 1.0) * (len(_PALETTE) - 1)
+    positions = np.clip((values - low) / (high - low), 0.0, 1.0) * (len(_PALETTE) - 1)
     steps = np.arange(len(_PALETTE))
-    return np.stack([np.interp(places, steps, shade) for shade in shades.T], axis=1)
+    return np.stack([np.interp(positions, steps, shade) for shade in shades.T], axis=1)
 
 
-def page_body(name: str, glb: bytes, **told: object) -> Plain:
-    """Return a body as the page reads it: its name, its GLB, and what is told of it."""
-    return {"name": name, "glb": pack_bytes(glb), **told}
+def page_body(name: str, glb: bytes, **shown_with: object) -> Plain:
+    """Return a body as the page reads it: its name, its GLB, and the slider, caption, legend and labels beside it."""
+    return {"name": name, "glb": pack_bytes(glb), **shown_with}
 
 
 def legend(label: str, low: float, high: float, limit: float | None = None) -> Plain:
@@ -70,17 +71,19 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     half = coarse_half(housing, process.E_MPa, process.poisson, rough=result.options.rough)
     mesh = half.basis.mesh
     fields = fields_at_full_travel(result.springs, half)
-    skin = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
-    quads = mesh.facets[:, skin].T
+    surface = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
+    quads = mesh.facets[:, surface].T
     corners = np.unique(quads)
     at_rest = mesh.p.T[corners]
+    length = float(np.ptp(at_rest[:, 0]))
     displacement = fields.displacement[corners]
-    largest = float(np.linalg.norm(displacement, axis=1).max())
-    factor = deformation_factor(largest, float(np.ptp(at_rest[:, 0])))
     stress = fields.von_mises[corners]
-    limit = process.E_MPa * process.strain_limit
-    half_quads = np.searchsorted(corners, quads)
+    factor = deformation_factor(float(np.linalg.norm(displacement, axis=1).max()), length)
     highest = float(stress.max())
+    limit = process.E_MPa * process.strain_limit
+
+    # The half y >= 0 with its mirror image, whose quadrilaterals are turned so that they face outwards too.
+    half_quads = np.searchsorted(corners, quads)
     colours = palette_colours(stress, 0.0, highest)
     mirror = np.array([1.0, -1.0, 1.0])
     body = GlbBody(
@@ -90,26 +93,41 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         colour=np.concatenate([colours, colours]),
         moved=factor * np.concatenate([displacement, displacement * mirror]),
     )
-    facets = {name: mesh.facets[:, indices] for name, indices in mesh.boundaries.items()}
-    tips = {spring: _middle_of(mesh.p.T, facets[tip_face(spring)]) for spring in SPRINGS}
-    middle = np.mean(list(tips.values()), axis=0)
-    aside = _LABEL_ASIDE * float(np.ptp(at_rest[:, 0]))
-    labels = []
-    for spring, tip in tips.items():
-        beside_tip = tip + np.array([math.copysign(aside, tip[0] - middle[0]), 0.0, 0.0])
-        leaves = _middle_of(mesh.p.T, facets[leaf_faces(spring)])
-        labels.append({"text": f"{spring} tip", "at": glb_position(beside_tip).tolist()})
-        labels.append({"text": f"{spring} spring", "at": glb_position(leaves).tolist()})
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
     caption = (
         f"At full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises stress "
         f"{highest:.3g} MPa, limit {limit:.3g} MPa (E of {process.name} times its strain limit). Safety "
         f"against the strain limit: {', '.join(factors)}. A coarse mesh: up to a tenth too high."
     )
-    colours_of = legend("von Mises stress [MPa]", 0.0, highest, limit)
     return page_body(
-        "Springs under load", glb_of([body]), slider="press", caption=caption, legend=colours_of, labels=labels
+        "Springs under load",
+        glb_of([body]),
+        slider="press",
+        caption=caption,
+        legend=legend("von Mises stress [MPa]", 0.0, highest, limit),
+        labels=_spring_labels(half, _LABEL_ASIDE * length),
     )
+
+
+def _spring_labels(half: ClampedHalf, aside: float) -> list[Plain]:
+    """Return the names of tips and springs where the page shows them, those of tips so far outwards of them [mm]."""
+    mesh = half.basis.mesh
+    points = mesh.p.T
+    facets = {name: mesh.facets[:, indices] for name, indices in mesh.boundaries.items()}
+    tips = {spring: _middle_of(points, facets[tip_face(spring)]) for spring in SPRINGS}
+    middle = np.mean(list(tips.values()), axis=0)
+    labels = []
+    for spring, tip in tips.items():
+        beside_tip = tip + np.array([math.copysign(aside, tip[0] - middle[0]), 0.0, 0.0])
+        leaves = _middle_of(points, facets[leaf_faces(spring)])
+        labels.append(_label(f"{spring} tip", beside_tip))
+        labels.append(_label(f"{spring} spring", leaves))
+    return labels
+
+
+def _label(text: str, position: Floats) -> Plain:
+    """Return a text at a position [mm] as the page reads it."""
+    return {"text": text, "at": glb_position(position).tolist()}
 
 
 def _middle_of(points: Floats, facets: NDArray[np.int64]) -> Floats:
@@ -146,26 +164,24 @@ def skin_body(report: Report, scene: Scene) -> Plain:
         msg = "no tip is on the fruit"
         raise ValueError(msg)
     centres = np.array(scene.centres)
-    reach = _SKIN_REACH * report.design.tips.spacing_mm
     middle = centres.mean(axis=0)
-    line = np.linspace(-reach, reach, _SKIN_CELLS + 1)
-    x, y = (middle[:, None, None] + np.stack(np.meshgrid(line, line, indexing="ij"))).reshape(2, -1)
+    x, y = _skin_nodes(middle, _SKIN_REACH * report.design.tips.spacing_mm)
     gap = scene.fruit_gap(x, y)
     on_fruit = np.isfinite(gap)
     indentation = np.zeros(len(x))
     for centre, force in zip(centres, forces, strict=True):
         distance = np.hypot(x - centre[0], y - centre[1])
-        indentation += _skin_fall(report, row.E_MPa, force, distance)
-    cells = np.arange(len(x)).reshape(_SKIN_CELLS + 1, -1)
-    quads = np.stack([cells[:-1, :-1], cells[1:, :-1], cells[1:, 1:], cells[:-1, 1:]], axis=-1).reshape(-1, 4)
+        indentation += _indentation(report, row.E_MPa, force, distance)
+    deepest = float(indentation.max())
+    nodes = np.arange(len(x)).reshape(_SKIN_CELLS + 1, -1)
+    quads = np.stack([nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]], axis=-1).reshape(-1, 4)
     body = GlbBody(
         name="skin",
         vertices=np.stack([x, y, -np.where(on_fruit, gap, 0.0)], axis=1),
         triangles=_triangles(quads[on_fruit[quads].all(axis=1)]),
-        colour=palette_colours(indentation, 0.0, float(indentation.max())),
+        colour=palette_colours(indentation, 0.0, deepest),
         moved=np.stack([np.zeros_like(x), np.zeros_like(x), -indentation], axis=1),
     )
-    deepest = float(indentation.max())
     caption = (
         f"The skin on a fruit of {row.E_MPa:g} MPa at full travel, pressed in by up to {deepest:.3g} mm, drawn as it "
         "is: each tip as on a half-space. Where flat tips touch, their edges are drawn round."
@@ -174,15 +190,26 @@ def skin_body(report: Report, scene: Scene) -> Plain:
     for tip, centre in zip(report.tips, centres, strict=True):
         beside_tip = middle + _LABEL_OUTWARDS * (centre - middle)
         height = -float(scene.fruit_gap(beside_tip[:1], beside_tip[1:])[0])
-        labels.append({"text": tip.name, "at": glb_position(np.array([*beside_tip, height])).tolist()})
-    colours = legend("pressed in by [mm]", 0.0, deepest)
+        labels.append(_label(tip.name, np.array([*beside_tip, height])))
     return page_body(
-        "Skin under the tips", glb_of([body]), slider="press", caption=caption, legend=colours, labels=labels
+        "Skin under the tips",
+        glb_of([body]),
+        slider="press",
+        caption=caption,
+        legend=legend("pressed in by [mm]", 0.0, deepest),
+        labels=labels,
     )
 
 
-def _skin_fall(report: Report, E: float, force: float, distance: Floats) -> Floats:
-    """Return how far the skin falls [mm] at distances [mm] from a tip with a force [N] on flesh of modulus E [MPa].
+def _skin_nodes(middle: Floats, reach: float) -> tuple[Floats, Floats]:
+    """Return x and y of the nodes of the drawn skin, (n,) [mm]: a square grid so far around a middle."""
+    line = np.linspace(-reach, reach, _SKIN_CELLS + 1)
+    x, y = (middle[:, None, None] + np.stack(np.meshgrid(line, line, indexing="ij"))).reshape(2, -1)
+    return x, y
+
+
+def _indentation(report: Report, E: float, force: float, distance: Floats) -> Floats:
+    """Return the indentation of the skin [mm] at distances [mm] from a tip with a force [N] on flesh of E [MPa].
 
     A dome is Hertz's sphere: K. L. Johnson, Contact Mechanics (1985), (3.41) and (3.42). Any other tip counts as a flat
     circle of equal area.
@@ -194,8 +221,8 @@ def _skin_fall(report: Report, E: float, force: float, distance: Floats) -> Floa
         return np.zeros_like(distance)
     if tips.dome_radius_mm is None:
         radius = math.sqrt(tips.face_mm2 / math.pi)
-        share = radius / np.maximum(distance, radius)
-        return np.asarray(force / (math.pi * reduced * radius) * np.arcsin(share))
+        sine = radius / np.maximum(distance, radius)
+        return np.asarray(force / (math.pi * reduced * radius) * np.arcsin(sine))
     relative_radius = hertz.mean_relative_radius(tips.dome_radius_mm, *fruit.radii_mm)
     radius = hertz.contact_radius(force, E, fruit.poisson, relative_radius)
     r = np.maximum(distance / radius, 1.0)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from solve.linear import SolveError
 _SPEED = 50.0  # mm/s of a filament printer, until the reader types another rate
 _POINTS = 121  # along the contact of a dome
 _CELLS = 17  # along each side of a flat tip, one of them in the middle
+_FIRST_NUMBERS = 3  # that stand at the head of the page, those that did not pass first
 
 
 def page_of(report: Report, result: SensorResult, folder: Path) -> str:
@@ -33,19 +35,18 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
 
     What cannot be drawn is left out, and the page says why.
     """
+    own = {file.path for file in report.files}.difference(report.stale)  # not those of a design before this one
+    bodies, missing = _bodies(report, result, folder)
+    drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
+    bill = answer.bill(folder) if answer.BILL in own else []
     mangoes = seen_mangoes(report)
     verdicts = [answer.in_percent(verdict) for verdict in report.verdicts]
-    scene = scene_of(report.design, result.press.height_offsets)
-    own = {file.path for file in report.files}.difference(report.stale)  # not those of a design before this one
-    draws: dict[str, Callable[[], Plain]] = {"skin under the tips": lambda: skin_body(report, scene)}
-    if report.design.tips.tip_layout.has_housing:
-        draws = {
-            "assembly": lambda: assembly_body(folder, report.stale),
-            "springs under load": lambda: flexure_body(report, result),
-            **draws,
-        }
-    bodies, missing = _drawn(draws)
-    drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
+    # A verdict keeps the number by which the page finds it in its data.
+    on_the_part = [(i, one) for i, one in enumerate(verdicts) if answer.is_on_the_part(one)]
+    targets = [(i, one) for i, one in enumerate(verdicts) if not answer.is_on_the_part(one)]
+    first_answer = answer.answer_of(report)
+    not_passed = [answer.in_percent(verdict) for verdict in first_answer.not_passed]
+    paper = [] if report.paper is None else [answer.in_percent(verdict) for verdict in report.paper.verdicts]
     page_data = {
         "report": report_data(report),
         "verdicts": [as_data(verdict) | {"sense": bound_sense(verdict)} for verdict in verdicts],
@@ -55,15 +56,6 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         "bodies": bodies,
         "drawings": [{"name": path.name, "content": pack_bytes(path.read_bytes())} for path in drawings],
     }
-    bill = answer.bill(folder) if answer.BILL in own else []
-    resolved = {
-        "as printed": alike_pairs([seen.printed for seen in mangoes]),
-        "after calibrating the unit": alike_pairs([seen.calibrated for seen in mangoes]),
-    }
-    told = answer.answer_of(report)
-    not_passed = [answer.in_percent(verdict) for verdict in told.not_passed]
-    targets = [(i, one) for i, one in enumerate(verdicts) if not answer.is_on_the_part(one)]
-    paper = [] if report.paper is None else [answer.in_percent(verdict) for verdict in report.paper.verdicts]
     return render_page(
         "page.html.j2",
         (*FIGURES, *BODIES, "tables.js", "page.js"),
@@ -71,17 +63,20 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         latest=result.options.look,
         report=report,
         command=result.options.command,
-        answer=told,
+        answer=first_answer,
         has_housing=report.design.tips.tip_layout.has_housing,
         not_passed=not_passed,
-        numbers=[*not_passed, *(one for _, one in targets if one.passed)][:3],
+        numbers=[*not_passed, *(one for _, one in targets if one.passed)][:_FIRST_NUMBERS],
         scene=answer.scene_in_words(report.design),
         targets=targets,
-        part=[(i, one) for i, one in enumerate(verdicts) if answer.is_on_the_part(one)],
+        part=on_the_part,
         paper={verdict.name: verdict for verdict in paper},
         missing=missing,
         mangoes=mangoes,
-        resolved=resolved,
+        resolved={
+            "as printed": alike_pairs([seen.printed for seen in mangoes]),
+            "after calibrating the unit": alike_pairs([seen.calibrated for seen in mangoes]),
+        },
         dimensions=answer.dimensions(report),
         bill=bill,
         printed_g=answer.printed_g(bill),
@@ -97,8 +92,14 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     )
 
 
-def _drawn(draws: dict[str, Callable[[], Plain]]) -> tuple[list[Plain], dict[str, str]]:
-    """Return the bodies, and why each other one cannot be drawn."""
+def _bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Plain], dict[str, str]]:
+    """Return the bodies that the page shows, and by name why each other one cannot be drawn."""
+    scene = scene_of(report.design, result.press.height_offsets)
+    draws: dict[str, Callable[[], Plain]] = {}
+    if report.design.tips.tip_layout.has_housing:
+        draws["assembly"] = partial(assembly_body, folder, report.stale)
+        draws["springs under load"] = partial(flexure_body, report, result)
+    draws["skin under the tips"] = partial(skin_body, report, scene)
     bodies = []
     missing = {}
     for name, draw in draws.items():
@@ -119,18 +120,18 @@ def _pressure_profile(report: Report, result: SensorResult) -> Plain:
     design = result.design
     scene = scene_of(design, result.press.height_offsets)
     if design.tips.dome_radius_mm is not None or scene.linear:
-        along, over_mean = dome_pressure() if design.tips.dome_radius_mm is not None else flat_pressure(design.tips)
-        profile = {"x": along.tolist(), "over_mean": over_mean.tolist()}
+        positions, over_mean = dome_pressure() if design.tips.dome_radius_mm is not None else flat_pressure(design.tips)
+        profile = {"x": positions.tolist(), "over_mean": over_mean.tolist()}
         return {"low": profile, "high": profile}
-    side = math.sqrt(design.tips.face_mm2)
     E = float(result.press.at_largest_E.E[-1])
     try:
         contact = footprint_pressure(scene, result.contact.at(E), result.springs.C, E, design.press.travel_mm)
     except (ArithmeticError, ValueError, SolveError) as error:
         return {"reason": str(error)}
     sizes = np.diff(contact.edges)
-    middle = len(sizes) // 2
     centres = 0.5 * (contact.edges[1:] + contact.edges[:-1])
+    middle = len(sizes) // 2
+    face = design.tips.face_mm2
     profiles = {}
     for spring in ("low", "high"):
         tip = next(index for index, tip in enumerate(report.tips) if tip.spring == spring)
@@ -138,8 +139,8 @@ def _pressure_profile(report: Report, result: SensorResult) -> Plain:
         if not force > 0.0:
             return {"reason": "a tip is off the fruit"}
         pressure = contact.cell_forces[tip, :, middle] / (sizes * sizes[middle])
-        over_mean = pressure * design.tips.face_mm2 / force
-        profiles[spring] = {"x": (centres / side).tolist(), "over_mean": over_mean.tolist()}
+        over_mean = pressure * face / force
+        profiles[spring] = {"x": (centres / math.sqrt(face)).tolist(), "over_mean": over_mean.tolist()}
     return profiles
 
 
@@ -164,7 +165,8 @@ def flat_pressure(tips: Tips) -> tuple[Floats, Floats]:
     if tips.tip_shape.is_round:
         return over_root, 0.5 / np.sqrt(1.0 - (2.0 * along) ** 2)
     areas = np.outer(np.diff(edges), np.diff(edges)).ravel()
-    moved = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(areas), len(areas))
-    pressure = np.linalg.solve(moved, areas)
+    # The sinking of each cell times its area, by unit pressure on each cell: one matrix over all cells.
+    sinking = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(areas), len(areas))
+    pressure = np.linalg.solve(sinking, areas)
     over_mean = pressure / (pressure @ areas)
     return over_root, over_mean.reshape(_CELLS, _CELLS)[_CELLS // 2]

@@ -36,12 +36,13 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     over_tilt = _over_tilt(design, report.read_out, result.readings)
     if over_tilt is not None:
         tables.append(over_tilt)
+    # The slider of the modulus reaches as far as all tables do.
     moduli = [table["axes"][0]["nodes"] for table in tables]
     softest = max(min(design.fruit.E_MPa), *(nodes[0] for nodes in moduli))
     firmest = min(nodes[-1] for nodes in moduli)
-    shown = design.fruit.E_MPa[len(design.fruit.E_MPa) // 2]
+    middle_E = design.fruit.E_MPa[len(design.fruit.E_MPa) // 2]
     start = {
-        "E": min(max(shown, softest), firmest),
+        "E": min(max(middle_E, softest), firmest),
         "travel": design.press.travel_mm,
         "tilt": design.press.tilt_deg,
         "noise": _noise_percent(report),
@@ -74,7 +75,7 @@ def _noise_percent(report: Report) -> float:
 
 
 def _over_travel(design: Design, read_out: ReadingConstants, press: ScenePress) -> Plain:
-    """Return the table over modulus and travel: the curve of the response, but for what stands for no fruit.
+    """Return the table over modulus and travel: the curve of the response without its first modulus, no fruit's own.
 
     Forces of flat faces are nearly straight over the travel, those of other tips are nearly a power of it. A level pair
     is read by the force ratio of one moment; other readings are those of whole presses.
