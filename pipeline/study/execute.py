@@ -61,23 +61,32 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressRepo
 
 def _tasks(study: Study, store: StudyStore) -> Iterator[Sequence[Point]]:
     """Yield the points that are not solved, in groups for one worker: points that share a solve of contact together."""
-    share_scenes = study.level == "contact" and move_contact(study.vary)
-    size = SHARING
-    if study.level != "contact":
-        size = 1
-    elif not share_scenes and not parts_of(study.wanted, reads="reading" in study.base, linear=True):
-        size = QUICK
+    share_scenes = _shares_scenes(study)
+    size = _task_size(study)
     count = point_count(study)
     for start in range(0, count, WINDOW):
         stop = min(start + WINDOW, count)
         solved = store.solved(start, stop)
-        groups: dict[UnitScene | None, list[Point]] = defaultdict(list)
+        by_scene: dict[UnitScene | None, list[Point]] = defaultdict(list)
         for point in points_between(study, start, stop):
             if point.number not in solved:
-                groups[_scene(study, point) if share_scenes else None].append(point)
-        for group in groups.values():
+                by_scene[_scene(study, point) if share_scenes else None].append(point)
+        for group in by_scene.values():
             for first in range(0, len(group), size):
                 yield group[first : first + size]
+
+
+def _shares_scenes(study: Study) -> bool:
+    """Say whether points are sorted by their scenes of contact, which differ and are all that is solved."""
+    return study.level == "contact" and move_contact(study.vary)
+
+
+def _task_size(study: Study) -> int:
+    """Return how many points make a task for one worker, which is to take some seconds."""
+    if study.level != "contact":
+        return 1
+    solves_more = parts_of(study.wanted, reads="reading" in study.base, linear=True)
+    return SHARING if _shares_scenes(study) or solves_more else QUICK
 
 
 def _scene(study: Study, point: Point) -> UnitScene | None:

@@ -46,20 +46,11 @@ def write_page(
     proved = proved or {}
     if best is None:
         best = columns.best(study.wanted[0], BEST)
+    files, links = _designs(store, study, best, proved)
     at_random = np.random.default_rng(_SEED).permutation(columns.points)[:MOST_DOTS].tolist()
     points = []
     for point in store.rows(sorted({*best, *proved, *at_random})):
         points.append({**point.settings, **point.values, "number": point.number})
-    designs = {_BASE: design_as_toml(design_from_mapping(study.base))}
-    links = {"base": f"{_DESIGNS}/{_BASE}"}
-    folder = store.path.parent
-    for number, path in proved.items():
-        links[str(number)] = path.relative_to(folder).as_posix()
-    for point in store.rows([number for number in best if number not in proved]):
-        name = f"point-{point.number}.toml"
-        designs[name] = design_as_toml(design_of(study, point.settings))
-        links[str(point.number)] = f"{_DESIGNS}/{name}"
-    files = {folder / _DESIGNS / name: text.encode() for name, text in designs.items()}
     data = {
         "vary": list(study.vary),
         "wanted": list(study.wanted),
@@ -80,5 +71,25 @@ def write_page(
         constants={key: columns.span(key)[0] for key in columns.values if not columns.differs(key)},
         messages=store.messages(),
     )
-    write_files({**files, folder / PAGE: text.encode()}, "--out", force=force, renew=True)
-    return folder / PAGE
+    path = store.path.parent / PAGE
+    write_files({**files, path: text.encode()}, "--out", force=force, renew=True)
+    return path
+
+
+def _designs(
+    store: StudyStore, study: Study, best: Sequence[int], proved: Mapping[int, Path]
+) -> tuple[dict[Path, bytes], dict[str, str]]:
+    """Return the design files to write, of the base and of the best points, and the link of each point to its file.
+
+    A point that is proved links to the file of its run, and gets none here.
+    """
+    folder = store.path.parent
+    files = {folder / _DESIGNS / _BASE: design_as_toml(design_from_mapping(study.base)).encode()}
+    links = {"base": f"{_DESIGNS}/{_BASE}"}
+    for number, path in proved.items():
+        links[str(number)] = path.relative_to(folder).as_posix()
+    for point in store.rows([number for number in best if number not in proved]):
+        name = f"point-{point.number}.toml"
+        files[folder / _DESIGNS / name] = design_as_toml(design_of(study, point.settings)).encode()
+        links[str(point.number)] = f"{_DESIGNS}/{name}"
+    return files, links

@@ -86,14 +86,15 @@ def sobol_fractions(keys: int, seed: int, start: int, stop: int) -> list[list[fl
 
 
 def _exchanged(study: Study, start: int, stop: int) -> Iterator[list[float]]:
-    """Yield fractions [1] for a study of sensitivities, in blocks of `samples`.
+    """Yield the fractions [1] of the points from a number up to another one for a study of sensitivities.
 
-    Block 0 is sample A, block 1 sample B, and each further one, for one key after the other, A with this key from B.
+    Points come in blocks of `samples`. Block 0 is sample A, block 1 sample B, and each further one, for one key after
+    the other, A with this key from B.
     """
     keys = len(study.vary)
     while start < stop:
         block, first_row = divmod(start, study.samples)
-        end = min(stop, (block + 1) * study.samples)
+        end = min(stop, (block + 1) * study.samples)  # of the points asked for in this block
         for row in sobol_fractions(2 * keys, study.seed, first_row, first_row + end - start):
             sample_A = row[:keys]
             sample_B = row[keys:]

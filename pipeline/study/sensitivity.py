@@ -54,7 +54,10 @@ def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
 
 
 def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
-    """Return the indices of one number; its values are those of A, of B, and of A with each column from B."""
+    """Return the indices of one number for each key, from its values at all points (points,).
+
+    They are those of sample A, of sample B, and of A with each key from B, as `points.py` numbers them.
+    """
     blocks = values.reshape(len(study.vary) + 2, 1, study.samples)
     outputs: dict[Literal["f_A", "f_B", "f_AB"], Floats] = {"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}
     result: Any = sobol_indices(func=outputs, n=study.samples)
@@ -65,9 +68,8 @@ def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
     total = np.ravel(result.total_order)
     first_ends = _ends(first, spread.first_order.confidence_interval)
     total_ends = _ends(total, spread.total_order.confidence_interval)
-    indices = []
-    for i, key in enumerate(study.vary):
-        one = Sensitivity(
+    return [
+        Sensitivity(
             wanted=wanted,
             key=key,
             first=float(first[i]),
@@ -75,8 +77,8 @@ def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
             total=float(total[i]),
             total_interval=total_ends[i],
         )
-        indices.append(one)
-    return indices
+        for i, key in enumerate(study.vary)
+    ]
 
 
 def _ends(indices: Floats, interval: Any) -> list[list[float]]:  # noqa: ANN401 - SciPy's own record

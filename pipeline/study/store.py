@@ -34,6 +34,7 @@ _TABLES = {
 }
 _PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
 _MOST_MESSAGES = 5
+_NUMBER = re.compile(r"\d[\d.]*(e[+-]?\d+)?")
 _LONGEST_VALUE = 60  # letters of a value in an error, which is one line
 
 
@@ -70,10 +71,11 @@ class StudyStore:
 
         Messages that differ in their numbers alone are one, told by that of the first point.
         """
-        alike: dict[str, list[str]] = {}
+        by_pattern: dict[str, list[str]] = {}
         for (error,) in self._connection.execute("SELECT error FROM points WHERE error NOT NULL ORDER BY number"):
-            alike.setdefault(re.sub(r"\d[\d.]*(e[+-]?\d+)?", "#", error), []).append(error)
-        commonest = sorted(alike.values(), key=len, reverse=True)[:_MOST_MESSAGES]
+            pattern = _NUMBER.sub("#", error)
+            by_pattern.setdefault(pattern, []).append(error)
+        commonest = sorted(by_pattern.values(), key=len, reverse=True)[:_MOST_MESSAGES]
         return {errors[0]: len(errors) for errors in commonest}
 
     def rows(self, numbers: Sequence[int] | None = None) -> Iterator[PointResult]:
@@ -98,18 +100,19 @@ class StudyStore:
             transaction.execute(f"PRAGMA application_id = {_MARK}")
             for table in _TABLES.values():
                 transaction.execute(table.replace("TABLE", "TABLE IF NOT EXISTS", 1))
-        points = sum(1 for _ in self.rows())
+        points = sum(1 for _ in self.rows())  # each of which is checked
         asked = ("asked", _json(study_facts(study)))
         kept = self._connection.execute("SELECT * FROM study WHERE key = 'asked'").fetchone()
         if kept is not None:
             self._refuse_changed("fact 'asked'", kept)
-            _refuse_other(self.path, json.loads(kept[1]), json.loads(asked[1]))
+            _, kept_facts, _ = kept
+            _refuse_other(self.path, json.loads(kept_facts), json.loads(asked[1]))
         elif points:
             bound = "a store that holds the description of its study"
             raise validation_error("study store", str(self.path), "", bound, "name another --out")
         with self._connection as transaction:
             transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?, ?)", (*asked, _digest(asked)))
-            if study.how != "search":  # what a search asks for next followed from them
+            if study.how != "search":  # a search has chosen its later points by those that were lost
                 transaction.execute("DELETE FROM points WHERE status = 'failed' AND error = ?", (LOST,))
 
     def _result(self, row: Sequence[Any]) -> PointResult:

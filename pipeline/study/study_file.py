@@ -126,7 +126,7 @@ def verdict_keys(goal: Goal) -> tuple[str, ...]:
 
 
 def front_number(value: object) -> object:
-    """Return what a value of a front is drawn and named by: of a list the first number."""
+    """Return the number by which a value of a front is drawn and named: of a list the first."""
     return value[0] if isinstance(value, list | tuple) else value
 
 
@@ -139,11 +139,9 @@ def read_study(path: Path) -> Study:
     goal, front = _goal(data.get("optimise", {}))
     wanted = _texts("wanted", data.get("wanted", []))
     if how == "search":
-        why = [REFUSED] if any(name.startswith("reading.") for name in goal.under) else []
-        why += [UNCERTAINTY_LIMIT] if goal.minimise in UNCERTAINTY_KEYS else []
-        wanted = tuple(dict.fromkeys((*wanted, goal.minimise, *verdict_keys(goal), *why)))
+        wanted = _with_goal(wanted, goal)
     level = data.get("level", "contact")
-    if level in LEVELS:
+    if level in LEVELS:  # else the study refuses it
         level = max(level, level_of("wanted", wanted), key=LEVELS.index)
     rows: tuple[Row, ...] = ()
     if how == "points":
@@ -162,8 +160,18 @@ def read_study(path: Path) -> Study:
     )
 
 
+def _with_goal(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
+    """Return the wanted keys with those that a search follows: its number, its verdicts, and why these fail."""
+    reasons = []
+    if any(name.startswith("reading.") for name in goal.under):
+        reasons.append(REFUSED)
+    if goal.minimise in UNCERTAINTY_KEYS:
+        reasons.append(UNCERTAINTY_LIMIT)
+    return tuple(dict.fromkeys((*wanted, goal.minimise, *verdict_keys(goal), *reasons)))
+
+
 def _default_how(data: Mapping[str, Any]) -> str:
-    """Return how points come about where the file does not say."""
+    """Return the way in which points are drawn where the file does not say."""
     if "points" in data:
         return "points"
     return "search" if "optimise" in data and "samples" not in data else "sobol"
@@ -183,7 +191,10 @@ def _goal(table: object) -> tuple[Goal, dict[str, Variation]]:
 
 
 def _front(table: Mapping[str, Any]) -> dict[str, Variation]:
-    """Return the one key of a front with its values; raises InputError for others than numbers that differ."""
+    """Return the one key of a front with its values; raises InputError unless they are numbers that differ.
+
+    Of values that are lists the first numbers must differ.
+    """
     name = "optimise.front"
     front = {key: variation(key, values) for key, values in _flat(name, {name: table["front"]}).items()}
     if len(front) != 1:
@@ -191,7 +202,8 @@ def _front(table: Mapping[str, Any]) -> dict[str, Variation]:
         raise validation_error(name, ", ".join(front), "", bound, "make a study file for each front")
     for key, varied in front.items():
         numbers = list(map(front_number, varied.grid())) if isinstance(varied, Choices) else []
-        if not all(map(is_number, numbers)) or not 1 < len(numbers) == len(set(numbers)):
+        all_differ = len(numbers) > 1 and len(numbers) == len(set(numbers))
+        if not all(map(is_number, numbers)) or not all_differ:
             bound = "a list of at least two numbers that differ, or of lists whose first numbers do"
             raise validation_error(name, f"{key} {numbers}", "", bound, "list the values that the front is drawn over")
     return front

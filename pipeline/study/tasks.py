@@ -48,6 +48,7 @@ def lost_points(points: Sequence[Point]) -> tuple[PointResult, ...]:
 
 
 def _solved(study: Study, folder: Path | None, point: Point) -> PointResult:
+    """Return the result of a point: its values, or why it is refused or failed; raises where the disk is full."""
     start = time.process_time()
     values: Mapping[str, object] = {}
     status: Status = "done"

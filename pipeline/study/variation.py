@@ -136,7 +136,7 @@ def _is_finite(value: object) -> bool:
 
 
 def setting_of_cell(key: str, cell: str) -> Setting:
-    """Return what a cell of a column says: a number or a truth value as TOML writes it, else text."""
+    """Return the value of a cell in the column of a key: a number or a truth value as TOML writes it, else text."""
     try:
         return setting_of(parsed_setting(cell))
     except InputError as error:
@@ -168,6 +168,7 @@ def _under(name: str, error: InputError) -> InputError:
 
 
 def _range_or_distribution(table: Mapping[str, Any]) -> Range | Normal:
+    """Return the range or the distribution of a table; raises InputError for unknown keys and a missing source."""
     is_normal = "mean" in table or "sd" in table
     known = _NORMAL_KEYS if is_normal else _SPAN_KEYS
     for key, value in table.items():
@@ -178,7 +179,8 @@ def _range_or_distribution(table: Mapping[str, Any]) -> Range | Normal:
         given = str(table["distribution"])
         raise validation_error("distribution", given, "", "uniform", "give a normal distribution by mean and sd")
     source = table.get("source")
-    if (is_normal or "distribution" in table) and not (isinstance(source, str) and source.strip()):
+    has_source = isinstance(source, str) and bool(source.strip())
+    if (is_normal or "distribution" in table) and not has_source:
         raise validation_error("source", source, "", "given with a distribution", "say where its numbers are from")
     if is_normal:
         return Normal(mean=_number(table, "mean"), sd=_number(table, "sd"), source=str(source))

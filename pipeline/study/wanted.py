@@ -28,33 +28,47 @@ def level_of(name: str, keys: Iterable[str]) -> Level:
 
 
 def _level_of(name: str, key: str) -> Level:
-    level = "files" if key == PASSED else ""
-    found = report_key(key)
-    if key.startswith("verdicts."):
-        verdict, _, field = key.removeprefix("verdicts.").rpartition(".")
-        by_solids = "files" if verdict.startswith(_ON_SOLIDS) else ""
-        level = _verdict_levels().get(verdict, by_solids) if field in VERDICT_FIELDS else ""
-    elif found is not None and found.is_value:
-        level = found.level
+    """Return the level of one key; raises InputError for one that no study may ask for."""
+    level = _verdict_level(key) if key.startswith("verdicts.") else _plain_level(key)
     for known in LEVELS:
         if known == level:
             return known
-    values = [
-        one.name.replace("[]", ".0").replace("SPRING", "low") for one in report_keys() if one.is_value and one.level
-    ]
+    values = []
+    for one in report_keys():
+        if one.is_value and one.level:
+            values.append(one.name.replace("[]", ".0").replace("SPRING", "low"))
     verdicts = [f"verdicts.{verdict}.value" for verdict in _verdict_levels()]
     bound = "a key of report.json that docs/studies.md names, down to one number or text"
     raise validation_error(name, key, "", bound, f"did you mean {nearest(key, [*values, *verdicts, PASSED])}?")
 
 
+def _plain_level(key: str) -> str:
+    """Return the level of a key of report.json that is no verdict's; an empty text for one that none may ask for."""
+    if key == PASSED:
+        return "files"
+    found = report_key(key)
+    return found.level if found is not None and found.is_value else ""
+
+
+def _verdict_level(key: str) -> str:
+    """Return the level of verdicts.NAME.FIELD; an empty text for one that none may ask for."""
+    verdict, _, field = key.removeprefix("verdicts.").rpartition(".")
+    if field not in VERDICT_FIELDS:
+        return ""
+    return _verdict_levels().get(verdict, "files" if verdict.startswith(_ON_SOLIDS) else "")
+
+
 def _verdict_levels() -> dict[str, str]:
     """Return the level of each verdict that a study may ask for by its name."""
-    judged = [entry for entry in entries() if entry.level is not None]
-    return {verdict: str(entry.level) for entry in judged for verdict in entry.each or (entry.name,)}
+    levels: dict[str, str] = {}
+    for entry in entries():
+        if entry.level is not None:
+            levels |= dict.fromkeys(entry.each or (entry.name,), entry.level)
+    return levels
 
 
 def parts_of(keys: Iterable[str], *, reads: bool, linear: bool) -> tuple[Part, ...]:
-    """Return which parts of an evaluation give some keys of the level contact.
+    """Return the parts of an evaluation that must be solved for some keys of the level contact.
 
     A design that `reads` is judged by its readings; a `linear` scene has P_max and NL by the two-spring law alone.
     """

@@ -71,7 +71,7 @@ def completed_items(
 def _completed(
     engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], in_flight: int, lost: list[Item]
 ) -> Generator[tuple[Item, Result]]:
-    """Yield each item with its result and add those without one to `lost`; only so many are out at a time."""
+    """Yield each item with its result, and add to `lost` those whose worker was lost; only so many are out at once."""
     waiting = iter(items)
     running: dict[Future[Result], Item] = {}
     executor = engine.open()
@@ -80,7 +80,7 @@ def _completed(
             for item in islice(waiting, in_flight - len(running)):
                 try:
                     future = executor.submit(work, item)
-                except engine.lost:
+                except engine.lost:  # an executor that has lost a worker takes no more: the next one does
                     engine.check()
                     engine.close(executor)
                     executor = engine.open()

@@ -38,14 +38,14 @@ def change_design(design: Design, changes: Changes) -> Design:
 
 
 def value_of(design: Design, name: str) -> object:
-    """Return what a key of a design holds, in its own unit; None where its table or itself is not set."""
+    """Return the value of a key of a design, in its own unit; None where its table or itself is not set."""
     table, _, key = name.partition(".")
     record = getattr(design, table)
     return None if record is None else getattr(record, key)
 
 
 def size(design: Design, changes: Changes) -> tuple[int, int, float]:
-    """Return how large a change is: its keys, those of them that ask for less, the sum of |log ratio| of all [1]."""
+    """Return the size of a change: its number of keys, that of demands among them, the sum of |log ratio| [1]."""
     total = 0.0
     for name, after in changes.items():
         before = value_of(design, name)
@@ -77,7 +77,11 @@ def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[S
 
 
 def _words(design: Design, failed: set[str]) -> list[Changes]:
-    """Return level presses and flat faces, springs that targets size, other gauges and processes."""
+    """Return the changes to other words or to zero, each by itself, that may mend some verdicts.
+
+    For a force ratio they are a level press, flat faces, and springs that targets size; for springs that cannot be made
+    other gauges and processes.
+    """
     changes: list[Changes] = []
     if failed & _OF_THE_RATIO:
         changes += [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}, {"tips.fillet_mm": 0.0}]
@@ -93,11 +97,9 @@ def _words(design: Design, failed: set[str]) -> list[Changes]:
 
 
 def _numbers(design: Design, failed: set[str], *, on_cells: bool) -> list[Sweep]:
-    """Return numbers times factors, smaller and larger ones; for fewer steps where a trial costs more."""
+    """Return the changes of numbers that may mend some verdicts: times factors that make them smaller or larger."""
     reads = bool(failed & _OF_THE_READING)
-    obeys_hertz = design.tips.tip_shape.obeys_hertz
-    smaller = _COARSELY_SMALLER if on_cells else SMALLER[:3] if obeys_hertz else SMALLER
-    larger = _COARSELY_LARGER if on_cells else LARGER[:3] if obeys_hertz else LARGER[:5]
+    smaller, larger = _factors(design, on_cells=on_cells)
     keys = ["press.travel_mm"]
     found: list[Sweep] = []
     if reads or failed & _OF_THE_SPRINGS or "bruise" in failed:
@@ -109,7 +111,7 @@ def _numbers(design: Design, failed: set[str], *, on_cells: bool) -> list[Sweep]
             found += _scaled(design, key, SMALLER, LARGER)
     for key in keys:
         found += _scaled(design, key, smaller, larger)
-    if reads and obeys_hertz:
+    if reads and design.tips.tip_shape.obeys_hertz:
         found += _scaled(design, "reading.tilt_deg", SMALLER[:7])
         for name in failed & {"reading.bias", "reading.uncertainty"}:
             found += _scaled(design, f"{name}_limit", LARGER[:5])
@@ -121,6 +123,15 @@ def _numbers(design: Design, failed: set[str], *, on_cells: bool) -> list[Sweep]
         found.append([{"tips.side_mm": less, "tips.spacing_mm": _CLOSE * less} for less in sides])
         found.append([{"tips.spacing_mm": _CLOSE * side}])
     return found
+
+
+def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the factors [1] that make a number smaller and larger: fewer ones where a trial costs more."""
+    if on_cells:
+        return _COARSELY_SMALLER, _COARSELY_LARGER
+    if design.tips.tip_shape.obeys_hertz:
+        return SMALLER[:3], LARGER[:3]
+    return SMALLER, LARGER[:5]
 
 
 def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sweep]:

@@ -42,7 +42,7 @@ _STIFFER = 1.12  # factor of the high spring that tells firm fruit better
 
 
 def most_alike(fruit: FruitRange) -> str:
-    """Return the preset whose fruit is most like a fruit: the least sum of squares of log ratios of what is told."""
+    """Return the preset whose fruit is most like a fruit, by the least `_unlikeness`."""
     return min(PRESETS, key=lambda name: _unlikeness(fruit, fruit_of(load_design(name))))
 
 
@@ -61,7 +61,7 @@ def fruit_of(design: Design) -> FruitRange:
 
 
 def _unlikeness(fruit: FruitRange, other: FruitRange) -> float:
-    """Return the sum of squares of log ratios [1] of middle radii, moduli and flesh, where it is told."""
+    """Return the sum of squares of log ratios [1] of middle radii, moduli and flesh, where its thickness is known."""
     ratios = [fruit.E_min_MPa / other.E_min_MPa, fruit.E_max_MPa / other.E_max_MPa]
     for own, of_other in zip(sorted(map(_middle, fruit.radii_mm)), sorted(map(_middle, other.radii_mm)), strict=True):
         ratios.append(own / of_other)
@@ -82,18 +82,17 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     moduli = fruit.moduli_MPa
     # As large as the fruit is, but no smaller than plates and leaves can be printed.
     length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, _LEAST_SPACING_MM / tips.spacing_mm)
-    modulus_ratio = math.sqrt(fruit.E_min_MPa * fruit.E_max_MPa) / math.sqrt(
-        preset_range.E_min_MPa * preset_range.E_max_MPa
-    )
+    modulus_ratio = _middle_modulus(fruit) / _middle_modulus(preset_range)
     spacing = _nearest(tips.spacing_mm * length_ratio, _SPACING_STEP_MM)
     # The fruit of the design lies within the ranges where that of the preset lies within its own.
-    radii = [
-        _same_place_in_range(*row)
-        for row in zip(fruit.radii_mm, preset_fruit.radii_mm, preset_range.radii_mm, strict=True)
-    ]
+    radii = []
+    for ends, of_preset, ends_of_preset in zip(
+        fruit.radii_mm, preset_fruit.radii_mm, preset_range.radii_mm, strict=True
+    ):
+        radii.append(_same_position_in_range(ends, of_preset, ends_of_preset))
     depth = _nearest(preset_fruit.depth_mm * length_ratio, _HALF_MM)
     if fruit.thickness_mm is not None and preset_range.thickness_mm is not None:
-        depth = _same_place_in_range(fruit.thickness_mm, preset_fruit.depth_mm, preset_range.thickness_mm)
+        depth = _same_position_in_range(fruit.thickness_mm, preset_fruit.depth_mm, preset_range.thickness_mm)
     widest_side = _widest_piece(math.fsum(1.0 / radius for radius in radii) / len(radii), depth)
     return {
         "fruit.thickness_mm": depth,
@@ -116,6 +115,11 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     }
 
 
+def _middle_modulus(fruit: FruitRange) -> float:
+    """Return the geometric mean of the softest and the firmest flesh [MPa]."""
+    return math.sqrt(fruit.E_min_MPa * fruit.E_max_MPa)
+
+
 def _widest_piece(curvature: float, depth: float) -> float:
     """Return the side of a square piece of a ball [mm; 1/mm] whose corners lie well above its base, and on the ball."""
     radius = 1.0 / curvature
@@ -123,7 +127,7 @@ def _widest_piece(curvature: float, depth: float) -> float:
     return math.sqrt(2.0 * (2.0 * radius * fall - fall**2))
 
 
-def _same_place_in_range(ends: Ends, of_preset: float, ends_of_preset: Ends) -> float:
+def _same_position_in_range(ends: Ends, of_preset: float, ends_of_preset: Ends) -> float:
     """Return the length that lies within its ends as that of the preset does, to three digits [mm]."""
     least, most = ends_of_preset
     fraction = math.log(of_preset / least) / math.log(most / least) if least < most else 0.5
@@ -149,23 +153,24 @@ def fruit_suggestion(
     seen: set[Design] = set()
     tried: list[Candidate] = []
     centring = _BY_BIAS
-    side = 0.0
+    bias = 0.0
     while len(seen) < MOST_TRIALS and runs < MOST_RUNS and design not in seen:
         seen.add(design)
         result = _sized(design)
-        candidate = Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
+        candidate = _candidate(changes, result)
         if candidate.passes:
             progress("runs the design that passes with springs as they were sized")
             runs += 1
             proof = first_proved([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
             result = None if proof is None else proof.result
-            candidate = Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
+            candidate = _candidate(changes, result)
             if result is not None and result.passed:
                 return Suggestion(design=preset, changes=changes, verdicts=result.verdicts, tried=len(seen), runs=runs)
         tried.append(candidate)
-        last_side, side = side, _side(result) or side
+        last_bias = bias
+        bias = _failing_bias(result) or last_bias
         step = _step(design, result, centring)
-        if side * last_side < 0.0:  # neither fruit rounder nor flatter will do: centred finer, and pressed less deep
+        if bias * last_bias < 0.0:  # neither fruit rounder nor flatter will do: centred finer, and pressed less deep
             centring = math.sqrt(centring)
             less = round(design.press.travel_mm - _LESS_TRAVEL_MM, 2)
             step = {**_step(design, result, centring), "press.travel_mm": max(least_travel(design), less)}
@@ -180,6 +185,11 @@ def fruit_suggestion(
     return Suggestion(design=preset, changes=None, verdicts=verdicts, reason=reason, tried=len(seen), runs=runs)
 
 
+def _candidate(changes: Changes, result: Evaluation | None) -> Candidate:
+    """Return the candidate of some changes with the verdicts of its result; without any where it has none."""
+    return Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
+
+
 def _sized(design: Design) -> Evaluation | None:
     """Return the verdicts with springs as they were sized; None where a level press runs off the face of a dome."""
     try:
@@ -190,8 +200,8 @@ def _sized(design: Design) -> Evaluation | None:
         return None
 
 
-def _side(result: Evaluation | None) -> float:
-    """Return the largest bias [1], above 0 where fruit is read too firm; 0 where it passes or nothing is read."""
+def _failing_bias(result: Evaluation | None) -> float:
+    """Return the largest bias [1] where its verdict fails, above 0 for fruit that is read too firm; else 0."""
     readings = None if result is None else result.readings
     if result is None or readings is None or not readings.moduli:
         return 0.0
@@ -206,15 +216,16 @@ def _step(design: Design, result: Evaluation | None, centring: float) -> Changes
     """
     readings = None if result is None else result.readings
     failed = set() if result is None else {verdict.name for verdict in result.verdicts if verdict.passed is not True}
-    off_the_face = readings is not None and readings.face_mm > design.tips.side_mm
-    if result is None or off_the_face or "geometry.tip_face" in failed:
+    runs_off_face = readings is not None and readings.face_mm > design.tips.side_mm
+    if result is None or runs_off_face or "geometry.tip_face" in failed:
         return {"tips.dome_radius_mm": round((design.tips.dome_radius_mm or 0.0) - _HALF_MM, 1)}
     if "bruise" in failed:
         return _springs(design, _SOFTER, _SOFTER)
     if "reading.touch" in failed or (readings is not None and readings.refused is not None):
         return {"press.travel_mm": round(design.press.travel_mm + _TRAVEL_STEP_MM, 2)}
-    if _side(result):
-        return _centred(design, centring if _side(result) > 0.0 else 1.0 / centring)
+    bias = _failing_bias(result)
+    if bias:
+        return _centred(design, centring if bias > 0.0 else 1.0 / centring)
     if "reading.uncertainty" in failed:
         return {"springs.K_h_N_per_m": _springs(design, 1.0, _STIFFER)["springs.K_h_N_per_m"]}
     return {}

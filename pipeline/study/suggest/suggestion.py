@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pipeline import run
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
+from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import TRAVELS, scene_of
 from pipeline.result import SensorResult
 from pipeline.storage.stopwatch import Progress, silent
@@ -79,7 +80,7 @@ class Search:
                 candidates += self._one_change_more(start)
             passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size)
             if passing:
-                self._budget_left = max(self._budget_left, 0.05 * BUDGET)  # to bring near what passes
+                self._budget_left = max(self._budget_left, 0.05 * BUDGET)  # so that it can be moved nearer
                 return sorted([self._nearer(candidate) for candidate in passing[:_BEAM]], key=self._size)
             beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size(candidate)))[:_BEAM]
             misses = [*beam, self.nearest_miss] if self.nearest_miss else beam
@@ -134,26 +135,34 @@ class Search:
         """Return the verdicts of a design with ideal springs, fewer where the first ones decide that it fails."""
         if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
             return (_FLAT_TIPS,)
-        base = self._base
-        same_contact = unit_scene(design) == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
-        sensor = sized_sensor(design, ROUGH, method="split", contact=base.contact if same_contact else None)
-        sags = design.press.attitude != "side" and design.tips.layout == base.design.tips.layout
-        offsets = base.press.height_offsets if sags else ()
-        sensor = replace(sensor, springs=replace(sensor.springs, ideal_offsets_mm=offsets))
-        if scene_of(design).on_cells:  # a tenth of the press often shows that it fails
+        sensor = self._sized(design)
+        if scene_of(design).on_cells:  # P at two moduli, a tenth of the whole press, often shows that it fails
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
+            scene = scene_of(design, sensor.springs.ideal_offsets_mm)
             x = travels(design.press.travel_mm, TRAVELS)
-            few_presses = scene_response(scene_of(design, offsets), sensor.contact, sensor.springs.C, moduli, x)
-            spread = displacement_verdict(few_presses)
+            spread = displacement_verdict(scene_response(scene, sensor.contact, sensor.springs.C, moduli, x))
             if spread.passed is not True:
                 return (*check_targets(sensor, parts=()).verdicts, spread)
             self._budget_left -= 2.0 * _cost(design)
         return check_targets(sensor).verdicts
 
-    def _nearer(self, candidate: Candidate) -> Candidate:
-        """Return a candidate whose numbers are moved back towards the design's, to just where it still passes.
+    def _sized(self, design: Design) -> Sensor:
+        """Return the sensor of a design on ideal springs, whose tips sag as those of the base where they may do so.
 
-        Each number is found by bisection of its logarithm, and rounded away from the value that fails.
+        The contact of the base is taken where that of the design is the same.
+        """
+        base = self._base
+        same_contact = unit_scene(design) == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
+        sensor = sized_sensor(design, ROUGH, method="split", contact=base.contact if same_contact else None)
+        sags = design.press.attitude != "side" and design.tips.layout == base.design.tips.layout
+        offsets = base.press.height_offsets if sags else ()
+        return replace(sensor, springs=replace(sensor.springs, ideal_offsets_mm=offsets))
+
+    def _nearer(self, candidate: Candidate) -> Candidate:
+        """Return a candidate whose numbers are moved back towards those of the base, to just where it still passes.
+
+        Each number is found by bisection of its logarithm, and rounded away from the value that fails. Texts and
+        numbers that changed their sign stay as they are.
         """
         on_cells = scene_of(self._design_of(candidate)).on_cells
         for key, passing in candidate.changes.items():
@@ -176,7 +185,7 @@ class Search:
 
 
 def _cost(design: Design) -> float:
-    """Return what a trial costs, in about hundredths of a processor second."""
+    """Return the cost of a trial, in about hundredths of a processor second."""
     if scene_of(design).on_cells:
         return 80.0
     return 8.0 if design.reading is None else 30.0
@@ -231,7 +240,7 @@ def _less_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) 
 
 
 def _failure(search: Search, passing: Sequence[Candidate]) -> str:
-    """Return why nothing is suggested, with what comes nearest."""
+    """Return the reason why nothing is suggested, with the candidate that comes nearest."""
     if passing:
         return f"none found: what passes with ideal springs, {in_words(passing[0].changes)}, fails its run"
     nearest = search.nearest_miss
