@@ -10,6 +10,7 @@ import argparse
 import math
 import sys
 import time
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -25,9 +26,18 @@ LARGEST = 0.06
 HEADS = "  E MPa    R1    R2 azimuth  tilt flesh   read  error %  bar %  gamma mm      s"
 
 
+@dataclass(frozen=True)
+class DrawnPress:
+    """A fruit under a sensor, the thickness of its flesh [mm], and the drift of the slope in the press, (2,) [rad]."""
+
+    fruit: Fruit
+    thickness: float
+    drift: np.ndarray
+
+
 def sensor_of(design, K):
     """Return the sensor of a design with springs K [N/mm]."""
-    positions = np.array([(place.x, place.y) for place in design.tips.places_mm])
+    positions = np.array([(position.x, position.y) for position in design.tips.places_mm])
     return Sensor(dome_radius=design.tips.dome_radius_mm, positions=positions, K=K)
 
 
@@ -37,11 +47,8 @@ def in_disc(rng, radius):
     return radius * math.sqrt(rng.uniform()) * np.array([math.cos(angle), math.sin(angle)])
 
 
-def drawn(design, rng):
-    """Return a fruit of a design's ranges under a sensor, the thickness of its flesh [mm] and the drift of the slope.
-
-    Moduli are drawn evenly by their logarithm.
-    """
+def drawn_press(design, rng):
+    """Return a press on a random fruit of a design's ranges; moduli are drawn evenly by their logarithm."""
     asked = design.reading
     tilt = in_disc(rng, asked.tilt_deg)
     fruit = Fruit(
@@ -54,21 +61,29 @@ def drawn(design, rng):
         apex=tuple(in_disc(rng, asked.off_centre_mm)),
         poisson=design.fruit.poisson,
     )
-    return fruit, rng.uniform(*asked.thickness_mm), np.radians(in_disc(rng, asked.tilt_change_deg))
+    return DrawnPress(fruit, rng.uniform(*asked.thickness_mm), np.radians(in_disc(rng, asked.tilt_change_deg)))
 
 
-def pressed(by, design, sensor, fruit, thickness, drift):
-    """Return forces of a press from where all tips touch to the whole travel (READ, tips) [N]."""
-    travels = pressed_solids.rising_travels(sensor, fruit, design.press.travel_mm, SOLVED)
+def press_forces(by, design, sensor, drawn):
+    """Return the forces of a press from where all tips touch to the whole travel, (READ, tips) [N]."""
+    travels = pressed_solids.rising_travels(sensor, drawn.fruit, design.press.travel_mm, SOLVED)
     if by == "solids":
-        piece = pressed_solids.Piece(plan=design.fruit.length_mm, thickness=thickness)
-        forces = pressed_solids.press(sensor, fruit, travels, piece, drift=drift)
+        piece = pressed_solids.Piece(plan=design.fruit.length_mm, thickness=drawn.thickness)
+        forces = pressed_solids.press(sensor, drawn.fruit, travels, piece, drift=drawn.drift)
     else:
-        forces = ellipsoid_presses.press(sensor, fruit, travels, drift=drift)
+        forces = ellipsoid_presses.press(sensor, drawn.fruit, travels, drift=drawn.drift)
     touching = (forces > 0.0).all(axis=1)
     # F^(2/3) is nearly straight in the travel
     between = CubicSpline(travels[touching], forces[touching] ** (2.0 / 3.0))
     return np.maximum(between(np.linspace(travels[touching][0], travels[-1], READ)), 0.0) ** 1.5
+
+
+def reading_of(unit, forces):
+    """Return the reading of a unit from the forces of a press, (samples, tips) [N]."""
+    press = ContrastPress(unit)
+    for sample in forces:
+        press.add(sample)
+    return press.reading()
 
 
 def main() -> int:
@@ -84,18 +99,18 @@ def main() -> int:
     unit = measured.measuring()
     sensor = sensor_of(measured.design, measured.K)
     rng = np.random.default_rng(asked.seed)
+    presses = [drawn_press(measured.design, rng) for _ in range(asked.count)]
     print(HEADS, flush=True)
     errors, bars = [], []
-    for fruit, thickness, drift in [drawn(measured.design, rng) for _ in range(asked.count)][asked.skip :]:
+    for drawn in presses[asked.skip :]:
         start = time.process_time()
-        press = ContrastPress(unit)
-        for forces in pressed(asked.by, measured.design, sensor, fruit, thickness, drift):
-            press.add(forces)
-        found = press.reading()
-        shape = (
-            f"{fruit.E:7.3f} {fruit.R1:5.1f} {fruit.R2:5.1f} {fruit.azimuth:7.1f} {fruit.tilt:5.2f} {thickness:5.1f}"
-        )
+        found = reading_of(unit, press_forces(asked.by, measured.design, sensor, drawn))
         seconds = time.process_time() - start
+        fruit = drawn.fruit
+        shape = (
+            f"{fruit.E:7.3f} {fruit.R1:5.1f} {fruit.R2:5.1f} {fruit.azimuth:7.1f} {fruit.tilt:5.2f} "
+            f"{drawn.thickness:5.1f}"
+        )
         if found.E is None:
             errors.append(math.inf)
             bars.append(0.0)

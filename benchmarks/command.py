@@ -3,7 +3,6 @@
 import statistics
 import sys
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.harness import FAST, ROOT, section
@@ -27,7 +26,25 @@ REPEATS = 3
 
 
 def command_section(repeats: int = REPEATS) -> str:
-    """Return the table of what the imports and every way to call the command cost: medians of several repeats."""
+    """Return the table of the costs of the imports and of every way to call the command: medians of several repeats."""
+    usages = _measured_usages(repeats)
+    bare = [statistics.median(getattr(usage, key) for usage in usages["bare imports"]) for key in ("wall", "cpu")]
+    rows = []
+    for label, repeated in usages.items():
+        wall, cpu = (statistics.median(getattr(usage, key) for usage in repeated) for key in ("wall", "cpu"))
+        peak = max(usage.peak_MiB for usage in repeated)
+        failed = [
+            f"exit code {usage.exit_code}: {usage.last_line}" for usage in repeated if usage.exit_code not in (0, 1)
+        ]
+        numbers = [f"{value:.3g}" for value in (wall, cpu, wall / bare[0], cpu / bare[1], peak)]
+        rows.append([label, *numbers, "; ".join(failed)])
+    heads = ["run", "wall s", "CPU s", "wall / imports", "CPU / imports", "peak MiB", "remark"]
+    note = f"with all files, beside python -c '{IMPORTS[-1]}'; median of {repeats}; memory of the largest process"
+    return section("Whole command", heads, rows, [note])
+
+
+def _measured_usages(repeats: int) -> dict[str, list[ResourceUsage]]:
+    """Return by name the usages of the bare imports and of every way to call the command, one for each repeat."""
     commands = COMMANDS | ({"cold, FAST=1": PAPER} if FAST else {})
     usages: dict[str, list[ResourceUsage]] = {name: [] for name in ("bare imports", *commands)}
     resource_usage(IMPORTS)  # not counted: it fills the page cache
@@ -40,17 +57,4 @@ def command_section(repeats: int = REPEATS) -> str:
                 environment |= FAST if label.endswith("FAST=1") else {}
                 command = [sys.executable, "-m", "pipeline", *words, "--out", str(folder / "out")]
                 usages[label].append(resource_usage(command, ROOT, environment))
-    rows = []
-    bare: Sequence[float] = ()  # of the first row
-    for label, repeated in usages.items():
-        wall, cpu = (statistics.median(getattr(usage, key) for usage in repeated) for key in ("wall", "cpu"))
-        bare = bare or (wall, cpu)
-        peak = max(usage.peak_MiB for usage in repeated)
-        failed = [
-            f"exit code {usage.exit_code}: {usage.last_line}" for usage in repeated if usage.exit_code not in (0, 1)
-        ]
-        numbers = [f"{value:.3g}" for value in (wall, cpu, wall / bare[0], cpu / bare[1], peak)]
-        rows.append([label, *numbers, "; ".join(failed)])
-    heads = ["run", "wall s", "CPU s", "wall / imports", "CPU / imports", "peak MiB", "remark"]
-    note = f"with all files, beside python -c '{IMPORTS[-1]}'; median of {repeats}; memory of the largest process"
-    return section("Whole command", heads, rows, [note])
+    return usages

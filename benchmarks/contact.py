@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.calculix import StepResult
 from benchmarks.deck import LinearStep, SkfemMesh, contact_deck
-from benchmarks.harness import OURS, Bench, Measurement, Reference, print_measurements, timed
+from benchmarks.harness import OURS, Bench, Measurement, Reference, Solved, print_measurements, timed
 from benchmarks.peers import NGSOLVE, PeerTask, Solver, deck_solvers, peer_answer
 from cad.parts.fruit import solved_block
 from mesh.fruit import REFINEMENTS, fruit_mesh
@@ -75,36 +75,39 @@ def split_rows() -> Iterator[Measurement]:
         yield _product_row(f"{OURS}split, {meshes}", f"to {100.0 * tolerance:g} %", compliance, cpu)
     for grading in LEVELS:
         solved, cpu = timed(partial(footprint_compliance, FRUIT, FOOTPRINTS, grading))
-        yield BENCH.row(SPLIT, f"step {grading.step:g}", pair_and_own(solved.S), cpu, solved.dofs)
+        answer = Solved(values=pair_and_own(solved.S), cpu=cpu, dofs=solved.dofs)
+        yield BENCH.row(SPLIT, f"step {grading.step:g}", answer)
 
 
 def _product_row(method: str, mesh: str, compliance: FruitCompliance, cpu: float) -> Measurement:
     values, bar = pair_and_own(compliance.S), relative_errors(compliance)[0]
-    return BENCH.row(method, mesh, values, cpu, compliance.info.dofs, bar)
+    return BENCH.row(method, mesh, Solved(values=values, cpu=cpu, dofs=compliance.info.dofs, error_bar=bar))
 
 
 def direct_rows() -> Iterator[Measurement]:
     """Yield direct finite elements on each mesh of the family, CalculiX on the same meshes, and the extrapolation."""
     part = solved_block(FRUIT, TIPS)
-    meshes, total = [], 0.0
+    meshes = []
+    total_meshing = 0.0
     for scale in REFINEMENTS:
         mesh, meshing = timed(partial(fruit_mesh, part, FRUIT, TIPS, scale))
         solved, cpu = timed(partial(mesh_compliance, mesh, FRUIT.poisson))
-        yield BENCH.row(DIRECT, f"edge {0.1 * scale:.3g} mm", pair_and_own(solved.S), meshing + cpu, solved.dofs)
+        answer = Solved(values=pair_and_own(solved.S), cpu=meshing + cpu, dofs=solved.dofs)
+        yield BENCH.row(DIRECT, f"edge {0.1 * scale:.3g} mm", answer)
         for name, solver in deck_solvers("C3D10").items():
             yield _deck_row(f"{name} P2 tets", f"edge {0.1 * scale:.3g} mm", mesh, meshing, solver)
         meshes.append(mesh)
-        total += meshing
+        total_meshing += meshing
     compliance, cpu = timed(partial(direct_compliance, meshes, FRUIT.poisson))
-    yield _product_row("direct, three meshes extrapolated", "default", compliance, total + cpu)
+    yield _product_row("direct, three meshes extrapolated", "default", compliance, total_meshing + cpu)
 
 
 def _deck_row(method: str, name: str, mesh: SkfemMesh, meshing: float, solver: Solver) -> Measurement:
     deck = contact_deck(mesh, 1.0, FRUIT.poisson, 1.0)
 
-    def solve() -> tuple[tuple[float, float], float, int]:
+    def solve() -> Solved:
         results, cpu = solver(deck)
-        return _pair_and_own_of(results), cpu, 3 * deck.elements.nodes.shape[1]
+        return Solved(values=_pair_and_own_of(results), cpu=cpu, dofs=3 * deck.elements.nodes.shape[1])
 
     return BENCH.peer_row(method, name, meshing, solve)
 
@@ -124,9 +127,9 @@ def high_order_rows() -> Iterator[Measurement]:
     for order, levels in HIGH_ORDERS:
         task = PeerTask(kind="block", scene={**HIGH_ORDER_BLOCK, "order": order, "levels": levels}, steps=steps)
 
-        def solve(task: PeerTask = task) -> tuple[tuple[float, float], float, int]:
+        def solve(task: PeerTask = task) -> Solved:
             answer = peer_answer(NGSOLVE, task)
-            return _pair_and_own_of(answer.results), answer.cpu, answer.dofs
+            return Solved(values=_pair_and_own_of(answer.results), cpu=answer.cpu, dofs=answer.dofs)
 
         yield BENCH.peer_row(f"{NGSOLVE.name}, order {order}", f"{levels} levels to the edge", 0.0, solve)
 

@@ -59,6 +59,22 @@ KINDS: dict[str, tuple[Callable[[random.Random], Sequence[ReferenceCheck]], int]
 """What is drawn, and the fraction of the count that its cost allows: one of so many."""
 
 
+def drawn_checks(kind: str, count: int, seed: int) -> tuple[list[ReferenceCheck], int]:
+    """Return the checks of a number of random scenes of a kind that have a reference, and how many were refused."""
+    draw, _ = KINDS[kind]
+    checks: list[ReferenceCheck] = []
+    refused = 0
+    for number in range(count):
+        try:
+            drawn = draw(random.Random(f"{kind} {seed} {number}"))
+        except REFUSALS:
+            refused += 1
+            continue
+        checks += [check for check in drawn if check.reference is not None]
+        print(f"{kind} {number}", file=sys.stderr, flush=True)
+    return checks, refused
+
+
 def main() -> int:
     """Draw the scenes and write the table."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -67,18 +83,9 @@ def main() -> int:
     asked = parser.parse_args()
     rows = []
     all_hold = True
-    for kind, (draw, one_of) in KINDS.items():
-        checks: list[ReferenceCheck] = []
-        refused = 0
+    for kind, (_, one_of) in KINDS.items():
         scenes = max(1, asked.count // one_of)
-        for number in range(scenes):
-            try:
-                drawn = draw(random.Random(f"{kind} {asked.seed} {number}"))
-            except REFUSALS:
-                refused += 1
-                continue
-            checks += [check for check in drawn if check.reference is not None]
-            print(f"{kind} {number}", file=sys.stderr, flush=True)
+        checks, refused = drawn_checks(kind, scenes, asked.seed)
         inside = statistics.fmean(check.excess <= 1.0 for check in checks)
         all_hold = all_hold and inside >= GOAL
         bar = statistics.median(check.relative_error for check in checks)

@@ -18,7 +18,7 @@ from solve.linear import SolveError
 
 SkfemMesh = Any
 
-SAME_PLACE = 1e-7  # [mm]
+SAME_POSITION = 1e-7  # [mm]
 # CalculiX numbers the nodes of an element as VTK does.
 _NODES = {
     "C3D10": ElementTetP2().doflocs,
@@ -36,12 +36,12 @@ class Elements:
     cells: Ints
     kind: str
 
-    def at(self, places: Floats) -> Ints:
-        """Return the numbers of the nodes at places, shape (3, n) [mm]; raises SolveError where there is none."""
-        distance, index = cKDTree(self.nodes.T).query(places.T)
+    def at(self, positions: Floats) -> Ints:
+        """Return the numbers of the nodes at positions, shape (3, n) [mm]; raises SolveError where there is none."""
+        distance, index = cKDTree(self.nodes.T).query(positions.T)
         farthest = float(np.max(distance))
-        if not farthest <= SAME_PLACE:
-            msg = f"peer mesh: a node is missing by {farthest:.1e} mm: must be at its place; check the element type"
+        if not farthest <= SAME_POSITION:
+            msg = f"peer mesh: a node is missing by {farthest:.1e} mm: must be at its position; check the element type"
             raise SolveError(msg)
         return np.asarray(index, dtype=np.int64)
 
@@ -52,11 +52,14 @@ def peer_elements(mesh: SkfemMesh, choice: str, kind: str) -> Elements:
     A cell that is inside out is turned: CalculiX needs a positive volume.
     """
     basis = element_basis(mesh, choice)
+    # Of the three dofs of a node the third, its u_z, stands for the node.
     numbers, cells = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
     cells = cells.reshape(len(_NODES[kind]), -1)
     nodes = np.asarray(basis.doflocs)[:, numbers]
-    element = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
-    straight, turned = (cells[element.query(_NODES[kind][:, axes])[1]] for axes in ([0, 1, 2], [1, 0, 2]))
+    # The nodes of a cell in the peer's order, found by their positions in the reference cell; with x and y of that
+    # exchanged the cell is turned.
+    in_reference_cell = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
+    straight, turned = (cells[in_reference_cell.query(_NODES[kind][:, axes])[1]] for axes in ([0, 1, 2], [1, 0, 2]))
     first, *others = (nodes[:, straight[corner]] for corner in _AXES[len(cells)])
     inside_out = np.linalg.det(np.stack([(corner - first).T for corner in others], axis=1)) < 0.0
     return Elements(nodes=nodes, cells=np.where(inside_out, turned, straight).T, kind=kind)
@@ -121,6 +124,7 @@ def write_model(file: TextIO, elements: Elements, sets: Mapping[str, Ints], E: f
 
 
 def _write_step(file: TextIO, step: LinearStep, support: str, asked: str) -> None:
+    """Write a step: what is held, prescribed and loaded, then reactions and the displacements of the set asked for."""
     file.write("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n")
     for name, components in step.held.items():
         file.writelines(f"{name.upper()}, {component}, {component}\n" for component in components)

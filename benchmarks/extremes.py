@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.harness import ROOT, section, write_page
-from benchmarks.usage import ONE_THREAD, resource_usage
+from benchmarks.usage import ONE_THREAD, ResourceUsage, resource_usage
 from pipeline.options import load_design
 from sensor.design.processes import PROCESSES
 from sensor.quantity import InputError
@@ -23,7 +23,8 @@ from sensor.theory.strain_gauge import GAUGES
 
 SECONDS = 300  # of wall time of a run, after which it is ended
 MOST_MIB = 4096  # of memory of a run
-OUTCOMES = {0: "every verdict passed", 1: "a verdict failed or undecided", 2: "refused in one line"}
+REFUSED = 2
+OUTCOMES = {0: "every verdict passed", 1: "a verdict failed or undecided", REFUSED: "refused in one line"}
 INTRODUCTION = """\
 `python -m benchmarks.extremes {flags}` writes this page. It draws designs at random that a design file may hold: force
 ratios from 1.001 to 100, nonlinearities up to 0.5, every process, fruit and tip shape, tilt, mount and gauge, lengths
@@ -111,26 +112,32 @@ def random_design(seed: int, number: int) -> dict[str, str]:
 
 def outcome(number: int, settings: dict[str, str], folder: Path) -> Outcome:
     """Run one design in a process of its own on one thread, and look at what it left."""
-    sets = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
     out = folder / str(number)
-    command = [sys.executable, "-m", "pipeline", "run", *sets, "--out", str(out)]
+    command = [sys.executable, "-m", "pipeline", "run", "--out", str(out)]
+    for key, value in settings.items():
+        command += ["--set", f"{key}={value}"]
     usage = resource_usage(command, ROOT, ONE_THREAD, deadline=SECONDS)
-    fault = ""
+    message = usage.last_line.removeprefix("pipeline: ") if usage.exit_code == REFUSED else ""
+    return Outcome(number, usage.exit_code, usage.wall, usage.peak_MiB, message, fault_of(usage, out))
+
+
+def fault_of(usage: ResourceUsage, out: Path) -> str:
+    """Return what is wrong with a run and its output folder, an empty text where all goals are met."""
+    lines_of_errors = 1 if usage.exit_code == REFUSED else 0
     if usage.wall >= SECONDS:
-        fault = f"took more than {SECONDS} s"
-    elif usage.exit_code not in OUTCOMES or "Traceback" in usage.err:
-        fault = f"exit code {usage.exit_code}: {usage.last_line}"
-    elif usage.err.count("\n") != (usage.exit_code == max(OUTCOMES)):
-        fault = f"stderr: {usage.err.strip()}"
-    elif usage.peak_MiB > MOST_MIB:
-        fault = f"memory {usage.peak_MiB:.0f} MiB"
-    elif (out / "report.json").is_file():
+        return f"took more than {SECONDS} s"
+    if usage.exit_code not in OUTCOMES or "Traceback" in usage.err:
+        return f"exit code {usage.exit_code}: {usage.last_line}"
+    if usage.err.count("\n") != lines_of_errors:
+        return f"stderr: {usage.err.strip()}"
+    if usage.peak_MiB > MOST_MIB:
+        return f"memory {usage.peak_MiB:.0f} MiB"
+    if (out / "report.json").is_file():
         try:
             json.loads((out / "report.json").read_text(encoding="utf-8"), parse_constant=_refuse_constant)
         except ValueError as error:
-            fault = str(error)
-    message = usage.last_line.removeprefix("pipeline: ") if usage.exit_code == max(OUTCOMES) else ""
-    return Outcome(number, usage.exit_code, usage.wall, usage.peak_MiB, message, fault)
+            return str(error)
+    return ""
 
 
 def _refuse_constant(name: str) -> float:

@@ -11,7 +11,7 @@ import cadquery as cq
 
 from benchmarks.calculix import calculix
 from benchmarks.deck import SkfemMesh, flexure_deck
-from benchmarks.harness import OURS, Bench, Measurement, Reference, print_measurements, timed
+from benchmarks.harness import OURS, Bench, Measurement, Reference, Solved, print_measurements, timed
 from benchmarks.peers import NGSOLVE, Solver, deck_solvers
 from cad.parts.housing import Arm, Housing
 from cad.parts.housing_solid import housing_part, named_housing
@@ -22,6 +22,7 @@ from pipeline.springs.leaf_lengths import MESH_PAIRS, solve_on
 from pipeline.springs.rough_fit import rough_stiffness
 from reference.element_study import element_stiffness
 from sensor.theory.leaf_spring import Flexure, pair_stiffness
+from solve.housing.stiffness import HousingStiffness
 
 BENCH = Bench(
     name="flexures",
@@ -59,26 +60,27 @@ def beam_rows() -> Iterator[Measurement]:
     wide = E_MPA / (1.0 - POISSON**2)
     for name, modulus, shear in (("Euler", E_MPA, 0.0), ("Timoshenko", E_MPA, 1.0), ("wide Timoshenko", wide, 1.0)):
         K = [beam_stiffness(arm.flexure, modulus, shear) for arm in HOUSING.arms]
-        yield BENCH.row(f"beam, {name}", "-", K, 0.0, 0)
+        yield BENCH.row(f"beam, {name}", "-", Solved(values=K, cpu=0.0, dofs=0))
 
 
 def beam_stiffness(flexure: Flexure, modulus: float, shear: float) -> float:
-    """Return the stiffness of two guided leaves [N/mm from MPa, mm], with a share of the give of shear [1]."""
+    """Return the stiffness of two guided leaves [N/mm from MPa, mm], with a fraction of the give of shear [1]."""
     bending = 1.0 / pair_stiffness(modulus, flexure.depth, flexure.thickness, flexure.length)
     G = 0.5 * E_MPA / (1.0 + POISSON)
     return 1.0 / (bending + shear * flexure.length / (2.0 * SHEAR * G * flexure.depth * flexure.thickness))
 
 
 def product_rows() -> Iterator[Measurement]:
-    """Yield the product's solver on the rough mesh, and on its pairs with the bar that a pair gives and its cost."""
+    """Yield the product's solver on the rough mesh, and on its pairs of meshes, with the error bars that it states."""
     rough, cpu = timed(partial(rough_stiffness, HOUSING, E_MPA, POISSON))
-    yield BENCH.row(f"{OURS}hex 20, one rough mesh", "rough", rough.K, cpu, rough.info.dofs, rough.error[0])
+    yield BENCH.row(f"{OURS}hex 20, one rough mesh", "rough", _solved(rough, cpu))
     for pair in MESH_PAIRS:
         judged, cpu = timed(partial(solve_on, pair, HOUSING, E_MPA, POISSON))
-        found = judged.stiffness
-        yield BENCH.row(
-            f"{OURS}hex 20, error pair", f"scale {pair.fine:g}", found.K, cpu, found.info.dofs, found.error[0]
-        )
+        yield BENCH.row(f"{OURS}hex 20, error pair", f"scale {pair.fine:g}", _solved(judged.stiffness, cpu))
+
+
+def _solved(stiffness: HousingStiffness, cpu: float) -> Solved:
+    return Solved(values=stiffness.K, cpu=cpu, dofs=stiffness.info.dofs, error_bar=stiffness.error[0])
 
 
 def element_rows() -> Iterator[Measurement]:
@@ -122,7 +124,7 @@ def _leaf_test(arm: Arm) -> FaceTest:
 
 def _element_row(method: str, name: str, mesh: SkfemMesh, choice: str, meshing: float) -> Measurement:
     found, cpu = timed(partial(element_stiffness, mesh, choice, E_MPA, POISSON))
-    return BENCH.row(method, name, found.K, meshing + cpu, found.dofs)
+    return BENCH.row(method, name, Solved(values=found.K, cpu=meshing + cpu, dofs=found.dofs))
 
 
 def peer_rows(name: str, mesh: SkfemMesh, choice: str, kind: str, meshing: float) -> Iterator[Measurement]:
@@ -135,8 +137,8 @@ def peer_rows(name: str, mesh: SkfemMesh, choice: str, kind: str, meshing: float
 
 def peer_stiffness(
     mesh: SkfemMesh, element: tuple[str, str], material: tuple[float, float], solver: Solver = calculix
-) -> tuple[tuple[float, ...], float, int]:
-    """Return the stiffness of each spring of the half housing [N/mm from MPa, mm] by a peer, CPU seconds [s] and dofs.
+) -> Solved:
+    """Return the stiffness of each spring of the half housing [N/mm from MPa, mm] by a peer.
 
     `element` names the one of `reference.element_study` whose nodes and loads are taken, and CalculiX's type of
     it; `material` is E [MPa] and Poisson's ratio. Raises SolveError.
@@ -144,7 +146,7 @@ def peer_stiffness(
     scene = flexure_deck(mesh, *element, *material)
     results, cpu = solver(scene.deck)
     K = tuple(1.0 / float(r.displacements @ force) for r, force in zip(results, scene.forces, strict=True))
-    return K, cpu, 3 * scene.deck.elements.nodes.shape[1]
+    return Solved(values=K, cpu=cpu, dofs=3 * scene.deck.elements.nodes.shape[1])
 
 
 if __name__ == "__main__":

@@ -163,18 +163,18 @@ def _cpu() -> float:
 def rows() -> Iterator[list[str]]:
     """Yield the row of each size of each work."""
     for name, growth in GROWTHS.items():
-        before = math.nan
-        for place, size in enumerate(growth.sizes):
+        cpu_before = math.nan
+        for index, size in enumerate(growth.sizes):
             usage = resource_usage([sys.executable, "-m", "benchmarks.growth", name, str(size)], ROOT, ONE_THREAD)
             if usage.exit_code:
                 msg = f"{name}, {size}: exit code {usage.exit_code}: {usage.last_line}"
                 raise RuntimeError(msg)
             cost = json.loads(usage.out.splitlines()[-1])
             ends = ["", ""]
-            if place == len(growth.sizes) - 1:
-                exponent = math.log(cost["cpu"] / before) / math.log(size / growth.sizes[place - 1])
+            if index == len(growth.sizes) - 1:
+                exponent = math.log(cost["cpu"] / cpu_before) / math.log(size / growth.sizes[index - 1])
                 ends = [f"{exponent:.2f}", f"{growth.theory:g}"]
-            before = cost["cpu"]
+            cpu_before = cost["cpu"]
             yield [name, str(size), f"{cost['wall']:.2g}", f"{cost['cpu']:.2g}", f"{usage.peak_MiB:.0f}", *ends]
 
 

@@ -69,6 +69,19 @@ class Measurement:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Solved:
+    """The answer of a method on a mesh: values in the unit of their bench, CPU seconds [s], dofs.
+
+    `error_bar` [1] is what the method itself states for its first value, None where it states nothing.
+    """
+
+    values: Sequence[float]
+    cpu: float
+    dofs: int
+    error_bar: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Bench:
     """One bench: what is computed, the names and unit of its values, their reference."""
 
@@ -78,22 +91,21 @@ class Bench:
     unit: str
     reference: Reference
 
-    def row(
-        self, method: str, mesh: str, values: Iterable[float], cpu: float, dofs: int, error_bar: float | None = None
-    ) -> Measurement:
-        """Return the row of a method with its relative errors [1] against the reference; CPU in seconds [s]."""
-        errors = tuple(float(value / true - 1.0) for value, true in zip(values, self.reference.values, strict=True))
-        return Measurement(method=method, mesh=mesh, cpu=cpu, errors=errors, dofs=dofs, error_bar=error_bar)
+    def row(self, method: str, mesh: str, solved: Solved) -> Measurement:
+        """Return the row of a method with the relative errors [1] of its values against the reference."""
+        pairs = zip(solved.values, self.reference.values, strict=True)
+        errors = tuple(float(value / true - 1.0) for value, true in pairs)
+        return Measurement(
+            method=method, mesh=mesh, cpu=solved.cpu, errors=errors, dofs=solved.dofs, error_bar=solved.error_bar
+        )
 
-    def peer_row(
-        self, method: str, mesh: str, meshing: float, solve: Callable[[], tuple[Sequence[float], float, int]]
-    ) -> Measurement:
-        """Return the row of a peer: `solve` gives values, CPU seconds [s] and dofs, or refuses."""
+    def peer_row(self, method: str, mesh: str, meshing: float, solve: Callable[[], Solved]) -> Measurement:
+        """Return the row of a peer on a mesh that took some CPU seconds [s]; `solve` answers, or refuses."""
         try:
-            values, cpu, dofs = solve()
+            solved = solve()
         except SolveError as refusal:
             return Measurement(method=method, mesh=mesh, cpu=meshing, errors=(), remark=str(refusal))
-        return self.row(method, mesh, values, meshing + cpu, dofs)
+        return self.row(method, mesh, dataclasses.replace(solved, cpu=meshing + solved.cpu))
 
     def section(self, rows: Sequence[Measurement]) -> str:
         """Return the table of error against work with its notes."""
@@ -106,6 +118,7 @@ class Bench:
         return section(f"{self.name.capitalize()}: work and precision", heads, cells, list(self._notes(rows)))
 
     def _notes(self, rows: Sequence[Measurement]) -> Iterator[str]:
+        """Yield the notes below the table: scene, reference, winners by level, missed error bars, absent peers."""
         truths = zip(self.values, self.reference.values, self.reference.errors, strict=True)
         reference = ", ".join(f"{name} {value:.6g} +- {error:.1g}" for name, value, error in truths)
         yield f"{self.scene}; reference {reference} {self.unit} by {self.reference.source}"
@@ -164,7 +177,7 @@ class Bench:
 
 
 def timed(work: Callable[[], T]) -> tuple[T, float]:
-    """Return what a piece of work gives, and its CPU seconds [s]."""
+    """Return the result of a piece of work, and its CPU seconds [s]."""
     start = time.process_time()
     result = work()
     return result, time.process_time() - start
@@ -176,7 +189,7 @@ def print_measurements(rows: Iterable[Measurement]) -> None:
 
 
 def measurements_of(module: str, environment: Mapping[str, str] | None = None) -> list[Measurement]:
-    """Return what a module measures as a program of its own on one thread; raises RuntimeError when it fails."""
+    """Return the measurements of a module, run as a program on one thread; raises RuntimeError when it fails."""
     print(f"{module} ...", file=sys.stderr, flush=True)
     usage = resource_usage([sys.executable, "-m", module], ROOT, {**ONE_THREAD, **(environment or {})})
     if usage.exit_code:

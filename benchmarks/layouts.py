@@ -94,7 +94,7 @@ def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: f
 def pair_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float) -> Iterator[float]:
     """Yield E read / E - 1 [1] of a pair at every modulus, tilted along either way [deg]; nan where a tip is off."""
     K_m_over_E = compliance.K_m_over_E()
-    for turn in {tilt, -tilt}:
+    for turn in {tilt, -tilt}:  # one way where it is level
         press = dataclasses.replace(scene.press, tilt_deg=turn)
         tilted = dataclasses.replace(scene, press=press)
         response = scene_response(tilted, compliance, row.C, MODULI, travels(row.travel, SAMPLES))
@@ -102,8 +102,8 @@ def pair_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float
             touching = np.isfinite(P)
             ratio = float(P[-1])
             if row.reading == "slope after touch":
-                both = F[touching]
-                ratio = float(np.polyfit(both[:, 0], both[:, 1], 1)[0]) if len(both) > 1 else math.nan
+                low, high = F[touching].T
+                ratio = float(np.polyfit(low, high, 1)[0]) if len(low) > 1 else math.nan
             # F_h / F_l = (1/K_l + 1/K_m) / (1/K_h + 1/K_m), solved for K_m = E K_m_over_E
             denominator = 1.0 / row.K_l - ratio / row.K_h
             E_read = (ratio - 1.0) / (K_m_over_E * denominator) if denominator > 0.0 else math.inf

@@ -101,7 +101,7 @@ def deck_task(deck: Deck) -> PeerTask:
 
 
 def deck_solvers(kind: str) -> dict[str, Solver]:
-    """Return what solves a deck of one type of elements, by name: CalculiX and the peers that are installed."""
+    """Return the solvers of a deck of one type of elements, by name: CalculiX and the peers that are installed."""
     solvers: dict[str, Solver] = {"CalculiX": calculix} if is_installed() else {}
     return solvers | {peer.name: partial(_on_deck, peer) for peer in PEERS if peer.interpreter and kind in peer.kinds}
 
@@ -113,6 +113,7 @@ def absent_peers() -> list[str]:
 
 
 def _on_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
+    """Return a peer's results on a deck, displacements 0 beside the set that is asked for, and CPU seconds [s]."""
     answer = peer_answer(peer, deck_task(deck))
     on_set = []
     for result in answer.results:
@@ -138,7 +139,7 @@ def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "task.npz"
         task.write(path)
-        # Not resolved: the interpreter of an environment is a link, and is told by its place.
+        # Not resolved: the interpreter of an environment is a link, and is told by its path.
         command = [str(interpreter), str(SCRIPTS / peer.script), task.kind, str(path)]
         usage = resource_usage(command, Path(name), ONE_THREAD, deadline=DEADLINE)
     if usage.wall >= DEADLINE:
@@ -153,7 +154,10 @@ def _refused(peer: Peer, reason: str) -> SolveError:
 
 
 def _checked_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAnswer:
-    """Return what the last line of a peer's text says; `used` [s] is the CPU time of its whole process."""
+    """Return the answer in the last line of a peer's text; `used` [s] is the CPU time of its whole process.
+
+    Raises SolveError for another line, and for numbers that cannot be right.
+    """
     try:
         answer = json.loads(line)
         results = tuple(_result(step) for step in answer["steps"])

@@ -20,13 +20,13 @@ _COLOURS = mpl.color_sequences["tab20"]
 def error_over_cost(panels: Mapping[str, Sequence[Measurement]]) -> str:
     """Return a panel by title of the worst error [1] over CPU seconds [s] as SVG, a curve a method, points with dofs.
 
-    An error of 0 has no place on a logarithmic axis and is left out.
+    An error of 0 cannot be drawn on a logarithmic axis and is left out.
     """
     drawing = io.StringIO()
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
-        for place, (title, rows) in enumerate(panels.items(), start=1):
-            axes = figure.add_subplot(1, len(panels), place)
+        for number, (title, rows) in enumerate(panels.items(), start=1):
+            axes = figure.add_subplot(1, len(panels), number)
             axes.set(title=title, xlabel="CPU seconds, one thread", ylabel="relative error")
             _draw(axes, [row for row in rows if row.dofs and row.errors and row.worst])
         figure.savefig(drawing, format="svg", metadata={"Date": None})

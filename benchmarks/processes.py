@@ -27,7 +27,7 @@ them. Each stiffness, in the mount that the design asks for, is compared with it
 clamps the frame at its holes: it is compared with our own solve clamped there too. A fit finds both springs."""
 
 
-def rows(name: str) -> tuple[list[list[str]], bool]:
+def rows_of(name: str) -> tuple[list[list[str]], bool]:
     """Return the rows of both springs of a process, and whether they meet every goal; no rows where it makes none."""
     design = Design(print=Print(process=name))
     options = RunOptions()
@@ -38,7 +38,7 @@ def rows(name: str) -> tuple[list[list[str]], bool]:
     material = (design.process.E_MPa, design.process.poisson)
     mesh = flexure_mesh(springs.housing, 1.0)
     clamped_at_holes = tip_compliance(mesh, *material)
-    peer = peer_stiffness(mesh, ("hex 20, reduced", "C3D20R"), material)[0] if is_installed() else None
+    peer = peer_stiffness(mesh, ("hex 20, reduced", "C3D20R"), material).values if is_installed() else None
     lines = []
     good = True
     for index, (spring, arm) in enumerate(zip(springs.springs, springs.housing.arms, strict=True)):
@@ -60,7 +60,7 @@ def main() -> int:
     table = []
     missed = []
     for name in PROCESSES:
-        lines, good = rows(name)
+        lines, good = rows_of(name)
         table += lines
         if not good:
             missed.append(name)

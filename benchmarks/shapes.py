@@ -25,7 +25,7 @@ MODULI = (0.5, 1.0, 3.5)
 SAMPLES = 24
 SHAPES = ((35, 35, 0), (45, 65, 0), (45, 65, 22.5), (45, 65, 45), (45, 65, -45), (42, 100, 45), (53, 144, 45))
 CHEEK = Fruit(E=1.0, R1=47.0, R2=110.0, azimuth=30.0, tilt=2.0, tilt_azimuth=70.0)
-TILT_CHANGE, HEIGHT, PLACE, ZERO = np.radians(0.5), 0.05, 0.1, 0.005
+TILT_CHANGE, HEIGHT, OUTWARD, ZERO = np.radians(0.5), 0.05, 0.1, 0.005  # [rad], [mm], [mm], of the full scale [1]
 
 
 class Reader:
@@ -69,8 +69,9 @@ def shapes(reader):
         for E in MODULI:
             forces = press(reader.sensor, Fruit(E=E, R1=R1, R2=R2, azimuth=azimuth), reader.travels)
             moment = reader.moment(forces)
-            told = shown(reader.press(forces), E), "none" if moment is None else f"{100.0 * (moment / E - 1.0):+.1f}"
-            print(f"| {R1}, {R2} mm, {azimuth:g} deg | {E:g} |", " | ".join(told), "|", flush=True)
+            by_press = shown(reader.press(forces), E)
+            by_moment = "none" if moment is None else f"{100.0 * (moment / E - 1.0):+.1f}"
+            print(f"| {R1}, {R2} mm, {azimuth:g} deg | {E:g} | {by_press} | {by_moment} |", flush=True)
 
 
 def changed(reader, E):
@@ -79,30 +80,33 @@ def changed(reader, E):
     plain = press(reader.sensor, fruit, reader.travels)
     yield "nothing", plain
     yield "tilt changes by 0.5 deg", press(reader.sensor, fruit, reader.travels, drift=(TILT_CHANGE, 0.0))
+    each_tip = np.eye(len(reader.measured.K))  # a row of it picks one tip: 0 is a low one, 1 a high one
     high = HEIGHT * (reader.measured.K.mean() < reader.measured.K)
     yield "high tips 0.05 mm longer", press(reader.sensor, replace(fruit, heights=tuple(high)), reader.travels)
-    one = tuple(HEIGHT * np.eye(len(high))[1])
+    one = tuple(HEIGHT * each_tip[1])
     yield "one high tip 0.05 mm longer", press(reader.sensor, replace(fruit, heights=one), reader.travels)
-    beside = reader.sensor.positions + PLACE * np.eye(len(high))[1][:, None] * np.array([0.7071, 0.7071])
+    beside = reader.sensor.positions + OUTWARD * each_tip[1][:, None] * np.array([0.7071, 0.7071])
     yield "one high tip 0.1 mm outward", press(replace(reader.sensor, positions=beside), fruit, reader.travels)
     for tip, name in ((0, "low"), (1, "high")):
-        yield f"zero of a {name} tip 0.5 % of full scale off", plain + ZERO * reader.full_scale * np.eye(len(high))[tip]
+        yield f"zero of a {name} tip 0.5 % of full scale off", plain + ZERO * reader.full_scale * each_tip[tip]
 
 
 def changes(reader):
     """Print the second table: what moves a press, and a single moment."""
     print("| change | E | press moves by [%] | single moment moves by [%] |\n|---|---|---|---|")
     for E in MODULI:
-        plain = None
+        unchanged = None  # the moduli by press and by moment where nothing changes, the first row
         for name, forces in changed(reader, E):
             found = reader.press(forces).E, reader.moment(forces)
-            if plain is None:
-                plain = found
-                told = [f"(off by {100.0 * (value / E - 1.0):+.1f})" if value else "none" for value in found]
+            cells = []
+            if unchanged is None:
+                unchanged = found
+                for modulus in found:
+                    cells.append(f"(off by {100.0 * (modulus / E - 1.0):+.1f})" if modulus else "none")
             else:
-                moved = [(value, of) for value, of in zip(found, plain, strict=True)]
-                told = [f"{100.0 * (value / of - 1.0):+.2f}" if value and of else "none" for value, of in moved]
-            print(f"| {name} | {E:g} |", " | ".join(told), "|", flush=True)
+                for modulus, before in zip(found, unchanged, strict=True):
+                    cells.append(f"{100.0 * (modulus / before - 1.0):+.2f}" if modulus and before else "none")
+            print(f"| {name} | {E:g} |", " | ".join(cells), "|", flush=True)
 
 
 CURVES = (

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from benchmarks.deck import Deck, LinearStep, SkfemMesh, boundary_sets, peer_elements
-from benchmarks.harness import OURS, Bench, Measurement, Reference, print_measurements, timed
+from benchmarks.harness import OURS, Bench, Measurement, Reference, Solved, print_measurements, timed
 from benchmarks.peers import GETFEM, Peer, PeerTask, deck_task, peer_answer
 from cad.parts.fruit import curved_fruit
 from cad.parts.part import Part
@@ -55,7 +55,7 @@ STEP = LinearStep(held={"base": (1, 2, 3), SIDE: (2,)}, pressed=dict.fromkeys(FA
 
 
 def tip_plane() -> tuple[float, float]:
-    """Return how high the plane of the tips' faces stands over the apex at x = 0 [mm], and its slope along x [1]."""
+    """Return the height of the plane of the tips' faces over the apex at x = 0 [mm], and its slope along x [1]."""
     return -(SCENE.first_touch_mm + TRAVEL_MM), -float(SCENE.turn[0])
 
 
@@ -98,7 +98,8 @@ def product_rows() -> Iterator[Measurement]:
         response, cpu = timed(partial(forces, tolerance))
         bar = float(response.F_error[0, 0]) + SMALL_SLOPE
         name = f"--tol {tolerance:g}"
-        yield BENCH.row(f"{OURS}cells of contact on the split", name, response.F[0, 0], cpu, response.info.dofs, bar)
+        answer = Solved(values=response.F[0, 0], cpu=cpu, dofs=response.info.dofs, error_bar=bar)
+        yield BENCH.row(f"{OURS}cells of contact on the split", name, answer)
 
 
 def peer_rows() -> Iterator[Measurement]:
@@ -112,11 +113,12 @@ def peer_rows() -> Iterator[Measurement]:
             yield BENCH.peer_row(f"{GETFEM.name} P2 tets", name, meshing, solve)
 
 
-def _pressed(peer: Peer, task: PeerTask) -> tuple[tuple[float, ...], float, int]:
-    """Return the forces on the whole tips [N], the CPU seconds [s] and the dofs of a peer."""
+def _pressed(peer: Peer, task: PeerTask) -> Solved:
+    """Return the forces on the whole tips [N] by a peer."""
     answer = peer_answer(peer, task)
     (result,) = answer.results
-    return tuple(2.0 * abs(result.forces[name]) for name in FACES), answer.cpu, answer.dofs
+    forces = [2.0 * abs(result.forces[name]) for name in FACES]
+    return Solved(values=forces, cpu=answer.cpu, dofs=answer.dofs)
 
 
 if __name__ == "__main__":

@@ -79,7 +79,7 @@ def checks(
 
 
 def attempted(compute: Callable[[], Reference]) -> Reference:
-    """Return what a computation says should come out; one without values where it refuses, with its reason."""
+    """Return the reference of a computation; one without values, with the reason, where it refuses."""
     try:
         return compute()
     except REFUSALS as refusal:
