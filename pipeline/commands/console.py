@@ -76,7 +76,7 @@ def print_error(message: str) -> None:
 
 
 def reason_of(error: OSError) -> str:
-    """Return what the system says of an error, or the error's kind where it says nothing, as some libraries do."""
+    """Return the system's words for an error, or the error's kind where a library gives none."""
     return error.strerror or str(error) or type(error).__name__
 
 

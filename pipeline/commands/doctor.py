@@ -67,8 +67,8 @@ def examination() -> list[Finding]:
     if cache is None:
         rows.append(Finding("cache", "none", "note", "no home; set XDG_CACHE_HOME, or each run solves anew"))
     else:
-        rows.append(place_row("cache", cache))
-    rows.append(place_row("outputs", Path.cwd() / "outputs"))
+        rows.append(folder_row("cache", cache))
+    rows.append(folder_row("outputs", Path.cwd() / "outputs"))
     return rows
 
 
@@ -108,19 +108,21 @@ def _optional() -> list[Finding]:
     from pipeline.storage.versions import installed_version
 
     solver = installed_version("pypardiso")
-    found = {"pypardiso": (solver, "optional, a faster direct solver: make setup FAST=1")}
+    rows = [_optional_row("pypardiso", solver, "optional, a faster direct solver: make setup FAST=1")]
     for program, purpose in OPTIONAL_PROGRAMS.items():
-        found[program] = ("present" if shutil.which(program) else None, purpose)
-    rows = []
-    for name, (version, purpose) in found.items():
-        rows.append(Finding(name, "absent", "note", purpose) if version is None else Finding(name, version))
+        rows.append(_optional_row(program, "present" if shutil.which(program) else None, purpose))
     return rows
 
 
-def place_row(name: str, folder: Path) -> Finding:
-    """Return whether a folder, or the nearest one above it that exists, can be written; nothing is made."""
+def _optional_row(name: str, found: str | None, purpose: str) -> Finding:
+    """Return the row of what a run does not need: a note on its purpose where it is absent."""
+    return Finding(name, "absent", "note", purpose) if found is None else Finding(name, found)
+
+
+def folder_row(name: str, folder: Path) -> Finding:
+    """Return the row on whether a folder, or the nearest one above it that exists, can be written; none is made."""
     existing = next(path for path in (folder, *folder.parents) if path.exists())
     if existing.is_dir() and os.access(existing, os.W_OK | os.X_OK):
         return Finding(name, str(folder), "ok", "writable")
     fault = "cannot be written" if existing.is_dir() else "is a file"
-    return Finding(name, str(folder), "wrong", f"{existing} {fault}; choose or free another place")
+    return Finding(name, str(folder), "wrong", f"{existing} {fault}; choose or free another folder")

@@ -70,6 +70,7 @@ def execute(arguments: Namespace) -> int:
 
 
 def _print_list(arguments: Namespace) -> None:
+    """Print every name with the first sentence, or question, of its meaning."""
     from pipeline.report.explain.entries import entries
 
     if arguments.json:

@@ -49,31 +49,13 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Search, prove and print; return 0 where a design passes, 1 where none was found."""
-    named = named_design(arguments)
-    fruit = None
-    if arguments.fruit is not None:
-        from pipeline.study.suggest.fruit_design import most_alike
-        from pipeline.study.suggest.fruit_range import fruit_range
-
-        if named != DEFAULT_DESIGN:
-            hint = "give one of both: --fruit starts from the preset most like the fruit"
-            raise validation_error("DESIGN", named, "", "left out beside --fruit", hint)
-        fruit = fruit_range(arguments.fruit)
-        named = most_alike(fruit)
+    fruit, named = _start(arguments)
     settings = settings_of(arguments)
     design = load_design(named, settings)
     _refuse_flags(arguments)
     found = _found(arguments, design, fruit, frozenset(settings))
-    from pipeline.study.suggest.changes import setting_text, value_of
-
-    changes: list[Json] = []
-    for key, value in (found.changes or {}).items():
-        changes.append({"key": key, "from": value_of(found.design, key), "to": value})
-        settings[key] = setting_text(value)
-    words = ["pipeline", "run", "--design", named]
-    for key, text in settings.items():
-        words += ["--set", f"{key}={text}"]
-    command = None if found.changes is None else shlex.join(words)
+    changes = _changes(found)
+    command = None if found.changes is None else _command(named, settings, changes)
     if command is not None and arguments.out is not None:
         from pipeline.storage.files import write_files
 
@@ -89,6 +71,42 @@ def execute(arguments: Namespace) -> int:
             if command is not None:
                 print(command if arguments.out is None else f"{command}\nwritten to {arguments.out}")
     return FAILED if command is None else PASSED
+
+
+def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
+    """Return the fruit of `--fruit`, None without it, and the preset or file that the search starts from.
+
+    Raises InputError where both a fruit and a design are given.
+    """
+    named = named_design(arguments)
+    if arguments.fruit is None:
+        return None, named
+    from pipeline.study.suggest.fruit_design import most_alike
+    from pipeline.study.suggest.fruit_range import fruit_range
+
+    if named != DEFAULT_DESIGN:
+        hint = "give one of both: --fruit starts from the preset most like the fruit"
+        raise validation_error("DESIGN", named, "", "left out beside --fruit", hint)
+    fruit = fruit_range(arguments.fruit)
+    return fruit, most_alike(fruit)
+
+
+def _changes(found: "Suggestion") -> list[Json]:
+    """Return a row for each key that a suggestion changes: the key, its value before and its value after."""
+    from pipeline.study.suggest.changes import value_of
+
+    changes = found.changes or {}
+    return [{"key": key, "from": value_of(found.design, key), "to": value} for key, value in changes.items()]
+
+
+def _command(named: str, settings: dict[str, str], changes: list[Json]) -> str:
+    """Return the command that runs a suggestion: the design that it started from with all keys that are set."""
+    from pipeline.study.suggest.changes import setting_text
+
+    words = ["pipeline", "run", "--design", named]
+    for key, text in {**settings, **{row["key"]: setting_text(row["to"]) for row in changes}}.items():
+        words += ["--set", f"{key}={text}"]
+    return shlex.join(words)
 
 
 def _refuse_flags(arguments: Namespace) -> None:
@@ -109,7 +127,7 @@ def _refuse_flags(arguments: Namespace) -> None:
 
 
 def _found(arguments: Namespace, design: Design, fruit: "FruitRange | None", given: frozenset[str]) -> "Suggestion":
-    """Return what is found for a design, or for a fruit with the keys that are `given` as they are."""
+    """Return the suggestion for a design, or for a fruit, which leaves the keys that are `given` as they are."""
     from pipeline.study.suggest.fruit_design import fruit_suggestion
     from pipeline.study.suggest.suggestion import suggestion
 
@@ -122,7 +140,7 @@ def _found(arguments: Namespace, design: Design, fruit: "FruitRange | None", giv
 
 
 def _print(found: "Suggestion", changes: list[Json]) -> None:
-    """Print what changes, or which verdicts no change mends."""
+    """Print the reason, then the table of changes, or where there are none the verdicts that do not pass."""
     print(f"{found.design.name}: {found.reason}")
     if found.changes is None:
         for verdict in found.verdicts:

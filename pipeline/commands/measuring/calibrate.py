@@ -10,6 +10,8 @@ from sensor.verdict import all_passed
 
 if TYPE_CHECKING:
     from pipeline.measure.calibrating.calibration import Calibration
+    from pipeline.measure.measured_table import MeasuredTable
+    from pipeline.report.report import Report
     from sensor.quantity import Estimate
 
 PURPOSE = "find the springs of a printed unit from what was measured of it"
@@ -34,31 +36,45 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
-    from dataclasses import replace
-
-    from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print, modulus_of_coupon
-    from pipeline.measure.calibrating.fruit_presses import measured_fruit
-    from pipeline.measure.calibrating.plate import measured_plate
-    from pipeline.measure.template import print_answer
-    from pipeline.measure.unit.printed_unit import unit_as_toml
+    from pipeline.measure.calibrating.calibration import measured_print
     from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.report.report import read_report
-    from pipeline.report.verdict_table import print_verdicts
-    from pipeline.storage.files import write_files
-    from sensor.theory.contrast_law import ReadingError
 
     if arguments.classes:
         ripeness_classes(arguments.classes)
     report = read_report(arguments.folder)
     table = measured_print(arguments.measured, report)
     if "coupon" in table.texts:
-        for flag, path in (("--out", arguments.out), ("--fruit", arguments.fruit), ("--plate", arguments.plate)):
-            if path is not None:
-                bound = "left out for a coupon, which tells a modulus and no unit"
-                raise validation_error(flag, str(path), "", bound, "leave it out")
-        modulus = modulus_of_coupon(table, report)
-        _print_modulus(modulus, report.design.process.E_MPa, as_json=arguments.json)
-        return PASSED
+        return _answer_coupon(arguments, report, table)
+    return _answer_unit(arguments, report, table)
+
+
+def _answer_coupon(arguments: Namespace, report: "Report", table: "MeasuredTable") -> int:
+    """Print the modulus of a coupon; return exit code 0. Raises InputError for a flag that asks for a unit."""
+    from pipeline.measure.calibrating.calibration import modulus_of_coupon
+
+    for flag, path in (("--out", arguments.out), ("--fruit", arguments.fruit), ("--plate", arguments.plate)):
+        if path is not None:
+            bound = "left out for a coupon, which tells a modulus and no unit"
+            raise validation_error(flag, str(path), "", bound, "leave it out")
+    modulus = modulus_of_coupon(table, report)
+    _print_modulus(modulus, report.design.process.E_MPa, as_json=arguments.json)
+    return PASSED
+
+
+def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable") -> int:
+    """Calibrate a unit, write it where `--out` asks for it, print it; return 1 where it misses its targets."""
+    from dataclasses import replace
+
+    from pipeline.measure.calibrating.calibration import calibrate_unit
+    from pipeline.measure.calibrating.fruit_presses import measured_fruit
+    from pipeline.measure.calibrating.plate import measured_plate
+    from pipeline.measure.template import print_answer
+    from pipeline.measure.unit.printed_unit import unit_as_toml
+    from pipeline.report.verdict_table import print_verdicts
+    from pipeline.storage.files import write_files
+    from sensor.theory.contrast_law import ReadingError
+
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips))
     plate = None if arguments.plate is None else measured_plate(arguments.plate, len(report.tips))
     try:
@@ -82,7 +98,7 @@ def execute(arguments: Namespace) -> int:
 
 
 def _as_mapping(calibration: "Calibration") -> dict[str, object]:
-    """Return a calibration as the data of `--json`, keys with their unit."""
+    """Return a calibration as the data of `--json`; each key ends in its unit."""
     from pipeline.storage.plain import to_plain
 
     unit = to_plain(calibration.unit)
@@ -98,7 +114,7 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
                 "with_design_stiffness_percent": with_design,
             }
         )
-    trims = zip(unit["tips"], calibration.trims, strict=False)  # none where no housing is made
+    trims = zip(unit["tips"], calibration.trims, strict=False)  # there are no trims where no housing is made
     data: dict[str, object] = {
         **{key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent")},
         "design_K_N_per_m": [1e3 * K for K in calibration.nominal],

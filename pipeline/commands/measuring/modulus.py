@@ -19,6 +19,8 @@ POISSON = 0.3  # of fruit.poisson too
 PLATES = {"plate": 2, "table": 2, "seat": 1}
 BODIES = ("ball", "ellipsoid", "cylinder-end", "cylinder-side", "block")
 SIZES = ("height", "radius", "radius_across", "length", "width")
+_BALL_IN_RADII = {"ball": {"height_mm": 2.0, "radius_across_mm": 1.0}, "ellipsoid": {"radius_across_mm": 1.0}}
+"""Sizes that may be left out, in radii of the body: those of a ball."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -95,7 +97,7 @@ def _refuse_plot(path: Path | None) -> None:
 
 
 def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
-    """Return the body and the tools of the test, and a sentence on each thing that no flag gives."""
+    """Return the body and the tools of the test, and a sentence on each assumption where no flag says."""
     from pipeline.measure.compression.force_law import TestGeometry
 
     assumed: list[str] = []
@@ -129,7 +131,10 @@ def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
 
 
 def _body(arguments: Namespace, assumed: list[str]) -> "CompressedBody":
-    """Return what is pressed; raises InputError where its name or a size is missing, or a size is not its own."""
+    """Return the body that is pressed, and add to `assumed` a sentence on each size that no flag gives.
+
+    Raises InputError where its kind or a size is missing, or a size is given that it does not have.
+    """
     from dataclasses import fields
 
     from pipeline.measure.compression.bodies import KINDS
@@ -140,14 +145,15 @@ def _body(arguments: Namespace, assumed: list[str]) -> "CompressedBody":
         if arguments.radius is None:
             raise validation_error("--body", None, "", f"one of {', '.join(BODIES)}", "choose what is pressed")
         kind = "ball" if arguments.height is None else "ellipsoid"
-    of_a_ball = {"ball": {"height_mm": 2.0, "radius_across_mm": 1.0}, "ellipsoid": {"radius_across_mm": 1.0}}
-    in_radii = of_a_ball.get(kind, {})
+    of_a_ball = _BALL_IN_RADII.get(kind, {})
     needed = {item.name for item in fields(KINDS[kind])}
-    for name in sorted((needed ^ sizes.keys()) - in_radii.keys()):
-        bound = f"{'given' if name in needed else 'left out'} for --body {kind}"
+    missing = needed - sizes.keys() - of_a_ball.keys()
+    not_its_own = sizes.keys() - needed - of_a_ball.keys()
+    for name in sorted(missing | not_its_own):
+        bound = f"{'given' if name in missing else 'left out'} for --body {kind}"
         raise validation_error(_flag(name), sizes.get(name), "mm", bound, "measure what the body has")
-    for name in sorted(in_radii.keys() - sizes.keys()):
-        sizes[name] = in_radii[name] * sizes["radius_mm"]
+    for name in sorted(of_a_ball.keys() - sizes.keys()):
+        sizes[name] = of_a_ball[name] * sizes["radius_mm"]
         assumed.append(f"no {_flag(name)}: that of a ball, {sizes[name]:g} mm, is assumed")
     return KINDS[kind](**sizes)
 
@@ -157,6 +163,7 @@ def _flag(size: str) -> str:
 
 
 def _plunger(arguments: Namespace) -> "Plunger | None":
+    """Return the plunger that presses in place of a plate, None without; raises InputError where half is given."""
     from pipeline.measure.compression.bodies import Plunger
 
     radius = arguments.plunger_radius

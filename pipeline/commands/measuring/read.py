@@ -46,32 +46,15 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def execute(arguments: Namespace) -> int:
-    """Read, or write firmware; return 1 where forces tell no modulus, else 0. Files are written last."""
-    given = {"--forces": arguments.forces, "--counts": arguments.counts, "FILE.csv": arguments.signal}
-    sources = {name: value for name, value in given.items() if value is not None}
-    if len(sources) > 1:
-        first, second = list(sources)[:2]
-        raise validation_error(first, sources[first], "", f"left out beside {second}", "read one of the two")
-    if arguments.tare is not None and arguments.counts is None:
-        raise validation_error(
-            "--tare", arguments.tare, "", "left out without --counts", "leave it out: a file has its own tare"
-        )
+    """Read forces, write firmware or both; return 1 where forces tell no modulus, else 0. Files are written last."""
+    sources = _sources(arguments)
     sensor = _sensor(arguments)
-    without_time = ("forces", "counts", "each", "c_header", "micropython")
-    asked = [name for name in without_time if getattr(arguments, name)]
-    if sensor.design.fruit.relaxation is not None and asked:
-        flag = f"--{asked[0].replace('_', '-')}"
-        bound = "left out where the design has fruit.relaxation"
-        raise validation_error(flag, str(getattr(arguments, asked[0])), "", bound, "read a press with its hold")
-    of_moment = sources.keys() & {"--forces", "--counts"}
-    if of_moment and not sensor.reads_moments:
-        bound = "left out but for a pair of flat tips: one moment cannot tell the shape of the skin from the modulus"
-        raise validation_error(flag := of_moment.pop(), sources[flag], "", bound, "read a press: FILE.csv")
+    _refuse_unreadable(arguments, sensor, sources)
     firmware = _firmware(arguments, sensor)
     outcome = PASSED
     if sources:
-        _tell_assumptions(arguments, sensor)
-        outcome = _read_forces(arguments, sensor) if arguments.signal is None else _read_signal(arguments, sensor)
+        _print_assumptions(arguments, sensor)
+        outcome = _read_moment(arguments, sensor) if arguments.signal is None else _read_signal(arguments, sensor)
     elif not firmware:
         raise validation_error("FILE.csv", None, "", "a file, - or left out beside --forces", "say what to read")
     if firmware:
@@ -83,7 +66,40 @@ def execute(arguments: Namespace) -> int:
     return outcome
 
 
-def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
+def _sources(arguments: Namespace) -> dict[str, str]:
+    """Return the flag that gives the forces with its value, none for firmware alone; raises InputError for two."""
+    given = {"--forces": arguments.forces, "--counts": arguments.counts, "FILE.csv": arguments.signal}
+    sources = {name: value for name, value in given.items() if value is not None}
+    if len(sources) > 1:
+        first, second = list(sources)[:2]
+        raise validation_error(first, sources[first], "", f"left out beside {second}", "read one of the two")
+    if arguments.tare is not None and arguments.counts is None:
+        hint = "leave it out: a file has its own tare"
+        raise validation_error("--tare", arguments.tare, "", "left out without --counts", hint)
+    return sources
+
+
+def _refuse_unreadable(arguments: Namespace, sensor: "MeasuringUnit", sources: dict[str, str]) -> None:
+    """Raise InputError for flags by which this sensor cannot be read.
+
+    Flesh that relaxes is read by a press with its hold; only a pair of flat tips can be read at one moment.
+    """
+    if sensor.design.fruit.relaxation is not None:
+        for name in ("forces", "counts", "each", "c_header", "micropython"):
+            if getattr(arguments, name):
+                flag = f"--{name.replace('_', '-')}"
+                bound = "left out where the design has fruit.relaxation"
+                raise validation_error(flag, str(getattr(arguments, name)), "", bound, "read a press with its hold")
+    if not sensor.reads_moments:
+        for flag in sources.keys() & {"--forces", "--counts"}:
+            bound = (
+                "left out but for a pair of flat tips: one moment cannot tell the shape of the skin from the modulus"
+            )
+            raise validation_error(flag, sources[flag], "", bound, "read a press: FILE.csv")
+
+
+def _print_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
+    """Print a note to stderr on each assumption behind a reading."""
     if not sensor.report.moduli:
         lacks = "has no [reading]" if sensor.design.reading is None else "has level presses without a reading"
         print_error(f"note: the design {lacks}; the uncertainty holds for level presses in the middle of the fruit")
@@ -95,6 +111,7 @@ def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
 
 
 def _sensor(arguments: Namespace) -> "MeasuringUnit":
+    """Return the unit that the flags name, as designed without `--unit`; raises InputError."""
     from pipeline.measure.unit.measuring import MeasuringUnit
     from pipeline.measure.unit.printed_unit import nominal_unit, read_unit
     from pipeline.measure.unit.ripeness import ripeness_classes
@@ -105,10 +122,10 @@ def _sensor(arguments: Namespace) -> "MeasuringUnit":
     text, flag = (arguments.classes, "--classes") if arguments.classes else (unit.classes, "unit.classes")
     classes = ripeness_classes(text, flag) if text else None
     sensor = MeasuringUnit(report=report, unit=unit, classes=classes)
-    return sensor if arguments.radius is None else replace(sensor, radii_mm=_told_radii(arguments.radius, sensor))
+    return sensor if arguments.radius is None else replace(sensor, radii_mm=_radii_of_flag(arguments.radius, sensor))
 
 
-def _told_radii(text: str, sensor: "MeasuringUnit") -> tuple[float, float]:
+def _radii_of_flag(text: str, sensor: "MeasuringUnit") -> tuple[float, float]:
     """Return the principal radii [mm] of `--radius`; raises InputError."""
     if sensor.domes is None:
         bound = "left out but for domes in a line or a square"
@@ -124,7 +141,7 @@ def _told_radii(text: str, sensor: "MeasuringUnit") -> tuple[float, float]:
 
 
 def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> dict[str, dict[Path, bytes]]:
-    """Return by flag the file of firmware that it asks for, not yet written; raises InputError where it cannot be."""
+    """Return the file of firmware that each flag asks for, not yet written; raises InputError where it cannot be."""
     paths = {"--c-header": arguments.c_header, "--micropython": arguments.micropython}
     paths = {flag: path for flag, path in paths.items() if path is not None}
     if not paths:
@@ -142,7 +159,7 @@ def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> dict[str, dict[P
     return files
 
 
-def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
+def _read_moment(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     """Read and print one moment of `--forces` or `--counts`; return the exit code."""
     from pipeline.measure.unit.pair_press import single_reading
     from pipeline.measure.unit.presses import forces_of_counts, refuse_out_of_scale
@@ -161,28 +178,29 @@ def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     reading = single_reading(sensor, sensor.forces_of_channels(channels))
     print_error("note: one reading of a pair is its force ratio, right only for a level press; read a press instead")
     with answering():
-        _tell(reading, indent=2, as_json=arguments.json)
+        _print_reading(reading, indent=2, as_json=arguments.json)
     return FAILED if reading.E is None else PASSED
 
 
 def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
+    """Read and print every press of a file or of the standard input; return 1 where none tells a modulus."""
     from pipeline.measure.measured_table import lines_of
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.signals import Signal
 
-    resolved = False
+    has_modulus = False
     signal = Signal(lines_of(arguments.signal), arguments.signal, len(sensor.report.tips))
     for note in signal.notes:
         print_error(f"note: {note}")
     if not signal.timed and sensor.report.read_out.signal is None:
         print_error("note: no time for each channel, and no [readout]: all channels of a line are taken as at once")
     for reading in readings_of(sensor, signal, every_sample=arguments.each):
-        resolved = resolved or reading.E is not None
-        _tell(reading, indent=None, as_json=arguments.json)
-    return PASSED if resolved else FAILED
+        has_modulus = has_modulus or reading.E is not None
+        _print_reading(reading, indent=None, as_json=arguments.json)
+    return PASSED if has_modulus else FAILED
 
 
-def _tell(reading: "FruitReading", *, indent: int | None, as_json: bool) -> None:
+def _print_reading(reading: "FruitReading", *, indent: int | None, as_json: bool) -> None:
     """Print a reading on one line, or as JSON."""
     import json
 

@@ -60,26 +60,27 @@ def execute(arguments: Namespace) -> int:
             written.append(arguments.export)
         if arguments.html:
             written.append(write_page(store, study, force=arguments.force))
-        refusals = store.messages()
+        messages = store.messages()
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
         columns = point_columns(store, study.wanted)
     with answering():
         if arguments.json:
             sensitivity = [asdict(index) for index in indices]
-            print_json({**asdict(summary), "folder": str(folder), "messages": refusals, "sensitivities": sensitivity})
-            return FAILED if summary.failed or not summary.done else PASSED
-        _print(summary, refusals, indices)
-        for key in columns.values:
-            print("{}: {:.5g} to {:.5g}".format(key, *columns.span(key)))
-        for path in written:
-            print(path)
+            print_json({**asdict(summary), "folder": str(folder), "messages": messages, "sensitivities": sensitivity})
+        else:
+            _print(summary, messages, indices)
+            for key in columns.values:
+                low, high = columns.span(key)
+                print(f"{key}: {low:.5g} to {high:.5g}")
+            for path in written:
+                print(path)
     return FAILED if summary.failed or not summary.done else PASSED
 
 
-def _print(summary: "StudySummary", refusals: dict[str, int], indices: "tuple[Sensitivity, ...]") -> None:
+def _print(summary: "StudySummary", messages: dict[str, int], indices: "tuple[Sensitivity, ...]") -> None:
     """Print how the points ended, why some were refused, what the solved ones cost, and the indices with intervals."""
     print(f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed")
-    for message, count in refusals.items():
+    for message, count in messages.items():
         print(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")
     if summary.solved:
         rate = summary.solved / summary.seconds

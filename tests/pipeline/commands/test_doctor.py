@@ -6,7 +6,7 @@ import pytest
 
 from pipeline.cli import main
 from pipeline.commands import doctor
-from pipeline.commands.doctor import package_row, place_row
+from pipeline.commands.doctor import folder_row, package_row
 
 
 def statuses(*names):
@@ -51,7 +51,7 @@ def test_import_without_end_is_wrong(monkeypatch):
 
 def test_place_below_a_file_or_without_permission_is_wrong(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
-    assert place_row("cache", tmp_path / "later" / "cache").status == "ok"
-    assert place_row("cache", tmp_path / "file" / "cache").status == "wrong"
+    assert folder_row("cache", tmp_path / "later" / "cache").status == "ok"
+    assert folder_row("cache", tmp_path / "file" / "cache").status == "wrong"
     monkeypatch.setattr(doctor.os, "access", lambda *_: False)
-    assert place_row("cache", tmp_path / "cache").status == "wrong"
+    assert folder_row("cache", tmp_path / "cache").status == "wrong"
