@@ -25,7 +25,7 @@ SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
 
 
 def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executor: Executor | None) -> Future[Verdicts]:
-    """Let the files for fabrication be written beside the solids, where asked for; none where no housing can be made.
+    """Begin to write the files for fabrication beside the solids, where asked for; none where no housing can be made.
 
     The result is the verdicts on cover and bracket. The future raises OSError where a file cannot be written,
     ExportError where one read back has another volume.

@@ -15,7 +15,7 @@ _SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their che
 
 
 def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor: Executor | None) -> Future[Verdicts]:
-    """Let STEP, STL and 3MF be written into the folder; the result is the geometry verdicts, none without a housing.
+    """Begin to write STEP, STL and 3MF into the folder; the result is the geometry verdicts, none without a housing.
 
     Files are the same bytes every time, so those of an earlier run are written again at once, which needs no worker.
     The future raises OSError or ExportError.

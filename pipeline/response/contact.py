@@ -71,8 +71,8 @@ def contact_methods(fruit: Fruit, tips: Tips) -> tuple[str, ...]:
 def _block_compliance(fruit: Fruit, tips: Tips, method: str, tolerance: float) -> FruitCompliance:
     """Return the compliance [1/mm] of the block that stands for a fruit, by the split or by direct finite elements.
 
-    "auto" takes the split in its domain, and where it may direct elements outside. Raises InputError for scenes that
-    neither can solve.
+    "auto" takes the split in its domain, and direct elements outside it where they know the tips. Raises InputError
+    for a scene that neither can solve.
     """
     cause = ""
     if method != "direct":

@@ -264,7 +264,7 @@ class _LengthFit:
         self._solver = solver
         self._housing = housing
         self._targets = np.array(targets)
-        self._near = False
+        self._has_approached = False
         self._models = [SecantModel.of_beam(arm.flexure, solver.E) for arm in housing.arms]
 
     def fit_on(self, pair: MeshPair, allowed_miss: float) -> FittedHousing:
@@ -273,7 +273,7 @@ class _LengthFit:
         aims = self._targets
         if not coarse_is_fine:
             aims = aims * [_lift(arm.flexure) for arm in self._housing.arms]
-        if not self._near:
+        if not self._has_approached:
             self._approach(aims)
         for attempt in range(MOST_FINE_SOLVES):
             if attempt or not coarse_is_fine:  # else the coarse mesh, which is the fine one, was solved here already
@@ -308,7 +308,7 @@ class _LengthFit:
             if largest_miss(K, aims) <= _LOOSEST:
                 break
             self._move(aims)
-        self._near = True
+        self._has_approached = True
 
     def _move(self, aims: Floats) -> None:
         """Give each spring the length at which the coarse mesh has its aim [N/mm]."""

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyvista as pv
 
 from pipeline.report.report import read_report
@@ -48,7 +49,7 @@ def pictures(folder: Path) -> list[Picture]:
     drawn = []
     if (folder / "housing.stl").is_file():
         part = read_mesh(folder / "housing.stl")
-        x, y, z = (part.bounds[2 * axis + 1] - part.bounds[2 * axis] for axis in range(3))
+        x, y, z = np.ptp(np.reshape(part.bounds, (3, 2)), axis=1)
         title = f"{report.design.name}: housing as printed, {x:.1f} x {y:.1f} x {z:.1f} mm"
         draw = partial(draw_part, part=part, title=title, direction=_PRINTED_DIRECTION)
         drawn.append(Picture(name="housing", draw=draw))

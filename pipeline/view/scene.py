@@ -149,9 +149,10 @@ def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tu
     letters = max(1, int(_width(plotter) / (_LETTER_WIDTH * _TITLE_SIZE)))
     lines = textwrap.wrap(title, letters)
     plotter.add_text("\n".join(lines), position="upper_edge", font_size=_TITLE_SIZE, color="black")
-    length = round_below(0.25 * (bounds[1] - bounds[0]))  # of a ruler along x, below the front of the body
+    left, right, front, _, bottom, _ = bounds
+    length = round_below(0.25 * (right - left))  # of a ruler along x, below the front of the body
     diagonal = float(np.linalg.norm(np.ptp(np.reshape(bounds, (3, 2)), axis=1)))
-    start = np.array([bounds[0], bounds[2], bounds[4] - 0.06 * diagonal])
+    start = np.array([left, front, bottom - 0.06 * diagonal])
     plotter.add_mesh(pv.Line(start, start + np.array([length, 0.0, 0.0])), color=EDGE, line_width=4)
     plotter.add_point_labels(
         [start], [f"{length:g} mm"], text_color=EDGE, shape=None, show_points=False, always_visible=True

@@ -5,6 +5,7 @@ Nothing is solved for the page. It interpolates in these tables, in tables.js.
 
 import math
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +23,21 @@ from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_SAMPLES
 from sensor.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
 
+_AXES = {"travel": ("Travel, x", "mm"), "tilt": ("Tilt along the tips", "degrees")}
 _NOISE_PERCENT = 0.5  # where the design asks for no reading
-NOT_READ = (math.nan, math.nan)
+
+
+class NodeReading(NamedTuple):
+    """A modulus that is read [MPa], and that over its standard deviation by noise [1]; nan where nothing is read.
+
+    The noise is one per cent of the full scale in every force.
+    """
+
+    E: float
+    over_noise: float
+
+
+NOT_READ = NodeReading(math.nan, math.nan)
 
 
 def page_tables(report: Report, result: SensorResult) -> Plain:
@@ -48,10 +62,10 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
         "noise": _noise_percent(report),
     }
     sliders = [_slider("E", "Modulus of the fruit, E", "MPa", [softest, firmest])]
-    labels = {"travel": ("Travel, x", "mm"), "tilt": ("Tilt along the tips", "degrees")}
     for table in tables:
         axis = table["axes"][1]
-        sliders.append(_slider(axis["key"], *labels[axis["key"]], axis["nodes"]))
+        label, unit = _AXES[axis["key"]]
+        sliders.append(_slider(axis["key"], label, unit, axis["nodes"]))
     if any(np.isfinite(table["numbers"]["E_read"]).any() for table in tables):
         most = 4.0 * start["noise"] or 4.0 * _NOISE_PERCENT
         sliders.append(_slider("noise", "Noise of each force", "% of full scale", [0.0, most]))
@@ -75,7 +89,7 @@ def _noise_percent(report: Report) -> float:
 
 
 def _over_travel(design: Design, read_out: ReadingConstants, press: ScenePress) -> Plain:
-    """Return the table over modulus and travel: the curve of the response without its first modulus, no fruit's own.
+    """Return the table over modulus and travel: the curve of the response, without the softest fruit there may be.
 
     Forces of flat faces are nearly straight over the travel, those of other tips are nearly a power of it. A level pair
     is read by the force ratio of one moment; other readings are those of whole presses.
@@ -126,12 +140,12 @@ def _table(
     forces: Floats,
     pressure: Floats,
     held: dict[str, float],
-    read: Callable[[int, int], tuple[float, float]],
+    read: Callable[[int, int], NodeReading],
 ) -> Plain:
     """Return the table of forces [N], (moduli, columns, tips); `axes` are the moduli [MPa] and the second axis.
 
-    `pressure` [MPa], as `forces`, is the mean one of each contact; `read` gives what row and column read. Forces and
-    pressures have a grid for each tip, the modulus read and that over its noise one each.
+    `pressure` [MPa], as `forces`, is the mean one of each contact; `read` gives the reading of a row and a column.
+    Forces and pressures have a grid for each tip, the modulus that is read and that over its noise one each.
     """
     moduli, second = axes
     found = np.array([[read(i, j) for j in range(forces.shape[1])] for i in range(len(forces))])
@@ -147,24 +161,21 @@ def _table(
     }
 
 
-def _by_ratio(read_out: ReadingConstants, forces: Floats) -> tuple[float, float]:
-    """Return the modulus [MPa] that the forces of a pair tell [N], and that over its standard deviation by noise.
-
-    The latter [1] is for noise of one per cent of the full scale in every force; both are nan where nothing is read.
-    """
+def _by_ratio(read_out: ReadingConstants, forces: Floats) -> NodeReading:
+    """Return the reading of a pair by its forces at one moment, (tips,) [N]."""
     law = read_out.contrast
     try:
         read = read_modulus(law, forces.tolist())
     except ReadingError:
         return NOT_READ
     by_noise = contrast_slopes(law, forces.tolist(), read).forces * (0.01 * np.array(read_out.full_scale_N))
-    return correct_reading(read, read_out.level), 1.0 / float(np.linalg.norm(by_noise))
+    return NodeReading(correct_reading(read, read_out.level), 1.0 / float(np.linalg.norm(by_noise)))
 
 
-def _by_press(model: RiseModel, press: Floats, one_percent: Floats) -> tuple[float, float]:
-    """Return the modulus [MPa] that a press of `PRESS_SAMPLES` tells [N], and that over its deviation by noise.
+def _by_press(model: RiseModel, press: Floats, one_percent: Floats) -> NodeReading:
+    """Return the reading of a whole press by its forces, (samples, tips) [N]; `one_percent` of the full scale in N.
 
-    The press is solved in fewer samples, (samples, tips). Noise is `one_percent` [N] of the full scale in every force.
+    A press is measured in `PRESS_SAMPLES`, more than are solved here: noise counts as so much less.
     """
     if not np.isfinite(press).all():
         return NOT_READ
@@ -173,4 +184,4 @@ def _by_press(model: RiseModel, press: Floats, one_percent: Floats) -> tuple[flo
     except ReadingError:
         return NOT_READ
     by_noise = np.array(found.slopes.noise) * one_percent * math.sqrt(len(press) / PRESS_SAMPLES)
-    return found.E, 1.0 / float(np.linalg.norm(by_noise))
+    return NodeReading(found.E, 1.0 / float(np.linalg.norm(by_noise)))
