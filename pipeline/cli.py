@@ -59,7 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _error_line(error: Exception) -> str:
-    """Return what an error says to a user, in one line."""
+    """Return the line that an error prints for a user."""
     if isinstance(error, MemoryError):
         return "Memory ran out. A run needs about 2 GiB: free some, or lift its limit."
     if isinstance(error, BrokenExecutor):

@@ -30,7 +30,7 @@ def run(
 
     With files and `beside`, solids are made in a process of their own beside the solves. Raises InputError
     for a scene or a folder that cannot be used, MeshError or SolveError where a solve is not to be believed.
-    `progress` is told what is worked on.
+    `progress` is called with the stage that is worked on.
     """
     options = options or RunOptions()
     timed = Stopwatch(progress)

@@ -91,7 +91,7 @@ class RunOptions:
 
     @property
     def rough(self) -> bool:
-        """Say whether percents are asked for, not digits."""
+        """Say whether the tolerance asks for a rough answer, to some per cent."""
         return self.tolerance >= ROUGH_TOLERANCE
 
     @property

@@ -91,9 +91,9 @@ def process_checks(process: str, P_max: float, NL: float) -> tuple[ReferenceChec
     return _springs_checks(Design(targets=Targets(P_max=P_max, NL=NL), print=Print(process=process)))
 
 
-def jittered_checks(share: float) -> tuple[ReferenceCheck, ...]:
-    """Return the check of s11 from meshes whose inner nodes are moved by a share of their edges [1]."""
-    meshes = [_jittered(scale, share) for scale in REFINEMENTS]
+def jittered_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
+    """Return the check of s11 from meshes whose inner nodes are moved by a fraction of their edges [1]."""
+    meshes = [_jittered(scale, fraction) for scale in REFINEMENTS]
     for mesh in meshes:
         check_quality(np.asarray(mesh.p), np.asarray(mesh.t), LEAST_QUALITY)
     compliance = direct_compliance(meshes, BLOCK.poisson)
@@ -102,7 +102,7 @@ def jittered_checks(share: float) -> tuple[ReferenceCheck, ...]:
     return checks(contact.BENCH.values, values, contact.relative_errors(compliance), reference)
 
 
-def _jittered(scale: float, share: float) -> Any:
+def _jittered(scale: float, fraction: float) -> Any:
     mesh = fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, scale)
     points = np.array(mesh.p)
     lengths = np.linalg.norm(points[:, mesh.edges[1]] - points[:, mesh.edges[0]], axis=0)
@@ -112,15 +112,15 @@ def _jittered(scale: float, share: float) -> Any:
     outer = np.unique(mesh.facets[:, mesh.boundary_facets()])
     inner = np.setdiff1d(np.arange(points.shape[1]), outer)
     shift = np.random.default_rng(1).uniform(-1.0, 1.0, (3, len(inner)))
-    points[:, inner] += share * shortest[inner] * shift
+    points[:, inner] += fraction * shortest[inner] * shift
     return dataclasses.replace(mesh, doflocs=points)
 
 
-def grounded_checks(share: float) -> tuple[ReferenceCheck, ...]:
-    """Return the check that a free block on springs k, a share [1] of its stiffest dof, moves by 1 under loads k."""
+def grounded_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
+    """Return the check that a free block on springs k, a fraction [1] of its stiffest dof, moves by 1 under loads k."""
     basis = element_basis(fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, 1.0), "tet P2")
     K = stiffness_matrix(basis, 1.0, BLOCK.poisson)
-    k = share * float(K.diagonal().max())
+    k = fraction * float(K.diagonal().max())
     K.setdiag(K.diagonal() + k)
     load = np.zeros(basis.N)
     vertical = np.concatenate([basis.nodal_dofs[2], basis.edge_dofs[2]])

@@ -24,8 +24,8 @@ def elements(deck):
     mesh.add_convex(getfem.GeoTrans(geometry), np.asfortranarray(deck.nodes[deck.cells[:, order]].transpose(2, 1, 0)))
     displacement = getfem.MeshFem(mesh, 3)
     displacement.set_fem(getfem.Fem(fem))
-    places = displacement.basic_dof_nodes()[:, ::3]
-    distance, node = cKDTree(deck.nodes).query(places.T)
+    positions = displacement.basic_dof_nodes()[:, ::3]
+    distance, node = cKDTree(deck.nodes).query(positions.T)
     if distance.max() > 1e-7:
         sys.exit(f"a node is missing by {distance.max():.1e} mm")
     return mesh, displacement, getfem.MeshIm(mesh, getfem.Integ(rule)), node
@@ -41,21 +41,21 @@ def solve(deck):
     shear = 0.5 * deck.E / (1.0 + deck.poisson)
     K = getfem.asm_linear_elasticity(rule, displacement, data, first * ones, shear * ones)
     count = displacement.nbdof()
-    place = np.empty(len(deck.nodes), dtype=int)
-    place[node] = np.arange(len(node))
+    number = np.empty(len(deck.nodes), dtype=int)  # of each node of the deck among those of the elements
+    number[node] = np.arange(len(node))
     answers = []
     for step in deck.steps:
         dofs, values = deck.prescribed(step)
-        fixed = 3 * place[dofs // 3] + dofs % 3
+        fixed = 3 * number[dofs // 3] + dofs % 3
         free = np.setdiff1d(np.arange(count), fixed)
         loads = np.zeros(count)
-        loads[3 * place[np.arange(len(step.loads))] + 2] = step.loads
+        loads[3 * number[np.arange(len(step.loads))] + 2] = step.loads
         u = np.zeros(count)
         u[fixed] = values
         right = (loads - K.mult(u))[free]
         u[free] = np.ravel(getfem.linsolve_mumps(getfem.Spmat("copy", K, free, free), right))
         reaction = K.mult(u) - loads
-        answers.append(deck.answer_of(step, u.reshape(-1, 3)[place], reaction.reshape(-1, 3)[place]))
+        answers.append(deck.answer_of(step, u.reshape(-1, 3)[number], reaction.reshape(-1, 3)[number]))
     return count, answers
 
 
@@ -92,9 +92,9 @@ def contact(deck):
     data.set_fem(getfem.Fem("FEM_PK(3,0)"))
     ones = np.ones(data.nbdof())
     K = getfem.asm_linear_elasticity(rule, displacement, data, first * ones, 0.5 * deck.E / (1.0 + deck.poisson) * ones)
-    place = np.empty(len(deck.nodes), dtype=int)
-    place[node] = np.arange(len(node))
-    return count, [deck.answer_of(step, *(values.reshape(-1, 3)[place] for values in (u, K.mult(u))))]
+    number = np.empty(len(deck.nodes), dtype=int)  # of each node of the deck among those of the elements
+    number[node] = np.arange(len(node))
+    return count, [deck.answer_of(step, *(values.reshape(-1, 3)[number] for values in (u, K.mult(u))))]
 
 
 def add_supports(model, mesh, deck, step):

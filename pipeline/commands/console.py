@@ -87,7 +87,7 @@ def drop_output() -> None:
 
 @contextmanager
 def showing_progress(work: str, *, quiet: bool = False) -> Iterator[Callable[[str], None]]:
-    """Give what is told of progress, shown on stderr where that is a terminal and not `quiet`."""
+    """Give the function that reports progress, which shows it on stderr where that is a terminal and not `quiet`."""
     from rich.console import Console
 
     console = Console(stderr=True)

@@ -87,7 +87,7 @@ def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
     if pair.skin is None:
         return ()
     top = pair.at(E_max).K_m_over_E()
-    return tuple(share * pair.at(share * E_max).K_m_over_E() / top for share in curve_shares(CURVE_STEPS))
+    return tuple(fraction * pair.at(fraction * E_max).K_m_over_E() / top for fraction in curve_shares(CURVE_STEPS))
 
 
 def _given_or_sized(design: Design, K_m_max: float, ratio: float, stiffening: tuple[float, ...]) -> Springs:

@@ -82,7 +82,7 @@ def _shares_scenes(study: Study) -> bool:
 
 
 def _task_size(study: Study) -> int:
-    """Return how many points make a task for one worker, which is to take some seconds."""
+    """Return the number of points in a task for one worker: fewer where a point costs more."""
     if study.level != "contact":
         return 1
     solves_more = parts_of(study.wanted, reads="reading" in study.base, linear=True)

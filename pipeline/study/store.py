@@ -69,7 +69,7 @@ class StudyStore:
     def messages(self) -> dict[str, int]:
         """Return the five commonest messages of refused and failed points, and how many points have each.
 
-        Messages that differ in their numbers alone are one, told by that of the first point.
+        Messages that differ in their numbers alone are one, given as that of the first point.
         """
         by_pattern: dict[str, list[str]] = {}
         for (error,) in self._connection.execute("SELECT error FROM points WHERE error NOT NULL ORDER BY number"):

@@ -207,7 +207,7 @@ def _refuse_other_code(client: "Client", address: str) -> None:
 
 @contextmanager
 def shown_progress() -> Iterator[ProgressReport]:
-    """Give what a study reports its points to: a line on stderr where that is a terminal, else nothing."""
+    """Give the function that a study calls with its points: it draws a bar on stderr where that is a terminal."""
     columns = (TextColumn("points"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, disable=not sys.stderr.isatty(), transient=True) as bar:

@@ -41,7 +41,7 @@ class TargetValue:
 
     @property
     def allowed_miss(self) -> float:
-        """Return how far a value may lie from the target [unit]."""
+        """Return the largest distance of a value from the target [unit]."""
         return self.tolerance * self.limit if self.relative else self.tolerance
 
 

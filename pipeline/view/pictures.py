@@ -36,7 +36,7 @@ _HOUSING_AND_FRUIT = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """One picture: its file name without ending, and what draws it; `in_window` says that it has a place there."""
+    """One picture: its file name without ending, and what draws it; `in_window` says that the window shows it."""
 
     name: str
     draw: Callable[[Plotter], None]

@@ -22,7 +22,7 @@ def show_pictures(drawn: list[Picture], name: str) -> None:
 
 
 def window_of(drawn: list[Picture], name: str) -> Plotter:
-    """Return the window with every picture that has a place in it drawn, not yet open."""
+    """Return the window with every picture drawn that it shows, not yet open."""
     placed = [picture for picture in drawn if picture.in_window]
     columns = min(_COLUMNS, len(placed))
     rows = -(-len(placed) // columns)

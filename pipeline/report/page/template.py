@@ -39,7 +39,7 @@ def pack_bytes(content: bytes) -> str:
 
 
 def finite(data: object) -> object:
-    """Return JSON data of any depth with None in the place of every number that is not finite."""
+    """Return JSON data of any depth with None for every number that is not finite."""
     if isinstance(data, dict):
         return {key: finite(value) for key, value in data.items()}
     if isinstance(data, list | tuple):
