@@ -10,6 +10,7 @@ from sensor.quantity import validation_error
 
 if TYPE_CHECKING:
     from pipeline.study.optimise import Place
+    from pipeline.study.search.candidate import Candidate
     from pipeline.study.search.proof import Proof
     from pipeline.study.study_file import Study
 
@@ -32,7 +33,7 @@ def execute(arguments: Namespace) -> int:
 
     Of a front that is done for each value, and 0 is returned where all of them have a design.
     """
-    from pipeline.study.optimise import is_base, places, prove, refuse_occupied, search
+    from pipeline.study.optimise import places, prove, refuse_occupied, search
     from pipeline.study.page import BEST, write_page
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
@@ -46,9 +47,8 @@ def execute(arguments: Namespace) -> int:
     refuse_occupied(study, folder, force=arguments.force)
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         candidates = search(study, folder, engine, progress)
-    possible = sum(candidate.passes for candidate in candidates)
-    done = [candidate.number for candidate in candidates if candidate.verdicts is not None]
     proofs = {place: prove(study, candidates, place, force=arguments.force) for place in places(study, folder)}
+    done = [candidate.number for candidate in candidates if candidate.verdicts is not None]
     proved = {proof.candidate.number: place.design for place, proof in proofs.items() if proof and proof.passed}
     best = list(proved) if study.front and proved else done[:BEST]
     with stored_study(folder) as store:
@@ -56,25 +56,53 @@ def execute(arguments: Namespace) -> int:
         messages = store.messages()
     with answering():
         if arguments.json:
-            counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
-            answers = [_as_mapping(place, proof) for place, proof in proofs.items()]
-            of_front = [{"at": place.value, **answer} for place, answer in zip(proofs, answers, strict=True)]
-            print_json({**counts, **({"front": of_front} if study.front else answers[0])})
+            _print_json(study, candidates, messages, proofs)
         else:
-            print(f"{len(candidates)} candidates, {possible} of them pass the verdicts that the file names")
-            for message, count in messages.items():
-                print(f"  {count} x {message}")
-            if not done:
-                print("no candidate has results: change what the messages name, under [vary], [set] or in the base")
-            for place, proof in proofs.items() if done else ():
-                _print_proof(study, place, proof)
+            _print(study, candidates, messages, proofs)
             print(page)
-            if any(proof and is_base(study, proof.candidate) for proof in proofs.values()):
-                print("nothing better than the base was found: it is the base itself")
+            _print_base(study, proofs)
     return PASSED if len(proved) == len(proofs) else FAILED
 
 
+def _print_json(
+    study: "Study", candidates: "tuple[Candidate, ...]", messages: dict[str, int], proofs: "dict[Place, Proof | None]"
+) -> None:
+    """Print the number of candidates, and the proof of the best one; of a front those of all its values."""
+    possible = sum(candidate.passes for candidate in candidates)
+    counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
+    answers = [_as_mapping(place, proof) for place, proof in proofs.items()]
+    if not study.front:
+        print_json({**counts, **answers[0]})
+        return
+    of_front = [{"at": place.value, **answer} for place, answer in zip(proofs, answers, strict=True)]
+    print_json({**counts, "front": of_front})
+
+
+def _print(
+    study: "Study", candidates: "tuple[Candidate, ...]", messages: dict[str, int], proofs: "dict[Place, Proof | None]"
+) -> None:
+    """Print the number of candidates, why some were refused, and the proof of the best one, or of each of a front."""
+    possible = sum(candidate.passes for candidate in candidates)
+    print(f"{len(candidates)} candidates, {possible} of them pass the verdicts that the file names")
+    for message, count in messages.items():
+        print(f"  {count} x {message}")
+    if all(candidate.verdicts is None for candidate in candidates):
+        print("no candidate has results: change what the messages name, under [vary], [set] or in the base")
+        return
+    for place, proof in proofs.items():
+        _print_proof(study, place, proof)
+
+
+def _print_base(study: "Study", proofs: "dict[Place, Proof | None]") -> None:
+    """Print a line where the best candidate is the base of the study."""
+    from pipeline.study.optimise import is_base
+
+    if any(proof and is_base(study, proof.candidate) for proof in proofs.values()):
+        print("nothing better than the base was found: it is the base itself")
+
+
 def _as_mapping(place: "Place", proof: "Proof | None") -> dict[str, object]:
+    """Return the proof of the best candidate as the data of `--json`."""
     if proof is None:
         return {"design": None, "passed": None}
     return {

@@ -9,7 +9,7 @@ import math
 
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions, load_design
-from pipeline.result import Evaluation
+from pipeline.result import Evaluation, SensorResult
 from pipeline.storage.stopwatch import Progress, silent
 from pipeline.study.search.candidate import Candidate
 from pipeline.study.search.proof import first_proved
@@ -152,8 +152,9 @@ def fruit_suggestion(
     runs = 0
     seen: set[Design] = set()
     tried: list[Candidate] = []
+    result: Evaluation | None
     centring = _BY_BIAS
-    bias = 0.0
+    bias = 0.0  # of the last design whose largest bias failed
     while len(seen) < MOST_TRIALS and runs < MOST_RUNS and design not in seen:
         seen.add(design)
         result = _sized(design)
@@ -161,8 +162,7 @@ def fruit_suggestion(
         if candidate.passes:
             progress("runs the design that passes with springs as they were sized")
             runs += 1
-            proof = first_proved([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
-            result = None if proof is None else proof.result
+            result = _run(preset, candidate)
             candidate = _candidate(changes, result)
             if result is not None and result.passed:
                 return Suggestion(design=preset, changes=changes, verdicts=result.verdicts, tried=len(seen), runs=runs)
@@ -188,6 +188,12 @@ def fruit_suggestion(
 def _candidate(changes: Changes, result: Evaluation | None) -> Candidate:
     """Return the candidate of some changes with the verdicts of its result; without any where it has none."""
     return Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
+
+
+def _run(preset: Design, candidate: Candidate) -> SensorResult | None:
+    """Return the result of the run of a candidate; None where it is refused or cannot be solved."""
+    proof = first_proved([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
+    return None if proof is None else proof.result
 
 
 def _sized(design: Design) -> Evaluation | None:

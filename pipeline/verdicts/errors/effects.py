@@ -152,7 +152,7 @@ def _left_out_of_springs(sensor: LevelSensor, deflections: PerTip) -> Iterator[E
 
     marked = []
     for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, sensor.characteristic.springs.stiffnesses, strict=True):
-        of_frame = fraction * K / (process.E_MPa * leaf.depth)  # fraction of 1/K [1]
+        of_frame = fraction * K / (process.E_MPa * leaf.depth)  # fraction of 1/K [1], which grows as the depth falls
         marked.append(-of_frame * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
     yield Effect(name="engraved marks", reason=reason, springs=tuple(marked), calibrated=True)
