@@ -171,7 +171,7 @@ def skin_body(report: Report, scene: Scene) -> Plain:
     indentation = np.zeros(len(x))
     for centre, force in zip(centres, forces, strict=True):
         distance = np.hypot(x - centre[0], y - centre[1])
-        indentation += _indentation(report, row.E_MPa, force, distance)
+        indentation += _skin_fall(report, row.E_MPa, force, distance)
     deepest = float(indentation.max())
     nodes = np.arange(len(x)).reshape(_SKIN_CELLS + 1, -1)
     quads = np.stack([nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]], axis=-1).reshape(-1, 4)
@@ -208,7 +208,7 @@ def _skin_nodes(middle: Floats, reach: float) -> tuple[Floats, Floats]:
     return x, y
 
 
-def _indentation(report: Report, E: float, force: float, distance: Floats) -> Floats:
+def _skin_fall(report: Report, E: float, force: float, distance: Floats) -> Floats:
     """Return the indentation of the skin [mm] at distances [mm] from a tip with a force [N] on flesh of E [MPa].
 
     A dome is Hertz's sphere: K. L. Johnson, Contact Mechanics (1985), (3.41) and (3.42). Any other tip counts as a flat

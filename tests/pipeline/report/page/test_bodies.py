@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.report.page import bodies
-from pipeline.report.page.bodies import _indentation, flexure_body, palette_colours, skin_body
+from pipeline.report.page.bodies import _skin_fall, flexure_body, palette_colours, skin_body
 from pipeline.report.report import read_report
 from pipeline.response.scene_press import scene_of
 
@@ -27,7 +27,7 @@ def test_skin_is_that_of_a_point_force_far_away(name, request):
     distance = np.array([50.0, 100.0])
     nu = report.design.fruit.poisson
     expected = (1.0 - nu**2) * force / (np.pi * E * distance)
-    np.testing.assert_allclose(_indentation(report, E, force, distance), expected, rtol=2e-3)
+    np.testing.assert_allclose(_skin_fall(report, E, force, distance), expected, rtol=2e-3)
 
 
 def test_flat_tip_pushes_all_under_it_as_far(flat_page):
@@ -35,7 +35,7 @@ def test_flat_tip_pushes_all_under_it_as_far(flat_page):
     report = flat_page.report
     a = np.sqrt(report.design.tips.face_mm2 / np.pi)
     nu = report.design.fruit.poisson
-    fall = _indentation(report, 2.0, 0.7, np.array([0.0, 0.5 * a, a]))
+    fall = _skin_fall(report, 2.0, 0.7, np.array([0.0, 0.5 * a, a]))
     np.testing.assert_allclose(fall, (1.0 - nu**2) * 0.7 / (2.0 * a * 2.0), rtol=1e-12)
 
 
@@ -48,7 +48,7 @@ def test_dome_pushes_the_middle_by_the_approach(dome_page):
     fruit, tips = report.design.fruit, report.design.tips
     R = hertz.mean_relative_radius(tips.dome_radius_mm, *fruit.radii_mm)
     a = hertz.contact_radius(0.7, 2.0, fruit.poisson, R)
-    fall = _indentation(report, 2.0, 0.7, np.array([0.0, a]))
+    fall = _skin_fall(report, 2.0, 0.7, np.array([0.0, a]))
     np.testing.assert_allclose(fall, [a**2 / R, 0.5 * a**2 / R], rtol=1e-12)
 
 
