@@ -12,7 +12,9 @@ from cad.parts.housing import Housing
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.firmware import c_header
 from pipeline.measure.unit.measuring import MeasuringUnit
+from pipeline.measure.unit.presses import sensor_times
 from pipeline.measure.unit.printed_unit import unit_of
+from pipeline.measure.unit.signals import Sample
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import error_analysis, reading_constants
 from pipeline.reading.read_out import ReadingConstants
@@ -107,6 +109,18 @@ def read_press(sensor, forces, travels=None):
     for index, row in enumerate(np.asarray(forces)):
         found.add(row, None if travels is None else travels[index])
     return found.reading()
+
+
+def read_log(sensor, rows):
+    """Return what the command reads of one press, or of the deepest, in rows that come at the rate of the read-out."""
+    signal = sensor.report.read_out.signal
+    period = 1.0 / (signal.rate_Hz if signal else 10.0)
+    samples = (Sample(number, number * period, None, tuple(row)) for number, row in enumerate(rows.astype(float)))
+    at_one_time = sensor_times(sensor, samples, "press.csv")
+    press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation)
+    for sample in at_one_time:
+        press.add(sensor.forces_of_channels(sample.forces), t=sample.t)
+    return press.reading()
 
 
 def with_heights(sensor, heights):

@@ -6,13 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign, printed_by_header, with_heights
+from measured_units import MeasuredDesign, printed_by_header, read_log, with_heights
 
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.fruit_reading import IN_FIRMWARE, flags_of_forces
-from pipeline.measure.unit.presses import sensor_times
-from pipeline.measure.unit.signals import Sample
 from solve.contact.poses import Pose
 
 AGREES = 1e-5
@@ -71,24 +69,12 @@ def bits(flags):
     return sum(1 << IN_FIRMWARE.index(flag) for flag in flags if flag in IN_FIRMWARE)
 
 
-def pressed(sensor, rows):
-    """Return what the command reads of one press, or of the deepest, in rows that come at the rate of the read-out."""
-    signal = sensor.report.read_out.signal
-    period = 1.0 / (signal.rate_Hz if signal else 10.0)
-    samples = (Sample(number, number * period, None, tuple(row)) for number, row in enumerate(rows.astype(float)))
-    at_one_time = sensor_times(sensor, samples, "press.csv")
-    press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation)
-    for sample in at_one_time:
-        press.add(sensor.forces_of_channels(sample.forces), t=sample.t)
-    return press.reading()
-
-
 def both(sensor, rows, tmp_path):
     """Return what the command reads of a press, and what the MicroPython module does: E and flags."""
     module = module_of(tmp_path, sensor)["Press"]()
     for row in rows.astype(float):
         module.add(row.tolist())
-    expected = pressed(sensor, rows)
+    expected = read_log(sensor, rows)
     E, _, flags = module.read()
     return (expected.E, bits(expected.flags)), (E, flags)
 
@@ -135,7 +121,7 @@ def test_of_two_touches_firmware_reads_the_deeper_one(mango, tmp_path, in_c):
             module.add(row)
         (expected, bit), _ = both(higher, np.concatenate([lift, alone]).astype(np.float32), tmp_path)
         assert bit == 0
-        assert pytest.approx(expected, rel=1e-12) == pressed(higher, rows).E
+        assert pytest.approx(expected, rel=1e-12) == read_log(higher, rows).E
         assert module.read()[::2] == (pytest.approx(expected, rel=1e-9), 0)
         assert in_c(higher, rows)[-1, ::2].tolist() == [pytest.approx(expected, rel=AGREES), 0]
 
