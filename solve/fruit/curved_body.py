@@ -100,7 +100,7 @@ def curved_compliance(
 def shape_change(
     fruit: Fruit, footprints: Sequence[Footprint], steps: BodySteps = STEPS, along_normals: bool = False
 ) -> ShapeChange:
-    """Return what the shape of a curved fruit adds to the compliance of its equivalent block under footprints.
+    """Return the change of compliance from the equivalent block of a curved fruit to the fruit, under footprints.
 
     Two meshes give the change under smooth loads, a closed form what rigid tips add to it. Raises SolveError when a
     solve is not exact.

@@ -118,10 +118,10 @@ def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side
 def node_remainder(
     fruit: Fruit, footprints: Sequence[Footprint], lines: Lines, parities: Sequence[Parity], counts: NodeCounts
 ) -> tuple[Floats, int]:
-    """Return what the finite block adds to the displacement of node i per force on node j, E = 1 [1/mm], and the dofs.
+    """Return the remainder's compliance between all nodes, E = 1 [1/mm], (nodes, nodes), and the dofs of its mesh.
 
-    The compliance has shape (nodes, nodes), with `counts.between` nodes a side. It is solved for loads on fewer nodes,
-    `counts.within` a side, and interpolated. The mesh is the box over `lines` [mm], which begin at mirror planes. There
+    There are `counts.between` nodes a side. It is solved for loads on fewer nodes, `counts.within` a side, and
+    interpolated. The mesh is the box over `lines` [mm], which begin at mirror planes. There
     a load is the mean of loads even and odd in x and in y: a parity is +1, -1, or 0 on an axis without a plane, and one
     that is left out of `parities` counts as zero. Raises SolveError when a solve is not exact.
     """

@@ -58,8 +58,9 @@ class FaceQuadrature:
 def remainder_compliance(
     mesh: Mesh, poisson: float, loads: Floats, parities: Sequence[Parity]
 ) -> tuple[list[Floats], int]:
-    """Return v_z at load k per unit normal load j, E = 1 [1/mm], (loads, loads) for each parity, and the dofs.
+    """Return the compliance of the remainder for each parity, E = 1 [1/mm], (loads, loads) each, and the dofs.
 
+    Entry kj is v_z at load k per unit normal load j.
     `mesh` is the block, or the half or quarter of it that lies at x >= 0 or y >= 0, with faces named as `box_mesh`
     does; `loads` (n, 2) are points on its top [mm]. A parity (+1 | -1 | 0 for x, same for y) mirrors every load with
     that sign at the plane x = 0 or y = 0; 0 where the mesh holds both sides. Raises SolveError when a solve is not

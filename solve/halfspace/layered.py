@@ -85,9 +85,9 @@ class Layer:
 
 
 def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
-    """Return what lies below layers of one thickness adds to the compliance at distances [mm], times E below [1/mm].
+    """Return the compliance that the half-space below layers adds at distances [mm], times E below [1/mm].
 
-    It is (1 - nu_s^2) / (pi E_s) l(r) of the module's first lines, shape (layers, ...).
+    It is (1 - nu_s^2) / (pi E_s) l(r) of the module's first lines, shape (layers, ...). All layers have one thickness.
     """
     h = layers[0].thickness
     farthest = max(float(distances.max(initial=0.0)), h)
@@ -100,7 +100,7 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
 
 
 def base_compliance(thickness: float, poisson: float, distances: Floats) -> Floats:
-    """Return what a rigid base under a layer [mm] changes of the half-space's compliance, times E [1/mm].
+    """Return the change of the half-space's compliance by a rigid base under a layer [mm], times E [1/mm].
 
     It is negative, at distances between point loads [mm], of their shape.
     """

@@ -172,7 +172,7 @@ def tip_compliance(mesh: Mesh, E: float, poisson: float, attached: Sequence[Atta
 
 
 def compliance_of(half: ClampedHalf, foils: Sequence[BondedFoil] = (), start: float | None = None) -> TipCompliance:
-    """Return the compliance of all tips of a clamped half [mm/N] and what else its displacements tell.
+    """Return the compliance, strains and sags of all tips of a clamped half [mm/N].
 
     `foils` are the gauges attached to it. Its seconds count from `start`. Raises SolveError as `tip_compliance` does.
     """

@@ -43,10 +43,11 @@ class FruitUnderDomes:
 
 
 def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> FruitUnderDomes:
-    """Return the body of the scene's fruit in poses on other `fruits` (poses,), which differ in shape or thickness.
+    """Return what the fruit adds to a half-space in each pose, given the fruit of each pose (poses,).
 
-    `compliance` is that of the scene's own fruit. What its shape changes is proportional to the mean curvature of each
-    fruit, what its thickness changes is that of a layer on a rigid base; how far either may be off is in the bound.
+    The fruits may differ from the scene's in shape or thickness; `compliance` is that of the scene's own. Its change by
+    the shape is proportional to the mean curvature of each fruit, its change by the thickness is that of a layer on a
+    rigid base. The bound holds the errors of both.
     """
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)
@@ -74,7 +75,7 @@ def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]
 
 
 def _changes(scene: Scene, compliance: FruitCompliance, feet: Floats, fruits: Sequence[Fruit]) -> tuple[Floats, Floats]:
-    """Return what other fruits (poses,) change of the compliance, and its bound, both (poses, tips, tips) [1/mm]."""
+    """Return the change of compliance on other fruits (poses,), and its bound, both (poses, tips, tips) [1/mm]."""
     # Many poses share a fruit.
     made: dict[int, tuple[Floats, Floats]] = {}
     changes = []
@@ -87,7 +88,7 @@ def _changes(scene: Scene, compliance: FruitCompliance, feet: Floats, fruits: Se
 
 
 def _change(scene: Scene, compliance: FruitCompliance, feet: Floats, fruit: Fruit) -> tuple[Floats, Floats]:
-    """Return what a fruit changes of the compliance of the scene's own, and its bound, both (tips, tips) [1/mm].
+    """Return the change of compliance from the scene's own fruit to another, and its bound, both (tips, tips) [1/mm].
 
     `feet` (tips, 2) [mm] are where the domes touch. The change by the shape is proportional to the mean curvature; the
     difference of the two principal curvatures is not in it, and counts in the bound.

@@ -186,7 +186,7 @@ def _axes(turn: Floats) -> Floats:
 
 
 def _first_touches(scenes: Sequence[Scene]) -> Floats:
-    """Return where sensors aim at the skin and how far past it they first touch, shape (scenes, 4) [mm].
+    """Return the point of the skin that each sensor aims at, and its lowering at first touch, (scenes, 4) [mm].
 
     The first three columns are the point of the skin under the middle of the tips, the last one is how far the middle
     of their faces has been lowered along the axis beyond it. Raises SolveError where Newton's method does not settle.

@@ -65,10 +65,10 @@ class LargeStrain:
 
 
 def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float) -> LargeStrain:
-    """Return what large strain does at Hertz's contact radii [mm] of a dome's radius [mm] on a fruit.
+    """Return the corrections of Hertz's contacts for large strain, at Hertz's contact radii [mm].
 
-    The fruit's curvature [1/mm] has the shape of the radii. Beyond the domain of the fit g keeps its value at the end
-    of it, and all of g - 1 is an error.
+    `dome` [mm] is the radius of the domes; the fruit's curvature [1/mm] has the shape of the contact radii. Beyond the
+    domain of the fit g keeps its value at the end of it, and all of g - 1 is an error.
     """
     s = contact / dome
     t = contact * curvature

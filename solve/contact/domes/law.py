@@ -140,7 +140,7 @@ class DomeContrast:
 
 
 def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float) -> DomeContrast:
-    """Return what the contrast needs, linearised at a level press at modulus E [MPa] over the full travel.
+    """Return the constants of domes for the contrast law, at a level press at modulus E [MPa] over the full travel.
 
     C (tips, tips) [mm/N] is the compliance of the springs. Forces along normals are turned into forces along the
     springs by the cosines of their angles. Raises SolveError where the forces do not settle.
