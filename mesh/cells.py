@@ -127,8 +127,8 @@ def reference_facets(mesh: Mesh, facets: Ints) -> Iterator[ReferenceFacet]:
     for local, corners in enumerate(RefHex.facets):
         elements = owners[mesh.t2f[local, owners] == facets]
         if len(elements):
-            p, q, _, s = RefHex.p[:, corners].T
-            yield ReferenceFacet(elements, p, q - p, s - p)
+            first, second, _, last = RefHex.p[:, corners].T  # corners in order round the facet
+            yield ReferenceFacet(elements, first, second - first, last - first)
 
 
 def facets_area(mesh: Mesh, facets: Ints) -> float:

@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 # quadratic elements give h^4. Growth and largest size scaled with h^1/4 let both fall together, at rate 1 in h.
 REFINEMENTS = (1.0, 0.5, 0.25)
 _EDGE_SIZE = 0.1  # of the side of a tip, on the coarsest mesh
-_GROWTH = 0.5
+_GROWTH = 0.5  # of the size with the distance from an edge, on the coarsest mesh
+# Largest size on the coarsest mesh: a third of the shortest side of the block, but at least a sixtieth of the longest.
+_ACROSS = 3.0
+_ALONG = 60.0
 
 
 def fruit_meshes(fruit: Fruit, tips: Tips) -> tuple[MeshTet1, ...]:
@@ -49,7 +52,7 @@ def fruit_size(part: Part, fruit: Fruit, tips: Tips, scale: float) -> SizeField:
     return SizeField(
         smallest_mm=smallest,
         growth=_GROWTH * smooth,
-        largest_mm=max(smooth * min(lengths) / 3.0, smooth * max(lengths) / 60.0, smallest),
+        largest_mm=max(smooth * min(lengths) / _ACROSS, smooth * max(lengths) / _ALONG, smallest),
         faces=tuple(name for name in ("low_tip", "high_tip") if name in part.faces),
         cuts=tuple(name for name in ("symmetry_x", "symmetry_y") if name in part.faces),
     )

@@ -14,7 +14,7 @@ import numpy as np
 from skfem import MeshTet1
 
 from mesh.quality import check_quality, compare, named_facets
-from mesh.session import MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
+from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
 
 if TYPE_CHECKING:
     from cad.parts.part import Part
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _LOST = "the order of the faces was lost, write the BREP file of this very solid"
 _FINER = "take smaller elements on curved faces, or check the solid"
 _SAME = 1e-6  # relative: gmsh reads the same shape that was written, so faces agree to the digits of the file
+_SAMPLING = 200  # points along a curve from which gmsh takes the distance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +43,8 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
     """Return the tetrahedral mesh [mm] of a part with its named faces as boundaries.
 
     `tolerance` is the relative difference of volume and of each named area from the solid's; faceted curved faces
-    need more than the default. Raises MeshError with the stage that failed.
+    need more than the default. `least_quality` is the smallest scaled Jacobian [1]. Raises MeshError with the stage
+    that failed.
     """
     for name in (*size.faces, *size.cuts):
         if name not in part.faces:
@@ -61,8 +63,16 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
     tets = np.ascontiguousarray(nodes.index[tets])
     check_quality(points, tets, least_quality)
     mesh = MeshTet1(points, tets)
+    mesh = mesh.with_boundaries(_named_boundaries(mesh, part, triangles))
+    check_against_part(mesh, part, tolerance)
+    return mesh
 
-    # The facets of the mesh that the triangles of each named face are.
+
+def _named_boundaries(mesh: MeshTet1, part: Part, triangles: Sequence[Ints]) -> dict[str, Ints]:
+    """Return the facets of the mesh on each named face of a part; raises MeshError.
+
+    `triangles` are the nodes (3, n) of the triangles on each face of the solid, in the order of its faces.
+    """
     outside = mesh.boundary_facets()
     boundaries = {}
     for name, indices in part.faces.items():
@@ -70,9 +80,7 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
         if (index < 0).any():
             raise MeshError("read", "a triangle of a face is no outer facet of the mesh", "check the solid")
         boundaries[name] = outside[index]
-    mesh = mesh.with_boundaries(boundaries)
-    check_against_part(mesh, part, tolerance)
-    return mesh
+    return boundaries
 
 
 def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
@@ -116,19 +124,18 @@ def _check_faces(part: Part, tags: Sequence[int]) -> None:
 def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
     """Set the size field of gmsh; `tags` are the surfaces of each named face."""
     field = gmsh.model.mesh.field
+
+    def bounding_curves(names: Sequence[str]) -> set[int]:
+        surfaces = [(2, tag) for name in names for tag in tags[name]]
+        return {curve for _, curve in gmsh.model.getBoundary(surfaces, combined=False, oriented=False)}
+
     with stage("size", "check the sizes"):
         rule = repr(size.largest_mm)
         if size.faces:
-            around = gmsh.model.getBoundary(
-                [(2, tag) for name in size.faces for tag in tags[name]], combined=False, oriented=False
-            )
-            cut = gmsh.model.getBoundary(
-                [(2, tag) for name in size.cuts for tag in tags[name]], combined=False, oriented=False
-            )
-            outline = {curve for _, curve in around} - {curve for _, curve in cut}
+            outline = bounding_curves(size.faces) - bounding_curves(size.cuts)
             distance = field.add("Distance")
             field.setNumbers(distance, "CurvesList", sorted(outline))
-            field.setNumber(distance, "Sampling", 200)
+            field.setNumber(distance, "Sampling", _SAMPLING)
             rule = f"Min({size.largest_mm!r}, {size.smallest_mm!r} + {size.growth!r} * F{distance})"
         formula = field.add("MathEval")
         field.setString(formula, "F", rule)

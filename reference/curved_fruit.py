@@ -36,13 +36,12 @@ def curved_quarter(fruit: Fruit, tips: Tips) -> Part:
     whole = curved_fruit(fruit, tips).shape
     far = whole.BoundingBox().DiagonalLength
     quarter = whole.intersect(cq.Solid.makeBox(far, far, 2.0 * far, cq.Vector(0.0, 0.0, -far))).Solids()[0]
-    start, end = (tips.centres_mm[1] + sign * (0.5 * tips.side_mm + 1e-3) for sign in (-1.0, 1.0))
+    half_tip = 0.5 * tips.side_mm + 1e-3  # with room for the digits of the kernel
+    start, end = tips.centres_mm[1] - half_tip, tips.centres_mm[1] + half_tip
 
     def under_tip(face: cq.Face) -> bool:
         box = face.BoundingBox()
-        return (
-            face.geomType() != "PLANE" and start < box.xmin and box.xmax < end and box.ymax < 0.5 * tips.side_mm + 1e-3
-        )
+        return face.geomType() != "PLANE" and start < box.xmin and box.xmax < end and box.ymax < half_tip
 
     planes = {"base": on_plane(2, -fruit.depth_mm), "symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
     top = {"high_tip": under_tip, "top": lambda face: face.geomType() != "PLANE" and not under_tip(face)}
@@ -80,6 +79,11 @@ def curved_mesh(fruit: Fruit, tips: Tips, size: SizeField) -> MeshTet2:
 
 
 def _on_skin(places: np.ndarray, fruit: Fruit) -> np.ndarray:
+    """Return points near the skin of a fruit (3, n) [mm] moved onto its ellipsoid.
+
+    Those of a whole fruit move towards its centre, but for points of its base, which stay at their height; those of a
+    piece move along z.
+    """
     radius = fruit.radius_mm or 0.0  # a curved fruit has one
     axes = np.array([radius, (radius * (fruit.radius_across_mm or radius)) ** 0.5, radius])
     centre = np.array([0.0, 0.0, -radius])
@@ -107,6 +111,7 @@ def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, 
     surface = FacetBasis(plan or mesh, ElementVector(ElementTetP2()), facets=skin, intorder=8)
 
     def density(x: np.ndarray, place: float) -> np.ndarray:
+        """Return the density of a unit load about a place on the x axis [1/mm^2], seen from above."""
         square = (x[0] - place) ** 2 + x[1] ** 2
         return np.exp(-0.5 * square / deviation**2) / (2.0 * np.pi * deviation**2)
 
@@ -114,20 +119,22 @@ def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, 
 
     @LinearForm
     def opposed(v: Any, w: Any) -> Floats:
+        """Return the work of the load under one tip less that under the other; w.n[2] makes a plan of the surface."""
         right, left = density(w.x, centre), density(w.x, -centre)
         return ((right - left) * up * v[2] + (right + left) * along * v[0]) * w.n[2]
 
     force = opposed.assemble(surface)
+    # Opposed loads are odd in x and even in y.
     held = {"base": ("u^1", "u^2", "u^3"), "symmetry_y": ("u^2",), "symmetry_x": ("u^2", "u^3")}
     fixed = [basis.get_dofs(name).all(list(components)) for name, components in held.items()]
     return 2.0 * float(force @ factorise(stiffness, np.concatenate(fixed)).solve(force))
 
 
 def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:
-    """Return what the shape of a piece adds to s11 - s12 along its normals [1/mm], from a mesh bent by height.
+    """Return the change of s11 - s12 along the normals by the shape of a piece [1/mm], from a mesh bent by height.
 
-    Under loads that are round along the skin: those of the mesh are round as seen from above, on a slope s longer by
-    sqrt(1 + s^2) down it, which takes s^2 / 4 off their own compliance.
+    It is under loads that are round along the skin: those of the mesh are round as seen from above, on a slope s longer
+    by sqrt(1 + s^2) down it, which takes s^2 / 4 off their own compliance.
     """
     shape, place = CurvedShape(fruit, Plan(0.0, 0.0)), tips.centres_mm[1]
     sharper = LOG_OFFSET * shape.mean_curvature(place, 0.0) * log_coefficient(fruit.poisson, 0.0)
@@ -139,7 +146,7 @@ def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:
 
 
 def solid_change(fruit: Fruit, tips: Tips, size: SizeField) -> float:
-    """Return what the shape adds to s11 - s12 of the equivalent block [1/mm], from meshes of both of the same sizes."""
+    """Return the change of s11 - s12 from the equivalent block to the solid [1/mm], on meshes of the same sizes."""
     shape, place = CurvedShape(fruit, Plan(0.0, 0.0)), tips.centres_mm[1]
     curvature = shape.mean_curvature(place, 0.0)
     sharper = LOG_OFFSET * curvature * log_coefficient(fruit.poisson, shape.slope(place, 0.0))

@@ -91,7 +91,7 @@ class Fruit:
 
 
 def random_fruits(count: int, seed: int) -> Iterator[Fruit]:
-    """Return fruits of the new mango: any azimuth, tilts up to 4 degrees evenly over all slopes."""
+    """Yield random fruits of the new mango: any azimuth, tilts up to 4 degrees evenly over all slopes."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
         yield Fruit(
@@ -105,7 +105,10 @@ def random_fruits(count: int, seed: int) -> Iterator[Fruit]:
 
 
 def love(cells: int) -> Complexes:
-    """Return the transform of the deflections of cells of side 1 by a unit pressure on one cell, times pi E*."""
+    """Return the transform of the deflections of cells of side 1 by a unit pressure on one cell, times pi E*.
+
+    Distances run from -cells to cells, so that a product of transforms is the convolution on a grid of `cells` a side.
+    """
     i = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
     x, y = np.meshgrid(i, i, indexing="ij")
     total = np.zeros_like(x)
@@ -121,14 +124,17 @@ class Grids:
     """Grids of cells about `middles` (tips, 2), half as wide as `reach` (tips,) [mm], and what their forces do."""
 
     def __init__(self, middles: Floats, reach: Floats, cells: int, kernel: Complexes) -> None:
+        """Set up the polynomials through Chebyshev's nodes, and 1 / r between the nodes of different grids."""
         self.middles, self.reach, self.cells, self.kernel = middles, reach, cells, kernel
-        self.steps = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0
+        self.steps = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # places of cells along a grid, from -1 to 1
         self.size = 2.0 * reach / cells
         nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
-        self.between = np.array([np.prod([(self.steps - m) / (n - m) for m in nodes if m != n], axis=0) for n in nodes])
-        places = middles[:, None, None] + reach[:, None, None, None] * np.stack(
-            np.meshgrid(nodes, nodes, indexing="ij"), axis=-1
-        )
+        polynomials = []
+        for n in nodes:
+            polynomials.append(np.prod([(self.steps - m) / (n - m) for m in nodes if m != n], axis=0))
+        self.between = np.array(polynomials)
+        square = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1)
+        places = middles[:, None, None] + reach[:, None, None, None] * square
         flat = places.reshape(len(middles), -1, 2)
         distance = np.linalg.norm(flat[:, None, :, None] - flat[None, :, None, :], axis=-1)
         distance[range(len(middles)), range(len(middles))] = np.inf
@@ -142,12 +148,11 @@ class Grids:
         return np.broadcast_to(x[:, :, None], shape), np.broadcast_to(y[:, None, :], shape)
 
     def moved_to(self, middles: Floats, reach: Floats, forces: Floats) -> Floats:
-        """Return forces of cells of other grids under the same pressure, nearly [N]."""
+        """Return the forces [N] of cells of other grids that press nearly as these do, each by the cell it lies in."""
         moved = np.zeros_like(forces)
         for tip in range(len(forces)):
-            place = (self.steps * reach[tip] + (middles - self.middles)[tip, :, None] + self.reach[tip]) / self.size[
-                tip
-            ]
+            offset = (middles - self.middles)[tip, :, None]
+            place = (self.steps * reach[tip] + offset + self.reach[tip]) / self.size[tip]
             row, column = np.floor(place).astype(int)
             inside = [(index >= 0) & (index < self.cells) for index in (row, column)]
             found = forces[tip][np.ix_(row.clip(0, self.cells - 1), column.clip(0, self.cells - 1))]
@@ -155,7 +160,7 @@ class Grids:
         return moved
 
     def stiffened(self, deflections: Floats) -> Floats:
-        """Return nearly the forces of cells that make deflections in each grid alone, to some factor alike in all."""
+        """Return the forces of cells that make deflections in each grid alone, nearly and but for one factor of all."""
         twice = (2 * self.cells, 2 * self.cells)
         forces = irfft2(rfft2(deflections, twice) / self.kernel.real, twice)[:, : self.cells, : self.cells]
         return forces * self.size[:, None, None]
@@ -167,25 +172,24 @@ class Grids:
         at_nodes = np.einsum("ai,tij,bj->tab", self.between, forces, self.between, optimize=True)
         felt = np.einsum("tsab,sb->ta", self.cross, at_nodes.reshape(len(forces), -1))
         felt = felt.reshape(-1, NODES, NODES)
-        return own / self.size[:, None, None] + np.einsum(
-            "ai,tab,bj->tij", self.between, felt, self.between, optimize=True
-        )
+        others = np.einsum("ai,tab,bj->tij", self.between, felt, self.between, optimize=True)
+        return own / self.size[:, None, None] + others
 
 
 class Pressing:
     """A sensor on a fruit, pressed farther and farther."""
 
     def __init__(self, sensor: Sensor, fruit: Fruit, cells: int = CELLS) -> None:
+        """Find where each dome first touches, by Newton's method."""
         self.sensor, self.fruit, self.cells = sensor, fruit, cells
         self.kernel = love(cells)
-        # where each dome first touches, by Newton's method
         self.touch = sensor.positions.copy()
         for _ in range(20):
             step = np.array([np.linalg.solve(*self._slopes(tip)) for tip in range(len(self.touch))])
             self.touch = self.touch - step
         self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
         bend = np.linalg.eigvalsh(fruit.curvature)[0]
-        self.widest = 1.0 / (1.0 / sensor.dome_radius + bend)
+        self.widest = 1.0 / (1.0 / sensor.dome_radius + bend)  # radius of relative curvature [mm]
         self.grids: Grids | None = None
         self.cell_forces = np.zeros((len(self.touch), cells, cells))
 
@@ -211,7 +215,10 @@ class Pressing:
         return dome + skin - self.fruit.slope[0] * x - self.fruit.slope[1] * y - out
 
     def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
-        """Return the forces of the domes at a travel [mm] from the first touch, (tips,)."""
+        """Return the forces of the domes [N] at a travel [mm] from the first touch, (tips,).
+
+        Grids are laid anew until each fits its contact. Raises ArithmeticError where they do not come to fit.
+        """
         lowered = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope)
         entered = lowered - self.nearest
         reach = np.sqrt(2.0 * self.widest * np.maximum(entered, 1e-4)) if self.grids is None else self.grids.reach
@@ -232,12 +239,15 @@ class Pressing:
         return total
 
     def _fitted(self, grids: Grids, found: Floats, entered: Floats) -> tuple[Floats, Floats, bool]:
-        """Return where grids fit these contacts, and whether these do."""
+        """Return middles and reaches of grids that fit the contacts, and whether the given grids do.
+
+        `found` are the forces of the cells, `entered` (tips,) how far the undeformed domes enter the fruit.
+        """
         middles, reach = grids.middles.copy(), grids.reach.copy()
         fits = True
         for tip, forces in enumerate(found):
             rows, columns = np.flatnonzero(forces.any(axis=1)), np.flatnonzero(forces.any(axis=0))
-            if not len(rows):
+            if not len(rows):  # off the fruit: a small grid waits where the dome will touch
                 reach[tip] = 1.2 * math.sqrt(self.widest * max(0.02 * abs(entered[tip]), 1e-3))
                 middles[tip] = self.touch[tip]
                 continue
@@ -252,12 +262,16 @@ class Pressing:
         return middles, reach, fits
 
     def _pressed(self, grids: Grids, lowered: Floats, start: Floats | None) -> Floats:
-        """Return the forces of all cells [N] of least energy."""
+        """Return the forces of all cells [N] of least energy, by an active set from those of a start.
+
+        `lowered` (tips,) [mm] is how far each dome has come down from height 0.
+        """
         x, y = grids.places()
         wanted = lowered[:, None, None] - self.gap(x, y)
         give = (1.0 / self.sensor.K)[:, None, None]
 
         def sunk(forces: Floats) -> Floats:
+            """Return deflection of the fruit and of the springs under forces of cells [mm]."""
             return self.fruit.compliance * grids.deflection(forces) + give * forces.sum(axis=(1, 2), keepdims=True)
 
         allowed = SETTLED * max(wanted.max(), 1e-6)
@@ -265,9 +279,11 @@ class Pressing:
         active = wanted > 0.0 if start is None else start > 0.0
         f = np.zeros_like(wanted) if start is None else start
         energy = 0.5 * (f * (sunk(f) - 2.0 * wanted)).sum()
+        system = _System(grids, sunk, wanted, 0.5 * allowed)
         for _ in range(MOST_SETS):
-            solved, apart = _balanced(grids, sunk, wanted, np.where(active, f, 0.0), active, 0.5 * allowed)
+            solved, apart = system.balanced(np.where(active, f, 0.0), active)
             pulls = (solved < -slack).any()
+            # Where cells would pull, the step is shortened until it lowers the energy.
             before, f, part = f, solved, 1.0
             while pulls and part > LEAST_PART:
                 f = np.maximum(before + part * (solved - before), 0.0)
@@ -283,25 +299,35 @@ class Pressing:
         raise ArithmeticError(allowed)
 
 
-def _balanced(
-    grids: Grids, sunk: Callable[[Floats], Floats], wanted: Floats, f: Floats, active: Flags, allowed: float
-) -> tuple[Floats, Floats]:
-    """Return forces of the active cells [N] that sink them as wanted, by conjugate gradients, and the gaps of all."""
-    apart = sunk(f) - wanted
-    way, before = np.zeros_like(f), 1.0
-    for step in range(MOST_STEPS):
-        left = np.where(active, apart, 0.0)
-        if np.abs(left).max() < allowed:
-            return f, apart
-        smooth = np.where(active, grids.stiffened(left), 0.0)
-        product = (left * smooth).sum()
-        way = -smooth + (product / before if step else 0.0) * way
-        before = product
-        answer = sunk(way)
-        length = product / (answer * way).sum()
-        f = f + length * way
-        apart = apart + length * answer
-    raise ArithmeticError(np.abs(left).max() / allowed)
+@dataclass(frozen=True)
+class _System:
+    """Cells that are to sink as `wanted`, within what is `allowed` [mm], and how they sink under forces, `sunk`."""
+
+    grids: Grids
+    sunk: Callable[[Floats], Floats]
+    wanted: Floats
+    allowed: float
+
+    def balanced(self, f: Floats, active: Flags) -> tuple[Floats, Floats]:
+        """Return forces of the active cells [N] that sink them as wanted, from others f, and the gaps of all cells.
+
+        By conjugate gradients, preconditioned by the inverse of each grid's convolution.
+        """
+        apart = self.sunk(f) - self.wanted
+        way, before = np.zeros_like(f), 1.0
+        for step in range(MOST_STEPS):
+            left = np.where(active, apart, 0.0)
+            if np.abs(left).max() < self.allowed:
+                return f, apart
+            smooth = np.where(active, self.grids.stiffened(left), 0.0)
+            product = (left * smooth).sum()
+            way = -smooth + (product / before if step else 0.0) * way
+            before = product
+            answer = self.sunk(way)
+            length = product / (answer * way).sum()
+            f = f + length * way
+            apart = apart + length * answer
+        raise ArithmeticError(np.abs(left).max() / self.allowed)
 
 
 def press(

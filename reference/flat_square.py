@@ -17,10 +17,11 @@ from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
 FORCE_ERROR = 1e-3
-SPRINGS = (1.2, 20.0)
+SPRINGS = (1.2, 20.0)  # low and high [N/mm]
 
 
 def square_design(**reading: Any) -> Design:
+    """Return the design of a square of flat tips on a block, with fields of its reading."""
     return Design(
         name="square",
         targets=None,
@@ -33,6 +34,7 @@ def square_design(**reading: Any) -> Design:
 
 
 def square_contact() -> FruitCompliance:
+    """Return the compliance of a half-space under the square: 1 / (1.15 sides) under a tip, Boussinesq's beside it."""
     places = np.array(square_design().tips.places_mm)
     apart = np.hypot(*(np.subtract.outer(axis, axis) for axis in places.T))
     S = 0.91 / np.where(apart > 0.0, np.pi * apart, 1.15)
@@ -41,13 +43,14 @@ def square_contact() -> FruitCompliance:
 
 
 def square_springs() -> Floats:
+    """Return the compliance of the springs of the square [mm/N], (tips, tips)."""
     return spring_compliance(*SPRINGS, *SPRINGS)
 
 
 def linear_pose_forces(scene: Scene, contact: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
     """Return the forces of flat tips that follow any tilt; a tip that would be pulled is off.
 
-    All may be off as on a fruit that gives way by `FORCE_ERROR` more than it does.
+    Their common error is that of a fruit that gives way by `FORCE_ERROR` more than it does.
     """
     places = np.array(scene.tips.places_mm)
     rows, errors = [], []

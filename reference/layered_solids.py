@@ -17,11 +17,12 @@ from skfem.helpers import ddot, grad, sym_grad, trace
 
 from sensor.arrays import Flags, Floats, Ints
 
-Line = tuple[Any, Any, Any]
+Line = tuple[Any, Any, Any]  # sparse matrices of elements along a line: masses, stiffness, and slopes times values
 
 BEYOND = 1.4  # each step over the one before, away from the contact
 FAST = 1.8  # the same in three dimensions
-ON = 1e-9
+ON = 1e-9  # [mm]
+MOST_SETS = 60  # of touching nodes
 
 
 def lines(edge: float, end: float, cells: int, growth: float, beyond: float = BEYOND) -> Floats:
@@ -42,11 +43,13 @@ def depths(skin: float, end: float, cells: int, beyond: float = BEYOND) -> Float
 
 
 def lame(w: Any) -> tuple[float, float]:
+    """Return Lame's lambda and mu of a form's Poisson's ratio, E = 1."""
     return w["poisson"] / ((1.0 + w["poisson"]) * (1.0 - 2.0 * w["poisson"])), 0.5 / (1.0 + w["poisson"])
 
 
 @BilinearForm
 def of_revolution(u: Any, v: Any, w: Any) -> Floats:
+    """Return the energy density of a body of revolution, times 2 pi r and its modulus."""
     lam, mu = lame(w)
     hoop_u = u[0] / w.x[0]
     hoop_v = v[0] / w.x[0]
@@ -56,7 +59,10 @@ def of_revolution(u: Any, v: Any, w: Any) -> Floats:
 
 
 def of_line(lines: Floats, modulus: float | Floats = 1.0) -> Line:
-    """Return what elements of second order along a line have: masses, stiffness and slopes times values."""
+    """Return the integrals of elements of second order along a line, each over its modulus.
+
+    They are int N_i N_j (masses), int N_i' N_j' (stiffness) and int N_i' N_j (slopes).
+    """
     step = np.diff(lines)
     first = 2 * np.arange(len(step))
     nodes = first[:, None] + np.arange(3)
@@ -74,9 +80,10 @@ def of_line(lines: Floats, modulus: float | Floats = 1.0) -> Line:
 
 
 def of_box(x: Line, y: Line, z: Line, poisson: float) -> Any:
-    """Return the stiffness of bricks from what three lines have; its dofs are all along x, then y, then z.
+    """Return the stiffness of bricks over three lines; its dofs are all along x, then y, then z.
 
-    Bricks of second order are products of lines, and so are all integrals over them: a modulus may change along z.
+    Bricks of second order are products of lines, and so are all integrals over them: a modulus may change along z. The
+    block of directions i and j is lambda d_i d_j + mu d_j d_i, and on the diagonal mu of all axes too.
     """
     lam = poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
     mu = 0.5 / (1.0 + poisson)
@@ -84,11 +91,13 @@ def of_box(x: Line, y: Line, z: Line, poisson: float) -> Any:
     blocks = [[None] * 3 for _ in range(3)]
     for i, j in itertools.product(range(3), range(3)):
         if i == j:
+            # For each axis its stiffness, times the masses of the other two.
             terms = []
             for k in range(3):
                 factor = lam + 2.0 * mu if k == i else mu
                 terms.append((factor, [parts[axis][1 if axis == k else 0] for axis in range(3)]))
         else:
+            # Masses of the third axis, times slopes along i and j.
             terms = [(lam, [parts[axis][0] for axis in range(3)]), (mu, [parts[axis][0] for axis in range(3)])]
             terms[0][1][i], terms[0][1][j] = parts[i][2], parts[j][2].T
             terms[1][1][i], terms[1][1][j] = parts[i][2].T, parts[j][2]
@@ -100,6 +109,7 @@ class ByLines:
     """The inverse of the stiffness of bricks without what couples the directions: exact in the modes of three lines."""
 
     def __init__(self, x: Line, y: Line, z: Line, poisson: float) -> None:
+        """Find the modes of each line for displacements along each direction, and the stiffness of their products."""
         self.shape = tuple(line[0].shape[0] for line in (x, y, z))
         stretched = 2.0 * (1.0 - poisson) / (1.0 - 2.0 * poisson)  # lam + 2 mu over mu
         shear = 0.5 / (1.0 + poisson)
@@ -108,7 +118,8 @@ class ByLines:
             modes = []
             stiffness = np.zeros((1, 1, 1))
             for axis, (masses, rates, _) in enumerate((x, y, z)):
-                kept = slice(1 if axis == direction < 2 else 0, -1 if axis == 2 else None)  # symmetry, and the base
+                # Nodes that move: symmetry holds the first across its plane, the base holds the last down.
+                kept = slice(1 if axis == direction < 2 else 0, -1 if axis == 2 else None)
                 values, vectors = eigh(rates.toarray()[kept, kept], masses.toarray()[kept, kept])
                 modes.append((kept, vectors))
                 own = shear * (stretched if axis == direction else 1.0) * values
@@ -125,26 +136,40 @@ class ByLines:
         return moved.ravel()
 
 
-def cube_stiffness(
-    cells: int, ratio: float, side: float, width: float, height: float, skin: float, poisson: float = 0.3
-) -> float:
-    """Return the stiffness of a block's middle under a cube, so many cells in half its side: a quarter of the block."""
-    across = lines(0.5 * side, 0.5 * width, cells, 1.3, FAST)
-    down = depths(skin, height, max(2, cells // 2), FAST)
-    in_skin = 0.5 * (down[1:] + down[:-1]) < skin
+@dataclass(frozen=True, kw_only=True)
+class SkinnedBlock:
+    """A square block of a width and a height on a held base, under a skin and the side of a cube in its middle [mm]."""
+
+    side: float
+    width: float
+    height: float
+    skin: float
+    poisson: float = 0.3
+
+
+def cube_stiffness(block: SkinnedBlock, ratio: float, cells: int) -> float:
+    """Return the stiffness of a block under the cube, over the modulus of the flesh [mm].
+
+    `ratio` is the modulus of the skin over that of the flesh, `cells` the elements in half a side of the cube. A
+    quarter of the block is solved, by conjugate gradients.
+    """
+    across = lines(0.5 * block.side, 0.5 * block.width, cells, 1.3, FAST)
+    down = depths(block.skin, block.height, max(2, cells // 2), FAST)
+    in_skin = 0.5 * (down[1:] + down[:-1]) < block.skin
     nodes = [np.sort(np.concatenate([line, 0.5 * (line[1:] + line[:-1])])) for line in (across, across, down)]
     x, y, z = (axis.ravel() for axis in np.meshgrid(*nodes, indexing="ij"))
-    base = z > height - ON
-    under = (z < ON) & (x < 0.5 * side + ON) & (y < 0.5 * side + ON)
+    base = z > block.height - ON
+    under = (z < ON) & (x < 0.5 * block.side + ON) & (y < 0.5 * block.side + ON)
     free = np.flatnonzero(~np.concatenate([(x < ON) | base, (y < ON) | base, under | base]))
     u = np.concatenate([np.zeros(2 * len(x)), under])
 
     flat = of_line(across)
     layered = of_line(down, np.where(in_skin, ratio, 1.0))
-    K = of_box(flat, flat, layered, poisson)
-    by_lines = ByLines(flat, flat, layered, poisson)
+    K = of_box(flat, flat, layered, block.poisson)
+    by_lines = ByLines(flat, flat, layered, block.poisson)
 
     def near(forces: Floats) -> Floats:
+        """Return displacements of the free dofs under forces on them, without what couples the directions."""
         whole = np.zeros(len(u))
         whole[free] = forces
         return by_lines(whole)[free]
@@ -178,21 +203,14 @@ class RoundSolid:
             lines(self.edge, self.radius, self.cells, 1.25), depths(self.skin, self.height, self.cells // 2)
         )
         s, down = flat.p
-        places = np.stack([s, -down])
-        if self.ball is not None:
-            cosine = np.sqrt(1.0 - (s / self.ball) ** 2)
-            top = np.stack([s, self.ball * (cosine - 1.0)])
-            under_skin = top - self.skin * np.stack([s / self.ball, cosine])
-            base = np.stack([s, np.full(len(s), -self.height)])
-            deep = np.maximum(down - self.skin, 0.0) / (self.height - self.skin)
-            places = top + np.minimum(down / self.skin, 1.0) * (under_skin - top) + deep * (base - under_skin)
-        mesh = MeshQuad(places, flat.t)
+        mesh = MeshQuad(self._bent(s, down), flat.t)
         basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=5)
         in_skin = down[flat.t].mean(axis=0) < self.skin
         modulus = basis.with_element(ElementQuad0()).interpolate(np.where(in_skin, ratio, 1.0))
         K = asm(of_revolution, basis, modulus=modulus, poisson=self.poisson)
 
         def dofs_on(nodes: Flags) -> Ints:
+            """Return both dofs of nodes and of the edges between them, (2, n)."""
             edges = np.flatnonzero(np.isin(mesh.facets, np.flatnonzero(nodes)).all(axis=0))
             return np.concatenate([basis.nodal_dofs[:, nodes], basis.facet_dofs[:, edges]], axis=1)
 
@@ -210,6 +228,20 @@ class RoundSolid:
         sunk[free] = lu.solve(loads[free])
         return r[near], sunk[top[1, near]]
 
+    def _bent(self, s: Floats, down: Floats) -> Floats:
+        """Return r and z (2, n) [mm] of nodes s from the axis and down from the surface of a cylinder.
+
+        On a piece of a ball the skin keeps its thickness along the normal, and the base is flat.
+        """
+        if self.ball is None:
+            return np.stack([s, -down])
+        cosine = np.sqrt(1.0 - (s / self.ball) ** 2)
+        top = np.stack([s, self.ball * (cosine - 1.0)])
+        under_skin = top - self.skin * np.stack([s / self.ball, cosine])
+        base = np.stack([s, np.full(len(s), -self.height)])
+        deep = np.maximum(down - self.skin, 0.0) / (self.height - self.skin)
+        return top + np.minimum(down / self.skin, 1.0) * (under_skin - top) + deep * (base - under_skin)
+
     def flat(self, ratio: float) -> float:
         """Return the stiffness under a flat circle of radius `edge`."""
         r, sinking = self.surface_compliance(ratio)
@@ -217,11 +249,11 @@ class RoundSolid:
         return float(np.linalg.solve(sinking[under][:, under], np.ones(under.sum())).sum())
 
     def dome(self, ratio: float, curvature: float, depth: float) -> float:
-        """Return the force of a paraboloid of a curvature against the surface at a depth."""
+        """Return the force of a paraboloid of a curvature against the surface at a depth, by an active set."""
         r, sinking = self.surface_compliance(ratio)
         gap = depth - 0.5 * curvature * r**2
         on = gap > 0.0
-        for _ in range(60):
+        for _ in range(MOST_SETS):
             force = np.zeros(len(r))
             force[on] = np.linalg.solve(sinking[on][:, on], gap[on])
             entered = gap - sinking @ force > 1e-12

@@ -16,16 +16,18 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
 
-from sensor.arrays import Floats
+from sensor.arrays import Flags, Floats, Ints
 
-ORDER = 4
-PENALTY = 1e5
+ORDER = 4  # of the nodes along an element
+END_POINTS = 12  # of Gauss's rule, along an element at an end
+PENALTY = 1e5  # pressure over penetration [E / half height]
 ROUGH = 2  # first steps may raise the residual
-STICK = 1e5
+MOST_STEPS = 60
+STICK = 1e5  # friction over the way slid, of tools that never slide
 SLID = 5e-4  # half heights, over which friction comes up to its limit
-GROWTH = (0.0, 0.04, 0.1, 0.18, 0.28, 0.4, 0.65, 1.0)
+GROWTH = (0.0, 0.04, 0.1, 0.18, 0.28, 0.4, 0.65, 1.0)  # lines of a round section from the axis or the top
 PARTS = (0, 2, 4, 6, 8)  # rr, rz, hoop, zr, zz of F in rows
-EVEN = tuple(np.linspace(0.0, 1.0, 6) ** 0.7)
+EVEN = tuple(np.linspace(0.0, 1.0, 6) ** 0.7)  # lines of a rectangle outwards
 
 
 def shapes(nodes: Floats, points: Floats) -> tuple[Floats, Floats]:
@@ -36,6 +38,7 @@ def shapes(nodes: Floats, points: Floats) -> tuple[Floats, Floats]:
 
 
 def lobatto(order: int) -> Floats:
+    """Return the nodes of Gauss and Lobatto on (-1, 1), ends among them, shape (order + 1,)."""
     inner = legendre.Legendre.basis(order).deriv().roots()
     return np.concatenate([[-1.0], np.real(inner), [1.0]])
 
@@ -96,12 +99,32 @@ def refined(lines: Floats, base: Floats) -> Floats:
     return np.array(values)
 
 
+@dataclass(frozen=True)
+class End:
+    """One end of a body: its parts from the axis outwards, and the table of its integration points.
+
+    A part has the nodes of one element and the areas that belong to its points. `r` (points of all parts,) is where
+    these lie without load, `sign` is 1 for the upper and -1 for the lower end, `values` (points, nodes) are the shape
+    functions of an element along the end.
+    """
+
+    parts: list[tuple[Ints, Floats]]
+    r: Floats
+    sign: float
+    values: Floats
+
+
 class Body:
-    """A section of half height 1: an ellipse or a rectangle of a half width."""
+    """A section of half height 1: an ellipse or a rectangle of a half width.
+
+    `x` (nodes, 2) are r and z. At the integration points of the elements `w` (elements, points) are the volumes, and
+    `B` (elements, points, 5, dofs) turns displacements into the `PARTS` of F; `dofs` (elements, dofs) numbers them.
+    """
 
     def __init__(
         self, shape: str, half_width: float, *, plane: bool = False, edge: float | None = None, order: int = ORDER
     ) -> None:
+        """Place the nodes, about the edge of a flat plunger where one is given, and set up strains and ends."""
         self.plane = plane
         round_ = shape == "round"
         across = np.array(GROWTH if round_ else EVEN)
@@ -120,60 +143,117 @@ class Body:
             z = b
         self.x = np.stack([x.ravel(), z.ravel()], axis=1)
         index = np.arange(x.size).reshape(x.shape)
-        n = order
         blocks = []
         for i in range(len(across) - 1):
             for j in range(len(lines_up) - 1):
-                blocks.append(index[n * i : n * i + n + 1, n * j : n * j + n + 1].ravel())
+                blocks.append(index[order * i : order * i + order + 1, order * j : order * j + order + 1].ravel())
         nodes = np.array(blocks)
-        gauss, weight = legendre.leggauss(n + 1)
+        self.w, self.B = self._strains(nodes, base)
+        self.dofs = (2 * nodes[..., None] + np.arange(2)).reshape(len(nodes), -1)
+        self.held = 2 * index[0]  # the axis, across
+        self.ends = [self._end(index[:, -1], 1.0, base), self._end(index[:, 0], -1.0, base)]
+
+    def _strains(self, nodes: Ints, base: Floats) -> tuple[Floats, Floats]:
+        """Return volumes and strain operator at Gauss's points, given the nodes of elements and those of a line."""
+        count = len(base)
+        gauss, weight = legendre.leggauss(count)
         N, dN = shapes(base, gauss)
-        value = np.einsum("pi,qj->pqij", N, N).reshape((n + 1) ** 2, -1)
-        d1 = np.einsum("pi,qj->pqij", dN, N).reshape((n + 1) ** 2, -1)
-        d2 = np.einsum("pi,qj->pqij", N, dN).reshape((n + 1) ** 2, -1)
+        value = np.einsum("pi,qj->pqij", N, N).reshape(count**2, -1)
+        d1 = np.einsum("pi,qj->pqij", dN, N).reshape(count**2, -1)
+        d2 = np.einsum("pi,qj->pqij", N, dN).reshape(count**2, -1)
         X = self.x[nodes]
         jac = np.stack([np.einsum("qn,end->eqd", d, X) for d in (d1, d2)], axis=-1)
         grad = np.einsum("qnk,eqkd->eqnd", np.stack([d1, d2], axis=-1), np.linalg.inv(jac))
         r = np.einsum("qn,en->eq", value, X[..., 0])
-        self.w = np.linalg.det(jac) * np.outer(weight, weight).ravel() * (1.0 if plane else 2.0 * pi * r)
-        if plane:
-            self.w = 2.0 * self.w  # the other half
-        B = np.zeros((*self.w.shape, 3, 3, nodes.shape[1], 2))
+        w = np.linalg.det(jac) * np.outer(weight, weight).ravel() * (1.0 if self.plane else 2.0 * pi * r)
+        if self.plane:
+            w = 2.0 * w  # the other half
+        B = np.zeros((*w.shape, 3, 3, nodes.shape[1], 2))
         B[..., 0, 0, :, 0] = grad[..., 0]
         B[..., 0, 2, :, 0] = grad[..., 1]
         B[..., 2, 0, :, 1] = grad[..., 0]
         B[..., 2, 2, :, 1] = grad[..., 1]
-        if not plane:
+        if not self.plane:
             B[..., 1, 1, :, 0] = value / r[..., None]
-        self.B = np.ascontiguousarray(B.reshape(*self.w.shape, 9, -1)[:, :, PARTS])
-        self.dofs = (2 * nodes[..., None] + np.arange(2)).reshape(len(nodes), -1)
-        self.held = 2 * index[0]
-        # both ends
-        points, weights = legendre.leggauss(12)
-        M, dM = shapes(base, points)
-        self.ends = []
-        for row, sign in ((index[:, -1], 1.0), (index[:, 0], -1.0)):
-            parts = []
-            edges = []
-            for i in range(len(across) - 1):
-                at = row[n * i : n * i + n + 1]
-                place = M @ self.x[at]
-                ds = np.linalg.norm(dM @ self.x[at], axis=1)
-                area = weights * ds * (2.0 if plane else 2.0 * pi * place[:, 0])
-                parts.append((at, area))
-                edges.append(place)
-            self.ends.append((parts, np.concatenate(edges), sign, M))
+        return w, np.ascontiguousarray(B.reshape(*w.shape, 9, -1)[:, :, PARTS])
+
+    def _end(self, row: Ints, sign: float, base: Floats) -> End:
+        """Return the end whose nodes from the axis outwards are a row."""
+        points, weights = legendre.leggauss(END_POINTS)
+        values, slopes = shapes(base, points)
+        order = len(base) - 1
+        parts = []
+        r = []
+        for first in range(0, len(row) - 1, order):
+            at = row[first : first + order + 1]
+            place = values @ self.x[at]
+            ds = np.linalg.norm(slopes @ self.x[at], axis=1)
+            parts.append((at, weights * ds * (2.0 if self.plane else 2.0 * pi * place[:, 0])))
+            r.append(place[:, 0])
+        return End(parts, np.concatenate(r), sign, values)
 
 
-Tools = tuple[Tool, Tool]
+Tools = tuple[Tool, Tool]  # upper, lower
+Touched = list[Floats]  # of both ends: r of the points that a tool held last
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A body of a law of flesh and a Poisson's ratio between two tools."""
+
+    body: Body
+    tools: Tools
+    law: str
+    nu: float
+
+
+@dataclass
+class Balance:
+    """Forces out of balance (dofs,), and the entries of their slope: values, rows and columns."""
+
+    R: Floats
+    entries: list[tuple[Floats, Ints, Ints]]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Contact at the points (q,) of one part of an end.
+
+    `touches` says where, `push` is the pressure, `gradient` (2, q) that of the penetration over r and z, `curve` the
+    curvature of the tool's face, `slid` how far a point has slid outwards since it was touched.
+    """
+
+    touches: Flags
+    push: Floats
+    gradient: Floats
+    curve: Floats
+    slid: Floats
+
+    def friction(self, friction: float) -> tuple[Floats, Floats]:
+        """Return the friction outwards (q,) and its slope over r and z (2, q), for a coefficient of friction."""
+        force = np.zeros_like(self.push)
+        slope = np.zeros((2, len(self.push)))
+        if friction == inf:
+            force = STICK * self.slid
+            slope[0] = STICK * self.touches
+        elif friction > 0.0:
+            root = np.sqrt(self.slid**2 + SLID**2)
+            force = friction * self.push * self.slid / root
+            slope = friction * PENALTY * self.touches * self.gradient * self.slid / root
+            slope[0] += friction * self.push * SLID**2 / root**3
+        return force, slope
 
 
 def pressed(body: Body, tools: Tools, travels: Sequence[float] | Floats, law: str, nu: float) -> Floats:
-    """Return the force [E x half height^2] at travels of the upper tool [half heights]; tools are (upper, lower)."""
+    """Return the force [E x half height^2] at travels of the upper tool [half heights]; tools are (upper, lower).
+
+    Where no equilibrium is found at a travel, one half as far from the last is tried.
+    """
+    setup = Setup(body, tools, law, nu)
     u = np.zeros(body.x.size)
     previous = u.copy()
     at = before = 0.0
-    ref = [end[1][:, 0].copy() for end in body.ends]
+    touched = [end.r.copy() for end in body.ends]
     forces = []
     for travel in travels:
         target = travel
@@ -183,7 +263,7 @@ def pressed(body: Body, tools: Tools, travels: Sequence[float] | Floats, law: st
                 start[1::2] -= target * 0.5 * (1.0 + body.x[:, 1])
             else:
                 start = u + (u - previous) * (target - at) / (at - before)
-            solution = newton(body, tools, target, law, nu, start, ref)
+            solution = newton(setup, target, start, touched)
             if solution is None:
                 target = 0.5 * (at + target)
                 if target - at < 1e-6:
@@ -191,106 +271,120 @@ def pressed(body: Body, tools: Tools, travels: Sequence[float] | Floats, law: st
                     raise RuntimeError(msg)
                 continue
             previous, before = u, at
-            u, force, ref = solution
+            u, force, touched = solution
             at, target = target, travel
         forces.append(force)
     return np.array(forces)
 
 
-def newton(  # noqa: C901 - one iteration, from the stress to the step
-    body: Body, tools: Tools, travel: float, law: str, nu: float, start: Floats, ref: list[Floats]
-) -> tuple[Floats, float, list[Floats]] | None:
-    size = body.x.size
+def newton(setup: Setup, travel: float, start: Floats, touched: Touched) -> tuple[Floats, float, Touched] | None:
+    """Return displacements, force and touched points in equilibrium at a travel; None where none is found.
+
+    A step that raises the residual is halved, for nodes go in and out of contact.
+    """
+    size = setup.body.x.size
     u = start.copy()
-    u[body.held] = 0.0
-    free = np.setdiff1d(np.arange(size), body.held)
+    u[setup.body.held] = 0.0
+    free = np.setdiff1d(np.arange(size), setup.body.held)
     last = inf
     base = u
     move = u
     length = 0.0
-    for iteration in range(60):
-        elements, points = body.w.shape
-        operator = body.B.reshape(elements, 5 * points, -1)
-        F = np.zeros((elements * points, 9))
-        F[:, PARTS] = (operator @ u[body.dofs][:, :, None]).reshape(-1, 5)
-        F = F.reshape(-1, 3, 3) + np.eye(3)
-        if np.linalg.det(F).min() <= 0.0:
+    for iteration in range(MOST_STEPS):
+        balance = flesh_balance(setup, u)
+        if balance is None:
             return None
-        P = stress(F, law, nu).reshape(elements, points, 9)[:, :, PARTS]
-        A = np.zeros((elements, points, 5, 5))
-        h = 1e-6
-        for column, part in enumerate(PARTS):
-            step = np.zeros(9)
-            step[part] = h
-            up = stress(F + step.reshape(3, 3), law, nu) - stress(F - step.reshape(3, 3), law, nu)
-            A[..., column] = up.reshape(elements, points, 9)[:, :, PARTS] / (2.0 * h) * body.w[:, :, None]
-        transposed = np.swapaxes(operator, 1, 2)
-        f = transposed @ (P * body.w[:, :, None]).reshape(elements, -1, 1)
-        K = transposed @ (A @ body.B).reshape(elements, 5 * points, -1)
-        R = np.bincount(body.dofs.ravel(), f.ravel(), minlength=size)
-        n = body.dofs.shape[1]
-        entries = [(K.ravel(), np.repeat(body.dofs, n, axis=1).ravel(), np.tile(body.dofs, (1, n)).ravel())]
-        force = 0.0
-        news = []
-        for tool, (parts, _, sign, M), reference in zip(tools, body.ends, ref, strict=True):
-            new = reference.copy()
-            first = 0
-            for at, area in parts:
-                rows = slice(first, first + len(area))
-                first += len(area)
-                r = M @ (body.x[at, 0] + u[2 * at])
-                z = M @ (body.x[at, 1] + u[2 * at + 1])
-                rise, slope, curve = tool.rise(r)
-                tip = 1.0 - travel if sign > 0 else -1.0
-                depth = sign * (z - tip) - rise
-                touch = (depth > 0.0) & (M @ body.x[at, 0] <= tool.flat)
-                push = PENALTY * np.where(touch, depth, 0.0)
-                force += float((area * push).sum()) if sign > 0 else 0.0
-                # energy 1/2 k depth^2: gradient along (r, z) is push (-slope, sign)
-                d = np.stack([-slope, np.full_like(slope, sign)])
-                tr = np.zeros_like(push)
-                ktr = np.zeros((2, len(push)))
-                slid = r - np.where(touch, reference[rows], r)
-                if tool.friction == inf:
-                    tr = STICK * slid
-                    ktr[0] = STICK * touch
-                elif tool.friction > 0.0:
-                    root = np.sqrt(slid**2 + SLID**2)
-                    tr = tool.friction * push * slid / root
-                    ktr = tool.friction * PENALTY * touch * d * slid / root
-                    ktr[0] += tool.friction * push * SLID**2 / root**3
-                new[rows] = np.where(touch, reference[rows], r)
-                loads = [push * d[0] + tr, push * d[1]]
-                k = PENALTY * touch * d[:, None] * d[None, :]
-                k[0, 0] -= push * curve
-                k[0] += ktr
-                for i in range(2):
-                    np.add.at(R, 2 * at + i, M.T @ (area * loads[i]))
-                    for j in range(2):
-                        block = M.T @ ((area * k[i, j])[:, None] * M)
-                        entries.append(
-                            (
-                                block.ravel(),
-                                np.repeat(2 * at + i, len(at)),
-                                np.tile(2 * at + j, len(at)),
-                            )
-                        )
-            news.append(new)
-        norm = float(np.linalg.norm(R[free]))
+        force, touched_now = add_contact(balance, setup, travel, u, touched)
+        norm = float(np.linalg.norm(balance.R[free]))
         if iteration and norm < 1e-7 * max(abs(force), 1e-5):
-            return u, force, news
-        if iteration > ROUGH and norm > last and length > 0.1:  # nodes go in and out of contact: a shorter step
+            return u, force, touched_now
+        if iteration > ROUGH and norm > last and length > 0.1:
             length *= 0.5
             u[free] = base + length * move
             continue
         last = norm
-        values, rows_, columns = (np.concatenate(part) for part in zip(*entries, strict=True))
-        matrix = coo_matrix((values, (rows_, columns)), shape=(size, size)).tocsc()[free][:, free]
-        move = splu(matrix).solve(-R[free])
+        values, rows, columns = (np.concatenate(part) for part in zip(*balance.entries, strict=True))
+        matrix = coo_matrix((values, (rows, columns)), shape=(size, size)).tocsc()[free][:, free]
+        move = splu(matrix).solve(-balance.R[free])
         largest = np.abs(move).max()
         if not np.isfinite(largest):
             return None
-        length = min(1.0, 0.2 / largest)
+        length = min(1.0, 0.2 / largest)  # at first no node moves farther than a fifth of the half height
         base = u[free]
         u[free] = base + length * move
     return None
+
+
+def flesh_balance(setup: Setup, u: Floats) -> Balance | None:
+    """Return the forces of the flesh at displacements and their slope; None where an element is turned inside out.
+
+    The slope of the stress is taken by central differences over each part of F.
+    """
+    body = setup.body
+    elements, points = body.w.shape
+    operator = body.B.reshape(elements, 5 * points, -1)
+    F = np.zeros((elements * points, 9))
+    F[:, PARTS] = (operator @ u[body.dofs][:, :, None]).reshape(-1, 5)
+    F = F.reshape(-1, 3, 3) + np.eye(3)
+    if np.linalg.det(F).min() <= 0.0:
+        return None
+    P = stress(F, setup.law, setup.nu).reshape(elements, points, 9)[:, :, PARTS]
+    A = np.zeros((elements, points, 5, 5))
+    h = 1e-6
+    for column, part in enumerate(PARTS):
+        step = np.zeros(9)
+        step[part] = h
+        up = stress(F + step.reshape(3, 3), setup.law, setup.nu) - stress(F - step.reshape(3, 3), setup.law, setup.nu)
+        A[..., column] = up.reshape(elements, points, 9)[:, :, PARTS] / (2.0 * h) * body.w[:, :, None]
+    transposed = np.swapaxes(operator, 1, 2)
+    f = transposed @ (P * body.w[:, :, None]).reshape(elements, -1, 1)
+    K = transposed @ (A @ body.B).reshape(elements, 5 * points, -1)
+    R = np.bincount(body.dofs.ravel(), f.ravel(), minlength=u.size).astype(np.float64, copy=False)
+    n = body.dofs.shape[1]
+    return Balance(R, [(K.ravel(), np.repeat(body.dofs, n, axis=1).ravel(), np.tile(body.dofs, (1, n)).ravel())])
+
+
+def add_contact(
+    balance: Balance, setup: Setup, travel: float, u: Floats, touched: Touched
+) -> tuple[float, list[Floats]]:
+    """Add the contact of both ends to a balance; return the force of the upper tool and the points now touched."""
+    force = 0.0
+    touched_now = []
+    for tool, end, before in zip(setup.tools, setup.body.ends, touched, strict=True):
+        now = before.copy()
+        tip = 1.0 - travel if end.sign > 0 else -1.0
+        first = 0
+        for at, area in end.parts:
+            rows = slice(first, first + len(area))
+            first += len(area)
+            r = end.values @ (setup.body.x[at, 0] + u[2 * at])
+            z = end.values @ (setup.body.x[at, 1] + u[2 * at + 1])
+            rise, slope, curve = tool.rise(r)
+            depth = end.sign * (z - tip) - rise
+            touches = (depth > 0.0) & (end.values @ setup.body.x[at, 0] <= tool.flat)
+            push = PENALTY * np.where(touches, depth, 0.0)
+            force += float((area * push).sum()) if end.sign > 0 else 0.0
+            now[rows] = np.where(touches, before[rows], r)
+            gradient = np.stack([-slope, np.full_like(slope, end.sign)])
+            contact = Contact(touches, push, gradient, curve, r - np.where(touches, before[rows], r))
+            _add_part(balance, contact, tool.friction, (at, area), end.values)
+        touched_now.append(now)
+    return force, touched_now
+
+
+def _add_part(balance: Balance, contact: Contact, friction: float, part: tuple[Ints, Floats], values: Floats) -> None:
+    """Add the contact of one part of an end, by the energy 1/2 k depth^2 and friction, to a balance."""
+    at, area = part
+    gradient = contact.gradient
+    sideways, sideways_slope = contact.friction(friction)
+    loads = [contact.push * gradient[0] + sideways, contact.push * gradient[1]]
+    k = PENALTY * contact.touches * gradient[:, None] * gradient[None, :]
+    k[0, 0] -= contact.push * contact.curve
+    k[0] += sideways_slope
+    for i in range(2):
+        np.add.at(balance.R, 2 * at + i, values.T @ (area * loads[i]))
+        for j in range(2):
+            block = values.T @ ((area * k[i, j])[:, None] * values)
+            rows = np.repeat(2 * at + i, len(at))
+            columns = np.tile(2 * at + j, len(at))
+            balance.entries.append((block.ravel(), rows, columns))

@@ -21,13 +21,13 @@ from mesh.session import element_nodes, gmsh_session, used_nodes
 from sensor.arrays import Floats, Ints
 
 EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))  # of the nodes 4 to 9 of a tetrahedron of gmsh
-ON = 1e-6
+ON = 1e-6  # [mm]
 REACH = 1.5  # from where a ball meets the skin, within which the mesh is finest
 GROWTH = 0.3  # of the size over the distance beyond
 COARSEST = 3.0
 PENALTIES = (10.0, 100.0, 600.0, 3000.0)  # pressure over penetration, one after the other
 BALANCED = 1e-5  # forces out of balance over those of the springs
-STEPS = 40
+STEPS = 40  # at most, of Newton's method for a penalty and of conjugate gradients for a step
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,19 +52,25 @@ class Press:
 
     @property
     def level(self) -> bool:
+        """Say whether the press is level and in the middle: a second plane of symmetry halves it."""
         return self.tilt_deg == 0.0 and self.off_centre == 0.0
 
     @property
     def axis(self) -> Floats:
+        """Return the axis of the sensor, upwards (3,)."""
         tilt = np.radians(self.tilt_deg)
         return np.array([np.sin(tilt), 0.0, np.cos(tilt)])
 
     @property
     def middle(self) -> Floats:
+        """Return the centre of the ball of flesh (3,); its apex is the origin."""
         return np.array([0.0, 0.0, -self.radius])
 
     def balls(self) -> tuple[Floats, Floats, Floats]:
-        """Return the centres of balls where a level sensor first touches, their springs, and which part is solved."""
+        """Return the centres (n, 3) of balls where a level sensor first touches, their springs, and their solved parts.
+
+        Only balls on the solved side of the planes of symmetry are among them; the part of one on a plane is a half.
+        """
         reach = self.side * np.sqrt(0.5)
         away = (abs(self.off_centre - reach), abs(self.off_centre + reach), np.hypot(self.off_centre, reach))
         both = self.radius + self.ball
@@ -84,12 +90,15 @@ class Press:
 
 
 def tetrahedra(press: Press, size: float) -> tuple[Floats, Ints, Ints]:
-    """Return the nodes (n, 3), the tetrahedra (10, m) and the faces of the skin (6, k), of a size under the balls."""
+    """Return the nodes (n, 3), the tetrahedra (10, m) and the faces of the skin (6, k), of a size under the balls.
+
+    The solid is a ball, cut to the box of the piece and to the solved side of the planes of symmetry.
+    """
     feet = press.feet()
     half = 0.5 * press.plan
     far = 4.0 * half
 
-    def wanted(_dimension: int, _tag: int, x: float, y: float, z: float, _size: float) -> float:
+    def wanted(_dimension: int, _tag: int, x: float, y: float, z: float, _size: float) -> float:  # as gmsh calls it
         distance = np.linalg.norm(feet - [x, y, z], axis=1).min()
         return min(size + GROWTH * max(0.0, distance - REACH), COARSEST)
 
@@ -130,19 +139,20 @@ def shapes(points: Floats, edges: Sequence[tuple[int, int]]) -> tuple[Floats, Fl
 
 
 def flesh(u: Floats, solid: Ints, slope: Floats, weight: Floats, poisson: float) -> tuple[Floats, Floats]:
-    """Return the forces at the nodes of neo-Hookean elements and their stiffness, (m, 30) and (m, 30, 30).
+    """Return the forces at the nodes of neo-Hookean elements and their stiffness, (m, 30) and (m, 30, 30), E = 1.
 
     `u` (n, 3) are displacements, `solid` (10, m) the elements, with slopes of their functions `slope` (m, points, 10,
     3) and volumes `weight` (m, points) at their points. Raises ArithmeticError where one is turned inside out.
     """
     mu = 0.5 / (1.0 + poisson)
     lam = poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+    # indices: node n, element e, point q, component k, axis d
     F = np.eye(3) + np.einsum("nek,eqnd->eqkd", u[solid], slope)
     J = np.linalg.det(F)
     if J.min() <= 0.0:
         raise ArithmeticError(J.min())
     log = np.log(J)
-    now = slope @ np.linalg.inv(F)  # over the places where the flesh is now
+    now = slope @ np.linalg.inv(F)  # slopes over the places where the flesh is now
     P = mu * slope @ F.swapaxes(-1, -2) + (lam * log - mu)[..., None, None] * now
     forces = np.einsum("eq,eqni->eni", weight, P).reshape(-1, 30)
     flat = now.reshape(*J.shape, 30)
@@ -154,9 +164,14 @@ def flesh(u: Floats, solid: Ints, slope: Floats, weight: Floats, poisson: float)
 
 
 class Pressed:
-    """A piece of flesh under balls."""
+    """A piece of flesh under balls: unknowns are the displacements of its nodes and of the balls up their axis.
+
+    `slope` and `weight` are those of the elements as `flesh` takes them. At the points of the faces of the skin near
+    balls, `on_face` (6, points) are shape functions and `area` (k, points) weights; `of_ball` (k,) is the nearest ball.
+    """
 
     def __init__(self, press: Press, size: float) -> None:
+        """Mesh the piece and find its faces near balls and what is held."""
         self.press = press
         self.x, self.solid, faces = tetrahedra(press, size)
         points, weights = get_quadrature(RefTet, 2)
@@ -168,7 +183,19 @@ class Pressed:
 
         self.centres, springs, self.part = press.balls()
         self.springs = self.part * springs / press.E
-        distance = np.linalg.norm(self.x[faces[:3]].mean(axis=0)[:, None] - press.feet(), axis=2)
+        self._set_faces(faces)
+
+        held = np.zeros(self.x.shape, dtype=bool)
+        held[np.abs(self.x[:, 2] + press.thickness) < ON] = True
+        held[np.abs(self.x[:, 1]) < ON, 1] = True
+        if press.level:
+            held[np.abs(self.x[:, 0]) < ON, 0] = True
+        self.free = np.flatnonzero(np.append(~held.ravel(), np.ones(len(springs), dtype=bool)))
+        self.factor: Any = None
+
+    def _set_faces(self, faces: Ints) -> None:
+        """Keep the faces of the skin (6, k) that are near a ball, with their quadrature and their dofs."""
+        distance = np.linalg.norm(self.x[faces[:3]].mean(axis=0)[:, None] - self.press.feet(), axis=2)
         near = distance.min(axis=1) < 2.0 * REACH
         self.faces = faces[:, near]
         self.of_ball = distance[near].argmin(axis=1)
@@ -178,19 +205,11 @@ class Pressed:
         self.area = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) * weights
         of_nodes = (3 * self.faces.T[:, :, None] + np.arange(3)).reshape(-1, 18)
         self.face_dofs = np.concatenate([of_nodes, self.x.size + self.of_ball[:, None]], axis=1)
-        # how the place of a point from its ball's centre goes with the nodes and with the ball's way up its axis
+        # Slopes of the vector from a ball's centre to a point over the dofs of a face and the ball's way up its axis.
         self.apart = np.zeros((len(weights), 3, 19))
         for node, k in itertools.product(range(6), range(3)):
             self.apart[:, k, 3 * node + k] = self.on_face[node]
-        self.apart[:, :, 18] = -press.axis
-
-        held = np.zeros(self.x.shape, dtype=bool)
-        held[np.abs(self.x[:, 2] + press.thickness) < ON] = True
-        held[np.abs(self.x[:, 1]) < ON, 1] = True
-        if press.level:
-            held[np.abs(self.x[:, 0]) < ON, 0] = True
-        self.free = np.flatnonzero(np.append(~held.ravel(), np.ones(len(springs), dtype=bool)))
-        self.factor: Any = None
+        self.apart[:, :, 18] = -self.press.axis
 
     def contact(self, u: Floats, moved: Floats, penalty: float) -> tuple[Floats, Floats]:
         """Return the forces of faces and their stiffness, by the dofs of each and its ball: (k, 19), (k, 19, 19)."""
@@ -208,7 +227,7 @@ class Pressed:
         return forces, np.einsum("qid,fqij,qje->fde", self.apart, H, self.apart, optimize=True)
 
     def balance(self, unknown: Floats, penalty: float) -> tuple[Floats, Any]:
-        """Return what is out of balance and its slope at displacements of all nodes and of the balls."""
+        """Return the forces out of balance and their slope, on the free unknowns, at displacements of all."""
         u = unknown[: self.x.size].reshape(-1, 3)
         moved = unknown[self.x.size :]
         shape = (len(unknown), len(unknown))
@@ -235,7 +254,10 @@ class Pressed:
         return self.factor.solve(-left)
 
     def forces(self) -> Floats:
-        """Return the forces along the axis on the balls that are solved, whole ones [N]."""
+        """Return the forces along the axis on the balls that are solved, whole ones [N].
+
+        Each penalty starts from the balance of a softer one; only the last must be balanced well.
+        """
         unknown = np.zeros(self.x.size + len(self.springs))
         for penalty in PENALTIES:
             balanced = BALANCED if penalty == PENALTIES[-1] else 1e3 * BALANCED

@@ -35,8 +35,8 @@ from reference.ellipsoid_presses import Fruit, Sensor, Slope
 from reference.pressed_domes import EDGES, flesh, shapes
 from sensor.arrays import Floats, Ints
 
-Place = tuple[Floats, Floats]
-State = tuple[Floats, Floats]
+Place = tuple[Floats, Floats]  # the axis up the sensor (3,), and the centres of the domes (tips, 3) [mm]
+State = tuple[Floats, Floats]  # unknowns, and pressures at the points of the faces
 
 MIRRORED = (1, 0, 2, 3, 4, 6, 5, 9, 8, 7)  # the nodes of a tetrahedron of gmsh that is turned inside out
 IMAGES = (((1, 0, 2), (1.0, 1.0, 1.0)), ((0, 1, 2), (-1.0, 1.0, 1.0)), ((0, 1, 2), (1.0, -1.0, 1.0)))
@@ -60,10 +60,14 @@ STEPS = 40
 
 @dataclass(frozen=True, kw_only=True)
 class Piece:
-    """What is cut out of a fruit about its apex: the side of its plan, and the flesh over a rigid stone [mm]."""
+    """A piece of fruit about its apex: the side of its plan, the flesh over a rigid stone, and the elements [mm].
+
+    `size` is that of the elements under the places.
+    """
 
     plan: float = 24.0
     thickness: float = 12.0
+    size: float = SIZE
 
 
 def rise_of_skin(fruit: Fruit, x: Floats, y: Floats) -> Floats:
@@ -82,6 +86,7 @@ class Stand:
     """
 
     def __init__(self, sensor: Sensor, fruit: Fruit) -> None:
+        """Find where each dome first touches, by minimising its way down to the skin."""
         self.sensor, self.fruit = sensor, fruit
         self.first = 0.0
         axis, centres = self.placed(0.0)
@@ -108,9 +113,12 @@ class Stand:
 
 @functools.lru_cache(maxsize=4)
 def box(size: float) -> tuple[Floats, Ints, Ints]:
-    """Return nodes (n, 3), tetrahedra (10, m) and faces of the top (6, k) of a box of a size under its places."""
+    """Return nodes (n, 3), tetrahedra (10, m) and faces of the top (6, k) of a box of a size under its places.
 
-    def wanted(_dimension: int, _tag: int, x: float, y: float, z: float, _size: float) -> float:
+    An eighth of it is meshed; three mirror images, each of all before, make the rest.
+    """
+
+    def wanted(_dimension: int, _tag: int, x: float, y: float, z: float, _size: float) -> float:  # as gmsh calls it
         distance = np.sqrt((x - FOOT) ** 2 + (y - FOOT) ** 2 + z**2)
         return min(size + GROWTH * max(0.0, distance - REACH), COARSEST)
 
@@ -128,6 +136,7 @@ def box(size: float) -> tuple[Floats, Ints, Ints]:
     x, solid, faces = nodes.points.T, nodes.index[solid], nodes.index[faces]
     faces = faces[:, (x[faces, 2] > -ON).all(axis=0)]
     for order, signs in IMAGES:
+        # Nodes on the mirror plane are their own images: the same points to six digits are one node.
         both = np.concatenate([x, x[:, order] * signs])
         _, kept, same = np.unique(both.round(6), axis=0, return_index=True, return_inverse=True)
         solid = same[np.concatenate([solid, solid[MIRRORED, :] + len(x)], axis=1)]
@@ -137,7 +146,10 @@ def box(size: float) -> tuple[Floats, Ints, Ints]:
 
 
 def bent(x: Floats, fruit: Fruit, piece: Piece, feet: Floats) -> Floats:
-    """Return the nodes (n, 3) [mm] of a box as those of a piece of a fruit, its places at feet (4, 2)."""
+    """Return the nodes (n, 3) [mm] of a box as those of a piece of a fruit, its places at feet (4, 2).
+
+    The plan is stretched to that of the piece, its places are moved to the feet, and columns end at the skin.
+    """
     plan = x[:, :2] * (1.0 + (0.5 * piece.plan / HALF - 1.0) * (x[:, :2] / HALF) ** 2)
     inside = np.prod((1.0 - (x[:, :2] / HALF) ** 2) / (1.0 - (FOOT / HALF) ** 2), axis=1)
     for place, foot in zip(PLACES, feet, strict=True):
@@ -151,10 +163,12 @@ class Pattern:
     """Where the entries of elements, (m, n, n) by their `dofs` (m, n), go in one sparse matrix; dof -1 is held."""
 
     def __init__(self, *dofs: Ints) -> None:
+        """Give each entry of the elements its place among those of the matrix, column by column."""
         self.size = 1 + max(each.max() for each in dofs)
         found = []
         for each in dofs:
             rows, columns = each[:, :, None], each[:, None, :]
+            # What is held goes to one place past the end.
             found.append(np.where((rows < 0) | (columns < 0), self.size**2, columns * self.size + rows).ravel())
         keys, self.entry = np.unique(np.concatenate(found), return_inverse=True)
         self.count = np.searchsorted(keys, self.size**2)
@@ -162,10 +176,12 @@ class Pattern:
         self.starts = np.searchsorted(columns, np.arange(self.size + 1))
 
     def matrix(self, *entries: Floats) -> Any:
+        """Return the sum of element matrices, in the order in which their dofs were given."""
         values = np.bincount(self.entry, np.concatenate([each.ravel() for each in entries]), self.count + 1)
         return csc_matrix((values[: self.count], self.rows, self.starts), shape=(self.size, self.size))
 
     def vector(self, dofs: Ints, entries: Floats) -> Floats:
+        """Return the sum of element vectors, both (m, n)."""
         return np.bincount(dofs.ravel() + 1, entries.ravel(), self.size + 1)[1:].astype(np.float64, copy=False)
 
 
@@ -173,6 +189,7 @@ class Numbers:
     """Unknowns of a box under four domes: displacements of its nodes but for the base, then the ways of the domes."""
 
     def __init__(self, size: float) -> None:
+        """Give the unknowns of a box of a size their numbers, and find the faces of its top near the places."""
         x, solid, faces = box(size)
         free = x[:, 2] > ON - HALF
         self.of_nodes = np.where(free[:, None], 3 * np.cumsum(free)[:, None] - 3 + np.arange(3), -1)
@@ -192,12 +209,13 @@ numbers_of = functools.lru_cache(maxsize=4)(Numbers)
 class Pressed:
     """A sensor of four domes on a piece of a fruit, pressed farther and farther."""
 
-    def __init__(self, sensor: Sensor, fruit: Fruit, piece: Piece | None = None, size: float = SIZE) -> None:
+    def __init__(self, sensor: Sensor, fruit: Fruit, piece: Piece | None = None) -> None:
+        """Bend the box to the fruit, and take slopes and volumes of its elements and of the faces near its places."""
         piece = piece or Piece()
         self.sensor, self.fruit, self.stand = sensor, fruit, Stand(sensor, fruit)
         self.springs = np.asarray(sensor.K) / fruit.E
-        self.numbers = numbers_of(size)
-        x, self.solid, _ = box(size)
+        self.numbers = numbers_of(piece.size)
+        x, self.solid, _ = box(piece.size)
         self.x = bent(x, fruit, piece, self.stand.feet)
         points, weights = get_quadrature(RefTet, 2)
         _, slopes = shapes(points, EDGES)
@@ -217,7 +235,8 @@ class Pressed:
     ) -> tuple[Floats, Floats, Floats]:
         """Return pressures at the points of faces, and by the dofs of each face and its dome forces and stiffness.
 
-        `place` are the axis and the centres, `expected` the pressures where nothing penetrates.
+        `u` (n, 3) are displacements, `moved` (tips,) the ways of the domes up their axis; `expected` are the pressures
+        where nothing penetrates, to which the penalty on the penetration is added.
         """
         axis, centres = place
         centres = centres + np.outer(moved, axis)
@@ -231,13 +250,20 @@ class Pressed:
         # how the normal turns, but where the skin is far inside a dome: this would leave no minimum
         turning = self.area * np.minimum(pressure, FIRMEST) / distance
         H -= turning[..., None, None] * (np.eye(3) - both)
-        # how the place of a point from its dome's centre goes with the nodes and with the dome's way up the axis
+        moves = self._moves(axis)
+        forces = np.einsum("fqk,qkd->fd", -(self.area * pressure)[..., None] * normal, moves)
+        return pressure, forces, np.einsum("qid,fqij,qje->fde", moves, H, moves, optimize=True)
+
+    def _moves(self, axis: Floats) -> Floats:
+        """Return slopes of the vector from a dome's centre to a point, over the dofs of a face and the dome's way.
+
+        The way is up the axis (3,); the shape is (points, 3, 19).
+        """
         moves = np.zeros((self.on_face.shape[1], 3, 19))
         for node, k in itertools.product(range(6), range(3)):
             moves[:, k, 3 * node + k] = self.on_face[node]
         moves[:, :, 18] = -axis
-        forces = np.einsum("fqk,qkd->fd", -(self.area * pressure)[..., None] * normal, moves)
-        return pressure, forces, np.einsum("qid,fqij,qje->fde", moves, H, moves, optimize=True)
+        return moves
 
     def balance(self, unknown: Floats, place: Place, expected: Floats, penalty: float) -> tuple[Floats, Any, Floats]:
         """Return what is out of balance, its slope, and the pressures, at displacements of the nodes and domes."""
@@ -265,7 +291,8 @@ class Pressed:
     def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
         """Return the forces along the axis on the domes at a travel [mm] from the first touch, (tips,) [N].
 
-        Raises ArithmeticError where no balance is found.
+        The start is extrapolated from the samples before; from far off, the penalty begins soft. Raises ArithmeticError
+        where no balance is found.
         """
         place = self.stand.placed(travel, changed_slope)
         start = self.start(travel)
@@ -312,12 +339,11 @@ def press(
     fruit: Fruit,
     travels: Sequence[float] | Floats,
     piece: Piece | None = None,
-    size: float = SIZE,
     drift: Slope = (0.0, 0.0),
 ) -> Floats:
     """Return the forces of the domes at travels [mm] from the first touch, (samples, tips) [N].
 
     The slope of the sensor grows by `drift` [1] along x and y from the first touch to the last travel.
     """
-    pressed = Pressed(sensor, fruit, piece, size)
+    pressed = Pressed(sensor, fruit, piece)
     return np.array([pressed.forces(x, np.multiply(drift, x / travels[-1])) for x in travels])

@@ -87,13 +87,15 @@ def _halved(part: Part) -> dict[str, list[int]]:
         keep = occ.addBox(box.xmin - 1.0, 0.0, box.zmin - 1.0, *extent)
         occ.intersect(solid, [(3, keep)])
         occ.synchronize()
+        # Area and centre of each surface, before it is flattened.
         surfaces = {tag: (occ.getMass(2, tag), occ.getCenterOfMass(2, tag)) for _, tag in gmsh.model.getEntities(2)}
         # Meshed flattened and stretched back: the fields change slowly over the depth.
         occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, 1.0, 1.0 / _STRETCH, 1.0)
         occ.synchronize()
-    # Side faces are not cut in two: one lies in the half, the other does not.
-    cut = {name: indices for name, indices in part.faces.items() if name != "side_faces"}
-    found = {name: [_half_face(part, index, surfaces) for index in indices] for name, indices in cut.items()}
+    found = {}
+    for name, indices in part.faces.items():
+        if name != "side_faces":  # side faces are not cut in two: one lies in the half, the other does not
+            found[name] = [_half_face(part, index, surfaces) for index in indices]
     in_plane = [tag for tag, (_, centre) in surfaces.items() if abs(centre[1]) < _NEAR]
     if not in_plane:
         raise MeshError("import", "no face lies in the plane y = 0", "the part must be symmetric about it")
@@ -116,6 +118,7 @@ def _half_face(part: Part, index: int, surfaces: dict[int, tuple[float, tuple[fl
 
 
 def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
+    """Set the size field of gmsh: the smallest of all boxes, each growing to the size of the frame away from it."""
     field = gmsh.model.mesh.field
     depth = part.shape.BoundingBox().ymax
     with stage("size", "check the sizes"):
@@ -134,21 +137,23 @@ def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
 
 
 def _read(names: dict[str, list[int]]) -> MeshTet2:
+    """Return the mesh that gmsh has made, stretched back, with the named surfaces as boundaries."""
     tags = element_nodes("Tetrahedron", 2)
     corners, edges = used_nodes(tags[:4]), used_nodes(tags[4:])
     stretch = np.array([[1.0], [_STRETCH], [1.0]])
     straight = MeshTet1(corners.points * stretch, np.ascontiguousarray(corners.index[tags[:4]]))
     mesh = MeshTet2.from_mesh(straight)
+    # gmsh's middles of edges, to where scikit-fem has those of the same ends.
     ends = np.concatenate([corners.index[tags[list(pair)]] for pair in _PAIRS], axis=1)
     place = index_by_nodes(straight.edges, ends).reshape(len(_PAIRS), -1)
     curved = mesh.doflocs.copy()
     curved[:, corners.points.shape[1] + place] = (edges.points * stretch)[:, edges.index[tags[4:]]]
-    triangles = {
-        name: np.hstack([corners.index[element_nodes("Triangle", 2, tag)[:3]] for tag in surfaces])
-        for name, surfaces in names.items()
-    }
     moved = _unfolded(MeshTet2(curved, mesh.t), mesh)
-    return moved.with_boundaries({name: index_by_nodes(straight.facets, nodes) for name, nodes in triangles.items()})
+    boundaries = {}
+    for name, surfaces in names.items():
+        triangles = np.hstack([corners.index[element_nodes("Triangle", 2, tag)[:3]] for tag in surfaces])
+        boundaries[name] = index_by_nodes(straight.facets, triangles)
+    return moved.with_boundaries(boundaries)
 
 
 def _unfolded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:
@@ -166,6 +171,7 @@ def _unfolded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:
 
 
 def _folded(mesh: MeshTet2) -> Ints:
+    """Return the elements whose Jacobian changes its sign or vanishes, at corners and points of quadrature."""
     jacobian = mesh.mapping().detDF(np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]]))
     return np.flatnonzero(jacobian.min(axis=1) * jacobian.max(axis=1) <= 0.0)
 

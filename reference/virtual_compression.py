@@ -57,12 +57,13 @@ class VirtualTest:
         return self.gap_mm + self.toe_mm
 
     def curve(self) -> tuple[Floats, Floats]:
-        """Return travel [mm] and force [N], shape (rows,) each."""
+        """Return travel [mm] and force [N], shape (rows,) each, even in the travel."""
         depth = np.linspace(0.0, self.failure_strain * 2.0 * self.radius_mm, 4000)
         force = true_force(self.E_MPa, depth, self.radius_mm, self.poisson)
         strongest = force[-1]
         settled = self.toe_mm * (1.0 - np.exp(-force / (self.toe_share * strongest)))
         travelled = self.gap_mm + depth + settled
+        # Broken flesh: the force drops by 30 % within 0.3 mm and rises a little after.
         broken = travelled[-1] + np.array([0.3, 1.5])
         travel = np.linspace(0.0, broken[-1], self.rows)
         left = strongest * np.array([0.7, 0.77])

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 RATE_BAND = (0.5, 2.0)  # of the expected rate: outside, the meshes are not yet in the range where the rate holds
-_SEARCH = (0.05, 10.0)  # of the expected rate
+_SEARCH = (0.05, 10.0)  # of the expected rate: where an observed rate is looked for
 _WIDE = 3.0  # factor where the observed rate is not sane; P. J. Roache, J. Fluids Eng. 116, 1994
 _LEAST = 0.15  # of the last correction: twice the scatter of limits over families of unstructured meshes
 _SAME = 1e-12  # relative: differences under this are round-off of the solve
@@ -50,24 +50,12 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
         status = "not extrapolated: the three values are not monotone; the bar is 3 times their largest difference"
         return Extrapolated(value=fine, error=_WIDE * largest_step, rate=None, status=status)
 
-    first_ratio = sizes[0] / sizes[1]
     last_ratio = sizes[1] / sizes[2]
     correction = last_step / (last_ratio**expected_rate - 1.0)
     limit = fine + correction
-
-    def excess(rate: float) -> float:
-        """Return by how much the quotient of the steps at a rate exceeds the one that was seen."""
-        return float((first_ratio**rate - 1.0) / (1.0 - last_ratio**-rate) - first_step / last_step)
-
-    slowest = _SEARCH[0] * expected_rate
-    fastest = _SEARCH[1] * expected_rate
-    rate = None
-    spread = 0.0  # of the limits at the observed and at the expected rate
-    if excess(slowest) * excess(fastest) <= 0.0:
-        from scipy.optimize import brentq  # seldom needed, and slow to load: a reading is instant
-
-        rate = float(brentq(excess, slowest, fastest))
-        spread = abs(last_step / (last_ratio**rate - 1.0) - correction)
+    rate = _observed_rate(first_step / last_step, sizes, expected_rate)
+    # How far the limits at the observed and at the expected rate lie apart.
+    spread = 0.0 if rate is None else abs(last_step / (last_ratio**rate - 1.0) - correction)
 
     low = RATE_BAND[0] * expected_rate
     high = RATE_BAND[1] * expected_rate
@@ -81,10 +69,32 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
     return Extrapolated(value=limit, error=error, rate=rate, status=status)
 
 
-def propagate_errors(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
-    """Return the half width of a function's value [its unit] when all arguments are off by their errors at their worst.
+def _observed_rate(step_quotient: float, sizes: Sequence[float], expected_rate: float) -> float | None:
+    """Return the rate [1] that explains the first step between three meshes over the last one.
 
-    Linear in the errors: the sum over the arguments of half the change from value - error to value + error.
+    None where no rate from 0.05 to 10 times the expected one does.
+    """
+    first_ratio = sizes[0] / sizes[1]
+    last_ratio = sizes[1] / sizes[2]
+
+    def excess(rate: float) -> float:
+        """Return the quotient of the steps that a rate predicts, less the one that was seen."""
+        return float((first_ratio**rate - 1.0) / (1.0 - last_ratio**-rate) - step_quotient)
+
+    slowest = _SEARCH[0] * expected_rate
+    fastest = _SEARCH[1] * expected_rate
+    if not excess(slowest) * excess(fastest) <= 0.0:
+        return None
+    from scipy.optimize import brentq  # seldom needed, and slow to load: a reading is instant
+
+    return float(brentq(excess, slowest, fastest))
+
+
+def propagate_errors(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
+    """Return the half width of the error bar of function(*values) [its unit], given those of its arguments.
+
+    All arguments are off at their worst at once, and the function counts as linear over their bars: the result is the
+    sum over the arguments of half the change from value - error to value + error.
     """
     total = 0.0
     for i, error in enumerate(errors):

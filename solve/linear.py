@@ -35,7 +35,11 @@ class SolveError(RuntimeError):
 
 @dataclass(frozen=True)
 class Factor:
-    """A stiffness matrix with some dofs prescribed, factorised; `solve` serves any number of loads."""
+    """A stiffness matrix K with some dofs prescribed, factorised; `solve` serves any number of loads.
+
+    `block` is the part of `matrix` on the `free` dofs, in the order of `free`. `back_substitute` applies its inverse to
+    a right-hand side, shape (free,) or (free, loads).
+    """
 
     matrix: csc_matrix
     block: csc_matrix
@@ -44,9 +48,10 @@ class Factor:
     back_substitute: Callable[[Floats], Floats]
 
     def solve(self, load: Floats, prescribed: Floats | None = None) -> Floats:
-        """Return displacements for loads, shape (dofs,) or (dofs, loads), with prescribed values on the fixed dofs.
+        """Return displacements u with K u = load on the free dofs, shape (dofs,) or (dofs, loads).
 
-        Raises SolveError when the relative residual on the free dofs exceeds 1e-9.
+        `load` has the shape of u, `prescribed` holds the values of the fixed dofs, 0 where it is left out. Raises
+        SolveError when the relative residual on the free dofs exceeds 1e-9.
         """
         u = np.zeros_like(load, dtype=np.float64)
         right = load[self.free]
@@ -76,29 +81,35 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     fixed = np.unique(fixed)
     free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)
     part = csc_matrix(matrix[:, free][free])
-    # Falling dofs fill 5 % less than rising ones; the arrays turned end to end stay sorted.
+    # Falling dofs fill the factor 5 % less than rising ones. Row and column i of n become n - 1 - i: the arrays of the
+    # sparse matrix are turned end to end, and its indices stay sorted.
     turned = (part.data[::-1].copy(), len(free) - 1 - part.indices[::-1], part.nnz - part.indptr[::-1])
     block = csc_matrix(turned, shape=part.shape)
     free = free[::-1]
     if not len(free):
         return Factor(matrix, block, free, fixed, np.copy)
-    back_substitute: Callable[[Floats], Floats]
-    if len(free) > _PARDISO_FROM_DOFS and _has_pardiso():
-        back_substitute = _PardisoFactor(block)
-    else:
-        symmetric = {"SymmetricMode": True}
-        try:
-            factor = splu(block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_RELAXED, options=symmetric)
-        except RuntimeError as error:
-            raise SolveError(_singular(error)) from error
-        back_substitute = factor.solve
+    back_substitute = _back_substitution(block)
 
-    # A load of size one must not displace the part beyond what round-off leaves known.
+    # An estimate of the condition number, |K^-1| |K|, from one right-hand side without zeros. Beyond the limit
+    # round-off hides too many digits of the displacements.
     probe = np.cos(np.arange(len(free), dtype=np.float64))
     condition = float(np.abs(back_substitute(probe)).max()) * float(abs(block).sum(axis=0).max())
     if not condition <= CONDITION_LIMIT:
         raise SolveError(_singular(f"condition number {condition:.0e} must be at most {CONDITION_LIMIT:.0e}"))
     return Factor(matrix, block, free, fixed, back_substitute)
+
+
+def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
+    """Return the solve of a matrix that is factorised here, by pardiso where it pays; raises SolveError."""
+    if block.shape[0] > _PARDISO_FROM_DOFS and _has_pardiso():
+        return _PardisoFactor(block)
+    symmetric = {"SymmetricMode": True}
+    try:
+        factor = splu(block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_RELAXED, options=symmetric)
+    except RuntimeError as error:
+        raise SolveError(_singular(error)) from error
+    back_substitute: Callable[[Floats], Floats] = factor.solve
+    return back_substitute
 
 
 def _has_pardiso() -> bool:

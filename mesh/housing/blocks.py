@@ -16,7 +16,7 @@ Interval = tuple[float, float]  # from, to [mm]
 
 _FAN = 1.8  # half height of a fan's box over half the thickness of the leaf with its fillets
 _ROOM = 0.7  # fraction of the solid beside a fillet that a fan may take
-_NECK_GROWTH = 1.5
+_NECK_GROWTH = 1.5  # of one element of a neck over the one below
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +70,11 @@ class Fan:
 
 
 def counts(housing: Housing, scale: float) -> Counts:
-    """Return the numbers of elements at a relative size [1]: 1 to solve on, 2 for its error, 0.5 a reference."""
+    """Return the numbers of elements at a relative element size [1].
+
+    Size 1 is that of the mesh to solve on, 2 that of the one that gives its error, 0.5 that of a reference. In the
+    frame, which hardly deforms, elements grow with the root of it.
+    """
 
     def scaled(number: int) -> int:
         return max(1, round(number / scale))
@@ -106,10 +110,10 @@ def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
 
 
 def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
-    """Return the fans of both leaves in a solid beside their roots that reaches from bottom to top [mm]."""
+    """Return the fans of both leaves in a wall or shuttle that reaches from one level to another [mm]."""
     lower, upper = arm.levels
     inside = 0.5 * arm.flexure.separation
-    half = 0.5 * arm.flexure.thickness + arm.flexure.fillet
+    half = 0.5 * arm.flexure.thickness + arm.flexure.fillet  # of a leaf with its fillets
     fans = []
     for level, outside in ((lower, lower - bottom), (upper, top - upper)):
         room = min(outside, inside)
@@ -118,10 +122,14 @@ def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
 
 
 def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
-    """Return the fan at a root at x; its box reaches `depth` [mm] along x into the solid, with its sign."""
+    """Return the fan at the root of a leaf at x [mm]; its box reaches `depth` [mm] along x into the solid.
+
+    The depth has the sign of that direction. The four sides of the fan are the end of the straight leaf, the fillet and
+    face above, the box in the solid, and the fillet and face below.
+    """
     lower, level, upper = fan.levels
     half = 0.5 * arm.flexure.thickness
-    start = x - math.copysign(arm.flexure.fillet, depth)
+    start = x - math.copysign(arm.flexure.fillet, depth)  # where the straight leaf ends
     corners = [(x, lower), (x + depth, lower), (x + depth, level), (x + depth, upper), (x, upper)]
     far = tuple(Segment(start=a, end=b, count=count.sector) for a, b in pairwise(corners))
     leaf = Segment(start=(start, level - half), end=(start, level + half), count=4 * count.sector)
@@ -131,11 +139,14 @@ def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Bloc
 
 
 def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) -> tuple[Segment, Segment]:
-    """Return the fillet from the leaf's end at x = start to the solid, and the solid's face on to the box's edge."""
+    """Return the fillet from the end of a leaf to the face of the solid, and that face on to the edge of the box.
+
+    The straight leaf at `level` ends at x = `start` [mm]. `edge` [mm] lies above or below it, and so do the segments.
+    """
     sign = math.copysign(1.0, edge[1] - level)
     leaf = level + sign * 0.5 * arm.flexure.thickness
     root = level + sign * (0.5 * arm.flexure.thickness + arm.flexure.fillet)
-    touch = (edge[0], root)
+    touch = (edge[0], root)  # where the fillet meets the face
     fillet = Segment(
         start=(start, leaf),
         end=touch,
@@ -188,7 +199,10 @@ def rectangle(x: Interval, z: Interval, along: int, across: int) -> Block:
 
 
 def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
-    """Yield the blocks of one shuttle with its neck and tip, two columns wide."""
+    """Yield the blocks of one shuttle with its neck and tip, in two columns along x.
+
+    The fans at the roots of the leaves fill their levels of the near column.
+    """
     fans = fans_between(arm, housing.neck_level, arm.top_level)
     width = -arm.sign * housing.shuttle_width
     half_tip = -arm.sign * 0.5 * housing.tip_side
@@ -207,7 +221,10 @@ def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
 
 
 def _neck(housing: Housing, top: Interval, bottom: Interval, count: Counts) -> Iterator[Block]:
-    """Yield the block of a neck, which reaches over one interval of x at its top and one at its bottom, and its tip."""
+    """Yield the blocks of one column of a neck and of the tip below it.
+
+    The neck tapers from the interval `top` of x at the shuttle to `bottom` at the tip.
+    """
     a = (bottom[0], housing.tip_height)
     b = (bottom[1], housing.tip_height)
     c = (top[1], housing.neck_level)

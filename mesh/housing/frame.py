@@ -66,22 +66,29 @@ class _Wall:
         if not self.lower_ring_top <= self.upper_ring_bottom:
             reason = f"the holes at z = {lower_hole[1]:.4g} and {upper_hole[1]:.4g} mm leave no wall between them"
             raise MeshError("blocks", reason, "take smaller holes or a larger leaf separation")
+        yield from self._beside_cavity()
+        yield from self._before_post()
+        yield from self._post()
 
-        # Beside the cavity
+    def _beside_cavity(self) -> Iterator[Block]:
+        """Yield the fans at the roots of the leaves, and the cells between them."""
         for fan in self.fans:
             yield blocks.fan_block(self.arm, self.arm.wall, fan, self.fan_end_x - self.arm.wall, self.count)
         for a, b in pairwise(self.levels):
             if not blocks.in_fan(a, b, self.fans):
                 yield self._cell(a, b)
 
-        # Between there and the post
-        before_post = abs(self.ring_start_x - self.fan_end_x)
-        if before_post > 0.0:
-            columns = blocks.pieces(before_post, self.count)
+    def _before_post(self) -> Iterator[Block]:
+        """Yield the plain cells between the fans and the post, none where the wall is no wider than its post."""
+        width = abs(self.ring_start_x - self.fan_end_x)
+        if width > 0.0:
+            columns = blocks.pieces(width, self.count)
             for a, b in pairwise(self.levels):
                 yield blocks.rectangle((self.fan_end_x, self.ring_start_x), (a, b), columns, self._pieces(a, b))
 
-        # In the post, two columns between the rings
+    def _post(self) -> Iterator[Block]:
+        """Yield the rings about both holes, and two columns of cells between the rings."""
+        lower_hole, upper_hole = self.arm.holes
         middle = lower_hole[0]
         for a, b in self._pairs_of_levels(self.lower_ring_top, self.upper_ring_bottom):
             yield blocks.rectangle((self.ring_start_x, middle), (a, b), self.count.sector, self._pieces(a, b))
@@ -90,25 +97,23 @@ class _Wall:
         yield from self._ring(upper_hole, self.upper_ring_bottom, self.levels[-1])
 
     def _pairs_of_levels(self, start: float, end: float) -> Iterator[tuple[float, float]]:
-        """Return the levels from start to end, each with the next one."""
+        """Return the levels from start to end [mm], each with the next one."""
         return pairwise(level for level in self.levels if start <= level <= end)
 
     def _pieces(self, a: float, b: float) -> int:
+        """Return the number of elements between two levels [mm]."""
         return blocks.pieces_between(a, b, self.fans, self.count)
 
     def _ring_end_level(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
-        """Return the level at which the ring of a hole ends, above the hole or below it (sign -1).
+        """Return the level [mm] at which the ring of a hole ends, above the hole or below it (sign -1).
 
         It is the nearest level that leaves the ring wide enough, or a new one where none is near; never one in a fan,
         whose sectors are fixed.
         """
-        nearest = None
-        for level in sorted(levels, reverse=sign < 0.0):
+        for level in sorted(levels, reverse=sign < 0.0):  # outwards from the hole
             distance = sign * (level - hole[1]) / self.radius
-            if nearest is None and _RING <= distance <= 2.0 * _WIDE_RING:
-                nearest = level
-        if nearest is not None:
-            return nearest
+            if _RING <= distance <= 2.0 * _WIDE_RING:
+                return level
         new = hole[1] + sign * _WIDE_RING * self.radius
         for fan in self.fans:
             lower, _, upper = fan.levels
@@ -117,7 +122,11 @@ class _Wall:
         return new
 
     def _cell(self, a: float, b: float) -> Block:
-        """Return the block between two levels, the fans' inner edge and the cavity; a fillet bends the corner's."""
+        """Return the block between levels a and b [mm], from the end of the fans to the cavity.
+
+        The fillet under the top bar is cut at its middle, the knuckle. The cell below ends there and has the lower half
+        of the fillet as its side; the cell above begins there.
+        """
         ceiling = self.housing.cavity_level
         wall = self.arm.wall
         knuckle = _knuckle(self.housing, self.arm)
@@ -131,22 +140,24 @@ class _Wall:
         return Block(sides=(cell.sides[0], (fillet,), *cell.sides[2:]))
 
     def _ring(self, hole: Point, start: float, end: float) -> Iterator[Block]:
-        """Yield the blocks between a hole and the rectangle around it that reaches from one level to another."""
+        """Yield the blocks between a hole and the rectangle around it that reaches from one level to another [mm]."""
         inner = self.ring_start_x
         middle, level = hole
         outer = self.arm.outer
+        # The edges of the rectangle in order: up the side to the fans, over the top, down the outer face, back below.
         edges = []
         for a, b in self._pairs_of_levels(start, end):
             edges.append(((inner, a), (inner, b), self._pieces(a, b)))
-        far = [(outer, end), (outer, level), (outer, start)]
-        for corner, next_corner in pairwise([(inner, end), (middle, end), *far, (middle, start), (inner, start)]):
+        corners = [(inner, end), (middle, end), (outer, end), (outer, level), (outer, start), (middle, start)]
+        for corner, next_corner in pairwise([*corners, (inner, start)]):
             edges.append((corner, next_corner, self.count.sector))
 
+        # Each edge and the piece of the circle nearest to it bound a block.
         for edge_start, edge_end, number in edges:
             arc_start = _on_circle(hole, self.radius, edge_start)
             arc_end = _on_circle(hole, self.radius, edge_end)
-            corners = (edge_start, edge_end, arc_end, arc_start)
-            sides = blocks.straight_block(corners, number, self.count.ring).sides
+            quadrangle = (edge_start, edge_end, arc_end, arc_start)
+            sides = blocks.straight_block(quadrangle, number, self.count.ring).sides
             arc = Segment(start=arc_start, end=arc_end, count=number, centre=hole, surface="mounting_holes")
             yield Block(sides=(sides[0], sides[1], (arc,), sides[3]))
 
@@ -160,30 +171,33 @@ def _on_circle(centre: Point, radius: float, point: Point) -> Point:
 
 
 def _knuckle(housing: Housing, arm: Arm) -> Point:
-    """Return the middle of the fillet between wall and top bar."""
+    """Return the middle of the fillet between wall and top bar, at 45 degrees."""
     reach = arm.flexure.fillet * (1.0 - math.sqrt(0.5))
     return arm.wall - arm.sign * reach, housing.cavity_level - reach
 
 
 def _half_fillet(housing: Housing, arm: Arm, start: Point, number: int) -> Segment:
+    """Return the fillet between wall and top bar from one of its ends to its middle, in a number of elements."""
     r = arm.flexure.fillet
     centre = (arm.wall - arm.sign * r, housing.cavity_level - r)
     return Segment(start=start, end=_knuckle(housing, arm), count=number, centre=centre)
 
 
 def _bar(housing: Housing, count: Counts) -> list[Block]:
-    """Return the blocks of the top bar between the walls."""
+    """Return the blocks of the top bar: one over half of the fillet at each wall, and one between them."""
     high = blocks.pieces(housing.top_level - housing.cavity_level, count)
     bar = []
-    ends = []
+    ends = []  # of the block between, each below and above
     for arm in housing.arms:
         x = arm.wall - arm.sign * arm.flexure.fillet
-        ceiling = (x, housing.cavity_level)
-        top = (x, housing.top_level)
+        below = (x, housing.cavity_level)
+        above = (x, housing.top_level)
         over_wall = (arm.wall, housing.top_level)
-        corner = blocks.straight_block((_knuckle(housing, arm), ceiling, top, over_wall), count.sector, high)
-        bar.append(Block(sides=((_half_fillet(housing, arm, ceiling, count.sector),), *corner.sides[1:])))
-        ends.append((ceiling, top))
-    (a, d), (b, c) = ends
-    bar.append(blocks.straight_block((a, b, c, d), blocks.pieces(b[0] - a[0], count), high))
+        corner = blocks.straight_block((_knuckle(housing, arm), below, above, over_wall), count.sector, high)
+        fillet = _half_fillet(housing, arm, below, count.sector)
+        bar.append(Block(sides=((fillet,), *corner.sides[1:])))
+        ends.append((below, above))
+    (left_below, left_above), (right_below, right_above) = ends
+    corners = (left_below, right_below, right_above, left_above)
+    bar.append(blocks.straight_block(corners, blocks.pieces(right_below[0] - left_below[0], count), high))
     return bar

@@ -10,7 +10,7 @@ from mesh.housing.blocks import Block, Point, Segment
 from mesh.session import Ints, MeshError, element_nodes, gmsh_session, stage, used_nodes
 from sensor.arrays import Floats
 
-_SMOOTHING = 10
+_SMOOTHING = 10  # steps of gmsh's smoother, on fans
 _DIGITS = 9  # points closer than 1e-9 mm are one point
 
 
@@ -54,6 +54,7 @@ class _Curves:
         return tag
 
     def _add(self, segment: Segment) -> int:
+        """Add a line or an arc with its elements to gmsh and return its tag."""
         geo = gmsh.model.geo
         start = self.point(segment.start)
         end = self.point(segment.end)
@@ -67,6 +68,7 @@ class _Curves:
 
 
 def _rounded(point: Point) -> Point:
+    """Return a point rounded to 1e-9 mm, as a key; adding 0 makes 0 of -0."""
     return round(point[0], _DIGITS) + 0.0, round(point[1], _DIGITS) + 0.0
 
 
@@ -86,12 +88,12 @@ def meshed_profile(blocks: Iterable[Block]) -> Profile:
 
 
 def _add_surface(block: Block, curves: _Curves) -> None:
-    """Add the four-sided surface of a block, divided as its sides are."""
+    """Add the four-sided surface of a block to gmsh, divided as its sides are."""
     geo = gmsh.model.geo
     tags = [curves.curve(segment) for side in block.sides for segment in side]
     surface = geo.addPlaneSurface([geo.addCurveLoop(tags, reorient=True)])
 
-    # A corner is the point that a side shares with the one before it.
+    # A side may have several segments: a corner is the point that a side shares with the one before it.
     ends = []
     for side in block.sides:
         points = {_rounded(segment.start) for segment in side} | {_rounded(segment.end) for segment in side}
@@ -107,7 +109,7 @@ def _add_surface(block: Block, curves: _Curves) -> None:
 
 
 def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
-    """Return the mesh that gmsh has made."""
+    """Return the mesh that gmsh has made, given the tag of each curve and its segment; raises MeshError."""
     if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")
     quads = element_nodes("Quadrangle")
@@ -116,7 +118,7 @@ def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
 
     quads = nodes.index[quads]
     (x0, x1, x2, x3), (z0, z1, z2, z3) = points[:, quads]
-    clockwise = (x2 - x0) * (z3 - z1) - (x3 - x1) * (z2 - z0) < 0.0
+    clockwise = (x2 - x0) * (z3 - z1) - (x3 - x1) * (z2 - z0) < 0.0  # by the cross product of the diagonals
     quads = np.where(clockwise, quads[::-1], quads)
 
     arcs = []
@@ -125,12 +127,8 @@ def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
     for tag, segment in curves:
         edges = nodes.index[element_nodes("Line", entity=tag)]
         if segment.centre is not None:
-            # the middle of each piece of the arc, as far from its centre as its start
-            centre = np.array(segment.centre).reshape(2, 1)
-            from_centre = points[:, edges].mean(axis=1) - centre
-            radius = np.linalg.norm(np.array(segment.start) - centre[:, 0])
             arcs.append(edges)
-            midpoints.append(np.asarray(centre + radius * from_centre / np.linalg.norm(from_centre, axis=0)))
+            midpoints.append(_arc_midpoints(points, edges, segment.start, segment.centre))
         if segment.surface:
             surfaces.setdefault(segment.surface, []).append(edges)
     return Profile(
@@ -140,3 +138,14 @@ def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
         midpoints=np.hstack(midpoints),
         surfaces={name: np.hstack(surfaces[name]) for name in sorted(surfaces)},
     )
+
+
+def _arc_midpoints(points: Floats, edges: Ints, start: Point, centre: Point) -> Floats:
+    """Return the middles (2, k) [mm] of the pieces of an arc whose ends are edges (2, k) of points (2, n) [mm].
+
+    They lie as far from its centre as its start does.
+    """
+    middle = np.array(centre).reshape(2, 1)
+    from_centre = points[:, edges].mean(axis=1) - middle
+    radius = np.linalg.norm(np.array(start) - middle[:, 0])
+    return np.asarray(middle + radius * from_centre / np.linalg.norm(from_centre, axis=0))

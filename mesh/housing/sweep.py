@@ -27,6 +27,7 @@ LEAST_JACOBIAN = 0.1
 LONGEST_STRETCH = 1.25  # of what is stretched, either way, before a fresh mesh is due
 _VOLUME_TOLERANCE = 1e-4  # relative: what parabolas through three points of each arc leave
 _AREA_TOLERANCE = 2e-3  # relative: holes have as few as nine of them
+_VOLUME_ORDER = 5  # of the quadrature
 _LAYER_GROWTH = 2.0  # from the free side face inwards: the anticlastic bending of a leaf fades near it
 _NEAR = 1e-7  # [mm]
 _VERY = "mesh the very housing of the solid"
@@ -47,18 +48,19 @@ def flexure_mesh(housing: Housing, scale: float = 1.0, layers: int | None = None
     levels = 0.5 * housing.depth * np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
     straight = _swept(profile, levels)
     quadratic = MeshHex2.from_mesh(straight)
-    curved = _curved(quadratic, profile)
-    curved[1] *= _depth_fraction(housing, curved[0], curved[2])
-    mesh = dataclasses.replace(quadratic, doflocs=curved)
+    nodes = _curved(quadratic, profile)
+    nodes[1] *= _depth_fraction(housing, nodes[0], nodes[2])  # necks and tips are less deep than the housing
+    mesh = dataclasses.replace(quadratic, doflocs=nodes)
     mesh = mesh.with_boundaries(_boundaries(housing, profile, straight))
     check_jacobian(mesh)
     return mesh
 
 
 def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | None:
-    """Return a mesh moved to other leaf lengths: x is stretched along the straight leaves, the rest is shifted.
+    """Return the mesh of a housing moved to other leaf lengths, None when they differ so much that a fresh one is due.
 
-    None when a leaf changes so much that a fresh mesh is due. Raises MeshError when anything but lengths differs.
+    x is stretched along the straight leaves, and the rest is shifted. Raises MeshError when anything but lengths
+    differs.
     """
     flexures = {}
     for old_arm, new_arm in zip(made_for.arms, wanted.arms, strict=True):
@@ -80,11 +82,12 @@ def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHe
 
 
 def check_flexure_mesh(mesh: MeshHex2, solid: PartSize) -> None:
-    """Raise MeshError when twice the volume differs by 1e-4, or the surface or a named area by 2e-3, from the solid's.
+    """Raise MeshError when volume, surface or a named area of both halves differ from those of the solid.
 
-    The surface tells a mesh whose neighbours do not share their facets.
+    Relative differences of 1e-4 of the volume and 2e-3 of areas are allowed. The surface tells a mesh whose neighbours
+    do not share their facets.
     """
-    points, weights = get_quadrature(RefHex, 5)
+    points, weights = get_quadrature(RefHex, _VOLUME_ORDER)
     volume = 2.0 * float((np.abs(determinant(cell_jacobian(mesh, points))) * weights).sum())
     compare("volume", volume, solid.volume, _VOLUME_TOLERANCE, _VERY)
     skin = np.setdiff1d(mesh.boundary_facets(), (mesh.boundaries or {}).get("symmetry", []))
@@ -101,6 +104,7 @@ def check_jacobian(mesh: MeshHex2) -> None:
     """
     jacobian = cell_jacobian(mesh, np.hstack([RefHex.p, get_quadrature(RefHex, 3)[0]]))
     quality = determinant(jacobian) / np.linalg.norm(jacobian, axis=0).prod(axis=0)
+    # An element may be numbered the other way round, but its sign must be one everywhere.
     quality = (quality * np.sign(quality[:, :1])).min(axis=1)
     worst = int(np.argmin(quality))
     if not quality[worst] >= LEAST_JACOBIAN:
@@ -118,7 +122,7 @@ def _depth_fraction(housing: Housing, x: Floats, z: Floats) -> Floats:
 
 
 def _swept(profile: Profile, levels: Floats) -> MeshHex1:
-    """Return straight hexahedra between the levels in y; node k n + i stands over point i of n."""
+    """Return straight hexahedra between levels in y [mm]: node k n + i stands at level k over point i of n."""
     n = profile.points.shape[1]
     layers = len(levels) - 1
     x, z = profile.points
@@ -132,7 +136,10 @@ def _swept(profile: Profile, levels: Floats) -> MeshHex1:
 
 
 def _curved(mesh: MeshHex2, profile: Profile) -> Floats:
-    """Return the nodes with the midpoints of edges moved onto the arcs, centres of quadrilaterals half as far."""
+    """Return the nodes (3, n) [mm] of a swept mesh with the midpoints of its edges moved onto the arcs.
+
+    Centres of quadrilaterals and of hexahedra are moved with them.
+    """
     points = np.asarray(mesh.doflocs, dtype=np.float64).copy()
     straight = profile.points[:, profile.arcs].mean(axis=1)
     shift = profile.midpoints - straight
@@ -159,17 +166,18 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
     n = profile.points.shape[1]
     outside = mesh.boundary_facets()
     corners = mesh.facets[:, outside]
-    x, y, z = mesh.p[:, corners]  # (corners, facets)
+    x, y, z = mesh.p[:, corners]  # each (4 corners, facets)
     on_base = np.abs(z).max(axis=0) < _NEAR
     nearest = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
     boundaries = {}
     for i, arm in enumerate(housing.arms):
         boundaries[f"{arm.name}_tip"] = outside[on_base & (nearest == i)]
-    boundaries["symmetry"] = outside[(corners < n).all(axis=0)]
+    boundaries["symmetry"] = outside[(corners < n).all(axis=0)]  # the first n nodes lie at y = 0
     # in the side face as solid: tapered necks are not
     y_solid = y * _depth_fraction(housing, x, z)
     boundaries["side_faces"] = outside[(np.abs(y_solid - 0.5 * housing.depth) < _NEAR).all(axis=0)]
-    below = corners % n  # points of the profile under each facet
+    # A facet that was swept from an edge of the profile has two points of it below: the ends of that edge.
+    below = corners % n
     ends = np.stack([below.min(axis=0), below.max(axis=0)])
     for name, edges in profile.surfaces.items():
         boundaries[name] = outside[index_by_nodes(edges, ends) >= 0]

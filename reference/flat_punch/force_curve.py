@@ -103,15 +103,9 @@ def force_curve(tip: RoundTip, law: FleshLaw, deepest: float) -> ForceCurve:
 
     coarse_factors = coarse.forces / (coarse.sharp * coarse.depths)
     factors = fine.forces / (fine.sharp * fine.depths)
-
-    # The curve ends where a mesh found no equilibrium, or both found different ones.
     solved = min(len(coarse_factors), len(factors))
     difference = np.abs(factors[:solved] - coarse_factors[:solved])
-    apart = np.flatnonzero(difference > MOST_APART)
-    count = int(apart[0]) if len(apart) else solved
-    if count == 0:
-        msg = f"large strain: no equilibrium at {depths[0]:.3g} tip sides"
-        raise SolveError(msg)
+    count = _common_depths(difference, depths[0])
     status = f"meshes of {coarse.dofs} and {fine.dofs} unknowns, {fine.iterations} iterations"
     if count == len(depths):
         status += "; every step converged"
@@ -142,3 +136,16 @@ def force_curve(tip: RoundTip, law: FleshLaw, deepest: float) -> ForceCurve:
             status=status,
         ),
     )
+
+
+def _common_depths(difference: Floats, first_depth: float) -> int:
+    """Return at how many depths both meshes found the same equilibrium; raises SolveError where at none.
+
+    `difference` is that of their factors [1] at the depths that both solved, the first of which is in [tip sides].
+    """
+    apart = np.flatnonzero(difference > MOST_APART)
+    count = int(apart[0]) if len(apart) else len(difference)
+    if count == 0:
+        msg = f"large strain: no equilibrium at {first_depth:.3g} tip sides"
+        raise SolveError(msg)
+    return count

@@ -149,7 +149,11 @@ class PressedBody:
         return self.body.assembled(np.einsum("eab,be->ae", matrices, u[self.body.dofs]))
 
     def _line_search(self, state: State, depth: float, step: Floats, residual: Floats) -> State:
-        """Return the state after the longest of the halved steps that lowers the energy."""
+        """Return the state after the longest of the halved steps (2 nodes,) that lowers the energy.
+
+        Where a full step does, longer ones are tried as long as the energy falls on. `residual` (2 nodes,) is the slope
+        of the energy. Raises NoEquilibriumError where no step lowers it.
+        """
         u = state.body.u
         slope = float(residual @ step)
         step = step.reshape(u.shape)

@@ -17,14 +17,14 @@ from solve.compression.stretch import mode_stiffness, principal_modes, principal
 
 # Two Gauss points each way: with three, quadratic elements lock as nu nears 0.5. O. C. Zienkiewicz, R. L. Taylor,
 # The Finite Element Method (2000), volume 1, section 12.5.
-_POINTS = 2
+_POINTS = 2  # along each direction
 _DOFS = 18  # of an element with nine nodes
 _REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])  # F_rr, F_rz, F_zr, F_zz, F_tt without displacement
 _FIRST_ELEMENT = 0.08  # of the contact at its largest: at the axis and under the plate
-_AT_EDGE = 0.03  # of the radius of a flat plunger: the first element at its edge
+_AT_EDGE = 0.03  # of the radius of a flat plunger: the first element on both sides of its edge
 _GROWTH_FROM_EDGE = 1.6
 _GROWTH = 1.2  # of one element to the next: a contact of any size then is as many elements wide
-_LARGEST_ELEMENT = 0.15
+_LARGEST_ELEMENT = 0.15  # of the section along r or z
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,20 +63,13 @@ class HalfBody:
     def __init__(
         self, section: Section, law: FleshLaw, contact: float, refinement: float = 1.0, edge: float = math.inf
     ) -> None:
-        """Place the nodes for a contact of a radius or an edge at one [mm], and set up the strain of all elements."""
+        """Place the nodes and set up the strain of all elements.
+
+        `contact` [mm] is about the radius of the contact, `edge` [mm] that of a flat plunger, infinite for other tools.
+        Twice the `refinement` halves the elements.
+        """
         self.law = law
-        half_width = float(section.place(np.array(1.0), np.array(0.0))[0])
-        top_width = float(section.place(np.array(1.0), np.array(1.0))[0])
-        if edge < top_width:
-            at_edge = edge / top_width
-            inner = at_edge * (1.0 - _graded(_AT_EDGE, refinement, _GROWTH_FROM_EDGE)[::-1])
-            outer = at_edge + (1.0 - at_edge) * _graded(
-                _AT_EDGE * at_edge / (1.0 - at_edge), refinement, _GROWTH_FROM_EDGE
-            )
-            lines = np.concatenate([inner, outer[1:]])
-            below = _graded(_AT_EDGE * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
-        else:
-            lines = below = _graded(_FIRST_ELEMENT * min(1.0, contact / half_width), refinement)
+        lines, below = _section_lines(section, contact, refinement, edge)
         across = _with_midpoints(lines)
         up = 1.0 - _with_midpoints(below)[::-1]
         columns = len(across)
@@ -85,15 +78,16 @@ class HalfBody:
         self.x = np.stack([r.ravel(), z.ravel()], axis=1)
         self.count = len(self.x)
 
+        # Nodes are numbered upwards, column by column from the axis; an element has 3 x 3 of them.
         index = np.arange(self.count).reshape(columns, rows)
         corners = index[:-1:2, :-1:2].reshape(-1, 1)
         nodes = corners + (rows * np.arange(3)[:, None] + np.arange(3)).reshape(1, -1)
         self.dofs: Ints = (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, _DOFS)
         held = np.zeros((self.count, 2), dtype=bool)
-        held[index[0], 0] = True
-        held[index[:, 0], 1] = True
+        held[index[0], 0] = True  # the axis, across
+        held[index[:, 0], 1] = True  # the middle, along z
         self.held = held.ravel()
-        self.surface: Ints = np.concatenate([index[:, -1], index[-1, -2::-1]])
+        self.surface: Ints = np.concatenate([index[:, -1], index[-1, -2::-1]])  # the top, then down the side
         self.on_table: Ints = index[:, 0] if section.on_table else index[:0, 0]
         self.area = _area_of_nodes(self.x[self.surface], section.length)
         self._strain, self._volumes = _strain_operator(self.x[nodes], section.length)
@@ -124,13 +118,15 @@ class HalfBody:
         stiffness = mode_stiffness(body.stretches, slope, curvature, pressure)
         if convex:
             stiffness = np.maximum(stiffness, 0.0)
-        in_plane = np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
-        growth = _by_parts(modes, 1.0 / body.stretches)
+
+        # Second derivatives of the energy over the parts i and j of F: of U by theta, and of the rest by the modes.
+        growth = _by_parts(modes, 1.0 / body.stretches)  # d theta / dF
         moduli = bulk * growth[:, None] * growth[None, :]
-        moduli[:4, :4] += in_plane
+        moduli[:4, :4] += np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
         moduli[4, 4] += stiffness[4]
         stress = _by_parts(modes, slope + pressure / body.stretches)
 
+        # Integrals over the elements; indices: element e, point q, dofs d and f.
         matrices = np.einsum("eqid,ijeq,eqjf->edf", self._strain, self._volumes * moduli, self._strain, optimize=True)
         forces = np.einsum("ieq,eqid->ed", self._volumes * stress, self._strain, optimize=True)
         size = 2 * self.count
@@ -154,10 +150,31 @@ class Deformed:
     energy: float
 
 
-def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
-    """Return what turns displacements of elements into F less its value at rest, and the volumes of the points [mm^3].
+def _section_lines(section: Section, contact: float, refinement: float, edge: float) -> tuple[Floats, Floats]:
+    """Return the lines between elements outwards and down the unit square of a section, each from 0 to 1.
 
-    Of nodes x (elements, 9, 2) [mm] they have the shapes (elements, points, 5, 18) [1/mm] and (elements, points).
+    They are dense at the axis and under the top, or about the edge of a plunger [mm] where it lies on the top.
+    """
+    half_width = float(section.place(np.array(1.0), np.array(0.0))[0])
+    top_width = float(section.place(np.array(1.0), np.array(1.0))[0])
+    if edge < top_width:
+        at_edge = edge / top_width
+        inner = at_edge * (1.0 - _graded(_AT_EDGE, refinement, _GROWTH_FROM_EDGE)[::-1])
+        outside = 1.0 - at_edge
+        first = _AT_EDGE * at_edge / outside
+        outer = at_edge + outside * _graded(first, refinement, _GROWTH_FROM_EDGE)
+        lines = np.concatenate([inner, outer[1:]])
+        below = _graded(_AT_EDGE * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
+    else:
+        lines = below = _graded(_FIRST_ELEMENT * min(1.0, contact / half_width), refinement)
+    return lines, below
+
+
+def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
+    """Return the operator from displacements of elements to F less its value at rest, and the volumes [mm^3].
+
+    Both are at the Gauss points of elements with nodes x (elements, 9, 2) [mm]; their shapes are (elements, points, 5,
+    18) [1/mm] and (elements, points). With a length [mm] the section is in plane strain, else it is one of revolution.
     """
     points, weights = np.polynomial.legendre.leggauss(_POINTS)
     along = np.repeat(points, _POINTS)
@@ -176,14 +193,14 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     extent = 2.0 * np.pi * r if length is None else 2.0 * length * np.ones_like(r)
     volumes = np.linalg.det(jacobian) * np.outer(weights, weights).ravel() * extent
 
-    to_gradient = np.zeros((*volumes.shape, 5, 9, 2))  # parts of F: rr, rz, zr, zz, hoop
-    to_gradient[:, :, 0, :, 0] = gradient[..., 0]
-    to_gradient[:, :, 1, :, 0] = gradient[..., 1]
-    to_gradient[:, :, 2, :, 1] = gradient[..., 0]
-    to_gradient[:, :, 3, :, 1] = gradient[..., 1]
+    operator = np.zeros((*volumes.shape, 5, 9, 2))  # parts of F: rr, rz, zr, zz, hoop
+    operator[:, :, 0, :, 0] = gradient[..., 0]
+    operator[:, :, 1, :, 0] = gradient[..., 1]
+    operator[:, :, 2, :, 1] = gradient[..., 0]
+    operator[:, :, 3, :, 1] = gradient[..., 1]
     if length is None:
-        to_gradient[:, :, 4, :, 0] = value / r[:, :, None]
-    return to_gradient.reshape(*volumes.shape, 5, _DOFS), volumes
+        operator[:, :, 4, :, 0] = value / r[:, :, None]
+    return operator.reshape(*volumes.shape, 5, _DOFS), volumes
 
 
 def _area_of_nodes(x: Floats, length: float | None) -> Floats:
@@ -196,13 +213,16 @@ def _area_of_nodes(x: Floats, length: float | None) -> Floats:
 
 
 def _by_parts(modes: Floats, principal: Floats) -> Floats:
-    """Return slopes along the principal stretches (3, ...) as slopes along the parts of F, shape (5, ...)."""
+    """Return slopes over the parts of F, shape (5, ...), from slopes over the principal stretches, shape (3, ...)."""
     in_plane = principal[0] * modes[0] + principal[1] * modes[1]
     return np.concatenate([in_plane, principal[2:]])
 
 
 def _graded(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
-    """Return lines from 0 to 1 between elements, each larger than the one before."""
+    """Return lines from 0 to 1 between elements, each `growth` times as large as the one before.
+
+    The first step is about `first` over the refinement, the largest one 0.15 over it.
+    """
     growth = 1.0 + (growth - 1.0) / refinement
     lines = [0.0]
     step = first / refinement

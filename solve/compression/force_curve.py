@@ -57,30 +57,32 @@ class ForceCurve:
 
 
 def force_curve(press: CompressionPress) -> ForceCurve:
-    """Return the curve of a finer mesh; its error is how far a coarser one is from it, plus its own scatter.
+    """Return the force curve of a press on a fine mesh, with its error.
 
+    The error is the largest relative difference from a coarser mesh, plus the scatter of the fine one.
     Raises SolveError where no equilibrium is found.
     """
     coarse = fitted_curve(press)
     fine = fitted_curve(press, FINE)
     travels = _travels(press.deepest)
-    apart = np.abs(coarse.force(travels) / fine.force(travels) - 1.0)
+    difference = np.abs(coarse.force(travels) / fine.force(travels) - 1.0)
     return ForceCurve(
         exponent=fine.exponent,
         coefficients=fine.coefficients,
         deepest=fine.deepest,
-        error=float(apart[travels >= _COUNTED * press.deepest].max()) + fine.error,
+        error=float(difference[travels >= _COUNTED * press.deepest].max()) + fine.error,
     )
 
 
 @functools.lru_cache(maxsize=256)  # the law of a test asks for the same presses again
 def fitted_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCurve:
-    """Return the curve fitted to the solves of one mesh; its error is their root mean square scatter [1]."""
+    """Return the force curve fitted to the solves on one mesh; its error is their root mean square scatter [1]."""
     travels = _travels(press.deepest)
     edge = math.inf if press.tool.curvature else press.tool.edge  # a ball does not touch with the edge
     body = HalfBody(press.section, press.law, press.contact, refinement, edge)
     forces = press_forces(body, travels.tolist(), tool=press.tool, grips=press.grips)
     ratios = forces / travels**press.exponent
+    # Least squares of relative differences: the fit over the force is 1 at each travel.
     powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERMS)
     coefficients, *_ = np.linalg.lstsq(powers / ratios[:, None], np.ones_like(ratios))
     scatter = (powers @ coefficients / ratios - 1.0)[travels >= _COUNTED * press.deepest]

@@ -29,7 +29,8 @@ _STARTS = (1, 2, 3)  # last equilibria through which a start is extrapolated
 class _ToolState:
     """A body under a tool: which nodes of the surface it `touches`, and the energy of both.
 
-    Each array is (surface,): the `height` of nodes over the tool's face [mm], its `slope` [1], its `growth` [1/mm].
+    Each array is (surface,): the `height` of nodes over the tool's face [mm], and the `slope` [1] of that face and its
+    `growth` outwards [1/mm].
     """
 
     body: Deformed
@@ -40,28 +41,121 @@ class _ToolState:
     energy: float
 
 
+@dataclass(frozen=True, eq=False)
+class _ToolPress:
+    """A half body under a tool that has come to a travel [mm]."""
+
+    body: HalfBody
+    tool: Tool
+    travel: float
+
+    @property
+    def penalty(self) -> float:
+        """Return the pressure of the tool over the penetration [MPa/mm at E = 1 MPa]."""
+        half_height = float(self.body.x[self.body.surface[0], 1])
+        return _PENALTY / half_height
+
+    @property
+    def round_off(self) -> float:
+        """Return the round-off of the energy [N mm]; over a unit of length it bounds that of a force."""
+        return float(np.finfo(np.float64).eps) * self.body.volume
+
+    def state(self, u: Floats) -> _ToolState:
+        """Return body, contact and energy at displacements (nodes, 2) [mm]."""
+        body = self.body
+        r = body.x[body.surface, 0]
+        z = body.x[body.surface, 1]
+        rise, slope, growth = self.tool.face(r + u[body.surface, 0])
+        height = z + u[body.surface, 1] - (z[0] - self.travel) - rise
+        touches = (height >= 0.0) & (r <= self.tool.edge * (1.0 + _SAME))
+        deformed = body.deformed(u)
+        energy = deformed.energy + 0.5 * self.penalty * float((body.area * height**2)[touches].sum())
+        return _ToolState(body=deformed, height=height, slope=slope, growth=growth, touches=touches, energy=energy)
+
+    def equilibrium(self, start: _ToolState, held: Flags) -> tuple[_ToolState, float]:
+        """Return the state of least energy from a start whose held dofs stay, and the force on the tool [N].
+
+        Raises SolveError where Newton's method finds none.
+        """
+        state = start
+        fixed = np.flatnonzero(held)
+        for _ in range(_MOST_ITERATIONS):
+            for convex in (False, True):
+                residual, matrix, force = self._linearised(state, held, convex=convex)
+                # Stresses round off at eps E: one unit of length makes a force of it.
+                if np.linalg.norm(residual) <= max(_RESIDUAL_LIMIT * force, self.round_off):
+                    return state, force
+                step = factorise(matrix, fixed).solve(-residual)
+                lower = self._line_search(state, step, float(residual @ step))
+                if lower is not None:
+                    break
+            if lower is None:
+                break
+            state = lower
+        msg = f"compression: no equilibrium at a travel of {self.travel:.3g} mm; press less deep"
+        raise SolveError(msg)
+
+    def _linearised(self, state: _ToolState, held: Flags, *, convex: bool) -> tuple[Floats, csc_matrix, float]:
+        """Return residual (2 nodes,) [N], its slope (2 nodes, 2 nodes) [N/mm], and the force on the tool [N].
+
+        The penalty's energy is 1/2 k height^2 of each touching node, whose height grows by 1 upwards and by minus the
+        slope of the face outwards. With `convex` negative curvatures of the energy are left out.
+        """
+        body = self.body
+        stiffness = self.penalty * body.area
+        push = stiffness * np.where(state.touches, state.height, 0.0)
+        outward = 2 * body.surface
+        upright = outward + 1
+        forces, matrix = body.tangent(state.body, convex=convex)
+        forces[upright] += push
+        forces[outward] -= push * state.slope
+
+        contact = stiffness * state.touches
+        across = contact * state.slope**2 - (0.0 if convex else push * state.growth)
+        coupled = -contact * state.slope
+        values = np.concatenate([contact, across, coupled, coupled])
+        rows = np.concatenate([upright, outward, upright, outward])
+        columns = np.concatenate([upright, outward, outward, upright])
+        matrix = matrix + coo_array((values, (rows, columns)), shape=matrix.shape)
+        return np.where(held, 0.0, forces), csc_matrix(matrix), float(push.sum())
+
+    def _line_search(self, state: _ToolState, step: Floats, slope: float) -> _ToolState | None:
+        """Return the state after the longest of the halved steps (2 nodes,) that lowers the energy; None if none does.
+
+        `slope` is that of the energy along the step.
+        """
+        for halvings in range(_HALVINGS):
+            length = 0.5**halvings
+            reached = self.state(state.body.u + length * step.reshape(-1, 2))
+            if reached.energy <= state.energy + _SUFFICIENT * length * slope + self.round_off:
+                return reached
+        return None
+
+
 def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None = None, grips: bool = False) -> Floats:
     """Return the force [N at E = 1 MPa] at rising travels of a tool after the first touch [mm], shape (travels,).
 
-    Without a tool a plate presses. Raises SolveError where no equilibrium is found.
+    Without a tool a plate presses. A tool that grips holds the nodes that it has touched, and so does a table. Raises
+    SolveError where no equilibrium is found.
     """
     tool = tool or Tool()
     held = body.held.copy()
     if grips:
-        at_rest = _state(body, tool, np.zeros((body.count, 2)), 0.0)
+        at_rest = _ToolPress(body, tool, 0.0).state(np.zeros((body.count, 2)))
         held[2 * body.surface[at_rest.touches]] = True
         held[2 * body.on_table] = True
     solutions = [np.zeros((body.count, 2))]
     reached = [0.0]
     forces = []
     for travel in travels:
+        press = _ToolPress(body, tool, travel)
+        # Of starts extrapolated through the last few equilibria the one of least energy is the nearest.
         states = []
         for count in _STARTS:
             start = _extrapolated(solutions[-count:], reached[-count:], travel)
             start = np.where(held.reshape(-1, 2), solutions[-1], start)  # what is gripped stays where it is
-            states.append(_state(body, tool, start, travel))
-        state = min(states, key=lambda candidate: candidate.energy)
-        state, force = _equilibrium(body, tool, state, travel, held)
+            states.append(press.state(start))
+        state, force = press.equilibrium(min(states, key=lambda candidate: candidate.energy), held)
         forces.append(force)
         solutions.append(state.body.u)
         reached.append(travel)
@@ -70,73 +164,8 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     return np.array(forces)
 
 
-def _equilibrium(body: HalfBody, tool: Tool, state: _ToolState, travel: float, held: Flags) -> tuple[_ToolState, float]:
-    """Return the state of least energy from a start whose held dofs stay, and the force on the tool [N]."""
-    stiffness = _penalty(body) * body.area
-    fixed = np.flatnonzero(held)
-    outward = 2 * body.surface
-    upright = outward + 1
-    round_off = float(np.finfo(np.float64).eps) * body.volume
-    for _ in range(_MOST_ITERATIONS):
-        push = stiffness * np.where(state.touches, state.height, 0.0)
-        contact = stiffness * state.touches
-        force = float(push.sum())
-        for convex in (False, True):
-            forces, matrix = body.tangent(state.body, convex=convex)
-            forces[upright] += push
-            forces[outward] -= push * state.slope
-            residual = np.where(held, 0.0, forces)
-            # Stresses round off at eps E: one unit of length makes a force of it.
-            if np.linalg.norm(residual) <= max(_RESIDUAL_LIMIT * force, round_off):
-                return state, force
-            across = contact * state.slope**2 - (0.0 if convex else push * state.growth)
-            coupled = -contact * state.slope
-            values = np.concatenate([contact, across, coupled, coupled])
-            rows = np.concatenate([upright, outward, upright, outward])
-            columns = np.concatenate([upright, outward, outward, upright])
-            matrix = matrix + coo_array((values, (rows, columns)), shape=matrix.shape)
-            step = factorise(csc_matrix(matrix), fixed).solve(-residual)
-            further = _line_search(body, tool, state, travel, step, float(residual @ step))
-            if further is not None:
-                break
-        if further is None:
-            break
-        state = further
-    msg = f"compression: no equilibrium at a travel of {travel:.3g} mm; press less deep"
-    raise SolveError(msg)
-
-
-def _state(body: HalfBody, tool: Tool, u: Floats, travel: float) -> _ToolState:
-    """Return body, contact and energy at displacements (nodes, 2) and a travel [mm]."""
-    r = body.x[body.surface, 0]
-    z = body.x[body.surface, 1]
-    rise, slope, growth = tool.face(r + u[body.surface, 0])
-    height = z + u[body.surface, 1] - (z[0] - travel) - rise
-    touches = (height >= 0.0) & (r <= tool.edge * (1.0 + _SAME))
-    deformed = body.deformed(u)
-    energy = deformed.energy + 0.5 * _penalty(body) * float((body.area * height**2)[touches].sum())
-    return _ToolState(body=deformed, height=height, slope=slope, growth=growth, touches=touches, energy=energy)
-
-
-def _line_search(
-    body: HalfBody, tool: Tool, state: _ToolState, travel: float, step: Floats, slope: float
-) -> _ToolState | None:
-    """Return the state after the longest of the halved steps that lowers the energy; None where none does."""
-    round_off = float(np.finfo(np.float64).eps) * body.volume
-    for halvings in range(_HALVINGS):
-        length = 0.5**halvings
-        reached = _state(body, tool, state.body.u + length * step.reshape(-1, 2), travel)
-        if reached.energy <= state.energy + _SUFFICIENT * length * slope + round_off:
-            return reached
-    return None
-
-
-def _penalty(body: HalfBody) -> float:
-    return _PENALTY / float(body.x[body.surface[0], 1])
-
-
 def _extrapolated(solutions: Sequence[Floats], reached: Sequence[float], travel: float) -> Floats:
-    """Return the polynomial in the travel through the last solutions (nodes, 2), at a travel [mm]."""
+    """Return the polynomial in the travel through the last solutions (nodes, 2), at a travel [mm] (Lagrange)."""
     weights = np.ones(len(solutions))
     for i, node in enumerate(reached):
         others = [other for j, other in enumerate(reached) if j != i]

@@ -25,7 +25,7 @@ def principal_stretches(F: Floats) -> Floats:
 
 
 def principal_modes(F: Floats) -> Floats:
-    """Return the frame of the principal stretches in the plane, shape (4 modes, 4, ...) [1].
+    """Return the four modes of F in the plane, shape (4 modes, 4 parts of F, ...) [1].
 
     The modes are the two stretches in the plane, its turn and its shear: in them, and in the hoop, the second
     derivative of any isotropic energy is diagonal. B. Smith, F. de Goes, T. Kim, ACM Trans. Graph. 38, 2019, doi
@@ -34,6 +34,7 @@ def principal_modes(F: Floats) -> Floats:
     rr, rz, zr, zz = F[:4]
     rotation_cos, rotation_sin = _direction(0.5 * (rr + zz), 0.5 * (zr - rz))
     reflection_cos, reflection_sin = _direction(0.5 * (rr - zz), 0.5 * (zr + rz))
+    # Derivatives over F of half the sum and of half the difference of the stretches, and across both.
     mean = np.stack([rotation_cos, -rotation_sin, rotation_sin, rotation_cos])
     difference = np.stack([reflection_cos, reflection_sin, reflection_sin, -reflection_cos])
     turn = np.stack([-rotation_sin, -rotation_cos, rotation_cos, -rotation_sin])
@@ -43,15 +44,16 @@ def principal_modes(F: Floats) -> Floats:
 
 
 def mode_stiffness(stretches: Floats, slope: Floats, curvature: Floats, pressure: Floats) -> Floats:
-    """Return the second derivative in each mode and the hoop, shape (5, ...), of phi(l1) + phi(l2) + phi(l3) + p ln J.
+    """Return the second derivatives of phi(l1) + phi(l2) + phi(l3) + p ln J in the modes and the hoop, shape (5, ...).
 
-    `slope` and `curvature` (3, ...) are those of phi, `pressure` (...) is p, all in one unit; J = l1 l2 l3.
+    `slope` and `curvature` (3, ...) are those of phi at the stretches l, `pressure` (...) is p, all in one unit;
+    J = l1 l2 l3. Along the turn it is a quotient of sums, along the shear one of differences.
     """
     l1, l2, _ = stretches
     difference = l1 - l2
     equal = difference < _EQUAL * l1
     quotient = (slope[0] - slope[1]) / np.where(equal, 1.0, difference)
-    shear = np.where(equal, 0.5 * (curvature[0] + curvature[1]), quotient)
+    shear = np.where(equal, 0.5 * (curvature[0] + curvature[1]), quotient)  # equal stretches: its limit
     turn = (slope[0] + slope[1]) / (l1 + l2)
     along = curvature - pressure / stretches**2
     in_plane = pressure / (l1 * l2)

@@ -17,6 +17,7 @@ from sensor.design.fruit import Fruit
 from solve.fruit.box import Grading, block_lines
 from solve.fruit.footprints import (
     Footprint,
+    NodeCounts,
     half_space_between,
     node_remainder,
     nodes_between,
@@ -25,9 +26,9 @@ from solve.fruit.footprints import (
 from solve.halfspace.layered import Layer, added_compliances
 from solve.halfspace.punch import influence, lagrange, square_punch
 
-FINE = Grading(0.7, (0.7, 0.21, 0.09))
-FEWEST_NODES = 3
-GAUSS = 4
+FINE = Grading(0.7, (0.7, 0.21, 0.09))  # of the mesh of the remainder
+FEWEST_NODES = 3  # a side of a footprint: pressure that moves has higher moments than a level punch's
+GAUSS = 4  # points along a cell
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,19 +65,19 @@ def contact_cells(
 ) -> ContactCells:
     """Return the cells between `edges`, lines on (-1/2, 1/2) of each footprint's side [1], and their compliance.
 
-    Under each tip the half-space has a `layer`, if any: farther away it acts by a constant, which is left to others.
-    The footprints are squares that hold every point where a tip may touch; `grading` is that of the mesh of what is
-    smooth. Raises SolveError when a solve is not exact.
+    The footprints are squares that hold every point where a tip may touch. Under each tip the half-space has a `layer`,
+    if any: farther away it acts by a constant, which is left to others. `grading` is that of the mesh of the remainder.
+    Raises SolveError when a solve is not exact.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     sides = np.array([footprint.side for footprint in footprints])
     middle = 0.5 * (edges[1:] + edges[:-1])
+    area = np.outer(np.diff(edges), np.diff(edges)).ravel()
+    cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
 
     # Under each tip the half-space itself: mean displacement of a cell per force on another, for E* = 1 and side 1.
-    area = np.outer(np.diff(edges), np.diff(edges)).ravel()
     pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
     half_space = pairs / np.outer(area, area)
-    cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
     if layer is None:
         within_tips = block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space))
     else:
@@ -85,11 +86,7 @@ def contact_cells(
         within_tips = block_diag(*(layer.surface / sides[:, None, None] * half_space + added))
 
     # The rest is smooth: known between nodes, averaged over cells through the nodal polynomials.
-    point, weight = np.polynomial.legendre.leggauss(GAUSS)
-    gauss_points = middle[:, None] + 0.5 * np.diff(edges)[:, None] * point
-    nodes = square_punch(_nodes_between(footprints)).x
-    polynomials = lagrange(nodes, gauss_points.ravel()).reshape(*gauss_points.shape, -1)
-    means = np.einsum("cgk,g->ck", polynomials, 0.5 * weight)
+    means = _cell_means(square_punch(_nodes_between(footprints)).x, edges)
     to_cells = block_diag(*[np.kron(means, means)] * len(footprints))
     smooth = smooth_compliance(fruit, tuple(footprints), grading)
     compliance = within_tips + np.asarray(to_cells @ smooth @ to_cells.T)
@@ -103,11 +100,23 @@ def contact_cells(
     )
 
 
-def half_cells(cells: ContactCells) -> ContactCells:
-    """Return cells that stand for themselves and their mirror images at y = 0, for contact alike on both sides.
+def _cell_means(nodes: Floats, edges: Floats) -> Floats:
+    """Return the mean of each nodal polynomial over each interval between edges, shape (intervals, nodes) [1].
 
-    All centres lie at y = 0 and the number of lines of cells across a footprint is even; the cells at y > 0 stay, in
-    their order.
+    `nodes` and `edges` lie on (-1/2, 1/2).
+    """
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    point, weight = np.polynomial.legendre.leggauss(GAUSS)
+    gauss_points = middle[:, None] + 0.5 * np.diff(edges)[:, None] * point
+    polynomials = lagrange(nodes, gauss_points.ravel()).reshape(*gauss_points.shape, -1)
+    return np.asarray(np.einsum("cgk,g->ck", polynomials, 0.5 * weight))
+
+
+def half_cells(cells: ContactCells) -> ContactCells:
+    """Return the cells at y > 0, in their order, which stand for their mirror images at y = 0 too.
+
+    They serve contact that is the same on both sides. All centres must lie at y = 0, and the number of cells across a
+    footprint must be even.
     """
     kept = cells.points[:, 1] > 0.0
     # Cells stand in rows across their footprint: the mirror image of each is its place in the reversed row.
@@ -126,23 +135,25 @@ def half_cells(cells: ContactCells) -> ContactCells:
 
 
 # Both grids of a scene share it.
+# Both grids of a scene share it.
 @functools.lru_cache(maxsize=4)
 def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: Grading) -> Floats:
-    """Return the compliance between all nodes but for the half-space under a node's own tip, times E [1/mm].
+    """Return the smooth part of the compliance between all nodes of all footprints, times E [1/mm], (nodes, nodes).
 
-    Shape (nodes, nodes). Raises SolveError when a solve is not exact.
+    It is the remainder of the block, and between different tips the half-space too. Raises SolveError when a solve is
+    not exact.
     """
-    between = _nodes_between(footprints)
-    within = max(FEWEST_NODES, nodes_within(fruit, footprints))
+    counts = NodeCounts(between=_nodes_between(footprints), within=max(FEWEST_NODES, nodes_within(fruit, footprints)))
+    nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
+    # Tips in a row on a plane of symmetry halve the mesh. Tilted ones press unlike on its two sides: odd loads count.
     mirror_x = all(footprint.x == 0.0 for footprint in footprints)
     mirror_y = all(footprint.y == 0.0 for footprint in footprints)
-    nodes = np.concatenate([footprint.nodes(within) for footprint in footprints])
     lines = block_lines(fruit, nodes, (mirror_x, mirror_y), grading)
     signs_x = (1, -1) if mirror_x else (0,)
     signs_y = (1, -1) if mirror_y else (0,)
     parities = list(itertools.product(signs_x, signs_y))
-    remainder, _ = node_remainder(fruit, footprints, lines, parities, within, between)
-    return remainder + half_space_between(footprints, fruit.poisson, between)
+    remainder, _ = node_remainder(fruit, footprints, lines, parities, counts)
+    return remainder + half_space_between(footprints, fruit.poisson, counts.between)
 
 
 def _nodes_between(footprints: Sequence[Footprint]) -> int:

@@ -23,11 +23,11 @@ from solve.halfspace.punch import square_punch
 from solve.surface import patch_inside
 
 FINEST = 0.125  # step under a tip [sides of what touches]
-GROWTH = 0.4
-COARSEST = 0.1  # [lengths of the block]
+GROWTH = 0.4  # of the steps with the distance from what touches
+COARSEST = 0.1  # step [lengths of the block]
 NEAR = 1.5  # within these sides of a tip its patches of pressure are seen, beyond only their moments
-PATCHES = 24
-NODES = 3
+PATCHES = 24  # a side of a footprint at most, over which cells are summed
+NODES = 3  # a side, that carry the moments of the patches of a tip
 # Depth [sides of a patch] at which stress of the surface is taken: at the corners of patches it is infinite, and so
 # deep the steps between them have faded by exp(-pi), while what is as wide as a tip has not.
 SKIN = 0.5
@@ -72,19 +72,20 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
     x, y, z = mesh.p * UPWARD[:, None]  # z down, as in all that follows
 
     # All at E = 1 MPa, until the last lines divide by E.
-    load_places = np.concatenate([each.centres for each in point_loads])
+    load_points = np.concatenate([each.centres for each in point_loads])
     forces = np.concatenate([each.forces for each in point_loads])
-    lines = block_lines(block, load_places, (False, False), FINE)
-    basis, v = remainder_field(box_mesh(lines), block.poisson, load_places, forces)
+    lines = block_lines(block, load_points, (False, False), FINE)
+    basis, v = remainder_field(box_mesh(lines), block.poisson, load_points, forces)
     u_remainder, gradient = _evaluated(basis, lines, v, np.stack([x, y, z]))
 
     # The half-space in closed form, its stress at the surface taken a little below.
     skin = SKIN * min(float(patches.sides.min()) for patches in tips)
-    below_skin = _half_space(x, y, np.maximum(z, skin), tips, point_loads)
+    loads = list(zip(tips, point_loads, strict=True))
+    below_skin = _half_space(np.stack([x, y, np.maximum(z, skin)]), loads)
     u = halfspace.displacement(below_skin, 1.0, block.poisson)
     top = z == 0.0
-    at_surface = _half_space(x[top], y[top], np.full(np.count_nonzero(top), SURFACE * skin), tips, point_loads)
-    u[:, top] = halfspace.displacement(at_surface, 1.0, block.poisson)
+    near_top = np.stack([x[top], y[top], np.full(np.count_nonzero(top), SURFACE * skin)])
+    u[:, top] = halfspace.displacement(_half_space(near_top, loads), 1.0, block.poisson)
     sigma = halfspace.stress(below_skin, block.poisson) + stress(gradient, 1.0, block.poisson)
 
     displacement = (u + u_remainder).T * UPWARD / pressure.E
@@ -93,7 +94,7 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
 
 
 def _patches(pressure: FootprintPressure, tip: int) -> _Patches:
-    """Return the pressure of one tip summed over at most 24 x 24 rectangles of cells."""
+    """Return the pressure of one tip summed over at most 24 x 24 rectangles of cells; none without a force."""
     count = len(pressure.edges) - 1
     first = np.arange(0, count, -(-count // PATCHES))
     edges = np.append(pressure.edges[first], pressure.edges[-1])
@@ -109,7 +110,7 @@ def _pairs(values: Floats) -> Floats:
 
 
 def _as_points(patches: _Patches) -> _Patches:
-    """Return forces on nine nodes with the moments of the patches, of no extent."""
+    """Return forces on nine points with the moments of the patches; their sides are 0."""
     middle = 0.5 * (patches.low + patches.high)
     side = float((patches.high - patches.low).max())
     table = square_punch(NODES)
@@ -124,6 +125,8 @@ def _view_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
     largest = COARSEST * max(extent)
 
     def graded(start: float, end: float, spans: Sequence[Floats]) -> Floats:
+        """Return a line from start to end [mm] whose steps grow with the distance from the nearest span (2,) [mm]."""
+
         def size(s: Floats) -> Floats:
             distance = np.full_like(s, np.inf)
             for low, high in spans:
@@ -145,20 +148,24 @@ def _view_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
 
 
 def _evaluated(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tuple[Floats, Floats]:
-    """Return v (3, n) and its gradient (3, 3, n), derivative last, at points (3, n) of the box over some lines."""
+    """Return a field and its gradient at points (3, n) [mm], shapes (3, n) and (3, 3, n) with the derivative last.
+
+    `v` (dofs,) are the field's values on the box of bricks over some lines.
+    """
     mesh = basis.mesh
     # Which brick of the box each point lies in: intervals of its lines along each axis, numbered by brick.
     number = np.empty([len(line) - 1 for line in lines], dtype=np.int64)
     number[_intervals(lines, mesh.p[:, mesh.t].mean(axis=1))] = np.arange(mesh.t.shape[1])
-    cells = number[_intervals(lines, points)]
+    bricks = number[_intervals(lines, points)]
 
-    # A point lies in the unit cube where the linear map of its brick says.
+    # The map from the unit cube to a brick is linear: its inverse gives a point's place in the cube.
     origin = np.zeros((3, 1))
-    inverse = basis.mapping.invDF(origin, tind=cells)[..., 0]
-    from_corner = points - basis.mapping.F(origin, tind=cells)[..., 0]
+    inverse = basis.mapping.invDF(origin, tind=bricks)[..., 0]
+    from_corner = points - basis.mapping.F(origin, tind=bricks)[..., 0]
     inside = np.einsum("ijn,jn->in", inverse, from_corner)[:, :, None]
 
-    patch = patch_inside(basis, cells, inside, np.ones((len(cells), 1)))
+    # One point in each of n bricks: indices node k, component c, brick n, point q.
+    patch = patch_inside(basis, bricks, inside, np.ones((len(bricks), 1)))
     local = v[patch.dofs]
     value = np.einsum("kcn,knq->cn", local, patch.shapes)
     gradient = np.einsum("kcn,kdnq->cdn", local, patch.gradients)
@@ -174,21 +181,20 @@ def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
     return tuple(intervals)
 
 
-def _half_space(
-    x: Floats, y: Floats, z: Floats, tips: Sequence[_Patches], points: Sequence[_Patches]
-) -> halfspace.Potentials:
-    """Return the sum of the potentials of all loads on flesh of E = 1 MPa at x, y, z (n,) [mm], z down into the fruit.
+def _half_space(points: Floats, loads: Sequence[tuple[_Patches, _Patches]]) -> halfspace.Potentials:
+    """Return the potentials at points (3, n) [mm], z down, under the pressures of all tips.
 
-    Near a tip the loads are patches; beyond, the same forces [N] act at points.
+    A tip's load comes twice: as patches of pressure, felt near to it, and as points with their moments, felt elsewhere.
     """
-    total = np.zeros((len(fields(halfspace.Potentials)), len(z)))
+    x, y, z = points
+    total = np.zeros((len(fields(halfspace.Potentials)), len(x)))
     total[0] = z  # the first field of the potentials is the depth; the others add up
-    for patches, nodes in zip(tips, points, strict=True):
-        middle = nodes.centres.mean(axis=0)
+    for patches, as_points in loads:
+        middle = as_points.centres.mean(axis=0)
         reach = NEAR * float(np.ptp(patches.centres, axis=0).max() + patches.sides.max())
         near = np.maximum(np.maximum(np.abs(x - middle[0]), np.abs(y - middle[1])), z) <= reach
         total[1:, near] += _potentials(x[near], y[near], z[near], patches)
-        total[1:, ~near] += _potentials(x[~near], y[~near], z[~near], nodes)
+        total[1:, ~near] += _potentials(x[~near], y[~near], z[~near], as_points)
     return halfspace.Potentials(*total)
 
 

@@ -7,7 +7,10 @@ from sensor.tips.tip_shape import Arc, TipShape
 
 
 def tip_gap(shape: TipShape, x: Floats, y: Floats) -> Floats:
-    """Return the gap [mm] of a tip at x along the tips and y across from its centre; infinity where it has no face."""
+    """Return the gap [mm] of a tip at x along the tips and y across from its centre; infinity where it has no face.
+
+    The tip is a body of revolution, or a square whose sections along x and y are the same meridian.
+    """
     r = np.asarray(np.hypot(x, y) if shape.is_round else np.maximum(np.abs(x), np.abs(y)))
     gap = np.full_like(r, np.inf)
     for piece in shape.meridian:

@@ -7,6 +7,7 @@ compliance of the springs and S that of the fruit times E. Linear, so every E an
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -45,6 +46,13 @@ class SensorResponse:
     mean_pressure: Floats | None = None
 
 
+class TipForces(NamedTuple):
+    """Forces F [N] of the tips and their slopes over the travel, `rates` [N/mm], both (moduli, travels, tips)."""
+
+    F: Floats
+    rates: Floats
+
+
 def spring_compliance(*stiffnesses: float) -> Floats:
     """Return the compliance of springs that do not disturb each other, shape (n, n) [mm/N from N/mm]."""
     return np.diag([1.0 / K for K in stiffnesses])
@@ -58,9 +66,9 @@ def travels(travel_mm: float, count: int) -> Floats:
 
 
 def high_over_low(values: Floats, F: Floats, groups: SpringGroups = PAIR) -> Floats:
-    """Return the mean of values over tips on high springs over that over tips on low springs [1], shape (...).
+    """Return the mean of values over tips on high springs, over that over tips on low springs [1], shape (...).
 
-    `values` and the forces F have shape (..., tips); nan where any tip is off the fruit.
+    `values` and the forces F have shape (..., tips). The ratio is nan where any tip is off the fruit.
     """
     touching = (F > 0.0).all(axis=-1)
     high = values[..., list(groups.high)].mean(axis=-1)
@@ -69,12 +77,13 @@ def high_over_low(values: Floats, F: Floats, groups: SpringGroups = PAIR) -> Flo
 
 
 def response_of_forces(
-    E: Floats, x: Floats, F: Floats, rates: Floats, groups: SpringGroups, info: SolveInfo
+    E: Floats, x: Floats, forces: TipForces, groups: SpringGroups, info: SolveInfo
 ) -> SensorResponse:
-    """Return the response of forces F [N] and their slopes over the travel [N/mm], both (moduli, travels, tips).
+    """Return the response that has these forces at moduli E (moduli,) [MPa] and travels x (travels,) [mm].
 
-    The errors are 0 where there is a number, to be added to. `info.dofs` is the number of contact cells.
+    Its errors are 0 where there is a number, for the caller to add to. `info.dofs` is the number of contact cells.
     """
+    F, rates = forces
     P = high_over_low(F, F, groups)
     return SensorResponse(
         E=E,
@@ -96,31 +105,43 @@ def linear_response(
     E: Sequence[float] | Floats,
     x: Sequence[float] | Floats,
     height_offsets: Sequence[float] | float = 0.0,
-    groups: SpringGroups = PAIR,
 ) -> SensorResponse:
-    """Return the response of flat tips that touch with their whole face or not at all, known but for the error of S.
-
-    S [1/mm] and C [mm/N] have shape (tips, tips); `height_offsets` [mm] add to the travel of
-    each tip.
-    """
+    """Return the response of a pair of flat tips, the first on the low spring, as `linear_forces` takes them."""
     start = time.perf_counter()
     moduli = np.asarray(E, dtype=np.float64)
     x = np.asarray(x, dtype=np.float64)
+    forces = linear_forces(S, C, moduli, x, height_offsets)
+    return response_of_forces(moduli, x, forces, PAIR, linear_info(start))
+
+
+def linear_forces(
+    S: Floats, C: Floats, E: Floats, x: Floats, height_offsets: Sequence[float] | float = 0.0
+) -> TipForces:
+    """Return the forces of flat level tips that touch with their whole face or not at all.
+
+    S [1/mm] and C [mm/N] have shape (tips, tips), the moduli E [MPa] (moduli,), the travels x [mm] (travels,).
+    `height_offsets` [mm] add to the travel of each tip. The forces are exact but for the error of S.
+    """
     travel = x[:, None] + np.broadcast_to(np.asarray(height_offsets, dtype=np.float64), (len(S),))
-    F = np.zeros((len(moduli), len(x), len(S)))
+    F = np.zeros((len(E), len(x), len(S)))
     rates = np.zeros_like(F)
-    for i, modulus in enumerate(moduli):
+    for i, modulus in enumerate(E):
         F[i], rates[i] = _touching_forces(np.asarray(C) + np.asarray(S) / modulus, travel)
+    return TipForces(F, rates)
+
+
+def linear_info(start: float) -> SolveInfo:
+    """Return how a linear response is computed; its seconds count from `start`, of `time.perf_counter`."""
     status = "flat level faces: exact from the compliance for every modulus and travel"
-    info = SolveInfo(method="linear", dofs=0, seconds=time.perf_counter() - start, status=status)
-    return response_of_forces(moduli, x, F, rates, groups, info)
+    return SolveInfo(method="linear", dofs=0, seconds=time.perf_counter() - start, status=status)
 
 
 def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats]:
     """Return the forces [N] and their slopes over the travel [N/mm], both (travels, tips).
 
-    Force and gap are never negative, and one of them is 0: compliance F >= travel, F >= 0. Where all tips touch the
-    force is a linear solve; elsewhere non-negative least squares on the Cholesky factor finds the tips that do.
+    `compliance` (tips, tips) [mm/N] is that of springs and fruit in series, `travel` (travels, tips) [mm] that of each
+    tip. Force and gap are never negative, and one of them is 0: compliance F >= travel, F >= 0. Where all tips touch
+    the force is a linear solve; elsewhere non-negative least squares on the Cholesky factor finds the tips that do.
     """
     touching = travel @ np.linalg.inv(compliance).T > 0.0
     is_partial = ~touching.all(axis=1)

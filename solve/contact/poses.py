@@ -14,7 +14,9 @@ import numpy as np
 
 from sensor.arrays import Flags, Floats
 from sensor.design.fruit import Fruit
-from solve.contact.domes.law import domes_on
+from solve.contact.domes.body import dome_body
+from solve.contact.domes.geometry import dome_poses
+from solve.contact.domes.law import dome_forces
 from solve.contact.scene import Point, Scene, check_scene
 from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, initial_gap, scene_cells
 from solve.contact.unilateral import UnilateralContact
@@ -24,6 +26,7 @@ from solve.fruit.curved_shape import fruit_slope
 # Order 1.5 of the cells' error in their number: what is left of the coarse grid's, over the step to the fine one.
 LEFT = 1.0 / (1.0 - (WHOLE_CELLS[0] / WHOLE_CELLS[1]) ** 1.5)
 COMPARED = 8  # poses that are pressed on both grids
+NO_FORCE = 1e-300  # [N] stands for a force of 0 that is divided by
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,6 +118,7 @@ def posed_scene(scene: Scene, pose: Pose) -> Scene:
     off_centre = (scene.off_centre_mm[0] + pose.off_centre_mm[0], scene.off_centre_mm[1] + pose.off_centre_mm[1])
     tilt, roll = pose.tilt_deg
     if pose.from_touch and any(off_centre) and scene.curved:
+        # A hand tilts against the normal where it sets the sensor down; a scene's tilt is against the apex's.
         normal = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))
         tilt, roll = tilt + float(normal[0]), roll + float(normal[1])
     return dataclasses.replace(
@@ -129,7 +133,10 @@ def posed_scene(scene: Scene, pose: Pose) -> Scene:
 
 @functools.lru_cache(maxsize=256)
 def _fruit_met(fruit: Fruit, radii: Point | None, azimuth: float | None, thickness: float | None) -> Fruit:
-    """Return a fruit of other radii [mm], azimuth [deg] and thickness [mm], made once for the many poses on it."""
+    """Return the fruit with other radii [mm], azimuth [deg] and thickness [mm], None for its own.
+
+    It is made once for the many poses on it. A sphere takes the first radius alone, a block none.
+    """
     changes: dict[str, Any] = {}
     if radii is not None and fruit.radius_mm is not None:
         changes["radius_mm"] = radii[0]
@@ -147,9 +154,11 @@ def _fruit_met(fruit: Fruit, radii: Point | None, azimuth: float | None, thickne
 def _dome_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
+    """Return the forces of domes by their law, one scene for each pose; nan where a contact runs off a face."""
     E = np.array([pose.E for pose in poses])
     travel = np.array([pose.travel for pose in poses])
-    domes = domes_on(scene, compliance, C, scenes, E, travel)
+    body = dome_body(scene, compliance, [each.fruit for each in scenes])
+    domes = dome_forces(dome_poses(scenes, travel), E, C, body)
     face = domes.face.max(axis=1)
     off_face = face > scene.tips.side_mm
     return PoseForces(
@@ -169,6 +178,10 @@ def _dome_forces(
 def _cell_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
+    """Return the forces on a coarse grid of cells, one scene for each pose, and their errors from a finer grid.
+
+    The cells stand where those of the steepest pose would. Some of the poses are pressed on the finer grid too.
+    """
     farthest = max(pose.travel for pose in poses)
     steepness = [float(np.hypot(*each.turn)) for each in scenes]
     steepest = scenes[steepness.index(max(steepness))]
@@ -176,23 +189,27 @@ def _cell_forces(
     coarse, fine = scene_cells(turned, compliance, farthest, all(each.mirrored for each in scenes))
     F, area = _grid_forces(turned, coarse, C, poses, scenes)
 
-    # Some of the poses, from the most to the least tilted one, on the finer grid too: the largest step counts.
+    # Every so many of the poses, from the most to the least tilted one, on the finer grid too.
     order = np.argsort(steepness)[::-1]
-    chosen = order[:: max(1, len(order) // COMPARED)]
-    finer, _ = _grid_forces(turned, fine, C, [poses[i] for i in chosen], [scenes[i] for i in chosen])
-    steps = np.divide(np.abs(finer - F[chosen]), finer, out=np.zeros_like(finer), where=finer > 0.0)
+    compared = order[:: max(1, len(order) // COMPARED)]
+    finer, _ = _grid_forces(turned, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
+
+    # The largest relative step of a force counts for all.
+    steps = np.divide(np.abs(finer - F[compared]), finer, out=np.zeros_like(finer), where=finer > 0.0)
     error = LEFT * float(steps.max(initial=0.0)) + compliance.error_pair
-    # A tip that has just touched has an error of its own, which is no matter of the flesh: the whole force counts.
+
+    # What all tips are off by together is told from the sum of their forces: a tip that has just touched has an error
+    # of its own, which is no matter of the flesh.
     moduli = np.array([pose.E for pose in poses])
-    whole = F.sum(axis=1)
-    largest = np.array([whole[moduli == E].max(initial=1e-300) for E in moduli[chosen]])
-    whole_step = float((np.abs(finer.sum(axis=1) - whole[chosen]) / largest).max())
-    alike = (LEFT * whole_step + compliance.error_pair) * _less_by_flesh(compliance, C, moduli, F)
+    total = F.sum(axis=1)
+    largest_total = np.array([total[moduli == E].max(initial=NO_FORCE) for E in moduli[compared]])
+    total_step = float((np.abs(finer.sum(axis=1) - total[compared]) / largest_total).max())
+    common_error = LEFT * total_step + compliance.error_pair
     mean_pressure = F / np.where(area > 0.0, area, 1.0)
     return PoseForces(
         F=F,
         F_error=error * F,
-        error_alike=alike,
+        error_alike=common_error * _softer_flesh_fall(compliance, C, moduli, F),
         F_flesh=np.zeros_like(F),
         error=np.full(len(F), error),
         touching=F > 0.0,
@@ -203,15 +220,19 @@ def _cell_forces(
     )
 
 
-def _less_by_flesh(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
-    """Return by how much forces (poses, tips) [N] fall on softer flesh, where those of a level press fall by their sum.
+def _softer_flesh_fall(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
+    """Return by how much forces F (poses, tips) [N] fall on softer flesh, given the modulus of each pose [MPa].
 
-    At one modulus that is flesh which gives way by the same fraction more in all poses.
+    At one modulus the flesh is softer by one fraction in all poses. It is so large that the forces of a level press
+    would fall by their own sum.
     """
     fractions = {}
     for E in np.unique(moduli).tolist():
-        level = np.linalg.solve(C + compliance.S / E, np.ones(len(C)))
-        fractions[E] = level.sum() / np.linalg.solve(C + compliance.S / E, compliance.S / E @ level).sum()
+        by_flesh = compliance.S / E
+        level = np.linalg.solve(C + by_flesh, np.ones(len(C)))  # forces for a travel of 1
+        fractions[E] = level.sum() / np.linalg.solve(C + by_flesh, by_flesh @ level).sum()
+
+    # Tips that are off the fruit stay off.
     fall = np.zeros_like(F)
     for row, E, forces in zip(fall, moduli.tolist(), F, strict=True):
         on = np.flatnonzero(forces > 0.0)
@@ -223,10 +244,12 @@ def _less_by_flesh(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Fl
 def _grid_forces(
     built: Scene, grid: SceneCells, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> tuple[Floats, Floats]:
-    """Return the forces [N] and the areas that touch [mm^2] on the cells of `built`, both (poses, tips)."""
+    """Return the forces [N] and the areas that touch [mm^2], both (poses, tips), on one grid of cells.
+
+    The cells stay where those of the scene `built` lie on the block, so that one matrix serves all poses.
+    """
     cells = grid.cells
     contact = UnilateralContact(cells)
-    # The cells stay where they are on the block, so that one matrix serves poses near to each other.
     grids = {}
     for scene in dict.fromkeys(scenes):
         grids[scene] = dataclasses.replace(grid, gap=initial_gap(scene, built, cells))

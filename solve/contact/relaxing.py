@@ -47,15 +47,16 @@ def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Flo
 
 
 def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Floats | float = 0.0) -> Floats:
-    """Return the forces [N] of elastic flesh, (presses, tips), at moduli [MPa] and travels [mm], both (presses,).
+    """Return the forces F [N] of elastic flesh, (presses, tips), at moduli [MPa] and travels [mm], both (presses,).
 
-    `held_back` (presses, tips) [mm] is taken from the travel of each tip; one that is off has no force. Raises
-    SolveError where Newton's method finds none.
+    They solve x_i - gap_i = h (F_i / E)^(2/3) + ((C + S / E) F)_i where that makes F_i > 0. `held_back` (presses, tips)
+    [mm] is taken from the travel of each tip; one that is off has no force. Raises SolveError where Newton's method
+    finds none.
     """
     modulus = E[:, None]
     compliance = np.array(law.C) + np.array(law.S) / modulus[..., None]
     hertz = law.hertz * modulus ** (-2.0 / 3.0)
-    entered = travel[:, None] - np.array(law.gaps) - held_back
+    entered = travel[:, None] - np.array(law.gaps) - held_back  # of the undeformed tips
     is_on = entered > 0.0
     allowed = RESIDUAL_LIMIT * np.abs(travel).max()
 
@@ -63,15 +64,16 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Float
     depth = np.where(is_on, entered, 1.0)
     own = np.einsum("pii->pi", compliance)
     F = np.where(is_on, BELOW / ((hertz / depth) ** 1.5 + own / depth), 0.0)
+    identity = np.eye(len(law.gaps))
     for _ in range(MOST_STEPS):
         root = np.cbrt(F)
         sunk = hertz * root**2 + np.einsum("pij,pj->pi", compliance, F)
         residual = np.where(is_on, entered - sunk, 0.0)
         if np.abs(residual).max() <= allowed:
             return F
-        slope = np.where(is_on & (hertz > 0.0), hertz / np.where(is_on, 1.5 * root, 1.0), 0.0)
-        tangent = compliance + slope[..., None] * np.eye(len(law.gaps))
-        tangent = np.where(is_on[..., None], tangent, np.eye(len(law.gaps)))
+        hertz_slope = np.where(is_on & (hertz > 0.0), hertz / np.where(is_on, 1.5 * root, 1.0), 0.0)
+        tangent = compliance + hertz_slope[..., None] * identity
+        tangent = np.where(is_on[..., None], tangent, identity)  # a tip that is off takes no step
         F = F + np.linalg.solve(tangent, residual[..., None])[..., 0]
         is_on = is_on & (F > 0.0)
         F = np.where(is_on, F, 0.0)
@@ -80,7 +82,11 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Float
 
 
 def _stepped(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, travel: Floats) -> Floats:
-    """Return the forces [N] at times (presses, times), one step from each to the next, (presses, times, tips)."""
+    """Return the forces [N] at times (presses, times), one step from each to the next, (presses, times, tips).
+
+    At the end of a step the force is `fresh` times the elastic force n then, less `lost`, which the past has decided.
+    So n follows from an elastic press on flesh of modulus E `fresh`, whose springs `lost` has relieved.
+    """
     C = np.array(law.C)
     F = np.zeros((*times.shape, len(law.gaps)))
     elastic = F[:, 0]

@@ -132,7 +132,7 @@ class Scene:
         return min(gaps)
 
     def _least_gap(self, centre: Point) -> float:
-        """Return the least gap under a tip [mm], a convex function over its face."""
+        """Return the least gap [mm] under the face of a tip; the gap is convex over it."""
         side = self.tips.side_mm
         dome = self.tips.dome_radius_mm
         radius, across = self.fruit.radii_mm

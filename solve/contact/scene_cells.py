@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor.arrays import Floats
+from sensor.arrays import Flags, Floats
 from sensor.design.fruit import Fruit
 from sensor.quantity import InputError
 from solve.contact.cells import FINE, ContactCells, contact_cells, half_cells
@@ -32,8 +32,8 @@ ROUGH_CELLS = (8, 12)  # where the compliance is rough: bars of 0.7 % in place o
 SQUARE_GRADING = 2.5
 CIRCLE_GRADING = 1.5
 NO_GRADING = 1.0
-SAMPLES = 201
-MARGIN = 1.02
+SAMPLES = 201  # points a side of a tip at which its undeformed gap is taken
+MARGIN = 1.02  # side of a footprint over the width that it must hold
 # Of the width over which an undeformed dome would enter the fruit: Hertz touches over 0.707 of it.
 TOUCHED = 0.75
 
@@ -63,8 +63,18 @@ class SceneCells:
         return self._entered(scene, scene.turn, x)
 
     def _entered(self, scene: Scene, turn: Floats, x: float) -> Floats:
+        """Return the interference [mm] at travel x [mm] of the middle with tangents of tilt and roll `turn` (2,)."""
         lever = (self.cells.points - self.middle) @ turn
         return np.asarray(x + lever - self.gap + np.array(scene.height_offsets_mm)[self.cells.owner])
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """How one grid is laid: its lines on (-1/2, 1/2), whether half of it is solved, the mesh of the remainder."""
+
+    edges: tuple[float, ...]
+    is_half: bool
+    mesh: Grading
 
 
 def scene_cells(
@@ -76,35 +86,42 @@ def scene_cells(
     InputError when the scene is too steep, or outside the domain of the split.
     """
     footprints = scene_footprints(scene, farthest)
-    if is_half is None:
-        is_half = scene.mirrored
+    block = scene.fruit.equivalent_block
+    layer = None if compliance.flesh_E is None else layer_on(scene.fruit, compliance.flesh_E)
+    middle = np.mean(scene.centres, axis=0)
+    solved = []
+    for grid in _grids(scene, compliance, scene.mirrored if is_half is None else is_half):
+        cells = _cells(block, footprints, layer, grid)
+        gap = initial_gap(scene, built=scene, cells=cells)
+        correction = compliance.shape_change
+        if scene.tips.tip_shape.has_flat_face:
+            correction = compliance.S - _level_compliance(cells, np.isfinite(gap))
+        edges = footprints[0].side * np.array(grid.edges)
+        solved.append(SceneCells(cells, edges, gap, middle, correction, grid.is_half))
+    coarse, fine = solved
+    return coarse, fine
+
+
+def _grids(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_Grid]:
+    """Return how the coarse and the fine grid are laid, alike under all tips."""
     shape = scene.tips.tip_shape
     grading = CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
     if not shape.has_flat_face:
         grading = NO_GRADING
-    layer = None if compliance.flesh_E is None else layer_on(scene.fruit, compliance.flesh_E)
     counts = HALF_CELLS if is_half else WHOLE_CELLS
     mesh = FINE
     if compliance.rough:
         counts = ROUGH_CELLS
         mesh = ROUGH
-    grids = []
-    for count in counts:
-        edges = graded_edges(count, grading)
-        cells = _cells(scene.fruit.equivalent_block, footprints, tuple(edges.tolist()), is_half, layer, mesh)
-        gap = initial_gap(scene, built=scene, cells=cells)
-        correction = compliance.shape_change
-        if shape.has_flat_face:
-            faces = np.isfinite(gap)
-            tips = cells.tips[faces]
-            # Forces of cells for a unit travel of each tip; their sums are the stiffness of the grid.
-            forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
-            S_of_cells = np.linalg.inv(tips.T @ forces)
-            correction = compliance.S - S_of_cells
-        middle = np.mean(scene.centres, axis=0)
-        grids.append(SceneCells(cells, footprints[0].side * edges, gap, middle, correction, is_half))
-    coarse, fine = grids
-    return coarse, fine
+    return [_Grid(tuple(graded_edges(count, grading).tolist()), is_half, mesh) for count in counts]
+
+
+def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
+    """Return the compliance of tips that all touch with their whole faces (cells,) and stay level, times E [1/mm]."""
+    tips = cells.tips[faces]
+    # Forces of cells for a unit travel of each tip; their sums are the stiffness of the grid.
+    forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
+    return np.linalg.inv(tips.T @ forces)
 
 
 def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
@@ -128,7 +145,10 @@ def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
 
 
 def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
-    """Return the gap of cells that stand under the tips of the scene `built` [mm], from first touch."""
+    """Return the gap of cells from first touch [mm], as their tips stand in `scene`.
+
+    The cells lie under the tips of the scene `built`, whose centres may be elsewhere on the fruit.
+    """
     centres = np.array(built.centres)
     moved = (np.array(scene.centres) - centres)[cells.owner]
     local = cells.points - centres[cells.owner]
@@ -136,21 +156,19 @@ def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
 
 
 # One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
+# One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
 @functools.lru_cache(maxsize=8)
-def _cells(
-    block: Fruit,
-    footprints: tuple[Footprint, ...],
-    edges: tuple[float, ...],
-    is_half: bool,
-    layer: Layer | None,
-    mesh: Grading,
-) -> ContactCells:
-    cells = contact_cells(block, footprints, np.array(edges), layer, mesh)
-    return half_cells(cells) if is_half else cells
+def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None, grid: _Grid) -> ContactCells:
+    """Return the cells of one grid on footprints of a block, under a layer of skin if any; raises SolveError."""
+    cells = contact_cells(block, footprints, np.array(grid.edges), layer, grid.mesh)
+    return half_cells(cells) if grid.is_half else cells
 
 
 def _touched_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]:
-    """Return the side [mm] and the centres [mm] of squares that hold all that each curved tip may touch."""
+    """Return the side [mm] and the centres [mm] of squares that hold all that each curved tip may touch.
+
+    A tip touches less than where its undeformed face would be in the fruit at the travel `farthest` [mm].
+    """
     side = scene.tips.side_mm
     line = 0.5 * side * np.linspace(-1.0, 1.0, SAMPLES)
     step = side / (SAMPLES - 1)
@@ -159,21 +177,20 @@ def _touched_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]
 
     reach = 0.0  # farthest from the centre of its tip along x or y
     width = step
-    centres = []
+    entered_centres = []
     for along, across in scene.centres:
-        # Where the undeformed tip would be in the fruit.
         travel = farthest + (along - middle[0] + x) * scene.turn[0] + (across - middle[1] + y) * scene.turn[1]
         entered = travel > scene.gap_under((along, across), x, y) - scene.first_touch_mm
         if not entered.any():
-            centres.append((along, across))
+            entered_centres.append((along, across))
             continue
         low = np.array([x[entered].min(), y[entered].min()])
         high = np.array([x[entered].max(), y[entered].max()])
         reach = max(reach, float(np.abs([low, high]).max()))
         width = max(width, float((high - low).max()))
         beside = 0.5 * (low + high)
-        centres.append((along + float(beside[0]), across + float(beside[1])))
+        entered_centres.append((along + float(beside[0]), across + float(beside[1])))
 
     if scene.tips.tip_shape.obeys_hertz:  # a dome is so wide that it touches beside its centre
-        return TOUCHED * (width + 2.0 * step), centres
+        return TOUCHED * (width + 2.0 * step), entered_centres
     return min(side, MARGIN * 2.0 * (reach + step)), list(scene.centres)

@@ -19,7 +19,7 @@ from solve.fruit.smooth_load import SmoothLoad, line_forces
 from solve.linear import SolveError
 
 # A turned fruit has no mirror planes: with twice the dofs its mesh is off by 3e-4, inside its bar, in 4 s of one core.
-TURNED = 2
+TURNED = 2  # times the most dofs
 REACH = 3.0  # deviations from its centre at which a load is over
 
 
@@ -43,9 +43,11 @@ class BentBlock:
         return np.union1d(self.flat.get_dofs("base").all(), mirror_dofs(self.flat, parity))
 
     def forces(self, parity: Parity, normals: Sequence[Sequence[float]]) -> Floats:
-        """Return the forces of each load with its mirror images on the nodes [1], shape (dofs, loads).
+        """Return the nodal forces of each unit load and its mirror images, shape (dofs, loads).
 
-        The part of a force across a mirror plane changes sign with the image.
+        A load presses against its outward normal (3,). Seen from above it is a product of two normal distributions, so
+        the fraction of a node is that of its line along x times that of its line along y. The part of a force across a
+        mirror plane changes sign with the image.
         """
         forces = np.zeros((self.flat.N, len(self.loads)))
         for component in range(3):
@@ -55,7 +57,8 @@ class BentBlock:
                 for axis, centre in enumerate((load.x, load.y)):
                     sign = -parity[axis] if axis == component else parity[axis]
                     nodes, fraction = line_forces(self.lines[axis], centre, load.deviation, sign)
-                    on_node *= fraction[np.abs(self.flat.doflocs[axis, top, None] - nodes).argmin(axis=1)]
+                    nearest = np.abs(self.flat.doflocs[axis, top, None] - nodes).argmin(axis=1)
+                    on_node *= fraction[nearest]
                 forces[top, number] = on_node
         return forces
 
@@ -63,7 +66,11 @@ class BentBlock:
 def bent_block(
     fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[SmoothLoad], steps: BodySteps, along_normals: bool
 ) -> BentBlock:
-    """Return the block of a fruit under the loads that stand for footprints; raises SolveError when it folds."""
+    """Return the mesh of a fruit's block, flat and bent, under the loads that stand for footprints.
+
+    Where a plane of symmetry of the fruit is one of the footprints too, the mesh ends there. With `along_normals` the
+    loads press along the normals of the skin. Raises SolveError when an element folds as the block is bent.
+    """
     shape = CurvedShape(fruit, core_of(loads))
     mirrored = [bool(images) for images in mirror_images(footprints)]
     parities = level_parities(footprints)
@@ -78,16 +85,22 @@ def bent_block(
     bent = flat
     normals = [(0.0, 0.0, -1.0) for _ in loads]
     if fruit.radius_mm is not None:
-        curved = replace(mesh, doflocs=shape.bend(mesh.doflocs))
-        bent = vector_basis(curved, ElementHex2(), VOLUME_ORDER)
-        volumes = determinant(cell_jacobian(curved, bent.quadrature[0]))
-        smallest = float((volumes / np.median(volumes)).min())
-        if not smallest > 0.0:
-            msg = f"curved fruit: volume of a bent element = {smallest:.1g} of the median: must be above 0"
-            raise SolveError(msg)
+        bent = _bent_basis(mesh, shape)
         if along_normals:
             normals = [shape.normal(load.x, load.y) for load in loads]
     return BentBlock(loads, normals, parities, lines, flat, bent)
+
+
+def _bent_basis(mesh: MeshHex2, shape: CurvedShape) -> CellBasis:
+    """Return the basis on the mesh of a block bent into a fruit; raises SolveError when an element folds."""
+    curved = replace(mesh, doflocs=shape.bend(mesh.doflocs))
+    bent = vector_basis(curved, ElementHex2(), VOLUME_ORDER)
+    volumes = determinant(cell_jacobian(curved, bent.quadrature[0]))
+    smallest = float((volumes / np.median(volumes)).min())
+    if not smallest > 0.0:
+        msg = f"curved fruit: volume of a bent element = {smallest:.1g} of the median: must be above 0"
+        raise SolveError(msg)
+    return bent
 
 
 def core_of(loads: Sequence[SmoothLoad]) -> Plan:

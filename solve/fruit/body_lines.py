@@ -1,7 +1,7 @@
 """Lines of the mesh that is bent into a curved fruit: fine under the tips, with a number of dofs that is bounded."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -13,7 +13,7 @@ from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import SmoothLoad
 
 LEAST_STEP = 0.5  # deviations of a load: lines closer than this become one
-SMALLER = 0.95
+SMALLER = 0.95  # fraction of the steps that is tried next where a mesh has too many dofs
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,7 @@ def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequen
     """Return lines [mm] along x, y and z of the block, from mirror planes x = 0 and y = 0 where it has them.
 
     Lines run through the loads, on a whole fruit through the edges of the part that keeps its plan, and under a skin.
+    Steps are lengthened until the mesh has at most `steps.most_dofs`.
     """
     lines = _lines(shape, loads, mirrored, steps)
     while 3 * math.prod(2 * len(line) - 1 for line in lines) > steps.most_dofs:
@@ -43,9 +44,9 @@ def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequen
 
 
 def _lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
-    """Return the lines of the bricks along x, y and down [mm]: one through each load, denser about the narrowest one.
+    """Return the lines [mm] along x, y and down for given steps, dense about the loads.
 
-    Along a mirrored axis they begin at 0. The core of a whole fruit and the base of a skin have lines too.
+    Along a mirrored axis they begin at 0. On a whole fruit the edges of its core have lines, under a skin its base has.
     """
     fruit = shape.fruit
     least = min(load.deviation for load in loads)
@@ -58,32 +59,39 @@ def _lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[b
             marks += [-shape.core[axis], shape.core[axis]]
         if mirrored[axis]:
             marks = [0.0, *(mark for mark in marks if mark > 0.0)]
-        marks.sort()
+        marks = _apart(sorted(marks), LEAST_STEP * least)
 
-        # The first and the last mark, and of the others those that are not too near to a neighbour.
-        kept = marks[:1]
-        for mark in marks[1:-1]:
-            if min(mark - kept[-1], marks[-1] - mark) > LEAST_STEP * least:
-                kept.append(mark)
-        kept.append(marks[-1])
-
-        line = np.array(kept[:1])
-        for start, stop in pairwise(kept):
-            part = _graded(start, stop, centres[:, axis], extent, least, steps)
+        size = _step_size(centres[:, axis], extent, least, steps)
+        line = np.array(marks[:1])
+        for start, stop in pairwise(marks):
+            part = graded_line(start, stop, size, steps.fraction)
             line = np.concatenate([line, part[1:]])
         along_axis.append(line)
     skin = fruit.skin_mm or 0.0
-    down = _graded(skin, fruit.depth_mm, np.zeros(1), fruit.depth_mm, least, steps)
+    size = _step_size(np.zeros(1), fruit.depth_mm, least, steps)
+    down = graded_line(skin, fruit.depth_mm, size, steps.fraction)
     if skin:
         down = np.concatenate([[0.0], down])
     return along_axis[0], along_axis[1], down
 
 
-def _graded(start: float, stop: float, loads: Floats, extent: float, least: float, steps: BodySteps) -> Floats:
-    """Return a line whose steps grow with the distance from loads (n,) on the same axis, all in [mm]."""
+def _apart(marks: Sequence[float], least: float) -> list[float]:
+    """Return the first and the last of rising marks, and those between that lie more than `least` from neighbours."""
+    kept = [marks[0]]
+    for mark in marks[1:-1]:
+        if min(mark - kept[-1], marks[-1] - mark) > least:
+            kept.append(mark)
+    return [*kept, marks[-1]]
+
+
+def _step_size(loads: Floats, extent: float, least: float, steps: BodySteps) -> Callable[[Floats], Floats]:
+    """Return the step [mm] at coordinates of one axis [mm], which grows with the distance from loads (n,) on it.
+
+    `extent` is that of the block along the axis, `least` the smallest deviation of a load, both in [mm].
+    """
 
     def size(s: Floats) -> Floats:
         distance = np.abs(s[:, None] - loads).min(axis=1)
         return np.asarray(np.minimum(steps.at_load * least + steps.growth * distance, steps.largest * extent))
 
-    return graded_line(start, stop, size, steps.fraction)
+    return size

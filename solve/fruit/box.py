@@ -16,19 +16,20 @@ from sensor.design.fruit import Fruit
 
 Lines = tuple[Floats, Floats, Floats]  # rising coordinates along x, y and z [mm]
 
-SAMPLES = 2000
-UP = 2
+SAMPLES = 2000  # points at which the density of a line is summed
+UP = 2  # the axis z
 # Found by halving steps, watched by tests/reference/fits/test_fruit.py.
 SLENDER = 0.4  # reach of the clamp of a slender column [widths]
 SCREENED = 2.5  # reach of a low block's loads [heights]
 DEPTH = 0.6  # fraction of the distance to the image below the base that a step along z may take account of
-COARSER = 0.75
+COARSER = 0.75  # fraction of the steps of the mesh that gives the error
 
 
 def graded_line(start: float, end: float, size: Callable[[Floats], Floats], fraction: float = 1.0) -> Floats:
     """Return the fewest coordinates from start to end [mm] whose steps stay near size(coordinate) [mm].
 
-    `fraction` < 1 takes that fraction of the steps instead, rounded down, as the coarser partner of the same line.
+    The number of steps is the integral of 1 / size. `fraction` < 1 takes that fraction of them, rounded down, as the
+    coarser partner of the same line.
     """
     fine = np.linspace(start, end, SAMPLES + 1)
     density = 1.0 / size(0.5 * (fine[1:] + fine[:-1]))
@@ -76,7 +77,7 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
 
     The block lies at |x| <= length/2, |y| <= width/2, 0 <= z <= height; `points` (n, 2) are those of the loads; a
     mirrored axis, x or y, begins at 0. The remainder looks like the field of the loads' images behind the faces, so a
-    step may be as large as its distance to the nearest image allows.
+    step may be as large as its distance to the nearest image allows. The last step at a face is cut into a layer.
     """
     extent = (block.length_mm, block.width_mm, block.height_mm)
 
@@ -93,15 +94,20 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
         if float(np.min(end - points[:, axis])) <= reach:
             line = _with_layer(line, grading.layer)
         if start < 0.0 and float(np.min(end + points[:, axis])) <= reach:
-            line = -_with_layer(-line[::-1], grading.layer)[::-1]
+            line = -_with_layer(-line[::-1], grading.layer)[::-1]  # the same at the low end, turned round
         lines.append(line)
     down = graded_line(0.0, block.height_mm, partial(size, axis=UP), grading.fraction)
     return lines[0], lines[1], _with_layer(down, grading.layer)
 
 
 def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Floats) -> Floats:
-    """Return the distance [mm] from coordinates s of one axis to the nearest image of a load behind a face."""
+    """Return the distance [mm] from coordinates s of one axis to the nearest image of a load behind a face.
+
+    An image lies behind a face as far as its load before it. `extent` (3,) [mm] is that of the block, `points` (n, 2)
+    [mm] are those of the loads on its top.
+    """
     height = extent[UP]
+    # First the images behind the base; `along` is how far a coordinate lies from each load on its own axis.
     if axis == UP:
         along = s[:, None]  # the loads stand at 0
         # A slender column is clamped at its foot over its width, however high it is.
@@ -109,6 +115,7 @@ def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Fl
     else:
         along = s[:, None] - points[:, axis]
         distance = np.hypot(along, height).min(axis=1)
+    # Then those behind the two side faces across x and the two across y.
     for across in range(UP):
         for end in (-1.0, 1.0):
             to_face = 0.5 * extent[across] - end * points[:, across]
@@ -120,6 +127,6 @@ def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Fl
 
 
 def _with_layer(line: Floats, layer: tuple[float, ...]) -> Floats:
-    """Cut the last step into the parts of the layer."""
+    """Return the line with its last step cut into the parts of the layer, fractions that add up to 1."""
     cut = line[-2] + (line[-1] - line[-2]) * np.cumsum(layer)[:-1]
     return np.concatenate([line[:-1], cut, line[-1:]])

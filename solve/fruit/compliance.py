@@ -92,10 +92,10 @@ class FruitCompliance:
         return float(between.sum()) / (count * (count - 1))
 
     def per_spring(self, low: Sequence[int], high: Sequence[int]) -> "FruitCompliance":
-        """Return the compliance of a pair whose tips stand for those on low and on high springs, by their indices.
+        """Return the compliance of the pair that stands for the tips on low and on high springs, by their indices.
 
-        Tips of one spring that carry equal forces indent by it, per force on one of them; exact in a level square or
-        line.
+        Tip i of the pair sinks as the mean of its tips, per force on each tip of j. It is exact where the tips of one
+        spring carry equal forces, as in a level square or line. A pair is its own.
         """
         groups = (list(low), list(high))
         if len(self.tips) == len(groups):
@@ -116,7 +116,10 @@ class FruitCompliance:
 
 
 def _grouped(S: Floats, groups: Sequence[list[int]]) -> Floats:
-    """Return the compliance of groups of tips that carry equal forces, from that of the tips [same unit]."""
+    """Return the compliance of groups of tips that carry equal forces, from that of the tips [same unit].
+
+    The entry of two groups is the mean indentation of the tips of the first per force on each tip of the second.
+    """
     grouped = np.empty((len(groups), len(groups)))
     for i, rows in enumerate(groups):
         for j, columns in enumerate(groups):

@@ -35,13 +35,13 @@ STEPS = BodySteps()
 COARSER = 0.7  # fraction of the elements along each line of the mesh that gives the error
 # Third order at 0.7 of the elements leaves 0.52 of the step between both meshes. The floor is for steps that vanish by
 # accident, and for what slope and curvature do beyond their first order, which grows with (side / radius)^2.
-SAFETY = 0.75
-FLOOR = 1.5e-4
-SECOND_ORDER = 0.05
+SAFETY = 0.75  # bar over the step between both meshes
+FLOOR = 1.5e-4  # relative
+SECOND_ORDER = 0.05  # of (side times curvature)^2
 # The mean of ln r under a rigid tip less that under the normal distribution with the same mean of 1 / r:
 # 0.054 for a circle (exact), 0.064 for a square (boundary elements).
 LOG_OFFSET = 0.06
-STEEPEST = math.tan(math.radians(30.0))
+STEEPEST = math.tan(math.radians(30.0))  # slope of the skin under a tip
 LEAST_RADIUS = 4.0  # sides
 THICKEST = 1.9  # radii: beyond, a whole fruit stands on so small a base that it rocks on its rim
 OUTERMOST = 0.68  # of the cap of a whole fruit: beyond, its mesh folds
@@ -75,10 +75,10 @@ def curved_compliance(
     shape = shape_change(fruit, footprints, steps, along_normals)
     S = block.S + shape.change
     errors = largest_errors(SAFETY * relative_changes(shape.step, S) + relative_changes(shape.bound, S), len(S))
-    added = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)
+    added_percent = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)
     status = (
         f"a block of {fruit.length_mm:.4g} x {fruit.width_mm:.4g} x {fruit.depth_mm:.4g} mm ({block.info.status}), "
-        f"to which the shape of the {fruit.shape} adds {added:+.2f} % of s11 - s12, known to "
+        f"to which the shape of the {fruit.shape} adds {added_percent:+.2f} % of s11 - s12, known to "
         f"{100.0 * errors.pair:.2g} %, by bending a mesh of {shape.dofs} dofs"
     )
     info = SolveInfo(
@@ -100,9 +100,10 @@ def curved_compliance(
 def shape_change(
     fruit: Fruit, footprints: Sequence[Footprint], steps: BodySteps = STEPS, along_normals: bool = False
 ) -> ShapeChange:
-    """Return the addition of a curved fruit to the compliance [1/mm] of its equivalent block under some footprints.
+    """Return the change of compliance from the equivalent block of a curved fruit to the fruit, under footprints.
 
-    Raises SolveError when a solve is not exact.
+    Two meshes give the change under smooth loads, a closed form what rigid tips add to it. Raises SolveError when a
+    solve is not exact.
     """
     # Neighbours that lean feel how wide a load is: under domes it is about as wide as their contacts.
     loads = smooth_loads(fruit, footprints, 1.0) if along_normals else smooth_loads(fruit, footprints)
@@ -110,7 +111,7 @@ def shape_change(
     coarser = replace(steps, fraction=COARSER * steps.fraction)
     coarse, _ = curvature_correction(fruit, footprints, loads, coarser, along_normals)
 
-    # The action of one tip on another does not depend on how its load is spread.
+    # Only the action of a tip on itself depends on how its load is spread.
     sharper = np.zeros(len(loads))
     bound = np.zeros(len(loads))
     for i, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
@@ -143,23 +144,26 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
 
 
 def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_normals: bool) -> tuple[float, float]:
-    """Return what the shape changes more under a rigid tip than under its smooth load [1/mm], and its bound."""
+    """Return the change by the shape under a rigid tip, less that under its smooth load [1/mm], and its bound [1/mm].
+
+    Slope and curvature under the tip act each on its own (`sensor/theory/sloped_skin.py`).
+    """
     shape = CurvedShape(fruit, Plan(0.0, 0.0))
     slope = shape.slope(tip.x, tip.y)
     curvature = shape.mean_curvature(tip.x, tip.y)
     least = least_deviation(tip)
-    half_space = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least  # compliance of the rigid tip
-    ratio = least / load.deviation
+    rigid = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least  # compliance of the tip on a half-space
+    ratio = least / load.deviation  # compliance under the smooth load over it
     if along_normals:
         # the contact of a dome is round along the skin, not as seen from above
-        by_slope = half_space * ratio * (1.0 - stretch_factor(slope))
+        by_slope = rigid * ratio * (1.0 - stretch_factor(slope))
         slope = 0.0
     else:
-        by_slope = half_space * (1.0 - ratio) * (slope_factor(fruit.poisson, slope) - 1.0)
-    # Curvature acts by the mean logarithm of the distance, which the two loads have apart.
-    logarithm = -math.log(ratio) - LOG_OFFSET
-    by_curvature = log_coefficient(fruit.poisson, slope) * curvature * logarithm
-    bound = half_space * (FLOOR + SECOND_ORDER * (tip.side * curvature) ** 2)
+        by_slope = rigid * (1.0 - ratio) * (slope_factor(fruit.poisson, slope) - 1.0)
+    # Curvature acts by the mean of ln(distance) over a load: this is the difference of the two loads.
+    log_difference = -math.log(ratio) - LOG_OFFSET
+    by_curvature = log_coefficient(fruit.poisson, slope) * curvature * log_difference
+    bound = rigid * (FLOOR + SECOND_ORDER * (tip.side * curvature) ** 2)
     return by_slope + by_curvature, bound
 
 
@@ -172,7 +176,7 @@ def curvature_correction(
 ) -> tuple[Floats, int]:
     """Return the change [1/mm] under smooth loads from a mesh of the block to the same mesh bent, and its dofs.
 
-    Raises SolveError when a solve is not exact, or when the bent mesh folds.
+    The change is (loads, loads). Raises SolveError when a solve is not exact, or when the bent mesh folds.
     """
     body = bent_block(fruit, footprints, loads, steps, along_normals)
     of_block = stiffness_matrix(body.flat, 1.0, fruit.poisson, b_bar=True)
@@ -183,6 +187,8 @@ def curvature_correction(
         fixed = body.fixed_dofs(parity)
         before = body.forces(parity, upwards)
         after = body.forces(parity, body.normals)
+        # Compliances F.u = F.K^-1 F of the mirrored loads, after bending and before.
         energy = after.T @ factorise(of_fruit, fixed).solve(after) - before.T @ factorise(of_block, fixed).solve(before)
+        # A single load is the mean of its parities: halved for each mirror plane.
         change += energy / 2.0 ** np.abs(parity).sum()
     return change, int(body.flat.N)

@@ -122,27 +122,35 @@ class CurvedShape:
         return float(mean)
 
     def bend(self, points: Floats) -> Floats:
-        """Return the positions on the fruit of points (3, n) [mm] of the block."""
+        """Return the positions on the fruit, shape (3, n) [mm], of points (3, n) [mm] of the block.
+
+        On a piece of a fruit each column of the block is moved down to the skin and shortened to end at the base. A
+        skin keeps its thickness along the normal; the flesh below takes the rest of the column.
+        """
         if self.fruit.whole:
             return self._bent_whole(points)
         x, y, z = points
         fall = self._fall(x, y)
         skin = self.fruit.skin_mm
+        depth = self.fruit.depth_mm
         if skin is None:
-            return np.stack([x, y, fall + z * (1.0 - fall / self.fruit.depth_mm)])
-        # as thick along the normal everywhere; the flesh below takes what is left of its column
+            return np.stack([x, y, fall + z * (1.0 - fall / depth)])
         a, b, c = self.semi_axes
         u, v = self.fruit.to_principal(x, y)
-        lean = np.hypot(np.hypot(u / a**2, v / b**2) * c**2 / (c - fall), 1.0)
-        below = fall + skin * lean
-        share = np.maximum(0.0, z - skin) / (self.fruit.depth_mm - skin)
-        return np.stack([x, y, fall + np.minimum(z, skin) * lean + share * (self.fruit.depth_mm - below)])
+        lean = np.hypot(np.hypot(u / a**2, v / b**2) * c**2 / (c - fall), 1.0)  # 1 / cos(slope)
+        skin_base = fall + skin * lean
+        flesh_fraction = np.maximum(0.0, z - skin) / (depth - skin)
+        return np.stack([x, y, fall + np.minimum(z, skin) * lean + flesh_fraction * (depth - skin_base)])
 
     def _fall(self, x: Floats, y: Floats) -> Floats:
         return np.minimum(fruit_gap(self.fruit, x, y), self.semi_axes[2])
 
     def _bent_whole(self, points: Floats) -> Floats:
-        """Turn the plan of the block into discs, then each half section through the axis into one of the fruit."""
+        """Return the positions of points of the block on a whole fruit, both (3, n) [mm].
+
+        Each level of the block becomes a disc, an ellipse seen from above. The top disc is the cap about the apex, the
+        bottom one the base, and the rims of those between make up the rest of the skin.
+        """
         a, b, c = self.semi_axes
         thickness = self.fruit.depth_mm
         cap_sine = math.sin(self.cap_angle)
@@ -152,10 +160,10 @@ class CurvedShape:
 
         u, v = self._on_disc(points[:2])
         outwards = u**2 + v**2  # 0 on the axis, 1 on the rim of a disc
-        down = points[2] / thickness
-        angle = self.cap_angle + (self.base_angle - self.cap_angle) * down
+        down = points[2] / thickness  # 0 on the top, 1 on the base
+        angle = self.cap_angle + (self.base_angle - self.cap_angle) * down  # of the rim, from the apex [rad]
 
-        # Radius of the discs: that of the skin at its rim, rising slowly at its axis.
+        # Radius of the discs over the semi-axes: that of the skin at its rim, rising slowly at its axis.
         at_axis = cap_sine + (base_sine - cap_sine) * down**2
         radius = (1.0 - outwards) * at_axis + outwards * np.sin(angle)
         # How much lower the skin beside the cap lies than a straight line from its rim to the base [mm].
@@ -166,9 +174,11 @@ class CurvedShape:
         return np.stack([a * radius * u, b * radius * v, depth])
 
     def _on_disc(self, plan: Floats) -> Floats:
-        """Return where points (2, n) of the block's plan lie on the unit disc; the core becomes (x, y) / cap.
+        """Return the points of the unit disc, shape (2, n), that points (2, n) [mm] of the block's plan become.
 
-        On the edge of the plan this is the elliptical map of a square on a disc, between core and edge a blend of both.
+        Points of the core become (x, y) / cap. On the edge of the plan the map is the elliptical one of the square
+        |p|, |q| <= 1 on the disc, (p, q) -> (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). Between core and edge it is a
+        blend of both.
         """
         half_plan = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
         core = np.array(self.core)

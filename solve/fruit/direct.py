@@ -44,6 +44,7 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     check_cost(3 * (finest.p.shape[1] + finest.edges.shape[1]))
     solved = [mesh_compliance(mesh, poisson) for mesh in meshes]
 
+    # The compliance of each tip by itself is extrapolated to elements of no size at its edge.
     sizes = [outline_size(mesh) for mesh in meshes]
     diagonals = np.array([np.diag(each.S) for each in solved])
     limits = [richardson(values, sizes, EDGE_RATE) for values in diagonals.T.tolist()]
@@ -78,9 +79,10 @@ def locking(poisson: float) -> float:
 
 
 def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
-    """Return the compliance on one mesh [mm] of a quarter, a half or the whole block; each mode's is at most the true.
+    """Return the compliance on one mesh [mm] of a quarter, a half or the whole block.
 
-    Prescribed displacement overestimates the stiffness of each mode. Raises SolveError as `direct_compliance` does.
+    Each mode of it is at most the true one, for prescribed displacements overestimate the stiffness. Raises SolveError
+    as `direct_compliance` does.
     """
     basis = vector_basis(mesh, ElementTetP2(), order=2)
     K = stiffness_matrix(basis, 1.0, poisson)
@@ -92,7 +94,8 @@ def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
     if MIDDLE not in mesh.boundaries:
         stiffness = tip_stiffness(basis, K, held, FACES)
         return MeshCompliance(fraction * np.asarray(np.linalg.inv(stiffness), dtype=np.float64), int(basis.N))
-    # In a quarter one tip stands for both: the plane x = 0 says whether they press alike or against each other.
+    # In a quarter one tip stands for both: the plane x = 0 says whether they press alike or against each other. The
+    # compliance of two equal tips is the half sum and the half difference of both modes.
     alike = tip_stiffness(basis, K, {**held, MIDDLE: ("u^1",)}, FACES[1:])[0, 0]
     against = tip_stiffness(basis, K, {**held, MIDDLE: ("u^2", "u^3")}, FACES[1:])[0, 0]
     even = 0.5 * fraction / alike
@@ -101,10 +104,11 @@ def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
 
 
 def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, faces: Sequence[str]) -> Floats:
-    """Return the reaction on face i to a unit press of face j with the others held, E K_ij, shape (faces, faces).
+    """Return the stiffness of the tips over E [mm], shape (faces, faces), from the stiffness matrix K of the fruit.
 
-    `held` names the displacement components fixed at zero on each boundary. One factorisation serves all presses.
-    Raises SolveError when reactions do not balance or the loads are not reciprocal.
+    Entry ij is the reaction on face i as face j is pressed in by 1 and the others are held. `held` names the
+    displacement components fixed at zero on each boundary. Raises SolveError when reactions do not balance or the loads
+    are not reciprocal.
     """
     under_tips = [basis.get_dofs(face).all("u^3") for face in faces]
     clamped = [basis.get_dofs(name).all(list(components)) for name, components in held.items()]

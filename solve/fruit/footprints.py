@@ -10,6 +10,7 @@ import functools
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -56,6 +57,13 @@ def closest_spacing(footprints: Sequence[Footprint]) -> float:
     return closest
 
 
+class NodeCounts(NamedTuple):
+    """Nodes a side of a footprint: for the tips' action on each other, and for the loads on the remainder."""
+
+    between: int
+    within: int
+
+
 def nodes_between(footprints: Sequence[Footprint]) -> int:
     """Return the nodes a side that carry the tips' action on each other."""
     closest = closest_spacing(footprints)
@@ -77,9 +85,10 @@ def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]
 
 
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
-    """Return the parities that level footprints excite: for x and for y even, 1, odd, -1, or 0 without a mirror plane.
+    """Return the parities that level footprints excite, one sign for x and one for y.
 
-    At a plane through the centres of all of them it is the even one alone.
+    A sign is 1 where the loads are even about the mirror plane across that axis, -1 where they are odd, and 0 where the
+    footprints have no mirror plane. Footprints whose centres all lie on a plane excite the even sign alone.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     signs: list[tuple[int, ...]] = []
@@ -107,17 +116,17 @@ def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side
 
 
 def node_remainder(
-    fruit: Fruit, footprints: Sequence[Footprint], lines: Lines, parities: Sequence[Parity], within: int, between: int
+    fruit: Fruit, footprints: Sequence[Footprint], lines: Lines, parities: Sequence[Parity], counts: NodeCounts
 ) -> tuple[Floats, int]:
-    """Return what the finite block adds to the displacement of node i per force on node j, E = 1 [1/mm], and the dofs.
+    """Return the remainder's compliance between all nodes, E = 1 [1/mm], (nodes, nodes), and the dofs of its mesh.
 
-    The compliance has shape (nodes, nodes), `between` nodes a side; its loads stand on fewer nodes, `within` a side.
-    The mesh is the box over `lines` [mm], which begin at mirror planes. A load there is the mean of loads even and odd
-    in x and in y: a parity is +1, -1, or 0 on an axis without a plane, and one that is left out of `parities` counts as
-    zero. Raises SolveError when a solve is not exact.
+    There are `counts.between` nodes a side. It is solved for loads on fewer nodes, `counts.within` a side, and
+    interpolated. The mesh is the box over `lines` [mm], which begin at mirror planes. There
+    a load is the mean of loads even and odd in x and in y: a parity is +1, -1, or 0 on an axis without a plane, and one
+    that is left out of `parities` counts as zero. Raises SolveError when a solve is not exact.
     """
     # A node beyond a mirror plane is replaced by its image in the part that is meshed.
-    nodes = np.concatenate([footprint.nodes(within) for footprint in footprints])
+    nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
     mirrored = np.abs(parities[0])  # 1 for x or y with a mirror plane
     is_beyond = mirrored * nodes < 0.0
     nodes = np.where(is_beyond, -nodes, nodes)
@@ -136,9 +145,12 @@ def node_remainder(
     compliance /= 2 ** mirrored.sum()
 
     # From the few nodes to the many, through the nodal polynomials of each footprint.
-    interpolations = [each.punch(within).interpolate(each.punch(between).nodes) for each in footprints]
-    to_all = block_diag(*interpolations)
-    return to_all @ compliance @ to_all.T, dofs
+    interpolations = []
+    for footprint in footprints:
+        many = footprint.punch(counts.between).nodes
+        interpolations.append(footprint.punch(counts.within).interpolate(many))
+    to_many = block_diag(*interpolations)
+    return to_many @ compliance @ to_many.T, dofs
 
 
 @functools.lru_cache(maxsize=2)
@@ -166,5 +178,6 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     if not residual <= RESIDUAL_LIMIT:
         msg = f"tip forces: relative residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the scene"
         raise SolveError(msg)
+    # The sums of the nodal forces on each footprint are the stiffness.
     S = np.linalg.inv(level.T @ forces)
     return 0.5 * (S + S.T)  # symmetric by Betti's theorem, here to the last bit

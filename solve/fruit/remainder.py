@@ -25,6 +25,7 @@ from solve.linear import SolveError, factorise
 from solve.surface import surface_patches
 
 Parity = tuple[int, int]
+HalfSpaceFields = tuple[Floats, Floats]  # displacement and traction, each (loads, 3, facets, q)
 
 VOLUME_ORDER = 4
 PLANES = ("x_low", "y_low")
@@ -57,8 +58,9 @@ class FaceQuadrature:
 def remainder_compliance(
     mesh: Mesh, poisson: float, loads: Floats, parities: Sequence[Parity]
 ) -> tuple[list[Floats], int]:
-    """Return v_z at load k per unit normal load j, E = 1 [1/mm], (loads, loads) for each parity, and the dofs.
+    """Return the compliance of the remainder for each parity, E = 1 [1/mm], (loads, loads) each, and the dofs.
 
+    Entry kj is v_z at load k per unit normal load j.
     `mesh` is the block, or the half or quarter of it that lies at x >= 0 or y >= 0, with faces named as `box_mesh`
     does; `loads` (n, 2) are points on its top [mm]. A parity (+1 | -1 | 0 for x, same for y) mirrors every load with
     that sign at the plane x = 0 or y = 0; 0 where the mesh holds both sides. Raises SolveError when a solve is not
@@ -80,14 +82,13 @@ def remainder_compliance(
     compliances = []
     for parity in parities:
         image_signs = np.where(images < 0, parity, 1).prod(axis=1)
-        side_u = np.tensordot(image_signs, [u for u, _ in on_side], 1)
-        side_t = np.tensordot(image_signs, [t for _, t in on_side], 1)
-        base_u = np.tensordot(image_signs, [u for u, _ in on_base], 1)
-        base_t = np.tensordot(image_signs, [t for _, t in on_base], 1)
+        side_u, side_t = _signed_sum(image_signs, on_side)
+        base_u, base_t = _signed_sum(image_signs, on_base)
 
+        # v takes minus the half-space tractions on the sides (load), minus its displacements on the base (lift).
         mirror = mirror_dofs(basis, parity)
         load = -_load_vector(side, side_t, basis.N)
-        lift = -_projection(base, base_u, np.setdiff1d(clamped, mirror), basis.N)  # of v on the base
+        lift = -_projection(base, base_u, np.setdiff1d(clamped, mirror), basis.N)
         factor = factorise(stiffness, np.union1d(clamped, mirror))
         v = factor.solve(load, lift[factor.fixed])
 
@@ -95,8 +96,19 @@ def remainder_compliance(
         reaction = stiffness @ v - load
         half_space = _work(base, base_t, base_u) - _work(side, side_t, side_u).T
         compliances.append(half_space + load.T @ v - lift.T @ reaction)
+    _check_reciprocity(compliances)
+    return [0.5 * (each + each.T) for each in compliances], int(basis.N)
 
-    # Only true half-space fields make the compliance symmetric.
+
+def _signed_sum(signs: Ints, fields: Sequence[HalfSpaceFields]) -> HalfSpaceFields:
+    """Return the sums of displacements and of tractions under mirror images, each with its sign."""
+    displacement = np.tensordot(signs, [u for u, _ in fields], 1)
+    traction = np.tensordot(signs, [t for _, t in fields], 1)
+    return displacement, traction
+
+
+def _check_reciprocity(compliances: Sequence[Floats]) -> None:
+    """Raise SolveError unless all compliances are symmetric: only true half-space fields make them so."""
     scale = max(float(np.abs(each).max()) for each in compliances)
     skew = max(float(np.abs(each - each.T).max()) for each in compliances)
     if not skew <= RECIPROCITY_LIMIT * scale:
@@ -105,13 +117,13 @@ def remainder_compliance(
             f"{RECIPROCITY_LIMIT:.0e}; take a finer mesh"
         )
         raise SolveError(msg)
-    return [0.5 * (each + each.T) for each in compliances], int(basis.N)
 
 
 def remainder_field(mesh: Mesh, poisson: float, loads: Floats, forces: Floats) -> tuple[CellBasis, Floats]:
-    """Return the remainder under forces (n,) at points (n, 2) on top of a whole block: basis and dofs of v E [1/mm].
+    """Return the remainder of a whole block under forces: its basis, and the dofs of v times E [N/mm], shape (dofs,).
 
-    `mesh` as `box_mesh` makes it. Raises SolveError when the solve is not exact.
+    The forces (n,) [N] stand at points (n, 2) [mm] on the top. `mesh` is as `box_mesh` makes it. Raises SolveError when
+    the solve is not exact.
     """
     basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
     side = _quadrature(basis, SIDES)
@@ -138,6 +150,7 @@ def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
 
 
 def _quadrature(basis: CellBasis, faces: Mapping[str, Sequence[float]]) -> FaceQuadrature:
+    """Return one quadrature over all named faces of the box, given the outward normal (3,) of each."""
     points, weights = get_quadrature(RefQuad, SURFACE_ORDER)
     patches = []
     normals = []
@@ -154,8 +167,8 @@ def _quadrature(basis: CellBasis, faces: Mapping[str, Sequence[float]]) -> FaceQ
     )
 
 
-def _half_space(loads: Floats, poisson: float, faces: FaceQuadrature) -> tuple[Floats, Floats]:
-    """Return displacement u and traction t of the half-space under each load on some faces, (loads, 3, facets, q)."""
+def _half_space(loads: Floats, poisson: float, faces: FaceQuadrature) -> HalfSpaceFields:
+    """Return displacement u and traction t of the half-space on some faces, under a unit force at each load (n, 2)."""
     x = faces.points[0] - loads[:, 0, None, None]
     y = faces.points[1] - loads[:, 1, None, None]
     potentials = halfspace.point_load(x, y, np.broadcast_to(faces.points[2], x.shape))
@@ -175,7 +188,8 @@ def _load_vector(faces: FaceQuadrature, traction: Floats, size: int) -> Floats:
 def _projection(faces: FaceQuadrature, field: Floats, kept: Ints, size: int) -> Floats:
     """Return the least-squares fit of a field on faces by the displacement of the kept dofs, shape (dofs, loads).
 
-    A fit, unlike interpolation, leaves a remainder that does no work with tractions of the same smoothness.
+    The field is (loads, 3, facets, q), `size` the number of all dofs. A fit, unlike interpolation, leaves a remainder
+    that does no work with tractions of the same smoothness.
     """
     mass = np.einsum("bfq,dfq,fq->fbd", faces.shapes, faces.shapes, faces.weights, optimize=True)
     right = _load_vector(faces, field, size)

@@ -8,7 +8,7 @@ them, and the compliance, an energy, is off by the square of what the span misse
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from sensor.theory.sloped_skin import slope_factor, stretch_factor
 from solve.elasticity import stiffness_matrix
-from solve.fruit.bent_block import bent_block, core_of
+from solve.fruit.bent_block import BentBlock, bent_block, core_of
 from solve.fruit.body_lines import BodySteps
 from solve.fruit.compliance import FruitCompliance, SkinTable
 from solve.fruit.curved_shape import CurvedShape
@@ -43,7 +43,7 @@ SOFTEST = 1.0 / 24.0  # of E_max: the second point of a curve of P
 # Nodes a side that carry the pressure of a tip under a skin, from this thickness [sides] up.
 NODES = ((0.3, 9), (0.1, 17), (0.0, 25))
 OF_NODES = 0.1  # of the step from half as many
-OF_ARCHING = 0.5  # of what the skin bears as a shell: solids leave 0.3 of it. tests/solve/fruit/test_skin.py
+OF_SHELL = 0.5  # of what the skin bears as a shell: solids leave 0.3 of it. tests/solve/fruit/test_skin.py
 ROUND_NODES = 9  # of a circle, whose own compliance has a closed equation
 
 
@@ -65,44 +65,34 @@ def skin_compliance(
 ) -> FruitCompliance:
     """Return the compliance [1/mm] of a fruit with its skin, given that of its flesh alone under the same footprints.
 
-    `along_normals` says that the tips press along the normals of the skin, as domes do. Raises SolveError when a solve
-    is not exact.
+    At each modulus of the flesh a mesh gives the change under smooth loads; the half-space gives that under the tips
+    less that under the smooth loads. `along_normals` says that the tips press along the normals of the skin, as domes
+    do. Raises SolveError when a solve is not exact.
     """
     start = time.perf_counter()
     moduli = table_moduli(fruit)
     layers = [layer_on(fruit, E) for E in moduli.tolist()]
     least = least_deviation(footprints[0])
     loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, OF_DEPTH * fruit.depth_mm / least)))
-    per_side = next(nodes for least, nodes in NODES if layers[0].thickness >= least * footprints[0].side)
-    if footprints[0].punch is circle_punch:
-        per_side = ROUND_NODES
-    sharp = layered_change(footprints, layers, per_side)
-    fewer = layered_change(footprints, layers, (per_side + 1) // 2)
-    smooth = smooth_change(loads, layers)
-    arching = np.zeros_like(sharp)
-    if fruit.radius_mm is not None:
-        shape = CurvedShape(fruit, core_of(loads))
-        curvatures = [1.0 / radius for radius in fruit.radii_mm]
-        for tip, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
-            as_stiff = 0.5 * footprint.side * footprint.punch(per_side).flat_stiffness  # radius of that circle
-            arching[:, tip, tip] = [layer.arching(as_stiff, load.deviation, curvatures) for layer in layers]
-            slope = shape.slope(footprint.x, footprint.y)
-            if along_normals:  # round along the skin, where the smooth load is round as seen from above
-                smooth[:, tip, tip] *= stretch_factor(slope)
-            else:
-                sharp[:, tip, tip] *= slope_factor(fruit.poisson, slope)
-                smooth[:, tip, tip] *= slope_factor(fruit.poisson, slope)
-    fine, dofs = body_change(fruit, footprints, loads, layers, FINE, SPAN[0], along_normals)
-    coarse, _ = body_change(fruit, footprints, loads, layers, COARSE, SPAN[1], along_normals)
+    local = _local_change(fruit, footprints, loads, layers, along_normals)
+    fine_body = bent_block(fruit, footprints, loads, FINE, along_normals)
+    coarse_body = bent_block(fruit, footprints, loads, COARSE, along_normals)
+    fine = body_change(fine_body, layers, SPAN[0])
+    coarse = body_change(coarse_body, layers, SPAN[1])
 
-    table = bare.S + fine + sharp - smooth - arching
+    table = bare.S + fine + local.sharp - local.smooth - local.shell
     errors = []
     asked = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # softer flesh only begins a curve
-    parts = zip(table[asked], (fine - coarse)[asked], (sharp - fewer)[asked], arching[asked], strict=True)
-    for S, step, of_nodes, arched in parts:
-        changes = FLOOR + SAFETY * relative_changes(step, S) + OF_NODES * relative_changes(of_nodes, S)
-        errors.append(largest_errors(changes + OF_ARCHING * relative_changes(arched, S), len(S)))
+    mesh_steps = fine - coarse
+    node_steps = local.sharp - local.fewer_nodes
+    for row in np.flatnonzero(asked):
+        S = table[row]
+        changes = (
+            FLOOR + SAFETY * relative_changes(mesh_steps[row], S) + OF_NODES * relative_changes(node_steps[row], S)
+        )
+        errors.append(largest_errors(changes + OF_SHELL * relative_changes(local.shell[row], S), len(S)))
     skin = SkinTable(E=moduli, S=table)
+    dofs = int(fine_body.flat.N)
     status = f"{bare.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
     seconds = bare.info.seconds + time.perf_counter() - start
     return replace(
@@ -114,10 +104,56 @@ def skin_compliance(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _LocalChange:
+    """Changes of compliance by layers that a half-space tells, times E [1/mm], each (layers, tips, tips).
+
+    `sharp` is the change under rigid tips, `fewer_nodes` the same from half as many nodes, `smooth` the change under
+    the smooth loads; `shell` is what a curved skin bears as a shell, 0 on a block.
+    """
+
+    sharp: Floats
+    fewer_nodes: Floats
+    smooth: Floats
+    shell: Floats
+
+
+def _local_change(
+    fruit: Fruit,
+    footprints: Sequence[Footprint],
+    loads: Sequence[SmoothLoad],
+    layers: Sequence[Layer],
+    along_normals: bool,
+) -> _LocalChange:
+    """Return the changes on a half-space as curved as the fruit under each tip; raises as `layered_change`."""
+    thickness = layers[0].thickness
+    per_side = next(nodes for least, nodes in NODES if thickness >= least * footprints[0].side)
+    if footprints[0].punch is circle_punch:
+        per_side = ROUND_NODES
+    sharp = layered_change(footprints, layers, per_side)
+    fewer_nodes = layered_change(footprints, layers, (per_side + 1) // 2)
+    smooth = smooth_change(loads, layers)
+    shell = np.zeros_like(sharp)
+    if fruit.radius_mm is not None:
+        shape = CurvedShape(fruit, core_of(loads))
+        curvatures = [1.0 / radius for radius in fruit.radii_mm]
+        for tip, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
+            # radius of the circle that is as stiff as the tip
+            radius = 0.5 * footprint.side * footprint.punch(per_side).flat_stiffness
+            shell[:, tip, tip] = [layer.shell_effect(radius, load.deviation, curvatures) for layer in layers]
+            slope = shape.slope(footprint.x, footprint.y)
+            if along_normals:  # round along the skin, where the smooth load is round as seen from above
+                smooth[:, tip, tip] *= stretch_factor(slope)
+            else:
+                sharp[:, tip, tip] *= slope_factor(fruit.poisson, slope)
+                smooth[:, tip, tip] *= slope_factor(fruit.poisson, slope)
+    return _LocalChange(sharp=sharp, fewer_nodes=fewer_nodes, smooth=smooth, shell=shell)
+
+
 def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per_side: int) -> Floats:
     """Return the change of compliance by layers under level footprints of a half-space [1/mm], (layers, tips, tips).
 
-    Raises SolveError on a large residual.
+    It is times the modulus below. Pressure stands on `per_side` nodes a side. Raises SolveError on a large residual.
     """
     nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
     x, y = nodes.T
@@ -125,10 +161,11 @@ def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per
     bare = level_compliance(footprints, layers[0].poisson_below, np.zeros(()), per_side)
     changes = []
     for layer, between in zip(layers, added, strict=True):
+        # Solved as a half-space of the layer, times its own modulus, to which `between` adds what lies below.
         S = level_compliance(footprints, layer.poisson, layer.modulus * between, per_side) / layer.modulus
         change = S - bare
         for tip, footprint in enumerate(footprints):
-            if footprint.punch is circle_punch:
+            if footprint.punch is circle_punch:  # whose own compliance has a closed equation
                 radius = 0.5 * footprint.side
                 own = 1.0 / round_contact(layer, radius).flat_stiffness(radius)
                 change[tip, tip] = own - (1.0 - layer.poisson_below**2) / footprint.side
@@ -148,33 +185,27 @@ def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Float
     return np.asarray(S[:-1] - S[-1])
 
 
-def body_change(
-    fruit: Fruit,
-    footprints: Sequence[Footprint],
-    loads: Sequence[SmoothLoad],
-    layers: Sequence[Layer],
-    steps: BodySteps,
-    solves: int,
-    along_normals: bool,
-) -> tuple[Floats, int]:
-    """Return the change of compliance by the skin under smooth loads on one mesh [1/mm], and its dofs.
+def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats:
+    """Return the change of compliance by the skin under the loads of a body on its mesh, times E [1/mm].
 
-    The change is (layers, loads, loads); `solves` moduli of the skin span all. Raises SolveError when a solve is
-    not exact.
+    It has shape (layers, loads, loads). The fields at so many moduli of the skin as `solves` span those at all others.
+    Raises SolveError when a solve is not exact.
     """
-    body = bent_block(fruit, footprints, loads, steps, along_normals)
+    poisson = layers[0].poisson_below
     in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
-    flesh = stiffness_matrix(body.bent, 1.0 - in_skin, fruit.poisson, b_bar=True)
+    flesh = stiffness_matrix(body.bent, 1.0 - in_skin, poisson, b_bar=True)
     skin = stiffness_matrix(body.bent, in_skin, layers[0].poisson, b_bar=True)
-    without = flesh + stiffness_matrix(body.bent, in_skin, fruit.poisson, b_bar=True)
+    without_skin = flesh + stiffness_matrix(body.bent, in_skin, poisson, b_bar=True)
     moduli = np.array([layer.modulus for layer in layers])
     span = np.geomspace(moduli.min(), moduli.max(), solves)
 
-    change = np.zeros((len(layers), len(loads), len(loads)))
+    count = len(body.loads)
+    change = np.zeros((len(layers), count, count))
     for parity in body.parities:
         forces = body.forces(parity, body.normals)
         fixed = body.fixed_dofs(parity)
-        bare = forces.T @ factorise(without, fixed).solve(forces)
+        bare = forces.T @ factorise(without_skin, fixed).solve(forces)
+        # Galerkin's method on an orthonormal basis of the fields at the moduli of the span.
         solved = [factorise(flesh + modulus * skin, fixed).solve(forces) for modulus in span]
         spanning, _ = np.linalg.qr(np.hstack(solved))
         load = spanning.T @ forces
@@ -182,5 +213,6 @@ def body_change(
         of_skin = spanning.T @ (skin @ spanning)
         for i, modulus in enumerate(moduli):
             energy = load.T @ np.linalg.solve(of_flesh + modulus * of_skin, load)
+            # A single load is the mean of its parities: halved for each mirror plane.
             change[i] += (energy - bare) / 2.0 ** np.abs(parity).sum()
-    return change, int(body.flat.N)
+    return change

@@ -28,9 +28,9 @@ class SmoothLoad:
 
 
 def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], most: float = WIDEST) -> tuple[SmoothLoad, ...]:
-    """Return the loads that stand for the footprints [mm]: as wide as room and spacing let them be.
+    """Return the smooth loads that stand for the footprints, as wide as their room and spacing let them be.
 
-    `most` is how wide, in least deviations [1].
+    None is wider than `most` times its least deviation [1].
     """
     closest = closest_spacing(footprints)
     loads = []
@@ -47,14 +47,16 @@ def least_deviation(footprint: Footprint) -> float:
 
 
 def line_forces(line: Floats, centre: float, deviation: float, sign: int) -> tuple[Floats, Floats]:
-    """Return the nodes of quadratic elements along a line [mm], and the fraction of a load at `centre` on each [1].
+    """Return the nodes of quadratic elements along a line [mm], and the fraction of a unit load on each [1].
 
-    `sign` adds (1), subtracts (-1) or leaves out (0) the mirror image of the load at -centre.
+    The load is a normal distribution about `centre` with a standard deviation, both in [mm]. `sign` adds (1), subtracts
+    (-1) or leaves out (0) its mirror image at -centre.
     """
     nodes = np.zeros(2 * len(line) - 1)
     nodes[::2] = line
     nodes[1::2] = 0.5 * (line[1:] + line[:-1])
 
+    # Integrals of the density times the three shape functions of each step, by Gauss's rule.
     t = 0.5 * (GAUSS_POINTS + 1.0)  # on (0, 1)
     steps = np.diff(line)[:, None]
     s = line[:-1, None] + steps * t

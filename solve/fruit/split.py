@@ -23,6 +23,7 @@ from solve.fruit.box import Grading, Lines, block_lines
 from solve.fruit.compliance import FruitCompliance, MeshCompliance
 from solve.fruit.footprints import (
     Footprint,
+    NodeCounts,
     closest_spacing,
     half_space_compliance,
     level_compliance,
@@ -41,7 +42,7 @@ LEVELS = (
     Grading(0.5, (0.7, 0.21, 0.063, 0.027)),
     Grading(0.35, (0.7, 0.21, 0.063, 0.0189, 0.0081)),
 )
-LARGEST_ERROR = 1e-3
+LARGEST_ERROR = 1e-3  # relative, of a solve that counts where none meets its tolerance
 MOST_DOFS = 60_000  # of a finer level: 4 GiB
 # Fourth order at 3/4 of the steps leaves 0.46 of the step between both meshes: the bar is twice that.
 # tests/reference/fits/test_fruit.py
@@ -49,7 +50,7 @@ SAFETY = 0.9
 # A difference of two meshes may vanish by accident: at grading step 0.7 it counts as at least this fraction of the
 # remainder in a value, averaged with the value where that is largest.
 LEAST_STEP = 1e-3
-ORDER = 4
+ORDER = 4  # of the remainder's error in the grading step
 # One mesh without a coarser partner, for loose tolerances: the largest error of 280 random scenes over the remainder,
 # 0.006 over 40 of them.
 ROUGH = Grading(1.0, (0.7, 0.3))
@@ -60,10 +61,10 @@ CLOSE = 1.1
 CLOSE_ERROR = 1.5e-3
 # Under this height [sides] the remainder is as large as the half-space part and asks for smaller steps.
 LOW = 3.0
-ROUNDING = 1.0 + 1e-9
-EDGE_GAP = 1.5
-SPACING = 1.05
-POISSON = (-0.5, 0.4999)
+ROUNDING = 1.0 + 1e-9  # of a bound, for scenes on it
+EDGE_GAP = 1.5  # least gap from a tip's edge to a side face [sides]
+SPACING = 1.05  # least spacing of tips [sides]
+POISSON = (-0.5, 0.4999)  # from, to
 
 
 class Errors(NamedTuple):
@@ -115,9 +116,9 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     """Return the compliance [1/mm] of the equivalent block under the tips on the coarsest mesh that meets a tolerance.
 
     The tolerance is relative, of s11 - s12 [1]; where no mesh meets it, the best counts if its error is at most 1e-3.
-    Raises InputError for a tolerance that is not above 0, SplitDomainError outside the domain (tip edge at least 1.5
-    sides from each side face, side at most the height, spacing at least 1.05 sides, -0.5 <= nu <= 0.4999) or beyond
-    both errors, SolveError when a solve is not exact.
+    Raises InputError for a tolerance that is not above 0, SolveError when a solve is not exact. Raises SplitDomainError
+    beyond both errors or outside the domain: tip edge at least 1.5 sides from each side face, side at most the height,
+    spacing at least 1.05 sides, -0.5 <= nu <= 0.4999.
     """
     start = time.perf_counter()
     if not tolerance > 0.0:
@@ -126,9 +127,28 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     footprints = contact_footprints(fruit, tips)
     check_domain(block, footprints)
 
+    solved, errors = _coarsest_solve(block, footprints, tolerance)
+    close_error = CLOSE_ERROR if closest_spacing(footprints) < CLOSE else 0.0
+    return FruitCompliance(
+        tips=tips.names,
+        S=solved.S,
+        error_pair=errors.pair + close_error,
+        error_own=errors.own + close_error,
+        info=SolveInfo(
+            method="split",
+            dofs=solved.dofs,
+            seconds=time.perf_counter() - start,
+            status=_status(solved.dofs, errors.pair, tolerance, close_error),
+        ),
+    )
+
+
+def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: float) -> tuple[MeshCompliance, Errors]:
+    """Return the solve on the coarsest mesh that meets a tolerance, or the best, and its errors; raises as above."""
     limit = max(tolerance, LARGEST_ERROR)
+    levels = (ROUGH, *LEVELS) if tolerance > LARGEST_ERROR else LEVELS
     solved_levels = []
-    for grading in (ROUGH, *LEVELS) if tolerance > LARGEST_ERROR else LEVELS:
+    for grading in levels:
         if grading in LEVELS[1:] and mesh_dofs(block, footprints, grading) > MOST_DOFS:
             continue  # finer than fits in memory
         try:
@@ -145,20 +165,7 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     solved, errors = min(solved_levels, key=lambda level: (max(level[1]) > limit, level[1].pair))
     if max(errors) > limit:
         raise _outside("relative error", max(errors), "", f"at most {limit:g}")
-
-    close_error = CLOSE_ERROR if closest_spacing(footprints) < CLOSE else 0.0
-    return FruitCompliance(
-        tips=tips.names,
-        S=solved.S,
-        error_pair=errors.pair + close_error,
-        error_own=errors.own + close_error,
-        info=SolveInfo(
-            method="split",
-            dofs=solved.dofs,
-            seconds=time.perf_counter() - start,
-            status=_status(solved.dofs, errors.pair, tolerance, close_error),
-        ),
-    )
+    return solved, errors
 
 
 def _status(dofs: int, error: float, tolerance: float, close_error: float) -> str:
@@ -178,11 +185,10 @@ def footprint_compliance(fruit: Fruit, footprints: Sequence[Footprint], grading:
 
     Raises SolveError when a solve is not exact.
     """
-    within = nodes_within(fruit, footprints)
-    between = nodes_between(footprints)
+    counts = NodeCounts(between=nodes_between(footprints), within=nodes_within(fruit, footprints))
     lines = _lines(fruit, footprints, grading)
-    remainder, dofs = node_remainder(fruit, footprints, lines, level_parities(footprints), within, between)
-    S = level_compliance(footprints, fruit.poisson, remainder, between)
+    remainder, dofs = node_remainder(fruit, footprints, lines, level_parities(footprints), counts)
+    S = level_compliance(footprints, fruit.poisson, remainder, counts.between)
     for images in mirror_images(footprints):
         if images:
             S = 0.5 * (S + S[np.ix_(images, images)])  # mirror images alike to the last bit
@@ -204,14 +210,18 @@ def _lines(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> L
 
 
 def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading, fine: Floats) -> Errors:
-    """Return the relative errors [1] of `fine`, the compliance [1/mm] on the mesh of a grading, from a coarser mesh."""
+    """Return the relative errors [1] of `fine`, the compliance [1/mm] on the mesh of a grading, from a coarser mesh.
+
+    The rough grading has no coarser mesh: its error is a fixed fraction of the remainder.
+    """
     between = nodes_between(footprints)
     of_nodes = max(footprint.punch(between).error for footprint in footprints) + NODE_ERROR
     half_space = half_space_compliance(tuple(footprints), fruit.poisson)
-    remainder = relative_changes(fine - half_space, fine)
+    remainder = relative_changes(fine - half_space, fine)  # for each pair and each tip, as all below
     if grading == ROUGH:
         error = ROUGH_ERROR * float(remainder.max()) + of_nodes
         return Errors(error, error)
+    # A step that vanishes by accident counts as at least this, which falls with the mesh as the error does.
     least = LEAST_STEP * (grading.step / LEVELS[0].step) ** ORDER * 0.5 * (remainder + remainder.max())
     coarse = footprint_compliance(fruit, footprints, grading.coarser()).S
     step = relative_changes(fine - coarse, fine)
@@ -229,11 +239,11 @@ def largest_errors(errors: Floats, tips: int) -> Errors:
 
 
 def relative_changes(change: Floats, S: Floats) -> Floats:
-    """Return what a change of S is of the mean of s_ii and s_jj less s_ij, for each pair, then of each s_ii [1].
+    """Return relative changes [1] of s_ii + s_jj - 2 s_ij for each pair of tips, then of s_ii for each tip.
 
-    Both have shape (tips, tips) and one unit.
+    The change and S both have shape (tips, tips) and one unit.
     """
-    # The work of a pair of opposed forces is s_ii + s_jj - 2 s_ij, that of a single one s_ii.
+    # The work of a pair of opposed unit forces is s_ii + s_jj - 2 s_ij, that of a single one s_ii.
     single = list(np.eye(len(S)))
     opposed = [a - b for a, b in itertools.combinations(single, 2)]
     changes = []

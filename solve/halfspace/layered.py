@@ -24,7 +24,7 @@ from sensor.arrays import Floats
 
 DEEPEST = 25.0  # k h beyond which T is 1 to rounding
 POINTS = 12  # of Gauss's rule on a panel, which holds a period of the fastest wave
-SHORTEST = 30.0  # k a beyond which an arching layer feels next to nothing: 1e-4 of it
+SHORTEST = 30.0  # k a beyond which a layer bears next to nothing as a shell: 1e-4 of it
 NEXT_TO_RIGID = 1e-7  # modulus of a layer over that of its base
 DISTANCES = 160  # of the table of l(r)
 EQUATIONS = 40  # at points of a radius
@@ -47,7 +47,7 @@ class Layer:
         return (1.0 - self.poisson**2) / self.modulus
 
     def softening(self, kh: Floats) -> Floats:
-        """Return T - 1 at wave numbers over 1 / thickness [1], each above 0."""
+        """Return T - 1 [1] of the module's first lines at wave numbers times thickness k h > 0 [1], of their shape."""
         shear = self.modulus * (1.0 + self.poisson_below) / (1.0 + self.poisson)
         below = 1.0 - 4.0 * (1.0 - self.poisson) / (1.0 + shear * (3.0 - 4.0 * self.poisson_below))
         above = (shear - 1.0) / (shear + 3.0 - 4.0 * self.poisson)
@@ -57,32 +57,38 @@ class Layer:
         return np.asarray(sinking / stiffness - 1.0)
 
     def smooth_compliance(self, deviations: Sequence[float], distance: float) -> float:
-        """Return the displacement under one load by another, both of normal distribution, times E below [1/mm].
+        """Return the displacement under one smooth load by another, times E below [1/mm].
 
-        `deviations` [mm] are theirs, each way; it is weighted with the density of the load that feels it.
+        Both are normal distributions with standard deviations `deviations` [mm], their centres a distance [mm] apart.
+        The displacement is weighted with the density of the load that feels it.
         """
         width = math.hypot(*deviations)
         k, weight = _panels(9.0 / width, 2.0 * math.pi / max(distance, width))
         spectrum = np.exp(-0.5 * (width * k) ** 2) * j0(k * distance)
         return float(self.surface / math.pi * weight @ (spectrum * (1.0 + self.softening(k * self.thickness))))
 
-    def arching(self, radius: float, deviation: float, curvatures: Sequence[float]) -> float:
-        """Return what a curved layer bears as a shallow shell, times E below [1/mm]: of a tip, less of a smooth load.
+    def shell_effect(self, radius: float, deviation: float, curvatures: Sequence[float]) -> float:
+        """Return the compliance that a curved layer loses as a shallow shell, times E below [1/mm].
 
-        A shell is stiffer by (E_s - E) h (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 normal to it, here its mean over all
-        directions: E. Reissner, J. Math. Phys. 25 (1946) 80, doi:10.1002/sapm194625180. The energy is that of first
-        order in it, of a flat circle of a radius [mm] and of a normal distribution of a deviation [mm] each way.
+        It is that under a flat circle of a radius [mm], less that under a normal distribution of a standard deviation
+        [mm]; `curvatures` [1/mm] are the two principal ones. A shell is stiffer normal to it by
+        (E_s - E) h (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4, here its mean over all directions of the wave vector:
+        E. Reissner, J. Math. Phys. 25 (1946) 80, doi:10.1002/sapm194625180. The energy is of first order in it.
         """
         along, across = curvatures
         shell = (self.modulus - 1.0) * self.thickness * (3.0 * along**2 + 3.0 * across**2 + 2.0 * along * across) / 8.0
         k, weight = _panels(SHORTEST / radius, 2.0 * math.pi / max(radius, deviation))
         sinking = 2.0 * self.surface / k * (1.0 + self.softening(k * self.thickness))
+        # Squares of the transforms of both pressures: of the circle, less of the normal distribution.
         spectrum = (np.sin(k * radius) / (k * radius)) ** 2 - np.exp(-((deviation * k) ** 2))
         return shell * float(weight @ (k * sinking**2 * spectrum)) / (2.0 * math.pi)
 
 
 def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
-    """Return (1 - nu_s^2) / (pi E_s) l(r) at distances [mm] for layers of one thickness, shape (layers, ...) [1/mm]."""
+    """Return the compliance that the half-space below layers adds at distances [mm], times E below [1/mm].
+
+    It is (1 - nu_s^2) / (pi E_s) l(r) of the module's first lines, shape (layers, ...). All layers have one thickness.
+    """
     h = layers[0].thickness
     farthest = max(float(distances.max(initial=0.0)), h)
     table = h * np.sinh(np.linspace(0.0, math.asinh(farthest / h), DISTANCES))
@@ -94,9 +100,9 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
 
 
 def base_compliance(thickness: float, poisson: float, distances: Floats) -> Floats:
-    """Return what a rigid base under a layer [mm] changes of the half-space's compliance, times E [1/mm].
+    """Return the change of the half-space's compliance by a rigid base under a layer [mm], times E [1/mm].
 
-    Below 0, at distances of point loads [mm], as whose shape.
+    It is negative, at distances between point loads [mm], of their shape.
     """
     layer = Layer(thickness=thickness, modulus=NEXT_TO_RIGID, poisson=poisson, poisson_below=poisson)
     return np.asarray(NEXT_TO_RIGID * added_compliances([layer], distances)[0])
@@ -128,30 +134,37 @@ class RoundContact:
 
 @functools.lru_cache(maxsize=64)
 def round_contact(layer: Layer, largest: float) -> RoundContact:
-    """Return the contacts of round bodies up to a radius [mm], by N. N. Lebedev's and Y. S. Ufliand's equation.
+    """Return the contacts of rigid round bodies with a layered half-space, up to a contact radius [mm].
 
-    phi(t) + int_0^a M(t, s) phi(s) ds = (d - t^2 / R) / (pi (1 - nu_s^2) / E_s), with M(t, s) = 2 / pi int_0^inf
-    (T(k h) - 1) cos k t cos k s dk and the force 2 pi int_0^a phi: J. Appl. Math. Mech. 22 (1958) 442,
-    doi:10.1016/0021-8928(58)90063-5. A paraboloid touches as far as phi(a) = 0.
+    For each contact radius a, the integral equation of N. N. Lebedev and Y. S. Ufliand,
+
+        phi(t) + int_0^a M(t, s) phi(s) ds = (d - t^2 / R) / (pi (1 - nu_s^2) / E_s),
+
+    M(t, s) = 2 / pi int_0^inf (T(k h) - 1) cos k t cos k s dk, is solved at Gauss's points; the force is
+    2 pi int_0^a phi: J. Appl. Math. Mech. 22 (1958) 442, doi:10.1016/0021-8928(58)90063-5. A paraboloid touches as far
+    as phi(a) = 0.
     """
     h = layer.thickness
+    # int (T - 1) cos(k t) dk over t: M is the sum of it at |t - s| and at t + s, over pi.
     table = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), DISTANCES))
     k, weight = _panels(DEEPEST / h, math.pi / largest)
     waves = CubicSpline(table, np.cos(np.outer(table, k)) @ (weight * layer.softening(k * h)))
-    point, of_point = legendre.leggauss(EQUATIONS)
+    gauss_points, gauss_weights = legendre.leggauss(EQUATIONS)
     radii = np.geomspace(LEAST_RADIUS * min(h, largest), largest, RADII)
     rows = []
     for a in radii:
-        t = 0.5 * a * (1.0 + np.append(point, 1.0))  # the last at the edge
+        t = 0.5 * a * (1.0 + np.append(gauss_points, 1.0))  # the last at the edge
         s = t[:-1]
-        width = 0.5 * a * of_point
-        kernel = (waves(np.abs(t[:, None] - s)) + waves(t[:, None] + s)) / math.pi * width
+        weights = 0.5 * a * gauss_weights
+        kernel = (waves(np.abs(t[:, None] - s)) + waves(t[:, None] + s)) / math.pi * weights
+        # Right-hand sides of d = 1 alone and of 1 / R = 1 alone, with the sign of the latter turned.
         right = np.stack([np.ones(len(t)), t**2], axis=1) / (math.pi * layer.surface)
         phi = np.linalg.solve(np.eye(len(s)) + kernel[:-1], right[:-1])
-        flat, parabolic = right[-1] - kernel[-1] @ phi
-        depth = parabolic / flat
-        stiffness, by_parabola = 2.0 * math.pi * width @ phi
-        rows.append((depth, depth * stiffness - by_parabola, stiffness))
+        # The depth of a paraboloid of R = 1 makes phi(a) = 0.
+        flat_at_edge, parabola_at_edge = right[-1] - kernel[-1] @ phi
+        depth = parabola_at_edge / flat_at_edge
+        stiffness, parabola_force = 2.0 * math.pi * weights @ phi
+        rows.append((depth, depth * stiffness - parabola_force, stiffness))
     return RoundContact(radii, *np.array(rows).T)
 
 

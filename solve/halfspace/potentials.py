@@ -71,13 +71,13 @@ def stress(f: Potentials, poisson: float) -> Floats:
 def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
     """Return the potentials of a unit normal force at the origin (Boussinesq), at points of any one shape [mm].
 
-    At the origin itself the fields are infinite.
+    With R the distance from the force, phi = ln(R + z) and psi = 1 / R. At the origin itself the fields are infinite.
     """
     R = np.sqrt(x * x + y * y + z * z)
     S = R + z
-    flat = 1.0 / (R * S)
+    flat = 1.0 / (R * S)  # phi,x / x
     cube = flat * S / R**2  # 1 / R^3
-    bend = (R + S) * cube / S**2
+    bend = (R + S) * cube / S**2  # -(d flat / dx) / x
     fifth = 3.0 / R**5
     return Potentials(
         z=z,
@@ -110,7 +110,12 @@ def rectangle_load(x: Floats, y: Floats, z: Floats, length: float, width: float)
 
 
 def _corner(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
-    """Return F with F,XY = f for every derivative f of `Potentials`, less what depends on X or on Y alone."""
+    """Return the potentials of unit pressure on the quadrant that a corner of a rectangle opens, but for z.
+
+    X and Y [mm] are the coordinates of points from that corner. Each function F has F,XY = f, with f the derivative of
+    `Potentials` at its place in the list, so that F at the four corners adds up with alternating signs to the integral
+    of f over the rectangle. What depends on X or on Y alone drops out of that sum and is left out.
+    """
     # TINY keeps the line X = z = 0 finite; there each term tends to zero or drops out of the corner sum.
     R = np.sqrt(X**2 + Y**2 + z**2)
     over_R = 1.0 / (R + TINY)

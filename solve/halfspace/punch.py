@@ -8,6 +8,7 @@ Tables depend neither on E nor on nu.
 """
 
 import functools
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,9 +20,9 @@ from scipy.special import gamma, lpmv
 
 from sensor.arrays import Floats, Ints
 
-CELLS = (16, 32)
-GRADING = 4.0
-ORDER = 3.0
+CELLS = (16, 32)  # a side, of the coarse and of the fine grid of boundary elements
+GRADING = 4.0  # of the cells towards the edges of the square
+ORDER = 3.0  # of the error in the number of cells, for pressure that is singular along an edge
 ROUND_OFF = 1e-12  # of a table that is exact but for its eigenvalues and sums
 
 
@@ -62,16 +63,18 @@ def lagrange(nodes: Floats, x: Floats) -> Floats:
 
 
 # One scene takes three tables, of 1 to 25 nodes a side, hundreds of times; each costs 0.1 s.
+# One scene takes three tables, of 1 to 25 nodes a side, hundreds of times; each costs 0.1 s.
 @functools.lru_cache(maxsize=16)
 def square_punch(nodes_per_side: int) -> Punch:
-    """Return the table of a square of side 1, by Galerkin boundary elements graded to its edges.
+    """Return the punch table of a square of side 1, by Galerkin boundary elements graded to its edges.
 
-    Two grids are extrapolated with the order 3 of piecewise constant pressure under an edge singularity; the
-    error is a tenth of that step. F / (E* d) = 1.15230, capacity 0.36679 pi of the electrified plate (Read 1997).
+    Pressure is constant in each cell. Two grids are extrapolated with order 3; a tenth of that step counts as the
+    error. F / (E* d) = 1.15230, capacity 0.36679 pi of the electrified plate (Read 1997).
     """
     coarse, _ = _square_moments(CELLS[0], nodes_per_side)
     fine, flat_forces = _square_moments(CELLS[1], nodes_per_side)
     step = (fine - coarse) / ((CELLS[1] / CELLS[0]) ** ORDER - 1.0)
+    # The nodes of the table are the Gauss points of the flat punch's own pressure.
     along_x = _gauss_points(flat_forces.sum(axis=1), nodes_per_side)
     along_y = _gauss_points(flat_forces.sum(axis=0), nodes_per_side)
     error = 0.1 * abs(step[0, 0] / fine[0, 0])
@@ -80,10 +83,11 @@ def square_punch(nodes_per_side: int) -> Punch:
 
 @functools.lru_cache(maxsize=16)
 def circle_punch(nodes_per_side: int) -> Punch:
-    """Return the table of a circle of diameter 1, exact to rounding, its error relative [1].
+    """Return the punch table of a circle of diameter 1, exact to rounding.
 
-    Harmonics P_l^m(sqrt(1 - r^2)) cos m phi with l - m even are eigenfunctions of the single-layer operator on the
-    disc with density / sqrt(1 - r^2); eigenvalues from Boersma and Danicki, SIAM J. Appl. Math. 53 (1993) 925.
+    Harmonics P_l^m(sqrt(1 - r^2)) cos m phi with l - m even are displacements of the unit disc that pressures
+    proportional to themselves / sqrt(1 - r^2) answer. The factors between both are their eigenvalues: J. Boersma and
+    E. Danicki, SIAM J. Appl. Math. 53 (1993) 925.
     """
     n = nodes_per_side
     # Quadrature over the half-sphere above the disc, where a density / sqrt(1 - r^2) becomes even: Gauss points in
@@ -96,30 +100,37 @@ def circle_punch(nodes_per_side: int) -> Punch:
     weights = np.repeat(0.5 * np.pi / (2 * n) * weight, 4 * n)
     polynomials = _products(legendre.legvander(x, n - 1), legendre.legvander(y, n - 1))
 
-    # Each harmonic adds the work of its own pressure: moments (x) moments / (eigenvalue * norm).
+    # A displacement is the sum of its projections on the harmonics, and each adds the work of its own pressure:
+    # moments (x) moments / (eigenvalue * norm).
+    work = np.zeros((n * n, n * n))
+    for eigenvalue, harmonic in _disc_harmonics(x, y, 2 * n - 1):
+        moments = polynomials.T @ (weights * harmonic)
+        work += np.outer(moments, moments) / eigenvalue / (weights @ harmonic**2)
+    # Nodes on a square grid about the disc, some of them outside it, carry polynomials as those of a square do. The
+    # influence of a unit force is 1 / (pi r); the disc of radius 1 is scaled to diameter 1.
+    line = 0.5 * legendre.leggauss(n)[0]
+    return Punch(_nodal_stiffness(0.5 * np.pi * work, line, line), ROUND_OFF, line, line)
+
+
+def _disc_harmonics(x: Floats, y: Floats, degrees: int) -> Iterator[tuple[float, Floats]]:
+    """Yield eigenvalue and values at points x, y (n,) of the harmonics of the unit disc below a degree."""
     cosine = np.sqrt(1.0 - (x**2 + y**2))
     phi = np.arctan2(y, x)
-    moments = np.zeros((n * n, n * n))
-    for degree in range(2 * n - 1):
+    for degree in range(degrees):
         for order in range(degree % 2, degree + 1, 2):
             eigenvalue = np.pi * gamma((degree + order + 1) / 2) * gamma((degree - order + 1) / 2)
             eigenvalue /= gamma((degree + order + 2) / 2) * gamma((degree - order + 2) / 2)
             radial = lpmv(order, degree, cosine)
-            around = [np.cos(order * phi)]
+            yield eigenvalue, radial * np.cos(order * phi)
             if order > 0:
-                around.append(np.sin(order * phi))
-            for function in around:
-                harmonic = radial * function
-                moment = polynomials.T @ (weights * harmonic)
-                moments += np.outer(moment, moment) / eigenvalue / (weights @ harmonic**2)
-    # Nodes on a square grid about the disc, some of them outside it, carry polynomials as those of a square do. The
-    # influence of a unit force is 1 / (pi r); the disc of radius 1 is scaled to diameter 1.
-    line = 0.5 * legendre.leggauss(n)[0]
-    return Punch(_nodal_stiffness(0.5 * np.pi * moments, line, line), ROUND_OFF, line, line)
+                yield eigenvalue, radial * np.sin(order * phi)
 
 
 def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Floats:
-    """Turn moments of products of Legendre polynomials over the footprint into nodal forces, symmetric."""
+    """Return the matrix of nodal forces, symmetric, from that of products of Legendre polynomials over the footprint.
+
+    Both have shape (n^2, n^2); the n nodes along x and along y lie on (-1/2, 1/2).
+    """
     degree = len(along_x) - 1
     values = np.kron(legendre.legvander(2.0 * along_x, degree), legendre.legvander(2.0 * along_y, degree))
     inverse = np.linalg.inv(values)
@@ -135,9 +146,10 @@ def graded_edges(cells: int, grading: float = GRADING) -> Floats:
 
 
 def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
-    """Return int P_a A^-1 P_b for the products P_a of n Legendre polynomials each way, A the influence of the cells.
+    """Return the work of pressures that answer polynomial displacements of a square, and the flat punch's forces.
 
-    Beside it, the forces of the flat punch on the cells (cells, cells).
+    The work is int P_a A^-1 P_b, shape (n^2, n^2), for the products P_a of the first n Legendre polynomials each way;
+    A is the influence of `cells` x `cells` uniform pressures. The forces of the flat punch are (cells, cells).
     """
     # Integrals of P_0(2 x) ... P_n-1(2 x) over each cell, by the recurrence of their antiderivatives
     powers = legendre.legvander(2.0 * graded_edges(cells), n).T
@@ -146,9 +158,9 @@ def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
         antiderivatives.append((powers[k + 1] - powers[k - 1]) / (2 * k + 1))
     along = 0.5 * np.diff(antiderivatives, axis=1)
     loads = np.einsum("ai,bj->ijab", along, along).reshape(cells**2, n * n)
-    pressure = lu_solve(_influence_factor(cells), loads)
-    flat_force = pressure[:, 0] * loads[:, 0]
-    return loads.T @ pressure, flat_force.reshape(cells, cells)
+    forces = lu_solve(_influence_factor(cells), loads)
+    flat_force = forces[:, 0] * loads[:, 0]
+    return loads.T @ forces, flat_force.reshape(cells, cells)
 
 
 @functools.lru_cache(maxsize=2)
@@ -166,11 +178,13 @@ def _influence_factor(cells: int) -> tuple[Floats, Ints]:
 def influence(x: Floats, y: Floats) -> Floats:
     """Return int int 1 / (pi r) over all pairs of cells between edges, shape (cells x, cells x, cells y, cells y).
 
-    The potential between two rectangles is the fourth difference of G with G,xxyy = 1 / r.
+    r is the distance of a point of one cell from a point of the other, `x` and `y` are the edges [any length]. The
+    double integral over two rectangles is the fourth difference, along all edges, of G with G,xxyy = 1 / r.
     """
     dx = np.abs(x[:, None] - x)[:, :, None, None]
     dy = np.abs(y[:, None] - y)[None, None]
     r = np.hypot(dx, dy)
+    # Where dx or dy is 0 its logarithm has the factor 0 in G.
     log_x = np.where(dx > 0.0, np.arcsinh(dy / np.where(dx > 0.0, dx, 1.0)), 0.0)
     log_y = np.where(dy > 0.0, np.arcsinh(dx / np.where(dy > 0.0, dy, 1.0)), 0.0)
     G = 0.5 * dx * dy * (dx * log_x + dy * log_y) - r**3 / 6.0
@@ -180,9 +194,10 @@ def influence(x: Floats, y: Floats) -> Floats:
 
 
 def _gauss_points(weight: Floats, n: int) -> Floats:
-    """Return the n Gauss points of a symmetric measure, given on graded cells: eigenvalues of its Jacobi matrix.
+    """Return the n Gauss points on (-1/2, 1/2) of a symmetric measure, given as weights of graded cells.
 
-    The Lanczos recurrence makes the matrix; a symmetric measure leaves its diagonal 0.
+    They are the eigenvalues of its Jacobi matrix (Golub and Welsch), which the Lanczos recurrence makes: each power of
+    x is made orthogonal to the ones before. A symmetric measure leaves the diagonal 0.
     """
     edges = graded_edges(len(weight))
     points = 0.5 * (edges[1:] + edges[:-1])

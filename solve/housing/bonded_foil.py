@@ -21,6 +21,7 @@ Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in 
 
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(3)  # on (-1, 1); strain is quadratic along a facet at most
 _NEAR = 1e-6  # [mm]
+_AREA_TOLERANCE = 1e-6  # relative: round-off of the parts of facets
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +42,11 @@ class BondedFoil:
 
 
 def membrane_matrix(basis: CellBasis, foils: Sequence[BondedFoil]) -> csc_matrix:
-    """Return the contribution of the foils to the stiffness matrix [N/mm], shape (dofs, dofs); raises SolveError."""
+    """Return what the foils add to the stiffness matrix [N/mm], shape (dofs, dofs).
+
+    Each adds int B^T D B over its outline, with D of plane stress and B the strains of its level in x and y. Raises
+    SolveError where the mesh does not carry all of a foil.
+    """
     total = csc_matrix((basis.N, basis.N))
     for foil in foils:
         nu = foil.poisson
@@ -52,6 +57,7 @@ def membrane_matrix(basis: CellBasis, foils: Sequence[BondedFoil]) -> csc_matrix
             y = patch.gradients[:, 1]
             zero = np.zeros_like(x)
             B = np.array([[x, zero], [zero, y], [y, x]])  # (strains, components, nodes, facets, points)
+            # indices: strains s and t, components a and b, nodes n and m, facet e, point p
             blocks = np.einsum("sanep,st,tbmep,ep->enamb", B, D, B, patch.weights, optimize=True)
             dofs = patch.dofs[:, :2].transpose(2, 0, 1).reshape(len(blocks), -1)
             total = total + assemble_elements(blocks, dofs, basis.N)
@@ -59,7 +65,11 @@ def membrane_matrix(basis: CellBasis, foils: Sequence[BondedFoil]) -> csc_matrix
 
 
 def bridge_strains(basis: CellBasis, foils: Sequence[BondedFoil], u: Floats) -> tuple[float, ...]:
-    """Return the mean strain along x under the grids of each tip's bridge for its own load [1], u (dofs, tips)."""
+    """Return the mean strain along x that each tip's bridge senses for its own load [1].
+
+    u (dofs, tips) [mm] are the displacements for a load on each tip. The strain of a grid counts with the sign of its
+    arm, and the mean of the arms without a sign.
+    """
     arms: list[list[float]] = [[] for _ in range(u.shape[1])]
     for foil in foils:
         if foil.grid is None:
@@ -85,7 +95,7 @@ def _patches(basis: CellBasis, foil: BondedFoil, rectangle: Rectangle) -> list[S
             patches.append(patch)
     area = sum(float(patch.weights.sum()) for patch in patches)
     wanted = float(np.prod(window[:, 1] - window[:, 0]))
-    if not abs(area - wanted) <= 1e-6 * wanted:
+    if not abs(area - wanted) <= _AREA_TOLERANCE * wanted:
         msg = (
             f"bonded foil on {foil.name!r}: the mesh carries {area:.6g} mm^2 of it: must be {wanted:.6g} mm^2; "
             "place it on the straight part of a leaf"
@@ -95,29 +105,36 @@ def _patches(basis: CellBasis, foil: BondedFoil, rectangle: Rectangle) -> list[S
 
 
 def _clipped(basis: CellBasis, facet: ReferenceFacet, z: float, window: Floats) -> SurfacePatch | None:
-    """Return the parts of some facets inside a window (x and y, ends) on the level z [mm], None where there is none."""
+    """Return the quadrature of the parts of facets inside a window (x and y, ends) [mm], None where there is none.
+
+    Only facets on the level z [mm] count.
+    """
     corners = np.array([facet.corner, facet.corner + facet.along, facet.corner + facet.across]).T
-    at = cell_points(basis.mesh, corners, facet.elements)  # (3, facets, corners)
-    on_level = np.abs(at[2] - z).max(axis=1) < _NEAR
-    corner, along, across = at[:2, on_level].transpose(2, 0, 1)
-    first, length = _gauss_fractions(corner, along - corner, window)
-    second, width = _gauss_fractions(corner, across - corner, window)
+    positions = cell_points(basis.mesh, corners, facet.elements)  # (3, facets, corners)
+    on_level = np.abs(positions[2] - z).max(axis=1) < _NEAR
+    corner, along_end, across_end = positions[:2, on_level].transpose(2, 0, 1)
+    along_points, length = _gauss_fractions(corner, along_end - corner, window)
+    across_points, width = _gauss_fractions(corner, across_end - corner, window)
     inside = length * width > 0.0
     if not inside.any():
         return None
 
     # All pairs of Gauss points along both edges, as points of the unit cube (3, facets, 9).
     count = len(_GAUSS)
-    in_along = np.multiply.outer(facet.along, np.repeat(first[inside], count, axis=1))
-    in_across = np.multiply.outer(facet.across, np.tile(second[inside], count))
+    in_along = np.multiply.outer(facet.along, np.repeat(along_points[inside], count, axis=1))
+    in_across = np.multiply.outer(facet.across, np.tile(across_points[inside], count))
     points = facet.corner[:, None, None] + in_along + in_across
     area = (length * width)[inside]
-    weights = 0.25 * np.outer(area, np.outer(_WEIGHTS, _WEIGHTS))
+    weights = 0.25 * np.outer(area, np.outer(_WEIGHTS, _WEIGHTS))  # on (-1, 1) weights add up to 2 along each edge
     return patch_inside(basis, facet.elements[on_level][inside], points, weights)
 
 
 def _gauss_fractions(corner: Floats, edge: Floats, window: Floats) -> tuple[Floats, Floats]:
-    """Return Gauss points inside a window as fractions of edges (x and y, facets), and the lengths inside it [mm]."""
+    """Return the Gauss points of the part of each edge inside a window, and the length of that part [mm].
+
+    Edges run from their corners, both (x and y, facets) [mm]; the window is (x and y, ends) [mm]. The points are
+    fractions of the edge, shape (facets, 3). Raises SolveError where an edge runs neither along x nor along y.
+    """
     axis = np.argmax(np.abs(edge), axis=0)  # along which each edge runs
     facets = np.arange(len(axis))
     if (np.abs(edge[1 - axis, facets]) > _NEAR).any():

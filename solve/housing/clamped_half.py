@@ -71,9 +71,9 @@ def foils_of(attached: Sequence[Attached]) -> tuple[BondedFoil, ...]:
 def clamped_half(
     mesh: Mesh, E: float, poisson: float, attached: Sequence[Attached] = (), axis: int = PRESS
 ) -> ClampedHalf:
-    """Return the half [N/mm from MPa, mm] held by the layers attached to it, or by its holes where there is none.
+    """Return the half of a housing [N/mm from MPa, mm], to be loaded along an axis, PRESS or ACROSS.
 
-    It is to be loaded along an axis, PRESS or ACROSS. Raises SolveError where nothing holds it.
+    The layers attached to it hold it, or its holes where there is none. Raises SolveError where nothing holds it.
     """
     layers = [each for each in attached if isinstance(each, ElasticLayer)]
     foils = foils_of(attached)
@@ -116,7 +116,8 @@ def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
 def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = None) -> Floats:
     """Return the vector (dofs,) whose product with displacements is the mean of a component over a face.
 
-    With `slope`, LENGTHWISE or ACROSS, it is the slope of the component along that axis, by least squares.
+    With `slope`, LENGTHWISE or ACROSS, it is the slope of the component along that axis, by least squares. Half of the
+    vector is also the load of 1 N, or of a moment of 1 N mm, on the whole face.
     """
     patches = list(surface_patches(basis, name, POINTS, WEIGHTS))
     centre = 0.0  # across, of the face whose other half is beyond the plane of symmetry
@@ -142,9 +143,10 @@ def weight_load(basis: CellBasis, axis: int) -> Floats:
 
 
 def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> None:
-    """Raise SolveError unless the loads are reciprocal (Betti) and the mount carries them, half a newton each.
+    """Raise SolveError unless the loads are reciprocal (Betti) and the mount carries each, half a newton on the half.
 
-    `support` is None where the plane of symmetry carries a part; `round_off` [N] is what is unknown of it.
+    `work` (loads, loads) [mm N] is that of one load on the displacements by another. `support` (loads,) [N] is the
+    force of the mount, None where the plane of symmetry carries a part; `round_off` [N] is what is unknown of it.
     """
     skew = float(np.abs(work - work.T).max())
     if not skew <= BALANCE_LIMIT * float(np.abs(work).max()):

@@ -20,10 +20,10 @@ _NEAR = 1e-9  # of the side of a cell
 
 
 def fields_of(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
-    """Return the fields of displacements u [mm] of 20-node cells, shape (dofs,), E [MPa].
+    """Return displacement, stress and strain at the nodes, from displacements u (dofs,) [mm] of 20-node cells.
 
-    The nodes are the first of `mesh.doflocs`: corners, then the middles of edges. Named boundaries other than leaves
-    carry a load or a support; the surface of the rest is taken to carry none, where foils are glued on too.
+    E is in [MPa]. The nodes are the first of `mesh.doflocs`: corners, then the middles of edges. Named boundaries other
+    than leaves carry a load or a support. The rest of the surface is taken to carry none, where foils are glued on too.
     """
     leaves = [leaf_faces(spring) for spring in SPRINGS]
     loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
@@ -54,14 +54,7 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
     count = 1 + int(nodes.max())
     weights = 1.0 / basis.dx.sum(axis=1)  # what is extrapolated over a small cell is off by less
 
-    cells = np.arange(basis.mesh.nelements)
-    gradient = np.einsum("nic,njcq->ijcq", u[nodal_dofs(basis, cells)], scalar_gradients(basis))
-    strain = 0.5 * (gradient + gradient.swapaxes(0, 1))
-    matrix = _extrapolation(corners.T, basis.quadrature[0])
-    total = np.zeros((count, 3, 3))
-    weight = np.zeros(count)
-    _add_weighted(total, weight, nodes, np.einsum("nq,ijcq->ncij", matrix, strain), weights)
-
+    total, weight = _cell_strain(basis, u, nodes, weights)
     surface_total = np.zeros((count, 3, 3))
     surface_weight = np.zeros(count)
     for facet in surface_facets(basis, free):
@@ -82,6 +75,23 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
     total[on_surface] = surface_total[on_surface]
     weight[on_surface] = surface_weight[on_surface]
     return (total / weight[:, None, None]).transpose(1, 2, 0)
+
+
+def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> tuple[Floats, Floats]:
+    """Return the weighted sum of the cells' strains at each node, (nodes, 3, 3), and the sum of the weights, (nodes,).
+
+    `nodes` (20, cells) are those of the cells, `weights` (cells,) theirs.
+    """
+    # indices: node n, axes i and j, cell c, Gauss point q
+    cells = np.arange(basis.mesh.nelements)
+    gradient = np.einsum("nic,njcq->ijcq", u[nodal_dofs(basis, cells)], scalar_gradients(basis))
+    strain = 0.5 * (gradient + gradient.swapaxes(0, 1))
+    to_nodes = _extrapolation(basis.elem.elem.doflocs.T, basis.quadrature[0])
+    count = 1 + int(nodes.max())
+    total = np.zeros((count, 3, 3))
+    weight = np.zeros(count)
+    _add_weighted(total, weight, nodes, np.einsum("nq,ijcq->ncij", to_nodes, strain), weights)
+    return total, weight
 
 
 def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, weights: Floats) -> None:

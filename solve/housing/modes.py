@@ -51,13 +51,14 @@ class Modes:
 
 
 def modes_of(half: ClampedHalf, solid: Solid, stiffness: PerTip) -> Modes:
-    """Return the three lowest modes of a housing of that solid in its mount, of which half is given.
+    """Return the three lowest modes of a housing in its mount, given half of it and its material.
 
     `stiffness` is that of each tip on finer meshes [N/mm]. Both symmetries about the plane y = 0 are solved. Raises
     SolveError when a mode is not exact.
     """
     mass = mass_matrix(half.basis, _TONNES * solid.density)
-    # Frequencies along the press are proportional to the root of the stiffness, which finer meshes know better.
+    # Frequencies along the press are proportional to the root of the stiffness, which finer meshes know better. Each
+    # factor has the name of the mode that it corrects.
     corrections = {}
     for spring, fine, coarse in zip(SPRINGS, stiffness, stiffness_of(half), strict=True):
         corrections[f"{spring} spring {_PRESS}"] = (fine / coarse) ** 0.5
@@ -65,7 +66,8 @@ def modes_of(half: ClampedHalf, solid: Solid, stiffness: PerTip) -> Modes:
     for part in (half, with_symmetry(half, ACROSS)):
         for frequency, shape in _lowest(part, mass):
             factor = corrections.get(shape, 1.0)
-            modes.append((factor * frequency, ERROR_SHARE * abs(factor - 1.0) + FLOOR, shape))
+            relative_error = ERROR_SHARE * abs(factor - 1.0) + FLOOR
+            modes.append((factor * frequency, relative_error, shape))
     frequencies, errors, shapes = zip(*sorted(modes)[:COUNT], strict=True)
     return Modes(frequencies_Hz=frequencies, errors=errors, shapes=shapes)
 
@@ -82,22 +84,25 @@ def mass_matrix(basis: CellBasis, density: float) -> csc_matrix:
 
 
 def _lowest(half: ClampedHalf, mass: csc_matrix) -> Iterator[tuple[float, str]]:
-    """Yield frequency [Hz] and shape of the lowest modes of one symmetry; raises SolveError."""
+    """Yield frequency [Hz] and shape, in words, of the lowest modes of one symmetry; raises SolveError.
+
+    They are the smallest eigenvalues lambda = (2 pi f)^2 of K x = lambda M x, by Lanczos's method on K^-1 M.
+    """
     factor = half.factor
-    block = mass[factor.free][:, factor.free]
-    inverse = LinearOperator(block.shape, matvec=factor.back_substitute, dtype=np.float64)
-    start = np.cos(np.arange(block.shape[0], dtype=np.float64))
+    free_mass = mass[factor.free][:, factor.free]
+    inverse = LinearOperator(free_mass.shape, matvec=factor.back_substitute, dtype=np.float64)
+    start = np.cos(np.arange(free_mass.shape[0], dtype=np.float64))  # the same each time, and no mode lacks it
     try:
         values, vectors = eigsh(
-            factor.block, COUNT, block, sigma=0.0, OPinv=inverse, v0=start, ncv=_KRYLOV_VECTORS, tol=_TOLERANCE
+            factor.block, COUNT, free_mass, sigma=0.0, OPinv=inverse, v0=start, ncv=_KRYLOV_VECTORS, tol=_TOLERANCE
         )
     except ArpackNoConvergence as error:
         msg = f"modes: {error}; check the mesh and what holds the housing"
         raise SolveError(msg) from error
     for value, x in zip(values, vectors.T, strict=True):
-        # each mode carries its own inertia: lambda K^-1 M x = x
-        difference = value * inverse.matvec(block @ x) - x
-        residual = float(np.sqrt((difference @ (block @ difference)) / (x @ (block @ x))))
+        # each mode carries its own inertia: lambda K^-1 M x = x, in the norm of the mass
+        difference = value * inverse.matvec(free_mass @ x) - x
+        residual = float(np.sqrt((difference @ (free_mass @ difference)) / (x @ (free_mass @ x))))
         if not (value > 0.0 and residual <= RESIDUAL_LIMIT):
             msg = f"modes: residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the mesh"
             raise SolveError(msg)

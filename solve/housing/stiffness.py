@@ -120,7 +120,8 @@ def tip_stiffnesses(C: Floats) -> PerTip:
 def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
     """Return the fine mesh's result, its error estimated from the difference to the coarse mesh's.
 
-    The error of the strain is what continuing it to the edges of the elements has added.
+    The error of the strain is what continuing it to the edges of the elements has added. With gauges, whose edges are
+    singular, compliance and gauge strain are extrapolated.
     """
     result = HousingStiffness(
         C=fine.C,
@@ -143,7 +144,6 @@ def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStif
     if strain is None or coarse_strain is None:
         return result
 
-    # With gauges, a fraction of the step from the coarse mesh is added: their edges are singular.
     gauge_strain = np.array(strain) + EDGE_STRAIN[0] * (np.array(strain) - np.array(coarse_strain))
     return dataclasses.replace(
         result,
@@ -172,11 +172,14 @@ def tip_compliance(mesh: Mesh, E: float, poisson: float, attached: Sequence[Atta
 
 
 def compliance_of(half: ClampedHalf, foils: Sequence[BondedFoil] = (), start: float | None = None) -> TipCompliance:
-    """Return the compliance of all tips of a half [mm/N], its seconds counted from `start`; raises SolveError."""
+    """Return the compliance, strains and sags of all tips of a clamped half [mm/N].
+
+    `foils` are the gauges attached to it. Its seconds count from `start`. Raises SolveError as `tip_compliance` does.
+    """
     start = time.perf_counter() if start is None else start
     basis = half.basis
     mean = tip_means(basis, PRESS)
-    # On the half of the plate 0.5 of a mean is the load of 1 N on the whole tip.
+    # Loads on the half: 0.5 of a mean is 1 N on a whole tip; then the weight along the press and along x.
     loads = [0.5 * mean, weight_load(basis, PRESS), weight_load(basis, LENGTHWISE)]
     solution = half.factor.solve(np.column_stack(loads))
     u = solution[:, : len(SPRINGS)]
@@ -206,13 +209,15 @@ def compliance_of(half: ClampedHalf, foils: Sequence[BondedFoil] = (), start: fl
 
 
 def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float]:
-    """Return the largest principal strain [1] in size on a surface: extrapolated to its facets' corners, and inside.
+    """Return the largest principal strain in size [1] on a named surface, for displacements u (dofs,) [mm].
 
-    Strain is best at the Gauss points; its peak lies between them, so it is continued bilinearly.
+    The first is extrapolated to the corners of the facets, the second is at their Gauss points. Strain is best at the
+    Gauss points; its peak lies between them, so it is continued bilinearly.
     """
     at_corners = 0.0
     at_points = 0.0
     for patch in surface_patches(basis, name, POINTS, WEIGHTS):
+        # indices: node n, axes i and j, facet e, Gauss point p, corner q
         gradient = np.einsum("nie,njep->epij", u[patch.dofs], patch.gradients)
         strain = 0.5 * (gradient + gradient.swapaxes(2, 3))
         corners = np.einsum("qp,epij->eqij", np.kron(_EXTRAPOLATION, _EXTRAPOLATION), strain)
@@ -236,11 +241,12 @@ def sideways_stiffness(mesh: Mesh, E: float, poisson: float, attached: Sequence[
 def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     """Return the compliance [mm/N] of points above the middles of the tips' faces, (tips, tips, 3, 3).
 
-    They move with the faces, a lever [mm] up the press: entry (i, j, a, b) is how far point i moves along axis a for
-    1 N along b at point j. That a face turns about the press is left out. The half is one of a load along the press.
+    The points move with the faces, a lever [mm] up the press. Entry (i, j, a, b) is how far point i moves along axis a
+    for 1 N along b at point j. That a face turns about the press is left out. `half` is that of a load along the press.
     Raises SolveError as `tip_compliance` does.
     """
     compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
+    # Loads along x and the press share the symmetry about y = 0; loads along y have the other one.
     for part, level in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
         slopes = [face_mean(part.basis, tip_face(spring), PRESS, slope=level) for spring in SPRINGS]
         tilts = np.column_stack(slopes)
@@ -249,9 +255,10 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
         if level == LENGTHWISE:
             moves[PRESS] = tip_means(part.basis, PRESS)
         axes = tuple(moves)
-        point = np.column_stack(list(moves.values()))
+        point = np.column_stack(list(moves.values()))  # (dofs, axes times tips)
         u = part.factor.solve(0.5 * point)
         check_tips(0.5 * point.T @ u, None)
+        # From (axis, tip) by (axis, tip) to the order of the result.
         shape = (len(axes), len(SPRINGS))
         entries = np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)
         compliance[entries] += (point.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)

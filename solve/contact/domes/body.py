@@ -43,13 +43,15 @@ class FruitUnderDomes:
 
 
 def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> FruitUnderDomes:
-    """Return the body of the scene's fruit in poses on other `fruits` (poses,), which differ in shape or thickness.
+    """Return what the fruit adds to a half-space in each pose, given the fruit of each pose (poses,).
 
-    `compliance` is that of the scene's own fruit. What its shape changes is proportional to the mean curvature of each
-    fruit, what its thickness changes is that of a layer on a rigid base; how far either may be off is in the bound.
+    The fruits may differ from the scene's in shape or thickness; `compliance` is that of the scene's own. Its change by
+    the shape is proportional to the mean curvature of each fruit, its change by the thickness is that of a layer on a
+    rigid base. The bound holds the errors of both.
     """
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)
+    # The half-space under the flat circles for which the compliance was solved: what is left of it is the body's.
     half_space = half_space_compliance(footprints, block.poisson)
     skinned = None
     if compliance.flesh_E is not None:
@@ -60,12 +62,12 @@ def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]
             own = 1.0 / skinned.flat_stiffness(0.5 * footprint.side)
             half_space[tip, tip] += own - (1.0 - block.poisson**2) / footprint.side
     feet = np.array([(footprint.x, footprint.y) for footprint in footprints])
-    change, off = _changes(scene, compliance, feet, fruits)
+    change, change_bound = _changes(scene, compliance, feet, fruits)
     error = max(compliance.error_pair, compliance.error_own)
     return FruitUnderDomes(
         poisson=block.poisson,
         remainder=compliance.S - half_space + change,
-        bound=error * np.abs(compliance.S) + off,
+        bound=error * np.abs(compliance.S) + change_bound,
         size=min(block.height_mm, *(footprint.room(block) for footprint in footprints)),
         feet=feet,
         skinned=skinned,
@@ -73,35 +75,41 @@ def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]
 
 
 def _changes(scene: Scene, compliance: FruitCompliance, feet: Floats, fruits: Sequence[Fruit]) -> tuple[Floats, Floats]:
-    """Return what other fruits change of the compliance, and how far that may be off, (poses, tips, tips) [1/mm]."""
+    """Return the change of compliance on other fruits (poses,), and its bound, both (poses, tips, tips) [1/mm]."""
+    # Many poses share a fruit.
     made: dict[int, tuple[Floats, Floats]] = {}
     changes = []
     for fruit in fruits:
         if id(fruit) not in made:
             made[id(fruit)] = _change(scene, compliance, feet, fruit)
         changes.append(made[id(fruit)])
-    change, off = zip(*changes, strict=True)
-    return np.array(change), np.array(off)
+    change, bound = zip(*changes, strict=True)
+    return np.array(change), np.array(bound)
 
 
 def _change(scene: Scene, compliance: FruitCompliance, feet: Floats, fruit: Fruit) -> tuple[Floats, Floats]:
+    """Return the change of compliance from the scene's own fruit to another, and its bound, both (tips, tips) [1/mm].
+
+    `feet` (tips, 2) [mm] are where the domes touch. The change by the shape is proportional to the mean curvature; the
+    difference of the two principal curvatures is not in it, and counts in the bound.
+    """
     solved = scene.fruit
     change = np.zeros_like(compliance.S)
-    off = np.zeros_like(compliance.S)
+    bound = np.zeros_like(compliance.S)
     if scene.curved:
         mean, saddle = _mean_and_saddle(solved)
         mean_met, saddle_met = _mean_and_saddle(fruit)
         change = (mean_met / mean - 1.0) * compliance.shape_change
-        off = OTHER_RADIUS * np.abs(change)
+        bound = OTHER_RADIUS * np.abs(change)
         if fruit.radii_mm != solved.radii_mm or fruit.azimuth_deg != solved.azimuth_deg:
-            off = off + (saddle + saddle_met) / mean * np.abs(compliance.shape_change)
+            bound = bound + (saddle + saddle_met) / mean * np.abs(compliance.shape_change)
     if fruit.depth_mm != solved.depth_mm:
-        apart = np.linalg.norm(feet[:, None] - feet, axis=-1)
-        by_base = base_compliance(fruit.depth_mm, solved.poisson, apart)
-        by_base = by_base - base_compliance(solved.depth_mm, solved.poisson, apart)
+        distances = np.linalg.norm(feet[:, None] - feet, axis=-1)
+        by_base = base_compliance(fruit.depth_mm, solved.poisson, distances)
+        by_base = by_base - base_compliance(solved.depth_mm, solved.poisson, distances)
         change = change + by_base
-        off = off + OTHER_THICKNESS * np.abs(by_base)
-    return change, off
+        bound = bound + OTHER_THICKNESS * np.abs(by_base)
+    return change, bound
 
 
 def _mean_and_saddle(fruit: Fruit) -> tuple[float, float]:

@@ -22,13 +22,13 @@ FOOT_STEPS = 8  # Newton steps: one is exact on a sphere, four on an ellipsoid o
 
 @dataclass(frozen=True, eq=False)
 class DomeApproach:
-    """How domes stand to the undeformed fruit, each (poses, tips) but for the feet and normals (poses, tips, 3).
+    """How domes stand to the undeformed fruit, each (poses, tips) but for three of (poses, tips, 3).
 
-    `interference` [mm] is how far a dome would enter along the normal, negative where it is off; `direction` [1] is the
-    normal in the frame of the sensor; `foot` [mm] the nearest point of the fruit; `radius` [mm] that of relative
-    curvature, the geometric mean of both directions, and `eased` [1] the depth of an elliptic contact over that of a
-    round one, 1 - ln(ratio of both)^2 / 72: Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up
-    to 3 : 1.
+    `interference` [mm] is how far a dome would enter along the normal, negative where it is off. `foot` [mm] is the
+    nearest point of the fruit, `normal` [1] that of the fruit there, `direction` [1] the same in the frame of the
+    sensor. `radius` [mm] is that of relative curvature, the geometric mean of both directions. `depth_ratio` [1] is
+    the depth of an elliptic contact over that of a round one, 1 - ln(ratio of both)^2 / 72: Johnson, Contact Mechanics
+    (1985), equations (4.26) to (4.32), to 0.1 % up to 3 : 1.
     """
 
     interference: Floats
@@ -36,7 +36,7 @@ class DomeApproach:
     foot: Floats
     normal: Floats
     radius: Floats
-    eased: Floats
+    depth_ratio: Floats
 
     def select(self, poses: Ints) -> "DomeApproach":
         """Return how domes stand in some of the poses, by their indices."""
@@ -75,10 +75,14 @@ class DomePoses:
         )
 
     def approach(self, moved: Floats) -> DomeApproach:
-        """Return how domes stand that springs let move in the frame of the sensor, `moved` (poses, tips, 3) [mm]."""
+        """Return how the domes stand once springs have let them move by `moved`, in the frame of the sensor.
+
+        `moved` has shape (poses, tips, 3) [mm].
+        """
         centres = self.centres + moved @ self.frame
         foot, normal = self._feet(centres)
         distance = _dot(centres - foot, normal)
+        # Relative principal curvatures: those of the fruit plus that of the dome.
         least, most = self._curvatures(foot)
         least = 1.0 / self.dome_radius + least
         most = 1.0 / self.dome_radius + most
@@ -88,7 +92,7 @@ class DomePoses:
             foot=foot,
             normal=normal,
             radius=1.0 / np.sqrt(least * most),
-            eased=1.0 - np.log(most / least) ** 2 / 72.0,
+            depth_ratio=1.0 - np.log(most / least) ** 2 / 72.0,
         )
 
     def from_face_middle(self, approach: DomeApproach) -> Floats:
@@ -131,17 +135,18 @@ class DomePoses:
 def _nearest(point: Floats, squares: Floats) -> Floats:
     """Return the nearest points of ellipsoids to points outside, both (..., 3) [mm] from the centre.
 
-    `squares` (..., 3) [mm^2] are those of the semi-axes. (a_k s_k / (t + a_k^2))^2 adds up to 1 at the nearest point
-    a_k^2 s_k / (t + a_k^2); the inverse root of the sum is near to linear in t.
+    `squares` (..., 3) [mm^2] are those a_k^2 of the semi-axes. For some t >= 0 [mm^2] the nearest point to s has the
+    coordinates a_k^2 s_k / (t + a_k^2). It lies on the ellipsoid where |q| = 1, with q_k = a_k s_k / (t + a_k^2).
+    Newton's method finds t from 1 / |q| - 1, which is nearly linear in t.
     """
-    stretch = np.zeros(point.shape[:-1])
+    t = np.zeros(point.shape[:-1])
     for _ in range(FOOT_STEPS if np.ptp(squares, axis=-1).any() else 1):
-        along = stretch[..., None] + squares
-        q = np.sqrt(squares) * point / along
+        denominator = t[..., None] + squares
+        q = np.sqrt(squares) * point / denominator
         size = np.sqrt(_dot(q, q))
-        slope = _dot(q, q / along) / size**3
-        stretch = stretch - (1.0 / size - 1.0) / slope
-    return squares * point / (stretch[..., None] + squares)
+        slope = _dot(q, q / denominator) / size**3  # of 1 / |q| over t
+        t = t - (1.0 / size - 1.0) / slope
+    return squares * point / (t[..., None] + squares)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
@@ -152,10 +157,11 @@ def _dot(a: Floats, b: Floats) -> Floats:
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     """Return the domes of scenes of one sensor, each at its own travel [mm], (poses,).
 
-    Raises SolveError where a first touch is not found.
+    Travel is down the vertical from the first touch of a level sensor, or along the axis from the first touch in the
+    pose where a scene says so. Raises SolveError where a first touch is not found.
     """
     axis = _axes(np.array([scene.turn for scene in scenes]))
-    origin = np.zeros((len(scenes), 3))
+    origin = np.zeros((len(scenes), 3))  # the middle of the level faces
     from_touch = np.array([scene.from_touch for scene in scenes])
     if not from_touch.all():
         first_touch = np.array([0.0 if scene.from_touch else scene.first_touch_mm for scene in scenes])
@@ -165,9 +171,11 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
         # Many poses share a scene, whose first touch is found once.
         unique = {id(scene): scene for scene in scenes if scene.from_touch}
         touching = dict(zip(unique, _first_touches(list(unique.values())), strict=True))
-        skin = np.array([touching.get(id(scene), np.zeros(4)) for scene in scenes])
-        from_skin = skin[:, :3] - (travel + skin[:, 3])[:, None] * axis
-        origin = np.where(from_touch[:, None], from_skin, origin)
+        no_touch = np.zeros(4)  # of the other scenes, whose origin is kept
+        touches = np.array([touching.get(id(scene), no_touch) for scene in scenes])
+        aimed, lowered = touches[:, :3], touches[:, 3]
+        along_axis = aimed - (travel + lowered)[:, None] * axis
+        origin = np.where(from_touch[:, None], along_axis, origin)
     return _standing(scenes, axis, origin)
 
 
@@ -178,7 +186,11 @@ def _axes(turn: Floats) -> Floats:
 
 
 def _first_touches(scenes: Sequence[Scene]) -> Floats:
-    """Return the points of the skin that sensors aim at, and how far past each they first touch [mm], (scenes, 4)."""
+    """Return the point of the skin that each sensor aims at, and its lowering at first touch, (scenes, 4) [mm].
+
+    The first three columns are the point of the skin under the middle of the tips, the last one is how far the middle
+    of their faces has been lowered along the axis beyond it. Raises SolveError where Newton's method does not settle.
+    """
     axis = _axes(np.array([scene.turn_at_touch for scene in scenes]))
     middle = np.array([scene.centres for scene in scenes]).mean(axis=1)
     fall = np.array([scene.fruit.fall_mm(x, y) for scene, (x, y) in zip(scenes, middle.tolist(), strict=True)])
@@ -187,6 +199,7 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
     for _ in range(TOUCH_STEPS):
         domes = _standing(scenes, axis, aimed - lowered[:, None] * axis)
         approach = domes.approach(np.zeros(domes.centres.shape))
+        # The dome that is deepest along the axis decides how far to go back.
         entered = (approach.interference / approach.cosine).max(axis=1)
         lowered = lowered - entered
         if np.abs(entered).max() <= TOUCH_LIMIT:
@@ -196,13 +209,16 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
 
 
 def _standing(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePoses:
-    """Return domes whose sensors have an axis [1] and the middle of their level faces at an origin [mm], (poses, 3)."""
+    """Return the domes of sensors that stand along an axis [1], both arguments (poses, 3).
+
+    `origin` [mm] is the middle of the level faces of the tips.
+    """
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
     centres = np.array([scene.centres for scene in scenes])
     middle = centres.mean(axis=1)
-    stand = radius - np.array([scene.height_offsets_mm for scene in scenes])
+    height = radius - np.array([scene.height_offsets_mm for scene in scenes])  # of the spheres' centres over the faces
 
-    # Level vectors are turned as the vertical is to the axis, the shortest way.
+    # The rotation that takes the vertical to the axis the shortest way takes x and y to these level vectors.
     between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
     level = np.eye(3)[:2] - axis[:, :2, None] * between[:, None]
 
@@ -215,7 +231,7 @@ def _standing(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePose
         directions[1, :2] = scene.fruit.from_principal(0.0, 1.0)
     return DomePoses(
         dome_radius=radius,
-        centres=origin[:, None] + (centres - middle[:, None]) @ level + stand[..., None] * axis[:, None],
+        centres=origin[:, None] + (centres - middle[:, None]) @ level + height[..., None] * axis[:, None],
         frame=np.concatenate([level, axis[:, None]], axis=1),
         semi_axes=np.array(semi_axes),
         principal=principal if any(scene.fruit.azimuth_deg for scene in scenes) else None,

@@ -25,7 +25,7 @@ NEO_HOOKE = (
     (-0.0536, -0.0629, -0.1105, 0.1131),
 )
 # Half of what the laws of Hencky and of Storakers (foam) put the force apart.
-APART = (
+LAW_SPREAD = (
     (0.1781, 0.1871, 0.0178, 0.0795),
     (0.1304, 0.1273, 0.0148, 0.0053),
     (0.0808, 0.0741, 0.0180, -0.0074),
@@ -45,29 +45,30 @@ DEEPEST = 0.7  # contact radius over that of the dome, up to which g is fitted
 # Of the force: the fit leaves 8e-4, and other elements find up to 1.2e-3 more at s = 0.15; less where strain is small.
 FIT = 1.5e-3
 FIT_OF_EDGE = 5e-3  # of the radius: what the fit leaves, most of it where an edge lies inside an element
-FULL = 0.1  # s + t from which on all of both is open
+FULL = 0.1  # s + t from which on all of both counts
 
 
 @dataclass(frozen=True, eq=False)
 class LargeStrain:
-    """g, its slope over ln a, how far it may be off, and half of what laws of flesh put it apart [1], of one shape.
+    """What large strain does to Hertz's contacts [1], all of one shape.
 
-    `edge` [1] is the radius of the contact over Hertz's, `edge_error` [1] how far it may be off.
+    `factor` is g, `slope` its slope over ln a, `error` how far it may be off, `law_spread` half of what laws of flesh
+    put it apart. `edge` is the radius of the contact over Hertz's, `edge_error` how far it may be off.
     """
 
     factor: Floats
     slope: Floats
     error: Floats
-    apart: Floats
+    law_spread: Floats
     edge: Floats
     edge_error: Floats
 
 
 def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float) -> LargeStrain:
-    """Return what large strain does at Hertz's contact radii [mm] of a dome's radius [mm] on a fruit of a curvature.
+    """Return the corrections of Hertz's contacts for large strain, at Hertz's contact radii [mm].
 
-    The curvature [1/mm] has the shape of the radii. Beyond the domain of the fit g stays what it was at its end, and
-    all that it departs from 1 is open.
+    `dome` [mm] is the radius of the domes; the fruit's curvature [1/mm] has the shape of the contact radii. Beyond the
+    domain of the fit g keeps its value at the end of it, and all of g - 1 is an error.
     """
     s = contact / dome
     t = contact * curvature
@@ -76,18 +77,18 @@ def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float
     s = scale * s
     t = scale * t
     first, second = _terms(NEO_HOOKE, poisson, s, t)
-    apart = np.abs(sum(_terms(APART, poisson, s, t)))
+    law_spread = np.abs(sum(_terms(LAW_SPREAD, poisson, s, t)))
     outside = beyond | (not POISSONS[0] <= poisson <= POISSONS[-1])
-    departure = first + second
-    narrower: Floats = np.add(*_terms(EDGE, poisson, s, t))
-    strained = np.minimum(1.0, (s + t) / FULL)
+    departure = first + second  # g - 1
+    edge_departure: Floats = np.add(*_terms(EDGE, poisson, s, t))
+    strained = np.minimum(1.0, (s + t) / FULL)  # fraction of the fit's errors that counts at so small a strain
     return LargeStrain(
         factor=1.0 + departure,
-        slope=np.where(beyond, 0.0, first + 2.0 * second),
+        slope=np.where(beyond, 0.0, first + 2.0 * second),  # first order in a, second in a^2
         error=np.where(outside, np.abs(departure), 0.0) + FIT * strained,
-        apart=apart,
-        edge=1.0 + narrower,
-        edge_error=np.where(outside, np.abs(narrower), 0.0) + FIT_OF_EDGE * strained,
+        law_spread=law_spread,
+        edge=1.0 + edge_departure,
+        edge_error=np.where(outside, np.abs(edge_departure), 0.0) + FIT_OF_EDGE * strained,
     )
 
 
@@ -98,6 +99,6 @@ def coefficients(table: tuple[tuple[float, ...], ...], poisson: float) -> tuple[
 
 
 def _terms(table: tuple[tuple[float, ...], ...], poisson: float, s: Floats, t: Floats) -> tuple[Floats, Floats]:
-    """Return the terms of first and of second order [1]."""
+    """Return the terms of first order, c1 s + c2 t, and of second order, c3 s^2 + c4 s t [1]."""
     c1, c2, c3, c4 = coefficients(table, poisson)
     return c1 * s + c2 * t, c3 * s**2 + c4 * s * t

@@ -19,7 +19,6 @@ in it. The flesh is neo-Hookean; other laws are told apart. Under a skin N is th
 strain (`solve/halfspace/layered.py`), and all that large strain does to bare flesh is in the bar.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,13 +30,14 @@ from solve.contact.domes.large_strain import LargeStrain, large_strain
 from solve.contact.domes.sphere import sphere_contact_radius
 from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.compliance import FruitCompliance
+from solve.halfspace.layered import RoundContact
 from solve.linear import SolveError
 
 # Half the mean of x^2 less that of y^2 / 2 under the flat punch and under Hertz's pressure [contact radii^2].
 FELT = 1.0 / 6.0
 ACTING = 1.0 / 10.0
-MOST_STEPS = 60
-HALVINGS = 12
+MOST_STEPS = 60  # of Newton's method
+HALVINGS = 12  # of a step
 # Of what the body adds to a half-space, by how much it changes where the domes touch elsewhere than it was solved, per
 # growth of the square of their way from the middle over the square of its size. tests/reference/fits/test_contact.py
 ELSEWHERE = 2.0
@@ -80,7 +80,12 @@ class DomeForces:
 
 @dataclass(frozen=True, eq=False)
 class _DomeState:
-    """Domes at trial depths: their approach, normal forces N and slopes of these, contact radii, and the residual."""
+    """Domes at trial depths q [mm], each (poses, tips) but for `approach`, `strain` and `action`.
+
+    `N` [N] are the normal forces, `stiffness` [N/mm] their slopes over q, `contact_radius` [mm] those of Hertz.
+    `action` (poses, tips, tips) is k_ij of the module's first lines, times E [1/mm]; `residual` [mm] is what its second
+    equation misses.
+    """
 
     approach: DomeApproach
     N: Floats
@@ -92,40 +97,31 @@ class _DomeState:
     q: Floats
 
 
-def domes_on(
-    solved: Scene, compliance: FruitCompliance, C: Floats, scenes: Sequence[Scene], E: Floats, travel: Floats
-) -> DomeForces:
-    """Return the forces of one sensor in scenes at moduli E [MPa] and travels [mm], both (poses,).
-
-    The compliance is that of the fruit in the scene `solved`. C (tips, tips) [mm/N]. Raises as `dome_forces`.
-    """
-    body = dome_body(solved, compliance, [scene.fruit for scene in scenes])
-    return dome_forces(dome_poses(scenes, travel), E, C, body)
-
-
 def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -> DomeForces:
     """Return the forces of domes at moduli E (poses,) [MPa] on springs of compliance C (tips, tips) [mm/N].
 
-    Raises SolveError where the forces do not settle.
+    `body` is what the fruit adds to a half-space, in the same poses. Raises SolveError where the forces do not settle.
     """
     law = _Law(poses, E, C, body)
     state = law.equilibrium()
     cosine = state.approach.cosine
     touching = state.N > 0.0
     contact_radius = state.contact_radius * state.strain.edge
-    # what the forces along the springs gain per interference of each dome
+    # Slope of the force along spring i over the interference of dome j [N/mm].
     gain = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
     bound = law.bound(state)
+    flesh = law.depth_change(state, state.strain.law_spread)
+    face = 2.0 * (poses.from_face_middle(state.approach) + law.rim_radius(state))
     return DomeForces(
         F=cosine * state.N,
         rates=np.where(touching, np.einsum("pij,pj->pi", gain, state.approach.normal[..., 2]), 0.0),
         error=np.einsum("pij,pj->pi", np.abs(gain), bound),
         error_alike=np.einsum("pij,pj->pi", gain, bound),
-        flesh=np.einsum("pij,pj->pi", gain, law.deeper(state, state.strain.apart)),
+        flesh=np.einsum("pij,pj->pi", gain, flesh),
         contact_radius=contact_radius,
         mean_pressure=state.N / np.where(touching, np.pi * contact_radius**2, 1.0),
         pressure_error=np.where(touching, 2.0 * state.strain.edge_error, 0.0),
-        face=np.where(touching, 2.0 * (poses.from_face_middle(state.approach) + law.rim(state)), 0.0),
+        face=np.where(touching, face, 0.0),
     )
 
 
@@ -144,9 +140,10 @@ class DomeContrast:
 
 
 def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float) -> DomeContrast:
-    """Return what the contrast needs, at the contact radii of a level press at modulus E [MPa] over the full travel.
+    """Return the constants of domes for the contrast law, at a level press at modulus E [MPa] over the full travel.
 
-    C (tips, tips) [mm/N]. Raises SolveError where the forces do not settle.
+    C (tips, tips) [mm/N] is the compliance of the springs. Forces along normals are turned into forces along the
+    springs by the cosines of their angles. Raises SolveError where the forces do not settle.
     """
     level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
     body = dome_body(scene, compliance, [scene.fruit])
@@ -157,7 +154,7 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     return DomeContrast(
         S=(body.remainder + state.action)[0] / np.outer(cosine, cosine),
         hertz=float(np.mean(hertz)),
-        lean=law.springs(state.approach)[0] / np.outer(cosine, cosine) - C,
+        lean=law.normal_compliance(state.approach)[0] / np.outer(cosine, cosine) - C,
     )
 
 
@@ -168,12 +165,12 @@ class _Law:
         self._poses = poses
         sideways = poses.sideways or SidewaysGive(np.zeros((*C.shape, 3, 3)), 0.0)
         self._springs = C
-        self._C = sideways.compliance.copy()
+        self._C = sideways.compliance.copy()  # (tips, tips, 3, 3) [mm/N], in the frame of the sensor
         self._C[..., 2, 2] += C
         self._sideways_error = sideways.error
         self._body = body
         self._E = E[:, None]
-        self._normal = (1.0 - body.poisson**2) / np.pi
+        self._point_load = (1.0 - body.poisson**2) / np.pi  # deflection times distance, E and over the force [1]
 
     def equilibrium(self) -> _DomeState:
         """Return the domes as they rest; raises SolveError where Newton's method with halved steps does not settle."""
@@ -205,7 +202,10 @@ class _Law:
         return self.state(state.q + step, state.approach)
 
     def state(self, q: Floats, before: DomeApproach) -> _DomeState:
-        """Return the domes at trial depths q (poses, tips) [mm], whose forces lean as they stood `before`."""
+        """Return the domes at trial depths q (poses, tips) [mm], and what they miss of equilibrium.
+
+        Springs move the domes by the forces along the normals as they stood `before`; at equilibrium both are the same.
+        """
         N = self._hertz(q, before)[0]
         moved = np.tensordot(N[..., None] * before.direction, self._C, axes=((1, 2), (1, 3)))
         approach = self._poses.approach(moved)
@@ -213,91 +213,104 @@ class _Law:
 
         # The slope that the others make under a dome moves its contact by its radius times that slope.
         between, distance = _between(approach.foot)
-        slope = self._normal * np.einsum("pij,pijk->pik", N[:, None] / distance**3, between) / self._E[..., None]
+        slope = self._point_load * np.einsum("pij,pijk->pik", N[:, None] / distance**3, between) / self._E[..., None]
         shift = approach.radius[..., None] * slope
         _, distance = _between(approach.foot + shift)
-        action = self._normal / distance * (1.0 + _moments(radius, FELT, ACTING) / distance**2)  # k_ij
+        action = self._point_load / distance * (1.0 + _moments(radius, FELT, ACTING) / distance**2)  # k_ij
 
-        sunk = np.einsum("pij,pj->pi", action + self._body.remainder, N) / self._E
+        deflection = np.einsum("pij,pj->pi", action + self._body.remainder, N) / self._E
         by_slope = 0.5 * (shift**2).sum(axis=2) / approach.radius
-        residual = approach.interference - by_slope - sunk - q
+        residual = approach.interference - by_slope - deflection - q
         return _DomeState(approach, N, stiffness, radius, strain, action, residual, q)
 
-    def springs(self, approach: DomeApproach) -> Floats:
-        """Return the compliance of the springs along the normals of the domes [mm/N], (poses, tips, tips)."""
-        along = approach.direction
-        of_each = self._C.transpose(0, 2, 1, 3).reshape(len(self._C), 3, -1)  # one product of matrices for each dome
-        moved = (along.swapaxes(0, 1) @ of_each).reshape(len(self._C), len(along), -1, 3)
-        return np.asarray(np.einsum("ipjb,pjb->pij", moved, along))
+    def normal_compliance(self, approach: DomeApproach) -> Floats:
+        """Return the compliance of the springs along the normals of the domes [mm/N], (poses, tips, tips).
+
+        Entry ij is n_i . C_ij n_j, with C_ij the 3 x 3 compliance between two tips and n the normals.
+        """
+        normals = approach.direction
+        # Reshaped so that the sum over the axes of n_i is one product of matrices for each dome.
+        of_each = self._C.transpose(0, 2, 1, 3).reshape(len(self._C), 3, -1)
+        moved = (normals.swapaxes(0, 1) @ of_each).reshape(len(self._C), len(normals), -1, 3)
+        return np.asarray(np.einsum("ipjb,pjb->pij", moved, normals))
 
     def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats, LargeStrain]:
-        """Return the normal forces [N], their slopes over the depth [N/mm], contact radii [mm], and large strain."""
-        depth = np.maximum(q, 0.0) / approach.eased
+        """Return the normal forces [N], their slopes over q [N/mm], Hertz's contact radii [mm], and large strain."""
+        depth = np.maximum(q, 0.0) / approach.depth_ratio
         if self._body.skinned is not None:
-            contact, force, stiffness = self._body.skinned.press(approach.radius * depth)
-            bare = self._large_strain(contact, approach)
-            small = np.ones_like(contact)
-            off = np.abs(bare.factor - small)
-            strain = replace(bare, error=off, edge=small, edge_error=np.abs(bare.edge - small))
-            return self._E * force / approach.radius, self._E * stiffness / approach.eased, contact, strain
+            return self._layered_hertz(depth, approach, self._body.skinned)
         contact = np.sqrt(approach.radius * depth)
         strain = self._large_strain(contact, approach)
-        stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact
-        # the contact radius is proportional to the root of the depth, the force to its power of 3/2
-        slope = stiffness * (strain.factor + strain.slope / 3.0) / approach.eased
+        stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact  # of Hertz: force = stiffness depth / 1.5
+        # The contact radius a is proportional to the root of the depth: dF/d(depth) = stiffness (g + dg/d(ln a) / 3).
+        slope = stiffness * (strain.factor + strain.slope / 3.0) / approach.depth_ratio
         return strain.factor * stiffness * depth / 1.5, slope, contact, strain
+
+    def _layered_hertz(
+        self, depth: Floats, approach: DomeApproach, skinned: RoundContact
+    ) -> tuple[Floats, Floats, Floats, LargeStrain]:
+        """Return what `_hertz` does, on flesh under a skin: all that large strain does to bare flesh is an error."""
+        contact, force, stiffness = skinned.press(approach.radius * depth)
+        bare = self._large_strain(contact, approach)
+        one = np.ones_like(contact)
+        error = np.abs(bare.factor - one)
+        strain = replace(bare, error=error, edge=one, edge_error=np.abs(bare.edge - one))
+        return self._E * force / approach.radius, self._E * stiffness / approach.depth_ratio, contact, strain
 
     def _large_strain(self, contact: Floats, approach: DomeApproach) -> LargeStrain:
         """Return what large strain does to bare flesh at contact radii (poses, tips) [mm]."""
-        dome = self._poses.dome_radius
-        return large_strain(contact, dome, 1.0 / approach.radius - 1.0 / dome, self._body.poisson)
+        return large_strain(contact, self._poses.dome_radius, self._fruit_curvature(approach), self._body.poisson)
 
     def jacobian(self, state: _DomeState) -> Floats:
         """Return minus the slope of the residual over the depths [1], (poses, tips, tips), but for its small parts."""
-        compliance = self.springs(state.approach) + (state.action + self._body.remainder) / self._E[..., None]
+        compliance = self.normal_compliance(state.approach) + (state.action + self._body.remainder) / self._E[..., None]
         return np.eye(len(self._C)) + compliance * state.stiffness[:, None, :]
 
     def bound(self, state: _DomeState) -> Floats:
-        """Return how far the interference that belongs to the forces may be off [mm], (poses, tips)."""
+        """Return the error bound of the interference that belongs to the forces [mm], (poses, tips).
+
+        It adds up what the compliances leave out, a fraction of the depth, the error of the sideways compliance, and
+        that of large strain.
+        """
         _, distance = _between(state.approach.foot)
         radius = state.contact_radius
         body = self._body
         # Compliances that are left out: what the body's varies over a contact, and the next moments of the crosstalk.
         over_contact = OVER_CONTACT * np.abs(body.remainder) * (radius[:, None] / body.size) ** 2
-        next_moment = NEXT_MOMENT * self._normal / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
-        left_out = body.bound + over_contact + next_moment + self._elsewhere(state)
+        next_moment = NEXT_MOMENT * self._point_load / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
+        left_out = body.bound + over_contact + next_moment + self._moved_bound(state)
         by_forces = np.einsum("pij,pj->pi", left_out, state.N) / self._E
         depth = radius**2 / state.approach.radius
-        leant = self._sideways_error * self._leant(state)
-        return np.asarray(by_forces + OF_DEPTH * depth + leant + self.deeper(state, state.strain.error))
+        by_leaning = self._sideways_error * self._leaning_deflection(state)
+        return np.asarray(by_forces + OF_DEPTH * depth + by_leaning + self.depth_change(state, state.strain.error))
 
-    def _elsewhere(self, state: _DomeState) -> Floats:
-        """Return how far the body's compliance may be off where the domes now touch, (poses, tips, tips)."""
+    def _moved_bound(self, state: _DomeState) -> Floats:
+        """Return the bound of the body's compliance as domes touch elsewhere than it was solved [1/mm]."""
         body = self._body
         moved = np.linalg.norm(state.approach.foot[..., :2] - body.feet, axis=-1)
         growth = moved * (moved + 2.0 * np.linalg.norm(body.feet, axis=-1)) / body.size**2
         either = np.maximum(growth[:, :, None], growth[:, None, :])
         return np.asarray(ELSEWHERE * either * np.abs(body.remainder))
 
-    def _leant(self, state: _DomeState) -> Floats:
-        """Return how far domes yield along their normals by what leans of the forces [mm], (poses, tips)."""
+    def _leaning_deflection(self, state: _DomeState) -> Floats:
+        """Return how far domes yield along their normals by the parts of forces across the axis [mm], (poses, tips)."""
         cosine = state.approach.cosine
         along_press = cosine[:, :, None] * self._C[..., 2, 2] * cosine[:, None, :]
-        leaning = self.springs(state.approach) - along_press
+        leaning = self.normal_compliance(state.approach) - along_press
         return np.asarray(np.abs(np.einsum("pij,pj->pi", leaning, state.N)))
 
-    def rim(self, state: _DomeState) -> Floats:
+    def rim_radius(self, state: _DomeState) -> Floats:
         """Return the contact radii that spheres with their own profile have at the same depths [mm], (poses, tips)."""
         depth = state.contact_radius**2 / state.approach.radius
-        return sphere_contact_radius(depth, self._poses.dome_radius, self._fruit_curvature(state))
+        return sphere_contact_radius(depth, self._poses.dome_radius, self._fruit_curvature(state.approach))
 
-    def deeper(self, state: _DomeState, fraction: Floats) -> Floats:
-        """Return by how much more domes sink that carry less by a fraction of their force [mm], (poses, tips)."""
+    def depth_change(self, state: _DomeState, fraction: Floats) -> Floats:
+        """Return the change of depth that changes each force by a fraction of it [mm], (poses, tips)."""
         return fraction * state.N / np.where(state.stiffness > 0.0, state.stiffness, 1.0)
 
-    def _fruit_curvature(self, state: _DomeState) -> Floats:
+    def _fruit_curvature(self, approach: DomeApproach) -> Floats:
         """Return the curvature of the fruit under the domes [1/mm], (poses, tips)."""
-        return 1.0 / state.approach.radius - 1.0 / self._poses.dome_radius
+        return 1.0 / approach.radius - 1.0 / self._poses.dome_radius
 
 
 def _between(feet: Floats) -> tuple[Floats, Floats]:

@@ -18,15 +18,20 @@ TERMS = 9
 
 
 def sphere_contact_radius(depth: Floats, sphere: float, curvature: Floats) -> Floats:
-    """Return the contact radius [mm] at a depth of at least 0 [mm]; `curvature` is that of the surface [1/mm]."""
-    sunk = depth / sphere
-    beside = sphere * curvature  # curvature of the surface over that of the sphere
-    # Both are upper bounds: the paraboloid's radius, and artanh(x) <= 1.25 sunk where x is above 0.8.
-    x = np.minimum(np.sqrt(sunk / (1.0 + beside)), np.maximum(0.8, np.tanh(1.25 * sunk)))
+    """Return the contact radius [mm] of a sphere's radius [mm] at depths >= 0 [mm], of their shape.
+
+    `curvature` [1/mm] is that of the surface, 1 / R of the module's first lines.
+    """
+    relative_depth = depth / sphere
+    relative_curvature = sphere * curvature
+    # Newton's method for x = a / r. Both starts are upper bounds: the paraboloid's radius, and artanh(x) <= 1.25 depth
+    # where x is above 0.8.
+    paraboloid = np.sqrt(relative_depth / (1.0 + relative_curvature))
+    x = np.minimum(paraboloid, np.maximum(0.8, np.tanh(1.25 * relative_depth)))
     for _ in range(STEPS):
-        slope = x + _artanh_less(x) + x / (1.0 - x**2) + 2.0 * x * beside
-        above = x * (x + _artanh_less(x)) + x**2 * beside - sunk
-        nearer = x - np.divide(above, slope, out=np.zeros_like(x), where=x > 0.0)
+        slope = x + _artanh_less(x) + x / (1.0 - x**2) + 2.0 * x * relative_curvature
+        excess = x * (x + _artanh_less(x)) + x**2 * relative_curvature - relative_depth
+        nearer = x - np.divide(excess, slope, out=np.zeros_like(x), where=x > 0.0)
         if (nearer == x).all():
             break
         x = nearer

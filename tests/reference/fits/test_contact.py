@@ -9,7 +9,9 @@ from covering import covers
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
 from solve.contact import response
-from solve.contact.domes.law import ELSEWHERE, domes_on
+from solve.contact.domes.body import dome_body
+from solve.contact.domes.geometry import dome_poses
+from solve.contact.domes.law import ELSEWHERE, dome_forces
 from solve.contact.linear_response import spring_compliance
 from solve.contact.scene import Scene
 from solve.contact.scene_cells import HALF_CELLS, scene_cells
@@ -83,7 +85,8 @@ def test_bar_of_the_law_of_domes_covers_its_error(monkeypatch):
         fruit = Fruit(shape="sphere", radius_mm=875.0, thickness_mm=height, length_mm=52.0, width_mm=52.0)
         scene = Scene(fruit=fruit, tips=tips, press=Press(travel_mm=travel, tilt_deg=2.0 / 25.0))
         known = split_compliance(fruit, tips, 1e-4)
-        found = domes_on(scene, known, springs, [scene] * 2, MODULI, np.full(2, travel))
+        poses = dome_poses([scene] * 2, np.full(2, travel))
+        found = dome_forces(poses, MODULI, springs, dome_body(scene, known, [fruit] * 2))
         forces = []
         for grid in scene_cells(scene, known, travel):
             contact = UnilateralContact(grid.cells)

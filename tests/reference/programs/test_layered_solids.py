@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from reference.layered_solids import RoundSolid, cube_stiffness
+from reference.layered_solids import RoundSolid, SkinnedBlock, cube_stiffness
 from sensor.design.fruit import Fruit
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
@@ -80,10 +80,9 @@ def test_a_cube_on_a_skin_is_as_stiff_as_a_solid():
     """The solid gives skin over no skin; the edges of the cube cost it the first power of its cells."""
     block = Fruit(length_mm=20.0, width_mm=20.0, **SKIN)
     bare, skinned = compliances(block, Footprint(0.0, 0.0, 1.0, square_punch))
-    coarse, fine = (
-        np.array([cube_stiffness(cells, ratio, 1.0, 20.0, 12.0, 0.3) for ratio in (1.0, *(10.0 / E for E in MODULI))])
-        for cells in (4, 6)
-    )
+    solid = SkinnedBlock(side=1.0, width=20.0, height=12.0, skin=0.3)
+    ratios = (1.0, *(10.0 / E for E in MODULI))
+    coarse, fine = (np.array([cube_stiffness(solid, ratio, cells) for ratio in ratios]) for cells in (4, 6))
     of_coarse, of_fine = coarse[1:] / coarse[0], fine[1:] / fine[0]
     expected = of_fine + (of_fine - of_coarse) * 4.0 / 2.0
     found = [bare.S[0, 0] / skinned.at(E).S[0, 0] for E in MODULI]

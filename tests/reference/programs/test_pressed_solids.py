@@ -65,7 +65,7 @@ def test_light_press_of_a_layer_is_that_of_boundary_elements():
     """
     sensor = square(side=5.5, K_low=2.0, K_high=8.0)
     fruit = Fruit(E=3.5, R1=150.0, R2=600.0, azimuth=40.0, tilt=0.3, tilt_azimuth=70.0)
-    found = pressed_solids.press(sensor, fruit, [TRAVEL], Piece(plan=40.0, thickness=THICKNESS), SIZE)[0]
+    found = pressed_solids.press(sensor, fruit, [TRAVEL], Piece(plan=40.0, thickness=THICKNESS, size=SIZE))[0]
     distance = np.linalg.norm(sensor.positions[:, None] - sensor.positions, axis=-1)
     taken = np.vectorize(bonded)(distance, fruit.poisson) / fruit.E
     level = ellipsoid_presses.Pressing(sensor, fruit).nearest.min()

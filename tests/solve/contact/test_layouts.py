@@ -20,7 +20,6 @@ from solve.fruit.split import LEVELS, footprint_compliance
 TIPS = Tips(layout="square", spacing_mm=4.0)
 SQUARE = TIPS.places_mm
 C = spring_compliance(0.9, 20.0, 0.9, 20.0)
-KINDS = TIPS.spring_groups
 SYMMETRY = 1e-7  # of forces: the meshes are turned with the layout, the active set is the same
 
 
@@ -29,7 +28,7 @@ def pressed(fruit=BLOCK, tilt=0.0, roll=0.0, springs=C):
     info = SolveInfo(method="", dofs=0, seconds=0.0, status="")
     compliance = FruitCompliance(tips=tuple("abcd"), S=S, error_pair=1e-4, error_own=1e-4, info=info)
     scene = Scene(fruit=fruit, tips=TIPS, press=Press(tilt_deg=tilt, roll_deg=roll))
-    return scene_response(scene, compliance, springs, (1.0,), (0.2, 0.6), KINDS)
+    return scene_response(scene, compliance, springs, (1.0,), (0.2, 0.6))
 
 
 def test_tilt_and_roll_of_a_square_are_the_same_seen_from_its_sides(monkeypatch):

@@ -38,7 +38,7 @@ def forces(poses, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
 
 def alone(pose, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
     posed = posed_scene(square(tips, fruit), pose)
-    return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel], tips.spring_groups)
+    return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel])
 
 
 def test_scene_of_a_pose():

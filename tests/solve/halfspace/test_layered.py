@@ -132,13 +132,13 @@ def test_a_round_contact_grows_by_steps_of_the_flat_circle():
 
 def test_only_a_curved_layer_that_is_no_flesh_arches():
     """Twice the curvature bears four times as much; one curvature alone 3/8 of both, a saddle of both 1/2."""
-    both = SKIN.arching(RADIUS, 1.5, (0.03, 0.03))
+    both = SKIN.shell_effect(RADIUS, 1.5, (0.03, 0.03))
     assert both > 0.0
-    assert SKIN.arching(RADIUS, 1.5, (0.0, 0.0)) == 0.0
-    assert dataclasses.replace(SKIN, modulus=1.0).arching(RADIUS, 1.5, (0.03, 0.03)) == 0.0
-    assert SKIN.arching(RADIUS, 1.5, (0.06, 0.06)) == pytest.approx(4.0 * both)
-    assert SKIN.arching(RADIUS, 1.5, (0.03, 0.0)) == pytest.approx(0.375 * both)
-    assert SKIN.arching(RADIUS, 1.5, (0.03, -0.03)) == pytest.approx(0.5 * both)
+    assert SKIN.shell_effect(RADIUS, 1.5, (0.0, 0.0)) == 0.0
+    assert dataclasses.replace(SKIN, modulus=1.0).shell_effect(RADIUS, 1.5, (0.03, 0.03)) == 0.0
+    assert SKIN.shell_effect(RADIUS, 1.5, (0.06, 0.06)) == pytest.approx(4.0 * both)
+    assert SKIN.shell_effect(RADIUS, 1.5, (0.03, 0.0)) == pytest.approx(0.375 * both)
+    assert SKIN.shell_effect(RADIUS, 1.5, (0.03, -0.03)) == pytest.approx(0.5 * both)
 
 
 def bonded(u, poisson):

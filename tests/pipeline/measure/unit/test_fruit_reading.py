@@ -13,7 +13,9 @@ from pipeline.measure.unit.ripeness import ripeness_classes
 from pipeline.response.scene_press import scene_of
 from sensor.quantity import InputError
 from sensor.theory.contrast_rise import RisingPress
-from solve.contact.domes.law import domes_on
+from solve.contact.domes.body import dome_body
+from solve.contact.domes.geometry import dome_poses
+from solve.contact.domes.law import dome_forces
 from solve.contact.poses import Pose
 
 TRAVELS = np.linspace(0.0, 0.5, 41)[1:]  # [mm] of the square
@@ -76,7 +78,8 @@ def test_bruise_is_told_at_the_pressure_of_the_pressed_contact(off, bruises, bal
     sensor = ball.measuring()
     contact = ball.contact
     scene = scene_of(ball.design)
-    domes = domes_on(scene, contact, ball.C, [scene], np.array([0.8]), np.array([ball.design.press.travel_mm]))
+    poses = dome_poses([scene], np.array([ball.design.press.travel_mm]))
+    domes = dome_forces(poses, np.array([0.8]), ball.C, dome_body(scene, contact, [scene.fruit]))
     limit = off * float(domes.mean_pressure.max())
     tender = replace(ball.design, fruit=replace(ball.design.fruit, bruise_limit_MPa=limit))
     bruised = replace(sensor, report=replace(sensor.report, design=tender))

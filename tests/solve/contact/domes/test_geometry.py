@@ -29,7 +29,7 @@ def test_interference_with_a_sphere_is_that_of_the_centres():
     np.testing.assert_allclose(found.interference, 35.0 + DOME - apart, rtol=1e-12)
     np.testing.assert_allclose(found.cosine, (centre[2] + 35.0) / apart, rtol=1e-12)
     np.testing.assert_allclose(found.radius, 35.0 * DOME / (35.0 + DOME), rtol=1e-9)
-    np.testing.assert_allclose(found.eased, 1.0, atol=1e-12)
+    np.testing.assert_allclose(found.depth_ratio, 1.0, atol=1e-12)
 
 
 def test_nearest_point_of_an_ellipsoid():
@@ -50,7 +50,7 @@ def test_curvature_at_the_apex_of_an_ellipsoid():
     found = approach(placed([0.0, 0.0, 2.9], 40.0, 28.0, 40.0))
     along, across = 1.0 / DOME + 1.0 / 40.0, 1.0 / DOME + 40.0 / 28.0**2
     np.testing.assert_allclose(found.radius, 1.0 / np.sqrt(along * across), rtol=1e-9)
-    np.testing.assert_allclose(found.eased, 1.0 - np.log(across / along) ** 2 / 72.0, rtol=1e-9)
+    np.testing.assert_allclose(found.depth_ratio, 1.0 - np.log(across / along) ** 2 / 72.0, rtol=1e-9)
 
 
 def square(tilt=0.0, roll=0.0, size=1.0, fruit="sphere"):
@@ -100,7 +100,7 @@ def test_a_turned_fruit_under_a_turned_dome_is_the_same_contact():
     before = placed(centre, *axes)
     both = replace(before, centres=before.centres @ turn, frame=before.frame @ turn, principal=turn[None])
     found, expected = approach(both), approach(before)
-    for name in ("interference", "direction", "radius", "eased"):
+    for name in ("interference", "direction", "radius", "depth_ratio"):
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), rtol=1e-12)
     np.testing.assert_allclose(found.foot, expected.foot @ turn, rtol=1e-12)
     fruit_alone = approach(replace(before, principal=turn[None]))

@@ -11,7 +11,9 @@ from pipeline.options import load_design
 from pipeline.response.contact import contact_compliance
 from pipeline.response.scene_press import scene_of
 from reference.pressed_domes import Press, extrapolated_forces
-from solve.contact.domes.law import domes_on
+from solve.contact.domes.body import dome_body
+from solve.contact.domes.geometry import dome_poses
+from solve.contact.domes.law import dome_forces
 from solve.contact.poses import Pose, pose_forces
 
 LOW, HIGH = 0.15, 1.6  # stiffness [N/mm]
@@ -36,7 +38,8 @@ def test_level_forces_are_within_their_bars(mango):
     moduli = np.array(list(HIGH_N))
     scene = scene_of(design)
     travel = np.full(len(moduli), design.press.travel_mm)
-    found = domes_on(scene, compliance, SPRINGS, [scene] * len(moduli), moduli, travel)
+    poses = dome_poses([scene] * len(moduli), travel)
+    found = dome_forces(poses, moduli, SPRINGS, dome_body(scene, compliance, [scene.fruit] * len(moduli)))
     off = found.F[:, [1, 3]] - np.array(list(HIGH_N.values()))[:, None]
     assert np.all(np.abs(off) < found.error[:, [1, 3]])
     assert np.all(found.error[:, [1, 3]] < 0.0035 * found.F[:, [1, 3]])
