@@ -12,6 +12,7 @@ Sense = Literal["at most", "at least"]
 
 SENSES: dict[str, Sense] = {
     "reading.*": "at most",
+    "unit.uncertainty": "at most",
     "bruise": "at most",
     "sideways.*": "at least",
     "geometry.*_clearance": "at least",
