@@ -103,10 +103,10 @@ def curved_fruit(fruit: Fruit, tips: Tips | None = None, *, half: bool = False) 
 
 def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
     """Return the fruit [mm], its apex or the middle of its top at the origin, with the outlines of a pair of tips."""
-    is_pair = tips.tip_layout.is_pair
+    outlined = tips if tips.tip_layout.is_pair else None
     if fruit.shape != "block":
-        return curved_fruit(fruit, tips if is_pair else None).shape
-    return fruit_block(fruit, tips).shape if is_pair else outer_box(fruit)
+        return curved_fruit(fruit, outlined).shape
+    return outer_box(fruit) if outlined is None else fruit_block(fruit, outlined).shape
 
 
 def outer_box(fruit: Fruit, top: float = 0.0) -> cq.Solid:

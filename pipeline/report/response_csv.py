@@ -29,7 +29,7 @@ def response_csv(table: ReadingTable, tips: Tips) -> str:
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    every = () if tips.tip_layout.is_pair else tuple(range(len(tips.springs)))
+    every = tips.own_columns
     writer.writerow((*COLUMNS, *(f"F_{tip + 1}_N" for tip in every)))
     writer.writerows(_rows(table, tips, every))
     return out.getvalue()

@@ -70,17 +70,17 @@ def contact_compliance(
     compliance = dataclasses.replace(compliance, rough=tolerance >= CONTACT_SHARE * ROUGH_TOLERANCE)
     if curved:
         footprints = contact_footprints(fruit, tips)
-        compliance = curved_compliance(compliance, fruit, footprints, tips.tip_shape.obeys_hertz)
+        compliance = curved_compliance(compliance, fruit, footprints, tips.tip_shape.presses_along_normals)
     if fruit.skin_mm is not None:
         footprints = contact_footprints(fruit, tips)
-        compliance = skin_compliance(compliance, fruit, footprints, tips.tip_shape.obeys_hertz)
+        compliance = skin_compliance(compliance, fruit, footprints, tips.tip_shape.presses_along_normals)
     return _with_status(compliance, before=_stand_ins(fruit, tips))
 
 
 def _stand_ins(fruit: Fruit, tips: Tips) -> str:
     """Return in words which flat sharp tips stand for those of the design, nothing where they are their own."""
     flat = tips.flat
-    if tips.tip_shape.obeys_hertz:
+    if tips.tip_shape.touches_beside_centre:
         circle = contact_footprints(fruit, tips)[0].side
         return f"the domes count as flat circles of {circle:g} mm where they touch; "
     return f"the tips count as a sharp {flat.shape} of {flat.side_mm:g} mm; " if flat != tips else ""

@@ -170,7 +170,7 @@ def leaning_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     springs = ideal_springs(design, sizing)
     printable = [spring.printable for spring in springs.springs]
     tips = design.tips
-    if not (tips.tip_layout.has_housing and tips.tip_shape.obeys_hertz):
+    if not (tips.tip_layout.has_housing and tips.tip_shape.presses_along_normals):
         return springs
     if any(verdict.passed is False for verdict in printable):
         return springs
@@ -219,7 +219,7 @@ def fit_springs(
             if options.rough and guess.gauges == "none":
                 fit = partial(fit_roughly, guess, targets, E, poisson)
             fitted = cached("flexures", inputs, fit, FittedHousing)
-            if design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None:
+            if design.tips.tip_shape.presses_along_normals or design.fruit.radius_mm is not None:
                 of_plate = _sideways_of(fitted, E, poisson, rough=options.rough)
         except (InputError, MeshError, SolveError) as error:
             springs = _undecided(springs, str(error))

@@ -55,14 +55,14 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
     """Return the travel [mm] at which a verdict on strain, clearance or pressure passes; None for none long enough.
 
     Strain and the pressure under a flat face are proportional to the travel, a clearance shrinks by as much as it
-    grows. The mean pressure under a dome is proportional to its square root (Hertz: force ~ x^1.5, area ~ x).
+    grows. The mean pressure under other tips is proportional to a power of it.
     """
     travel = design.press.travel_mm
     bound = travel
     if isinstance(verdict.limit, int | float) and verdict.value is not None:
         if verdict.name == "bruise" and verdict.value > 0.0:
             fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
-            bound = travel * (fraction**2 if design.tips.tip_shape.obeys_hertz else fraction)
+            bound = travel * fraction ** (1.0 / design.tips.tip_shape.pressure_exponent)
         elif verdict.name in CLEARANCES:
             missing = verdict.limit - verdict.value
             bound = travel - missing
@@ -94,7 +94,7 @@ def _ratio(_verdict: Verdict, design: Design, springs: FittedSprings) -> str | N
     """Return what parts the sensor from the level one with flat tips that targets size springs for."""
     if springs.housing is None and not springs.ideal:
         return "the springs were not made: see printable.low and printable.high"
-    if design.springs.given and design.tips.tip_layout.is_pair:
+    if design.springs.given and design.tips.tip_layout.takes_targets:
         return "leave the springs to the targets: `--set springs.K_l_N_per_m= --set springs.K_h_N_per_m=`"
     return _straight(_verdict, design, springs)
 

@@ -60,7 +60,7 @@ def sensor_verdicts(
     if has_housing:
         verdicts += [printable_verdict(spring) for spring in springs.springs]
     if press is not None:
-        if has_housing and design.tips.tip_shape.obeys_hertz:
+        if has_housing and design.tips.tip_shape.touches_beside_centre:
             verdicts.append(tip_face_verdict(design, press))
         limits = design.fruit.bruise_limits_MPa
         if by_ratio and limits:

@@ -320,10 +320,10 @@ class Design:
         return self.stop_s if at is None else min(max(at, self.stop_s), self.release_s)
 
     def _check_what_sizes(self) -> None:
-        is_pair = self.tips.tip_layout.is_pair
-        if self.springs.given or (self.targets is not None and is_pair):
+        takes_targets = self.tips.tip_layout.takes_targets
+        if self.springs.given or (self.targets is not None and takes_targets):
             return
-        reason = "where no targets size the springs" if is_pair else f"for tips.layout = {self.tips.layout!r}"
+        reason = "where no targets size the springs" if takes_targets else f"for tips.layout = {self.tips.layout!r}"
         raise validation_error(
             "springs.K_l_N_per_m", None, "", f"given {reason}", "give [springs] in N/m, one value for a kind"
         )

@@ -53,7 +53,7 @@ def scene_response(
         exact = linear_response(compliance.S, C, moduli, x, scene.height_offsets_mm, groups=groups)
         error = compliance.error_pair
         return replace(exact, F_error=exact.F_error + error, P_error=exact.P_error + error)
-    if scene.tips.tip_shape.obeys_hertz:
+    if scene.on_domes:
         return _dome_response(scene, compliance, C, moduli, x, groups)
     return _cell_response(scene, compliance, C, moduli, x, groups)
 

@@ -197,7 +197,7 @@ def _left_out_of_motion(sensor: LevelSensor, travel: float, deflections: PerTip)
     """Yield what moves sideways at a travel [mm]: flat tips that slide on a slope, and a whole fruit that lies free."""
     tips = sensor.design.tips
     sideways = sensor.springs.sideways
-    if sideways is not None and not tips.tip_shape.obeys_hertz:  # the law of domes has it
+    if sideways is not None and not tips.tip_shape.presses_along_normals:  # the law of domes has it
         # The force leans by the slope: what a spring gives more counts as if the fruit under its tip were softer.
         slopes = scene_of(sensor.design).slopes_deg
         softer = []
