@@ -237,7 +237,7 @@ def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
         glued = []
         for arm in housing.arms:
             leaf = arm.flexure
-            gain = sandwich_gain(process.E_MPa, leaf.depth, leaf.thickness, leaf.length, leaf.fillet, gauge)
+            gain = sandwich_gain(process.E_MPa, leaf.profile, leaf.length, gauge)
             by_foils = 1.0 - 1.0 / gain  # fraction of the stiffness
             glued.append(GLUED * by_foils)
         reason = f"glue left out, foils within {100.0 * GLUED:g} % of what they stiffen, as beams"
