@@ -29,7 +29,7 @@ def housing_for(
     """
     tips = design.tips
     layout = tips.tip_layout
-    mount_side, pocket = tip_mount(design, process)
+    mount_side, pocket = tip_mount(design, process)  # pocket: 0 for printed tips
     depth = plate_depth(design, process)
     separation = layout.leaf_separation_mm
     low, high = (
