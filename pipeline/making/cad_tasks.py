@@ -3,7 +3,6 @@
 Each task imports what it needs when it is called: the process that asks for it needs no kernel.
 """
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,7 @@ from sensor.design.parameters import Design
 from sensor.design.processes import Process
 
 if TYPE_CHECKING:
-    from cad.fabrication.bridges import Spring
+    from cad.fabrication.bridges import SpringReadOut
 
 
 def write_solids(
@@ -35,16 +34,10 @@ def write_solids(
 
 
 def write_fabrication_files(
-    inputs: Inputs,
-    design: Design,
-    housing: Housing,
-    springs: "Sequence[Spring]",
-    folder: Path,
-    fastest_s: float | None,
+    inputs: Inputs, design: Design, housing: Housing, read_out: "SpringReadOut", folder: Path
 ) -> Verdicts:
     """Write the files for fabrication beside housing.stl [mm], return the verdicts on cover and bracket.
 
-    `fastest_s` is the shortest duration of a press by hand [s], where there is a read-out.
     Both are kept by the inputs. Raises OSError or ExportError.
     """
     from cad.checks.assembly_checks import cover_verdicts
@@ -58,7 +51,7 @@ def write_fabrication_files(
     def write() -> Written:
         sensor = sensor_of(design, housing)
         title = Title(name=design.name, process=process)
-        files = write_fabrication(sensor, title, springs, folder, design.readout, fastest_s)
+        files = write_fabrication(sensor, title, read_out, folder, design.readout)
         cover = cover_verdicts(sensor, files.cover, process)
         return files.paths, (*cover, *mount_verdicts(sensor, files.mount, process))
 

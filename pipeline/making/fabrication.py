@@ -3,6 +3,7 @@
 from concurrent.futures import Executor, Future
 from pathlib import Path
 
+from cad.fabrication.bridges import SpringReadOut
 from mesh.housing.sweep import flexure_mesh
 from pipeline.making.cad_tasks import write_fabrication_files
 from pipeline.options import RunOptions
@@ -45,7 +46,8 @@ def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executo
     kept = kept_files("maker files", inputs, folder)
     if kept is not None:
         return finished_future(kept)
-    return submit(executor, write_fabrication_files, inputs, design, housing, to_read, folder, fastest_s)
+    read_out = SpringReadOut(springs=to_read, signal=sensor.signal, fastest_s=fastest_s)
+    return submit(executor, write_fabrication_files, inputs, design, housing, read_out, folder)
 
 
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
