@@ -119,7 +119,10 @@ class Canvas:
         self.space: BaseLayout = self.document.modelspace()
 
     def paper(self, corner: Point) -> "Canvas":
-        """Return what is drawn in millimetres of the paper, from the lower left corner of the sheet on: a block."""
+        """Return a canvas in millimetres of the paper, whose origin is the lower left corner of the sheet [mm].
+
+        It draws into a block of the same document, which stands at that corner.
+        """
         paper = copy.copy(self)
         paper.scale = 1.0
         paper.text_height = TEXT_MM

@@ -45,7 +45,7 @@ def last_digit(full: float) -> float:
 
 
 def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
-    """Return what the sheet says of a leaf of the coupon: its largest weight [g], and how far that bends it [mm]."""
+    """Return the row of the sheet on a leaf of the coupon: its largest weight [g], and how far that bends it [mm]."""
     factor = modulus_factor(arm.flexure)
     force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
     return {
@@ -58,7 +58,7 @@ def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
 
 
 def _jig_press(spring: Spring) -> dict[str, str | float]:
-    """Return what the sheet says of the calibration of a spring: its largest deflection [mm] and weight [g]."""
+    """Return the row of the sheet on the calibration of a spring: its largest deflection [mm] and weight [g]."""
     grams = 1e3 * _JIG_FRACTION * spring.force / STANDARD_GRAVITY
     return {"name": spring.name, "deflection": _JIG_FRACTION * spring.deflection, "grams": grams}
 

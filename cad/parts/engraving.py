@@ -66,7 +66,7 @@ def _bar(housing: Housing) -> _Panel:
 
 
 def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
-    """Return what an inked area (x, z about the middle of its panel) takes away from the marked face [mm].
+    """Return the tool that engraves an inked area, x and z about the middle of its panel, in the marked face [mm].
 
     In a plate of a square that is the back, where x is mirrored, to be read from there. The tool reaches as far out of
     the face as into it.
@@ -110,9 +110,9 @@ _STROKES = {
 
 
 def strokes(text: str, height: float) -> Sequence[Stroke]:
-    """Return the strokes [mm] of a text whose letters are so high [mm], the whole centred on the origin.
+    """Return the strokes [mm] of a text in capitals of this height [mm], the whole centred on the origin.
 
-    Capitals stand for all letters. Raises KeyError for a sign that has no strokes.
+    Raises KeyError for a sign that has no strokes.
     """
     unit = height / _TALL
     left = -0.5 * unit * (_STEP * len(text) - _GAP)
@@ -120,7 +120,7 @@ def strokes(text: str, height: float) -> Sequence[Stroke]:
     for index, letter in enumerate(text.upper()):
         start = left + index * _STEP * unit
         for stroke in _STROKES[letter].split(", "):
-            points = [(int(point[0]), int(point[1])) for point in stroke.split(" ")]
+            points = [(int(digits[0]), int(digits[1])) for digits in stroke.split(" ")]  # on the grid
             drawn.append(tuple((start + unit * x, unit * y - 0.5 * height) for x, y in points))
     return drawn
 
@@ -133,6 +133,6 @@ def outlines(text: str, height: float, width: float) -> Sequence[shapely.Polygon
 
 
 def letters_that_fit(text: str, height: float, room: float) -> str:
-    """Return as much of a text as a room [mm] holds."""
+    """Return a text cut short to the letters of this height that fit into a room [mm]."""
     unit = height / _TALL
     return text[: max(0, int((room + _GAP * unit) // (_STEP * unit)))]

@@ -21,7 +21,7 @@ QUARTER = ("symmetry_x", "symmetry_y")
 
 
 def solved_block(fruit: Fruit, tips: Tips) -> Part:
-    """Return what is solved of a block [mm]: the quarter x, y >= 0 where the tips are central, else the half y >= 0."""
+    """Return the part of a block that is solved [mm]: the quarter x, y >= 0 under central tips, else y >= 0."""
     return fruit_block(fruit, tips, QUARTER if tips.offset_mm == 0.0 else HALF)
 
 

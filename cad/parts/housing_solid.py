@@ -38,7 +38,7 @@ def housing_part(housing: Housing) -> Part:
 
 
 def _beside_tips(housing: Housing) -> cq.Workplane:
-    """Return what the 45 degree taper of the necks takes from both sides of the plate, over both tips."""
+    """Return the tool that tapers the necks by 45 degrees on both sides of the plate, over both tips [mm]."""
     face = 0.5 * housing.depth
     tip = 0.5 * housing.tip_side
     outside = face + _REACH

@@ -212,7 +212,10 @@ def override_settings(data: Mapping[str, Any], settings: Mapping[str, str]) -> d
 
 
 def _replace_process(tables: MutableMapping[str, Any], held: MutableMapping[str, Any], name: str) -> None:
-    """Drop what a setting takes the place of: a known process that of a file, a process file the one before."""
+    """Drop the process that a setting of [print], by its name TABLE.KEY, replaces.
+
+    A known process replaces that of a file, and its own table; a process file replaces both and the known one.
+    """
     process = held.get("process")
     known = isinstance(process, str) and process in PROCESSES
     if name == "print.process" and known:

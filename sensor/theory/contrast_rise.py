@@ -436,7 +436,7 @@ class _Solved(NamedTuple):
 
 
 def _solved(law: RiseLaw, sums: RiseSums) -> _Solved:
-    """Return what satisfies both equations of a press: E that of the co-moments, the offset that of the means.
+    """Return the solution of both equations of a press: that of the co-moments gives E, that of the means the offset.
 
     Domes alone need more than one step: the offset changes S by some per cent, and S the root. Each step leaves that
     fraction of the error of the step before. Raises RiseError.
