@@ -72,7 +72,7 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
     The beam law gives the length of their leaves, and says whether the process can print these.
     """
     ratio = sizing.sizing_stiffness_ratio
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, design.process, stiffness_ratio=ratio)
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, stiffness_ratio=ratio)
     rows = zip(("low", "high"), sizing.springs.stiffnesses, printable, strict=True)
     return tuple(FittedSpring(name=name, target=K, printable=leaves) for name, K, leaves in rows)
 
@@ -250,7 +250,7 @@ def _springs_as_fitted(
     solution = fitted.stiffness
     lengths = tuple(arm.flexure.length for arm in fitted.housing.arms)
     ratio = sizing.sizing_stiffness_ratio
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, design.process, lengths, ratio)
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, lengths, ratio)
     springs = []
     for i, arm in enumerate(fitted.housing.arms):
         strain = solution.K[i] * deflections[i] * solution.strain_per_N[i]

@@ -95,15 +95,16 @@ def check_printable(
     design: Design,
     springs: Springs,
     K_m_max: float,
-    process: Process,
     lengths_mm: tuple[float, ...] | None = None,
     stiffness_ratio: float = 1.0,
 ) -> tuple[Printable, ...]:
-    """Return the verdict on each spring [N/mm], low then high, that K_m,max [N/mm] and the stiffness ratio have sized.
+    """Return the verdict on each spring, low then high, in the process of a design.
 
-    Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, as solved, the beam
-    law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided.
+    `K_m_max` [N/mm] is the fruit's stiffness under the low tip at E_max, `stiffness_ratio` [1] is that under the high
+    tip over it. Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, as
+    solved, the beam law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided.
     """
+    process = design.process
     stiffest = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
     K_m = (stiffest, stiffness_ratio * stiffest)
     asked = _asked_of(design, springs)

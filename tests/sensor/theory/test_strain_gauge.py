@@ -71,8 +71,8 @@ def test_length_for_a_stiffness_has_that_stiffness(E, K):
 
 def test_printable_lengths_have_the_gauges_on():
     springs = Springs(K_l=0.906, K_h=20.83)
-    bare = check_printable(Design(), springs, 4.63, PETG)
-    fitted = check_printable(Design(print=Print(gauges="foil")), springs, 4.63, PETG)
+    bare = check_printable(Design(), springs, 4.63)
+    fitted = check_printable(Design(print=Print(gauges="foil")), springs, 4.63)
     for one, two, t, K in zip(bare, fitted, (0.8, 1.2), springs.stiffnesses, strict=True):
         leaf = LeafProfile(depth=10.0, thickness=t, fillet=0.5)
         assert one.length_mm < two.length_mm == gauged_length(2000.0, leaf, K, FOIL)
@@ -84,11 +84,12 @@ def test_printable_lengths_have_the_gauges_on():
 
 
 def test_leaf_without_room_for_its_gauges_fails_and_says_so():
-    _, high = check_printable(Design(print=Print(gauges="foil")), Springs(K_l=0.906, K_h=60.0), 4.63, PETG)
+    _, high = check_printable(Design(print=Print(gauges="foil")), Springs(K_l=0.906, K_h=60.0), 4.63)
     assert high.passed is False
     assert "must be at least room for a gauge at each root = 13 mm" in high.reason
-    _, high = check_printable(Design(), Springs(K_l=0.906, K_h=60.0), 4.63, PETG)
+    _, high = check_printable(Design(), Springs(K_l=0.906, K_h=60.0), 4.63)
     assert high.passed is not False
-    shallow = replace(PETG, depth_mm=3.0)
-    low, _ = check_printable(Design(print=Print(gauges="foil")), Springs(K_l=0.3, K_h=3.0), 1.0, shallow)
+    shallow = replace(PETG, name="own", depth_mm=3.0)
+    design = Design(print=Print(process="own", gauges="foil"), printer=shallow)
+    low, _ = check_printable(design, Springs(K_l=0.3, K_h=3.0), 1.0)
     assert "a leaf 3 mm deep, must be at least the gauge of 4 mm" in low.reason
