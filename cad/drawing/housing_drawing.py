@@ -358,7 +358,7 @@ def _draw_from_behind(canvas: Canvas, shown: _Shown, above: Box) -> None:
     top_left = seen(housing.right, housing.top_level)
     bottom_left = seen(housing.right, housing.protrusion)
     bottom_right = seen(housing.left, housing.protrusion)
-    last, first = (seen(*dowel) for dowel in sorted(housing.dowels))
+    last, first = (seen(*dowel) for dowel in sorted(housing.dowels))  # from the left edge of this view
     lengths = [Length("top", top_left, first), Length("top", first, last), Length("left", bottom_left, first)]
     if housing.pad_height:
         lengths += _pad_lengths(housing, seen)

@@ -396,8 +396,12 @@ class RisingPress:
 
 
 def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
-    """Return the reading of the sums over a press, with `noises` (tips,) [N] of the forces; raises RiseError."""
-    E, offset, contrast = _solved(law, sums)
+    """Return the reading of the sums over a press, its `touch` nan: sums do not tell when the last tip touched.
+
+    `noises` (tips,) [N] are the standard deviations of the forces. Raises RiseError where no modulus belongs to the
+    sums, or where noise leaves too much of it open.
+    """
+    E, offset, contrast = _solve(law, sums)
     at_root = _SlopesAtRoot(contrast, sums, E, len(noises))
     by_noise = float(np.linalg.norm(at_root.noise_per_force() * noises))
     if by_noise > LARGEST_NOISE:
@@ -427,7 +431,7 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
     )
 
 
-class _Solved(NamedTuple):
+class _Solution(NamedTuple):
     """The modulus E [MPa] and the offset [mm] of a press, and the contrast law at this offset."""
 
     E: float
@@ -435,7 +439,7 @@ class _Solved(NamedTuple):
     contrast: ContrastLaw
 
 
-def _solved(law: RiseLaw, sums: RiseSums) -> _Solved:
+def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
     """Return the solution of both equations of a press: that of the co-moments gives E, that of the means the offset.
 
     Domes alone need more than one step: the offset changes S by some per cent, and S the root. Each step leaves that
@@ -453,7 +457,7 @@ def _solved(law: RiseLaw, sums: RiseSums) -> _Solved:
         before = offset
         offset = -(rigid + known_gaps + z * z * (dome + body * z))
         if law.rolling is None or abs(offset - before) <= SETTLED * abs(rigid):
-            return _Solved(1.0 / (z * z * z), offset, contrast)
+            return _Solution(1.0 / (z * z * z), offset, contrast)
         contrast = law.with_offset(offset)
     message = "the offset of the contrast does not settle: must be a press of this sensor on a fruit; calibrate it anew"
     raise RiseError("out_of_range", message)
