@@ -127,7 +127,7 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
     """Return NL as `nonlinearity` does, from P [1] at the moduli E of a curve [MPa]; nan where a tip is off the fruit.
 
     "mid-range" takes the middle one of the moduli; "largest" is the top of the parabola through the largest departure
-    and its two neighbours, which are equally far apart.
+    and its two neighbours, which count as equally far apart.
     """
     rise = P[-1] - P[0]
     if not (math.isfinite(rise) and rise != 0.0):
