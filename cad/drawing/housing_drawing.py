@@ -171,7 +171,10 @@ def _has_neck(housing: Housing) -> bool:
 
 
 def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the distance of the tips, and the widths and levels of tips and necks."""
+    """Return the distance of the tips, and the widths and levels of tips and necks.
+
+    A pin stands out of the tip, its foot; a tip as wide as its shuttle has no neck to be measured.
+    """
     low, high = housing.arms
     half_width = 0.5 * housing.shuttle_width
     neck = housing.neck_level
@@ -182,9 +185,9 @@ def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
         Length("bottom", (low.centre - half_width, neck), (low.centre + half_width, neck), f"2x {MEASURED}"),
     ]
     if out:
-        lengths.append(
-            Length("left", (low.centre - 0.5 * housing.pin_side, -out), (low.centre - 0.5 * housing.tip_side, 0.0))
-        )
+        pin_corner = (low.centre - 0.5 * housing.pin_side, -out)
+        foot_corner = (low.centre - 0.5 * housing.tip_side, 0.0)
+        lengths.append(Length("left", pin_corner, foot_corner))
     if not _has_neck(housing):
         return lengths
     lengths.append(Length("right", high_tip, (high.centre + half_width, neck)))

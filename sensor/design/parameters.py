@@ -181,7 +181,7 @@ class Design:
     printer: Process | None = None
 
     def __post_init__(self) -> None:
-        """Check what several tables decide together: the tips stand on the fruit, and press less than it is high."""
+        """Check the name, and all that several tables decide together; the first fault is the one that is told."""
         allowed = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
         if not allowed or len(self.name) > _LONGEST_NAME:
             bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"

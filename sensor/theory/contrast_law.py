@@ -164,7 +164,9 @@ def stiffened_compliance(C: Matrix, factors: Sequence[float]) -> tuple[tuple[flo
 def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
     """Return the slopes of the reading E [MPa] over its inputs, at forces [N], each above 0.
 
-    With g(F, E) the contrast [mm], ln E moves by dg / (-E dg/dE): of each force by dg/dF_i, and so on.
+    With g(F, E) the contrast [mm], ln E moves by dg / (-E dg/dE), and the part of dg by a force is
+
+        dg/dF_i = (w C)_i + 2/3 h w_i E^(-2/3) F_i^(-1/3) + (w S)_i / E .
     """
     _, dome, body = contrast_terms(law, forces)
     E_power = E ** (-2.0 / 3.0)
@@ -209,8 +211,9 @@ def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple
 def smallest_root(rigid: float, dome: float, body: float) -> float:
     """Return the smallest z > 0 of rigid + dome z^2 + body z^3 = 0, which is E^(-1/3) [MPa^(-1/3)].
 
-    The cubic is level at z = 0 and at z = -2 dome / (3 body), and monotonic between: the root lies there, or beyond
-    every level point where the second is not above 0. Raises ReadingError where the cubic does not change its sign.
+    The cubic is level at z = 0 and at z = -2 dome / (3 body), and monotonic between them. Where the second level point
+    is above 0, the root must lie before it; else the cubic is monotonic for all z > 0. Raises ReadingError where the
+    cubic does not change its sign there.
     """
 
     def contrast(z: float) -> float:

@@ -126,8 +126,8 @@ class RollingDomes:
     def saddle(self, offset: float) -> float:
         """Return the saddle k_xy of the skin [1/mm] under which the gaps have this contrast, `offset` [mm].
 
-        Domes that roll on a saddle have the gaps g x y, with g = k_xy / ((1 + r H)^2 - (r k_xy)^2). Solved for k_xy,
-        this is a quadratic equation; its root that is 0 with g is written so that no digits cancel.
+        Domes that roll on a saddle have the gaps g x y, with g = k_xy / (c^2 - (r k_xy)^2) and c = 1 + r H. The root
+        that is 0 with g is k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)), a form in which no digits cancel.
         """
         gap_per_xy = offset / self.contrast_of_xy
         return (

@@ -23,7 +23,7 @@ class Memory:
         self._elastic: Floats | float = 0.0
 
     def step(self, seconds: Floats) -> tuple[Floats, Floats]:
-        """Return the two numbers of F = fresh n - lost at the end of a step, with n the elastic forces there [N].
+        """Return `fresh` and `lost` of F = fresh n - lost at the end of a step, with n the elastic forces there [N].
 
         `seconds` (presses,) is the duration of the step; `fresh` [1] has shape (presses, 1), `lost` [N] (presses, tips)
         or (presses, 1). Elastic forces run straight over a step, so each arm is integrated exactly.
