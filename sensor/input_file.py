@@ -59,13 +59,18 @@ def parsed_toml(text: str) -> dict[str, Any]:
         tables = tomllib.loads(text)
     except RecursionError as error:
         raise ValueError(too_deep) from error
-    level: list[dict[str, Any] | list[Any]] = [tables]
-    for _ in range(MOST_LEVELS):
-        inner = []
-        for container in level:
-            values = container.values() if isinstance(container, dict) else container
-            inner += [value for value in values if isinstance(value, dict | list)]
-        level = inner
-    if level:
+    if _is_deeper(tables, MOST_LEVELS):
         raise ValueError(too_deep)
     return tables
+
+
+def _is_deeper(tables: dict[str, Any], levels: int) -> bool:
+    """Say whether tables and lists are nested deeper than so many levels; without recursion, which a file could end."""
+    containers: list[dict[str, Any] | list[Any]] = [tables]
+    for _ in range(levels):
+        inside = []
+        for container in containers:
+            values = container.values() if isinstance(container, dict) else container
+            inside += [value for value in values if isinstance(value, dict | list)]
+        containers = inside
+    return len(containers) > 0

@@ -236,14 +236,17 @@ def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
 
 
 def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> None:
-    """Check a number, or each number of a field that holds several."""
+    """Check a number, or each number of a field that holds several: raises InputError for the first bad one.
+
+    The annotation of a field says which: "tuple[float, ...]" must be a list, "float | tuple[float, ...]" may be one.
+    """
     unit = item.metadata["unit"]
     bounds = item.metadata["bounds"]
     annotation = str(item.type)
-    if annotation.startswith("tuple") and not (isinstance(value, tuple) and value):
+    listed = value if isinstance(value, tuple) and value else None
+    if annotation.startswith("tuple") and listed is None:
         raise validation_error(name, value, unit, f"a list of at least one number, each {bounds}", hint)
-    may_be_list = "tuple" in annotation and isinstance(value, tuple) and value
-    numbers = value if may_be_list and isinstance(value, tuple) else (value,)
+    numbers = (value,) if listed is None or "tuple" not in annotation else listed
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
             raise validation_error(name, number, unit, f"a number {bounds}", hint)
@@ -277,7 +280,7 @@ class Sourced:
     @classmethod
     def from_table(cls, name: str, table: object) -> Self:
         """Return the record of a table that has its `sources`; raises InputError for an unknown or bad key."""
-        record = f"{cls.LABEL} {name}"
+        record = f"{cls.LABEL} {name}"  # as messages call it
         if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
             bound = "a table of numbers with a table of their sources"
             raise validation_error(record, str(table), "", bound, cls.HINT)
@@ -287,6 +290,7 @@ class Sourced:
             unknown = f"{record}.{key}"
             hint = f"{cls.HINT}. Did you mean {nearest(key, keys)}?"
             raise validation_error(unknown, table[key], "", "left out", hint)
+        # A number that is missing becomes None, which the check of its field refuses by name.
         left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
         sources = tuple(table.get("sources", {}).items())
         return cls(**{**left_out, **table, "name": name, "sources": sources})

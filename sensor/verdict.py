@@ -2,8 +2,31 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Literal
 
 from sensor.quantity import report_field
+
+Sense = Literal["at most", "at least"]
+"""On which side a limit bounds a value."""
+
+SENSES: dict[str, Sense] = {
+    "reading.*": "at most",
+    "unit.uncertainty": "at most",
+    "bruise": "at most",
+    "sideways.*": "at least",
+    "geometry.*_clearance": "at least",
+    "geometry.*_over_fruit": "at least",
+    "geometry.stops_*": "at least",
+    "geometry.deflected_gap_*": "at least",
+    "geometry.fillets": "at least",
+    "geometry.plates": "at least",
+    "geometry.tip_face": "at most",
+    "geometry.min_wall": "at least",
+    "geometry.min_gap": "at least",
+    "geometry.overhang": "at most",
+}
+"""The sense of a verdict by its name, since report.json holds no sense. Any other value must meet its limit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +51,24 @@ class Verdict:
         default=None,
     )
 
+    @property
+    def sense(self) -> Sense | None:
+        """Return the side on which the limit bounds the value; None for a target, which both sides may miss."""
+        return next((sense for pattern, sense in SENSES.items() if fnmatchcase(self.name, pattern)), None)
+
+    @property
+    def limit_sense(self) -> Sense | None:
+        """Return the sense where the limit is a number; None for a limit in words too."""
+        return self.sense if isinstance(self.limit, int | float) else None
+
+
+def one_sided(verdict: Verdict, sense: Sense) -> Verdict:
+    """Return a verdict that was judged on one side of its limit; raises ValueError unless SENSES names that side."""
+    if verdict.sense != sense:
+        msg = f"verdict {verdict.name}: SENSES in sensor/verdict.py must say {sense!r}, not {verdict.sense!r}"
+        raise ValueError(msg)
+    return verdict
+
 
 def equal(name: str, value: float, limit: float, tolerance: float, *, unit: str, reference: str) -> Verdict:
     """Return a verdict that passes when the value is the limit within the tolerance [unit]; nan fails."""
@@ -40,9 +81,10 @@ def equal(name: str, value: float, limit: float, tolerance: float, *, unit: str,
 def at_least(name: str, value: float, limit: float, tolerance: float, *, unit: str, reference: str) -> Verdict:
     """Return a verdict that passes when the value reaches the limit but for the tolerance [unit]; nan fails."""
     passed = bool(value >= limit - tolerance)
-    return Verdict(
+    verdict = Verdict(
         name=name, value=value, unit=unit, limit=limit, tolerance=tolerance, reference=reference, passed=passed
     )
+    return one_sided(verdict, "at least")
 
 
 def value_verdict(name: str, value: float, *, passed: bool, limit: str, unit: str, reference: str) -> Verdict:

@@ -94,7 +94,7 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
     sizing, process = sizing_of(design), PROCESSES[design.print.process]
     targets = sizing.springs.stiffnesses
     deflections = sizing.deflections(design.full_travels_mm)
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, process)
+    printable = check_printable(design, sizing.springs, sizing.K_m_max)
     names = ("low", "high")
     if not made:
         refused = [replace(verdict, passed=False, reason="leaf too long") for verdict in printable]
@@ -102,7 +102,7 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
         bare = tuple(FittedSpring(name=name, target=target, printable=verdict) for name, target, verdict in rows)
         return FittedSprings(springs=bare, process=process, deflections=deflections, fitted=None, tips=design.tips)
     ratio = sizing.sizing_stiffness_ratio
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, lengths, ratio)
     housing = housing_for(design, process, lengths, deflections)
     fitted = fitted_housing(housing, housing_stiffness(targets))
     springs = tuple(

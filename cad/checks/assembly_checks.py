@@ -80,6 +80,7 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 
 
 def _plates(sensor: SensorSolids) -> Verdict:
+    """Return geometry.plates: failed where the plates overlap or do not meet, else the least distance of what moves."""
     name = "geometry.plates"
     plate = in_place(sensor.part.shape, sensor.housing)
     twin = turned_twin(plate)

@@ -52,6 +52,7 @@ def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
 
 
 def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) -> Verdict:
+    """Return the smallest distance [mm] of a shape from the fruit at full travel, tilted by `tilt` [deg] any way."""
     travel = sensor.press.travel_mm
     fruit = sensor.fruit_box()
     above_fruit = in_place(shape, sensor.housing).translate(cq.Vector(0.0, 0.0, sensor.housing.pin_out))
@@ -75,6 +76,7 @@ def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
 
 
 def _box(housing: Housing, x0: float, x1: float, z0: float, z1: float) -> cq.Shape:
+    """Return the box between two x and two z over the whole depth of the plate [mm]."""
     depth = housing.depth + 2.0 * _REACH
     return cq.Solid.makeBox(x1 - x0, depth, z1 - z0, cq.Vector(x0, -0.5 * depth, z0))
 
@@ -95,7 +97,8 @@ def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple
 def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
     """Return the verdicts on the stop of an arm beyond a deflection [mm], and on the gap above its leaf there.
 
-    The frame stops the shuttle, or first a point of the leaf, which moves by a fraction of the shuttle's deflection.
+    The frame stops the shuttle, or first a point of the leaf, which moves by a fraction of the shuttle's deflection: a
+    guided leaf has the shape 3 s^2 - 2 s^3 over the fraction s of its length from the wall.
     """
     stops = f"geometry.stops_{arm.name}"
     gap = f"geometry.deflected_gap_{arm.name}"
@@ -106,7 +109,7 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
         shuttle_stop = min(shuttle_stop, _gap_above(lines, (x, 0.0, housing.neck_level)))
     leaf_gaps = {}  # of points of the upper leaf, by how much of the shuttle's deflection they move
     for fraction in _ON_LEAF:
-        moved = 3.0 * fraction**2 - 2.0 * fraction**3  # the shape of a guided leaf
+        moved = 3.0 * fraction**2 - 2.0 * fraction**3
         x = arm.wall + fraction * (arm.shuttle - arm.wall)
         leaf_gaps[moved] = _gap_above(lines, (x, 0.0, arm.levels[1]))
 

@@ -27,6 +27,7 @@ def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tup
 
 
 def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Lines]) -> Verdict:
+    """Return the verdict on both leaves of an arm; failed where a line meets no leaf at all."""
     name = f"geometry.leaf_thickness_{arm.name}"
     declared = arm.flexure.thickness
     worst = declared

@@ -38,9 +38,10 @@ def _edge_errors(part: Part, housing: Housing, arm: Arm) -> list[float]:
     top = 0.0
     radius = housing.dome_radius
     if radius:
+        # The face is the cap: it ends at the corners of the tip, or as a circle of half a ball inside the square.
         to_corner = min(radius, math.hypot(half, half))
         top = min(BALL_SHARE * radius, _cap_level(radius, to_corner))
-        half = min(half, math.sqrt(top * (2.0 * radius - top)))  # a cap that ends inside the square is round there
+        half = min(half, math.sqrt(top * (2.0 * radius - top)))  # radius of the cap at that level
     every = part.shape.Faces()
     box = cq.Compound.makeCompound([every[index] for index in part.faces[f"{arm.name}_tip"]]).BoundingBox()
     return [

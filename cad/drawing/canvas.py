@@ -57,6 +57,7 @@ _STYLE = "WORKSHOP"
 _BY_LAYER = 256
 _OFF_CORNERS_MM = 0.00271  # on paper: no line of a hatch goes through a corner
 _UPRIGHT_DEG = 45.0
+_LINE_TO_TEXT = 0.8  # from a dimension line to the middle of its text, in heights of the text
 _LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # to a level text, no centre mark
 _CODES = {"Ø": "%%c", "±": "%%p"}  # that every text font of a DXF viewer knows
 
@@ -78,6 +79,22 @@ class Box(NamedTuple):
         """Return the four corners, gone round from the lower left one [mm]."""
         left, bottom, right, top = self
         return (left, bottom), (right, bottom), (right, top), (left, top)
+
+
+class DimensionText(NamedTuple):
+    """The text of a dimension: its middle [mm], what it says, and by how much it is turned [deg]."""
+
+    at: Point
+    label: str = MEASURED
+    rotation: float = 0.0
+
+
+class CalloutText(NamedTuple):
+    """The text of a radius or a diameter: on one side of a point [mm], with a gap, and what it says."""
+
+    beside: Point
+    side: Literal["left", "right"]
+    label: str = MEASURED
 
 
 def text_width(text: str, height: float) -> float:
@@ -102,7 +119,10 @@ class Canvas:
         self.space: BaseLayout = self.document.modelspace()
 
     def paper(self, corner: Point) -> "Canvas":
-        """Return what is drawn in millimetres of the paper, from the lower left corner of the sheet on: a block."""
+        """Return a canvas in millimetres of the paper, whose origin is the lower left corner of the sheet [mm].
+
+        It draws into a block of the same document, which stands at that corner.
+        """
         paper = copy.copy(self)
         paper.scale = 1.0
         paper.text_height = TEXT_MM
@@ -159,32 +179,43 @@ class Canvas:
         self.line((start[0] - reach[0], start[1] - reach[1]), (end[0] + reach[0], end[1] + reach[1]), "AXES")
 
     def hatch(self, outlines: Sequence[Sequence[Point]]) -> None:
-        """Hatch what lies within the first closed outline and outside the others; texts within it stay free."""
+        """Hatch what lies within the first closed outline [mm] and outside the others; texts within it stay free.
+
+        The lines of ezdxf's pattern are drawn as plain lines, in order of their coordinates: every viewer then shows
+        the same, and the same drawing has the same bytes.
+        """
         hatch = self.space.add_hatch()
         across = HATCH_STEP_MM / (self.scale * math.sqrt(2.0))  # from one line to the next, along x and along z
-        off_corners = (_OFF_CORNERS_MM / self.scale, 0.0)  # ezdxf itself would throw dice for it
+        off_corners = (_OFF_CORNERS_MM / self.scale, 0.0)  # ezdxf itself would take a random offset
         hatch.set_pattern_fill("CUT", definition=[[45.0, off_corners, (-across, across), []]])
-        outer, *holes = outlines
-        free = 0.5 * self.text_height
-        for _, text in self.texts():
-            left, bottom, right, top = text
-            corners = Box(left - free, bottom - free, right + free, top + free).corners
-            is_within = all(is_point_in_polygon_2d(Vec2(corner), Vec2.list(outer)) > 0 for corner in corners)
-            if is_within and not any(is_point_in_polygon_2d(Vec2(corners[0]), Vec2.list(hole)) > 0 for hole in holes):
-                holes.append(corners)
-        for outline in (outer, *holes):
+        for outline in (*outlines, *self._around_texts(outlines)):
             hatch.paths.add_polyline_path(outline, is_closed=True)
         lines = sorted((start.x, start.y, end.x, end.y) for start, end in hatch_entity(hatch, jiggle_origin=False))
         self.space.delete_entity(hatch)
         for x, z, end_x, end_z in lines:
             self.line((x, z), (end_x, end_z), "HATCH")
 
+    def _around_texts(self, outlines: Sequence[Sequence[Point]]) -> list[Sequence[Point]]:
+        """Return the outlines that a hatch leaves free: around each text within the first outline, outside the others.
+
+        They are half a text's height wider than the text.
+        """
+        outer, *holes = outlines
+        margin = 0.5 * self.text_height
+        around: list[Sequence[Point]] = []
+        for _, (left, bottom, right, top) in self.texts():
+            corners = Box(left - margin, bottom - margin, right + margin, top + margin).corners
+            in_hole = any(_is_inside(corners[0], hole) for hole in (*holes, *around))
+            if not in_hole and all(_is_inside(corner, outer) for corner in corners):
+                around.append(corners)
+        return around
+
     def dimensions(self) -> list[Dimension]:
         """Return every dimension."""
         return [cast(Dimension, entity) for entity in self.space.query("DIMENSION")]
 
     def texts(self) -> list[tuple[str, Box]]:
-        """Return every text with the box around it [mm]; those of dimensions are level or upright."""
+        """Return every text with the box around it [mm]: words, those of the sheet too, and the texts of dimensions."""
         placed = []
         of_sheet = [text for sheet in self.space.query("INSERT") for text in cast(Insert, sheet).virtual_entities()]
         for entity in (*self.space, *of_sheet):
@@ -192,17 +223,9 @@ class Canvas:
                 around = bbox.extents([entity])
                 box = Box(around.extmin.x, around.extmin.y, around.extmax.x, around.extmax.y)
                 placed.append((entity.plain_text(), box))
-            if not isinstance(entity, Dimension):
-                continue
-            for text in entity.virtual_entities():
-                if isinstance(text, MText):
-                    words = str(text.plain_text())
-                    along = 0.5 * text_width(words, text.dxf.char_height)
-                    across = 0.5 * text.dxf.char_height
-                    is_upright = abs(text.get_rotation()) > _UPRIGHT_DEG
-                    half = (across, along) if is_upright else (along, across)
-                    x, z = text.dxf.insert.x, text.dxf.insert.y
-                    placed.append((words, Box(x - half[0], z - half[1], x + half[0], z + half[1])))
+            if isinstance(entity, Dimension):
+                drawn = [text for text in entity.virtual_entities() if isinstance(text, MText)]
+                placed += [(str(text.plain_text()), _box_of(text)) for text in drawn]
         return placed
 
     def polyline(self, points: Sequence[Point], layer: str = "PART") -> None:
@@ -227,75 +250,77 @@ class Canvas:
         axis: Literal["x", "z"],
         start: Point,
         end: Point,
-        text_at: Point,
         level: float,
-        label: str = MEASURED,
-        text_rotation: float = 0.0,
+        text: DimensionText,
     ) -> None:
-        """Draw the dimension of a length along an axis, its line at a level across it, its text [deg] about a point."""
+        """Draw the dimension of the length between two points [mm] along an axis; `level` is where its line runs [mm].
+
+        That is z of a line along x, x of a line along z.
+        """
         along = 0 if axis == "x" else 1
         start, end = sorted((start, end), key=lambda point: point[along])  # ezdxf would turn both arrows round
         distance = end[along] - start[along]
         dimension = self.space.add_linear_dim(
-            base=(text_at[0], level) if axis == "x" else (level, text_at[1]),
+            base=(text.at[0], level) if axis == "x" else (level, text.at[1]),
             p1=start,
             p2=end,
-            location=text_at,
-            text=_coded(label),
+            location=text.at,
+            text=_coded(text.label),
             angle=0.0 if axis == "x" else 90.0,
-            text_rotation=text_rotation,
+            text_rotation=text.rotation,
             dimstyle=_STYLE,
-            override={"dimdec": self._decimals(label, distance)},
+            override={"dimdec": self._decimals(text.label, distance)},
             dxfattribs={"layer": "DIMENSIONS"},
         )
         dimension.render()
-        half_text = 0.5 * self.label_width(label, distance)
-        self._lead_to_text(axis, start[along], end[along], text_at, level, half_text, text_rotation)
+        half_width = 0.5 * self.label_width(text.label, distance)
+        self._lead_to_text(axis, (start[along], end[along]), level, text, half_width)
 
     def _lead_to_text(
         self,
         axis: Literal["x", "z"],
-        low: float,
-        high: float,
-        text_at: Point,
+        ends: tuple[float, float],
         level: float,
-        half_text: float,
-        text_rotation: float,
+        text: DimensionText,
+        half_width: float,
     ) -> None:
-        """Draw the dimension line on to the far end of a text beyond it, bent under a level text of an upright line."""
-        middle = text_at[0] if axis == "x" else text_at[1]
+        """Lengthen a dimension line to the far end of a text that stands beyond it; nothing for one within its `ends`.
+
+        A level text of an upright line is underlined: the line bends to it. All lengths [mm]; `half_width` of the text.
+        """
+        low, high = ends
+        middle = text.at[0] if axis == "x" else text.at[1]
         if low < middle < high:
             return
         outwards = 1.0 if middle > high else -1.0
         end = high if outwards > 0.0 else low
         if axis == "x":
-            self.line((end, level), (middle + outwards * half_text, level), "DIMENSIONS")
-        elif text_rotation:
-            self.line((level, end), (level, middle + outwards * half_text), "DIMENSIONS")
+            self.line((end, level), (middle + outwards * half_width, level), "DIMENSIONS")
+        elif text.rotation:
+            self.line((level, end), (level, middle + outwards * half_width), "DIMENSIONS")
         else:
-            foot = text_at[1] - 0.8 * self.text_height
-            self.line((level, end), (level, foot), "DIMENSIONS")
-            aside = math.copysign(half_text, text_at[0] - level)
-            self.line((level, foot), (text_at[0] + aside, foot), "DIMENSIONS")
+            under_text = text.at[1] - _LINE_TO_TEXT * self.text_height
+            self.line((level, end), (level, under_text), "DIMENSIONS")
+            to_far_end = math.copysign(half_width, text.at[0] - level)
+            self.line((level, under_text), (text.at[0] + to_far_end, under_text), "DIMENSIONS")
 
     def callout(
         self,
         kind: Literal["radius", "diameter"],
         centre: Point,
         size: float,
-        beside: Point,
-        side: Literal["left", "right"],
-        label: str = MEASURED,
+        text: CalloutText,
         angle: float = 0.0,
     ) -> None:
-        """Draw the dimension of a radius or a diameter [mm], its text on one side of a point with a gap.
+        """Draw the dimension of a radius or a diameter, of this size [mm], with a leader to its text.
 
         The arrow of a radius meets the arc at the angle [deg].
         """
         gap = 2.0 * self.text_height
-        leader_end = (beside[0] + (gap if side == "right" else -gap), beside[1])
+        x, z = text.beside
+        leader_end = (x + (gap if text.side == "right" else -gap), z)
         look: dict[str, Any] = {
-            "text": _coded(label),
+            "text": _coded(text.label),
             "dimstyle": _STYLE,
             "override": _LEADER,
             "dxfattribs": {"layer": "DIMENSIONS"},
@@ -356,7 +381,11 @@ class _Renderer(DimensionRenderer):
 
 
 def _new_document(text_height: float) -> Drawing:
-    """Return an empty document with our layers, and a style of dimensions: text over the line, as measured."""
+    """Return an empty document with our layers, and a style of dimensions: text over the line, as measured.
+
+    `text_height` [mm of the part] is that of dimensions. The names of the style's variables are those of AutoCAD's DXF
+    reference, group DIMSTYLE.
+    """
     document = new("R2010", setup=["linetypes"])
     document.units = units.MM
     document.dimension_renderer = _Renderer()
@@ -367,8 +396,9 @@ def _new_document(text_height: float) -> Drawing:
     sizes = {"dimtxt": 1.0, "dimasz": 0.8, "dimexo": 0.4, "dimexe": 0.4, "dimgap": 0.3}  # in heights of the text
     for name, heights in sizes.items():
         style.dxf.set(name, heights * text_height)
-    for name in ("dimclrd", "dimclre", "dimclrt"):
+    for name in ("dimclrd", "dimclre", "dimclrt"):  # colours of the line, of its extensions, of the text
         style.dxf.set(name, _BY_LAYER)
+    # No zeros at the end; text above the line, turned with it, and moved out where it has no room.
     for name, number in {"dimdec": DECIMALS, "dimzin": 8, "dimtad": 1, "dimtih": 0, "dimtoh": 0, "dimtix": 0}.items():
         style.dxf.set(name, number)
     style.dxf.set("dimdsep", ord("."))
@@ -376,7 +406,23 @@ def _new_document(text_height: float) -> Drawing:
     return document
 
 
+def _is_inside(point: Point, outline: Sequence[Point]) -> bool:
+    """Say whether a point [mm] lies inside a closed outline, not on it."""
+    return bool(is_point_in_polygon_2d(Vec2(point), Vec2.list(outline)) > 0)
+
+
+def _box_of(text: MText) -> Box:
+    """Return the box around the text of a dimension [mm], which is level or upright."""
+    along = 0.5 * text_width(str(text.plain_text()), text.dxf.char_height)
+    across = 0.5 * text.dxf.char_height
+    is_upright = abs(text.get_rotation()) > _UPRIGHT_DEG
+    half_width, half_height = (across, along) if is_upright else (along, across)
+    x, z = text.dxf.insert.x, text.dxf.insert.y
+    return Box(x - half_width, z - half_height, x + half_width, z + half_height)
+
+
 def _coded(text: str) -> str:
+    """Return a text with the codes of DXF for the signs of diameter and of plus or minus."""
     for letter, code in _CODES.items():
         text = text.replace(letter, code)
     return text

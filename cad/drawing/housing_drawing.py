@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import cadquery as cq
 
-from cad.drawing.canvas import MEASURED, SMALL_MM, Box, Canvas, Point, text_width
+from cad.drawing.canvas import MEASURED, SMALL_MM, Box, CalloutText, Canvas, DimensionText, Point, text_width
 from cad.drawing.lengths import Length, draw_lengths
 from cad.drawing.measuring_table import HEADS, STEP_MM, MeasuredDimension, measuring_table
 from cad.drawing.section import draw_section, hatch_section, section
@@ -27,6 +27,7 @@ from sensor.theory.strain_gauge import GAUGES, FoilGauge, LeafInterval, gauge_sp
 _GAUGE_THICK = 0.25  # [mm] of a gauge seen from its edge, many times its thickness
 _ROOM_OF_ROWS_MM = 24.0  # on paper, for two rows of dimensions
 _BESIDE_BEHIND_MM = 20.0  # on paper, left of the view from behind, for its dimensions
+_ASIDE = 0.6  # from a short dimension line to the text beside it, in heights of the text
 _TITLE = 1.4  # height of the name of a view, in heights of the text
 _NAME = 0.8  # height of the name of a spring, likewise
 _ROOM_BEHIND_MM = 14.0  # on paper, above it for one row of them
@@ -74,7 +75,10 @@ def housing_drawing(sensor: SensorSolids, title: Title, readout: Readout | None 
 
 
 def _draw_views(canvas: Canvas, shown: _Shown) -> tuple[Table, list[Box]]:
-    """Draw all views; return the table, and the box around each view."""
+    """Draw all views; return the table of the sheet, and the box around each view [mm].
+
+    The section is drawn first, since what is beside it is placed by its box.
+    """
     housing = shown.housing
     measured = shown.measured
     _draw_section(canvas, shown)
@@ -93,6 +97,7 @@ def _draw_views(canvas: Canvas, shown: _Shown) -> tuple[Table, list[Box]]:
 
 
 def _draw_section(canvas: Canvas, shown: _Shown) -> None:
+    """Draw the section in the coordinates x, z of the housing, with the dimensions around and inside it."""
     housing = shown.housing
     measured = shown.measured
     draw_section(canvas, shown.cut)
@@ -105,7 +110,7 @@ def _draw_section(canvas: Canvas, shown: _Shown) -> None:
     ]
     draw_lengths(canvas, lengths, Box(housing.left, -housing.pin_out, housing.right, housing.top_level))
     for arm in housing.arms:
-        _draw_in_window(canvas, arm, measured[f"{arm.name} thickness"])
+        _draw_thickness_and_name(canvas, arm, measured[f"{arm.name} thickness"])
         _draw_stop(canvas, housing, arm, measured[f"{arm.name} stop"])
     _draw_callouts(canvas, housing, measured["fillet"])
     if shown.hall is not None:
@@ -166,7 +171,10 @@ def _has_neck(housing: Housing) -> bool:
 
 
 def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the distance of the tips, and the widths and levels of tips and necks."""
+    """Return the distance of the tips, and the widths and levels of tips and necks.
+
+    A pin stands out of the tip, its foot; a tip as wide as its shuttle has no neck to be measured.
+    """
     low, high = housing.arms
     half_width = 0.5 * housing.shuttle_width
     neck = housing.neck_level
@@ -177,9 +185,9 @@ def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
         Length("bottom", (low.centre - half_width, neck), (low.centre + half_width, neck), f"2x {MEASURED}"),
     ]
     if out:
-        lengths.append(
-            Length("left", (low.centre - 0.5 * housing.pin_side, -out), (low.centre - 0.5 * housing.tip_side, 0.0))
-        )
+        pin_corner = (low.centre - 0.5 * housing.pin_side, -out)
+        foot_corner = (low.centre - 0.5 * housing.tip_side, 0.0)
+        lengths.append(Length("left", pin_corner, foot_corner))
     if not _has_neck(housing):
         return lengths
     lengths.append(Length("right", high_tip, (high.centre + half_width, neck)))
@@ -189,23 +197,29 @@ def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
     return lengths
 
 
-def _draw_in_window(canvas: Canvas, arm: Arm, measured: MeasuredDimension) -> None:
-    """Draw the thickness of the leaves and the name of the spring, in the window between its leaves."""
+def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimension) -> None:
+    """Draw the thickness of the leaves and the name of the spring, in the window between its leaves.
+
+    The thickness is measured at the upper leaf near its left root, with the text below it; a short window has a short
+    name.
+    """
     height = canvas.text_height
     left, right = arm.roots
     thickness = arm.flexure.thickness
     lower_leaf, upper_leaf = arm.levels
     underside = upper_leaf - 0.5 * thickness
     label = measured.label()
-    x = left + max(0.6 * height, 0.1 * (right - left))
-    text_at = (x + 0.6 * height + 0.5 * canvas.label_width(label, thickness), underside - 2.0 * height)
-    canvas.length("z", (x, underside), (x, underside + thickness), text_at, x, label)
+    x = left + max(_ASIDE * height, 0.1 * (right - left))
+    text_at = (x + _ASIDE * height + 0.5 * canvas.label_width(label, thickness), underside - 2.0 * height)
+    canvas.length("z", (x, underside), (x, underside + thickness), x, DimensionText(text_at, label))
+
     middle = (0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf) + 0.3 * height)
-    mark = arm.name[0].upper()
-    for name in (f"{arm.name.upper()} SPRING ({mark})", f"{arm.name.upper()} ({mark})"):
-        if text_width(name, _NAME * height) < right - left - height:
-            break
-    canvas.words(name, middle, _NAME * height)
+    name = arm.name.upper()
+    mark = name[0]
+    words = f"{name} SPRING ({mark})"
+    if text_width(words, _NAME * height) >= right - left - height:
+        words = f"{name} ({mark})"
+    canvas.words(words, middle, _NAME * height)
 
 
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDimension) -> None:
@@ -215,23 +229,26 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDim
     shuttle = arm.top_level
     stop = housing.cavity_level
     label = measured.label()
-    aside = 0.6 * height + 0.5 * canvas.label_width(label, stop - shuttle)
+    aside = _ASIDE * height + 0.5 * canvas.label_width(label, stop - shuttle)
     text_at = (x + arm.sign * aside, housing.top_level + 1.7 * height)
-    canvas.length("z", (x, shuttle), (x, stop), text_at, x, label)
+    canvas.length("z", (x, shuttle), (x, stop), x, DimensionText(text_at, label))
 
 
 def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension) -> None:
-    """Draw the radius of the fillets, and at the upper left hole the diameter of those for screws."""
+    """Draw the radius of the fillets at the low spring's wall, and at its upper hole the diameter of those for screws.
+
+    `measured` is that of the fillets. The fillet that is shown lies over the lower leaf, in the angle to the wall.
+    """
     height = canvas.text_height
     low = housing.arms[0]
     radius = housing.low.fillet
     root_top = low.levels[0] + 0.5 * low.flexure.thickness
     centre = (low.wall + radius, root_top + radius)
     label = measured.label(f"{len(fillet_corners(housing))}x {MEASURED}")
-    canvas.callout("radius", centre, radius, (low.wall, root_top + 1.4 * height), "right", label, angle=225.0)
-    beside = (housing.left, housing.top_level + 2.4 * height)
-    label = f"{len(housing.holes)}x {MEASURED}"
-    canvas.callout("diameter", housing.holes[1], housing.hole_diameter, beside, "left", label)
+    text = CalloutText((low.wall, root_top + 1.4 * height), "right", label)
+    canvas.callout("radius", centre, radius, text, angle=225.0)  # the arc faces the corner, left and below its centre
+    text = CalloutText((housing.left, housing.top_level + 2.4 * height), "left", f"{len(housing.holes)}x {MEASURED}")
+    canvas.callout("diameter", housing.holes[1], housing.hole_diameter, text)
 
 
 def _draw_magnets(canvas: Canvas, housing: Housing, hall: HallPlaces) -> None:
@@ -242,55 +259,72 @@ def _draw_magnets(canvas: Canvas, housing: Housing, hall: HallPlaces) -> None:
 
 
 def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
-    """Draw both ends of the line A-A through the view from the left [mm], looked along +y, and the name of the view."""
+    """Draw both ends of the line A-A at x = `middle` through the view from the left, and the name of the view [mm].
+
+    An arrow on each end says where the section is looked at: along +y, which is to the left in this view. Sizes are in
+    heights of the text.
+    """
     height = canvas.text_height
     for end, inwards in ((view.top, -1.0), (view.bottom, 1.0)):
         start = end - 1.2 * inwards * height
         canvas.line((middle, start), (middle, start - 2.0 * inwards * height))
-        arrow = (middle - 1.6 * height, start - inwards * height)  # +y is to the left there
-        canvas.line((middle, arrow[1]), arrow, "DIMENSIONS")
-        for side in (0.3, -0.3):
-            canvas.line(arrow, (arrow[0] + 0.8 * height, arrow[1] + side * height), "DIMENSIONS")
-        canvas.words("A", (middle + height, arrow[1]), 1.2 * height)
+        tip_x, tip_z = middle - 1.6 * height, start - inwards * height
+        canvas.line((middle, tip_z), (tip_x, tip_z), "DIMENSIONS")
+        for side in (0.3, -0.3):  # the two strokes of the arrow's head
+            canvas.line((tip_x, tip_z), (tip_x + 0.8 * height, tip_z + side * height), "DIMENSIONS")
+        canvas.words("A", (middle + height, tip_z), 1.2 * height)
     canvas.words("FROM THE LEFT", (middle, view.top + 5.0 * height), height)
 
 
 def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None:
-    """Draw the view from the left, to the right of the section: the front of the plate to its right."""
+    """Draw the view from the left beside the section: its pad and its back to the left, its front to the right.
+
+    In it y = 0 lies at x = `middle`; z is that of the section.
+    """
     housing = shown.housing
-    start = section_box.right + BETWEEN_MM / canvas.scale
-    drawn = canvas.count()
     measured = shown.measured
+    drawn = canvas.count()
+    pad_left = section_box.right + BETWEEN_MM / canvas.scale
+    back = pad_left + housing.pad_height
+    front = back + housing.depth
+    middle = back + 0.5 * housing.depth
     top = housing.top_level
-    pad = housing.pad_height
-    out = housing.pin_out
-    middle = start + pad + 0.5 * housing.depth
-    plate = Box(start + pad, housing.protrusion, start + pad + housing.depth, top)
     draw_view(canvas, shown.from_left, (middle, 0.0))
-    tip = 0.5 * housing.tip_side
-    top_left = (plate.left, top)
-    lengths = [Length("top", top_left, (plate.right, top), measured["depth"].label())]
-    if housing.pin_side:
-        half = 0.5 * housing.pin_side
-        label = measured["tip"].label(f"2x {'Ø' if housing.pin_round else '□'}{MEASURED}")
-        lengths.append(Length("bottom", (middle - half, -out), (middle + half, -out), label))
-    if _has_neck(housing):
-        label = MEASURED
-        if not housing.pin_side and not housing.dome_radius:
-            label = measured["tip"].label(f"2x □{MEASURED}")
-        lengths.append(Length("bottom", (middle - tip, 0.0), (middle + tip, 0.0), label))
-    if pad:
-        lengths.append(Length("top", (start, top), top_left, measured["pad"].label()))
+    lengths = [
+        Length("top", (back, top), (front, top), measured["depth"].label()),
+        *_widths_from_the_left(housing, measured["tip"], middle),
+    ]
+    if housing.pad_height:
+        lengths.append(Length("top", (pad_left, top), (back, top), measured["pad"].label()))
     if shown.hall is not None:
-        lengths += _hall_lengths(canvas, housing, shown.hall, plate.right)
-    draw_lengths(canvas, lengths, Box(start, -out, plate.right, top))
+        lengths += _hall_lengths(canvas, housing, shown.hall, front)
+    draw_lengths(canvas, lengths, Box(pad_left, -housing.pin_out, front, top))
     if housing.dome_radius:
-        centre = (middle, housing.dome_radius)
-        angle = 270.0 + math.degrees(0.5 * tip / housing.dome_radius)  # at its edge
-        beside = (middle + tip, -1.2 * canvas.text_height)
-        label = measured["tip"].label(f"2x S{MEASURED}")
-        canvas.callout("radius", centre, housing.dome_radius, beside, "right", label, angle=angle)
+        half_tip = 0.5 * housing.tip_side
+        text = CalloutText(
+            (middle + half_tip, -1.2 * canvas.text_height), "right", measured["tip"].label(f"2x S{MEASURED}")
+        )
+        half_way_out = 270.0 + math.degrees(0.5 * half_tip / housing.dome_radius)  # from the apex, at 270 degrees
+        canvas.callout("radius", (middle, housing.dome_radius), housing.dome_radius, text, angle=half_way_out)
     _draw_cutting_line(canvas, middle, canvas.extents(after=drawn))
+
+
+def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle: float) -> list[Length]:
+    """Return the widths of pins and of tips across the plate, whose middle lies at x = `middle` [mm].
+
+    The letter of the table, `measured`, stands on what touches the fruit: the pins, or the faces of flat tips.
+    """
+    lengths = []
+    if housing.pin_side:
+        half_pin = 0.5 * housing.pin_side
+        out = housing.pin_out
+        label = measured.label(f"2x {'Ø' if housing.pin_round else '□'}{MEASURED}")
+        lengths.append(Length("bottom", (middle - half_pin, -out), (middle + half_pin, -out), label))
+    if _has_neck(housing):
+        half_tip = 0.5 * housing.tip_side
+        label = MEASURED if housing.pin_side or housing.dome_radius else measured.label(f"2x □{MEASURED}")
+        lengths.append(Length("bottom", (middle - half_tip, 0.0), (middle + half_tip, 0.0), label))
+    return lengths
 
 
 def _hall_lengths(canvas: Canvas, housing: Housing, hall: HallPlaces, front: float) -> list[Length]:
@@ -308,41 +342,55 @@ def _hall_lengths(canvas: Canvas, housing: Housing, hall: HallPlaces, front: flo
 
 
 def _draw_from_behind(canvas: Canvas, shown: _Shown, above: Box) -> None:
-    """Draw the back of a plate of a square below the other views: its pads, and its holes for dowels from its edges."""
+    """Draw the back of a plate of a square below the other views: its pads, and its holes for dowels from its edges.
+
+    `above` is the box around the section [mm]. Seen from behind, +x of the housing points to the left.
+    """
     housing = shown.housing
     height = canvas.text_height
-    at = (
+    at = (  # of x = 0, z = 0
         above.left + _BESIDE_BEHIND_MM / canvas.scale + housing.right,
         above.bottom - BETWEEN_MM / canvas.scale - housing.top_level - _ROOM_BEHIND_MM / canvas.scale,
     )
 
-    def seen(x: float, z: float) -> tuple[float, float]:
+    def seen(x: float, z: float) -> Point:
+        """Return where this view has a point of the housing [mm]."""
         return at[0] - x, at[1] + z
 
     draw_view(canvas, shown.from_behind, at)
     top_left = seen(housing.right, housing.top_level)
     bottom_left = seen(housing.right, housing.protrusion)
     bottom_right = seen(housing.left, housing.protrusion)
-    last, first = (seen(*dowel) for dowel in sorted(housing.dowels))
+    last, first = (seen(*dowel) for dowel in sorted(housing.dowels))  # from the left edge of this view
     lengths = [Length("top", top_left, first), Length("top", first, last), Length("left", bottom_left, first)]
     if housing.pad_height:
-        foot = max(housing.cover_level, housing.protrusion)
-        post = housing.right - housing.wall_width + SETBACK_MM
-        pad_foot = seen(housing.right, foot)
-        bar = seen(post, housing.cavity_level + SETBACK_MM)
-        lengths += [
-            Length("bottom", pad_foot, seen(post, foot), f"2x {MEASURED}"),
-            Length("left", bar, top_left),
-        ]
-        if foot - housing.protrusion > NEAR_MM:
-            lengths.append(Length("left", bottom_left, pad_foot))
-        canvas.words("PAD", (at[0], 0.5 * (bar[1] + top_left[1])), height)
+        lengths += _pad_lengths(housing, seen)
+        _, bar_foot = seen(0.0, housing.cavity_level + SETBACK_MM)
+        canvas.words("PAD", (at[0], 0.5 * (bar_foot + top_left[1])), height)
     draw_lengths(canvas, lengths, Box(top_left[0], bottom_left[1], bottom_right[0], top_left[1]))
     _mark_holes(canvas, housing, seen)
     window_level = at[1] + 0.5 * (housing.cavity_level + housing.protrusion)
-    canvas.callout("diameter", last, housing.dowel_hole, (last[0], window_level), "left", f"2x {MEASURED}")
+    text = CalloutText((last[0], window_level), "left", f"2x {MEASURED}")
+    canvas.callout("diameter", last, housing.dowel_hole, text)
     level = bottom_left[1] - _NAME_BELOW_MM / canvas.scale
     canvas.words("FROM BEHIND", (at[0], level), _TITLE * height)
+
+
+def _pad_lengths(housing: Housing, seen: Callable[[float, float], Point]) -> list[Length]:
+    """Return the width of the posts of a pad, the height of its bar, and how far its foot lies above the plate's.
+
+    `seen` is where the view has a point x, z of the housing [mm].
+    """
+    foot = max(housing.cover_level, housing.protrusion)
+    post = housing.right - housing.wall_width + SETBACK_MM
+    pad_foot = seen(housing.right, foot)
+    lengths = [
+        Length("bottom", pad_foot, seen(post, foot), f"2x {MEASURED}"),
+        Length("left", seen(post, housing.cavity_level + SETBACK_MM), seen(housing.right, housing.top_level)),
+    ]
+    if foot - housing.protrusion > NEAR_MM:
+        lengths.append(Length("left", seen(housing.right, housing.protrusion), pad_foot))
+    return lengths
 
 
 def draw_gauges(canvas: Canvas, housing: Housing, gauge: FoilGauge, level: float) -> None:
@@ -387,7 +435,7 @@ def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: floa
 
 
 def _notes(shown: _Shown, process: Process) -> list[str]:
-    """Return the notes of the sheet, from above."""
+    """Return the notes of the sheet, a line each, from the uppermost on."""
     housing = shown.housing
     measured = shown.measured
     layer = f", layer {process.layer_mm:g} mm" if process.layer_mm else ""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from cad.drawing.canvas import MEASURED, Box, Canvas, Point
+from cad.drawing.canvas import MEASURED, Box, Canvas, DimensionText, Point
 
 Side = Literal["top", "bottom", "left", "right"]
 SIDES: tuple[Side, ...] = ("top", "bottom", "left", "right")
@@ -79,13 +79,14 @@ def draw_lengths(canvas: Canvas, lengths: Sequence[Length], view: Box) -> None:
 
 
 def _first_free(canvas: Canvas, length: Length, placed: Sequence[_Placed], later_ends: Sequence[float]) -> _Placed:
-    """Return the row nearest to the view, and the place of the text in it, that meets no other dimension.
+    """Return a length in the row nearest to the view where it and its text meet no dimension that is placed.
 
-    A text that no line to an end of a later, outer length could cross goes before one that some may.
+    `later_ends` [mm] are those of longer lengths, which will stand farther out: lines to them cross the rows inside.
+    Of the places for the text, the one that the fewest of these lines would cross is tried first.
     """
     texts = _text_places(canvas, length)
     texts.sort(key=lambda text: sum(text.holds(end) for end in later_ends))
-    outside = 1 + max((each.row for each in placed), default=-1)
+    outside = 1 + max((each.row for each in placed), default=-1)  # the first empty row
     for row, text in itertools.product(range(outside + 1), texts):
         candidate = _Placed(length, row, text)
         if not any(candidate.collides(each, 0.4 * canvas.text_height) for each in placed):
@@ -109,6 +110,7 @@ def _text_places(canvas: Canvas, length: Length) -> list[Interval]:
 
 
 def _draw(canvas: Canvas, placed: _Placed, view: Box) -> None:
+    """Draw a length in its row beside the view [mm]."""
     length = placed.length
     out = (_FIRST_MM + placed.row * _STEP_MM) / canvas.scale
     level = {"top": view.top + out, "bottom": view.bottom - out, "left": view.left - out, "right": view.right + out}
@@ -116,6 +118,8 @@ def _draw(canvas: Canvas, placed: _Placed, view: Box) -> None:
     middle = 0.5 * (placed.text.low + placed.text.high)
     over = 0.8 * canvas.text_height
     if length.side in ("top", "bottom"):
-        canvas.length("x", length.start, length.end, (middle, line + over), line, length.label)
+        text = DimensionText((middle, line + over), length.label)
+        canvas.length("x", length.start, length.end, line, text)
     else:
-        canvas.length("z", length.start, length.end, (line - over, middle), line, length.label, text_rotation=90.0)
+        text = DimensionText((line - over, middle), length.label, rotation=90.0)
+        canvas.length("z", length.start, length.end, line, text)

@@ -103,12 +103,15 @@ def _gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> f
 
 
 def _leaves(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
-    """Return thickness and length of the leaves by spring, and the depth of the plate."""
+    """Return thickness and length of the leaves by spring, and the depth of the plate.
+
+    A thickness is measured at each of the two leaves of a spring, which carry half of its stiffness each.
+    """
     found = {}
     within = _within(process.accuracy_mm)
     for arm in housing.arms:
         flexure = arm.flexure
-        one_of_two = 0.5 * (1.0 + _gain(flexure, thickness=STEP_MM))
+        one_of_two = 0.5 * (1.0 + _gain(flexure, thickness=STEP_MM))  # the other leaf is as it was
         found[f"{arm.name} thickness"] = MeasuredDimension(
             places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
             nominal=flexure.thickness,

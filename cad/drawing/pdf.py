@@ -26,7 +26,11 @@ class PdfPage(Recorder):
         self._operators = ["1 J 1 j"]  # round ends and corners
 
     def file(self, width: float, height: float) -> bytes:
-        """Return the PDF file of the page, whose size is given [mm of paper]."""
+        """Return the PDF file of the page, whose size is given [mm of paper].
+
+        A file is a header, numbered objects, a table of the byte at which each begins, and a trailer that says where
+        that table begins. Object 1 is the catalog, 2 the list of pages, 3 the page, 4 its content.
+        """
         content = zlib.compress("\n".join(self._operators).encode("ascii"), 9)
         size = f"/MediaBox [0 0 {width * POINTS:.2f} {height * POINTS:.2f}]".encode("ascii")
         bodies = (

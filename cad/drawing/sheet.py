@@ -45,6 +45,9 @@ _ROW_MM = 5.0  # of the table on it
 _CELLS_MM = (7.0, 47.0, 12.0, 13.0, 23.0)  # widths of its cells before those for what is measured
 _MEASURED_MM = _BLOCK.width - sum(_CELLS_MM)
 _TABLE_LETTER_MM = 2.0
+_TITLE_LETTER_MM = 3.0  # of the texts in the title block
+_HEAD_LETTER_MM = 1.4  # of what a cell of it is called
+_UNDER_HEAD_MM = 3.8  # middle of a text under such a head, above the foot of the cell
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,32 +98,19 @@ class Sheet:
 def on_sheet(draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title) -> Sheet:
     """Return the smallest sheet with the largest scale on which the views fit.
 
-    What draws them returns the table and the boxes around the views [mm]. The table stands on the title block in the
-    right lower corner, the notes in the left one.
+    `draw_views` draws them on a canvas; it returns the table and the boxes around the views [mm]. The table stands on
+    the title block in the right lower corner, the notes in the left one.
     """
-    decimals = 1 if title.general_tolerance.startswith("±") else DECIMALS
-    drawn: dict[str, _Drawn] = {}
-    for size, scale in _CHOICES:
-        if scale not in drawn:
-            canvas = Canvas(SCALES[scale], decimals=decimals)
-            drawn[scale] = _Drawn(canvas, *draw_views(canvas))
-        canvas, table, views = drawn[scale]
-        paper = SIZES[size]
-        corner = _corner_of(paper, drawn[scale], notes)
-        if corner is not None:
-            break
-    # The sheet is laid around the views so that they keep their places; what fits on none stands at its left edge.
-    left, bottom = corner or (views[0].left, min(view.bottom for view in views))
+    laid = _first_layout_that_fits(draw_views, notes, title)
+    canvas = laid.drawn.canvas
+    paper = SIZES[laid.size]
+    left, bottom = laid.corner
     window = Box(left, bottom, left + paper.width / canvas.scale, bottom + paper.height / canvas.scale)
-    on_paper = canvas.paper((left, bottom))
+    on_paper = canvas.paper(laid.corner)
     _draw_frame(on_paper, paper, notes)
-    _draw_table(on_paper, paper, table)
-    # Nobody counts the changes of a design, so the digest of what is told tells whether two prints are the same.
-    texts = [text for text, _ in canvas.texts()]
-    lengths = [round(float(length.get_measurement()), _DIGEST_DECIMALS) for length in canvas.dimensions()]
-    revision = hashlib.sha256(f"{replace(title, mass_g=None)}{texts}{lengths}".encode()).hexdigest()[:8]
-    _draw_title(on_paper, paper, _title_rows(title, size, scale, revision))
-    return Sheet(canvas=canvas, size=size, scale=scale, window=window)
+    _draw_table(on_paper, paper, laid.drawn.table)
+    _draw_title(on_paper, paper, _title_rows(title, laid.size, laid.scale, _revision(canvas, title)))
+    return Sheet(canvas=canvas, size=laid.size, scale=laid.scale, window=window)
 
 
 class _Drawn(NamedTuple):
@@ -131,45 +121,89 @@ class _Drawn(NamedTuple):
     views: Sequence[Box]
 
 
-def _corner_of(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None:
-    """Return where in the drawing the lower left corner of a sheet lies so that nothing overlaps; None where it must.
+class _Layout(NamedTuple):
+    """A sheet with views on it: its size and scale by name, the views, and where its lower left corner lies [mm].
 
-    The views stand in the middle of the room over table and notes, or in the middle of that beside the table, or in
-    the upper left corner.
+    The corner is a place in the drawing: the sheet is laid around the views, which keep their coordinates.
     """
-    canvas, table, views = drawn
-    scale = canvas.scale
-    frame = Box(_MARGIN.left, _MARGIN.bottom, paper.width - _MARGIN.right, paper.height - _MARGIN.top)
+
+    size: str
+    scale: str
+    drawn: _Drawn
+    corner: Point
+
+
+def _first_layout_that_fits(
+    draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
+) -> _Layout:
+    """Return the first of _CHOICES on which nothing overlaps; else the last one, with the views at its left edge."""
+    decimals = 1 if title.general_tolerance.startswith("±") else DECIMALS
+    by_scale: dict[str, _Drawn] = {}
+    for size, scale in _CHOICES:
+        if scale not in by_scale:
+            canvas = Canvas(SCALES[scale], decimals=decimals)
+            by_scale[scale] = _Drawn(canvas, *draw_views(canvas))
+        drawn = by_scale[scale]
+        corner = _corner_of(SIZES[size], drawn, notes)
+        if corner is not None:
+            return _Layout(size, scale, drawn, corner)
+    return _Layout(size, scale, drawn, (drawn.views[0].left, min(view.bottom for view in drawn.views)))
+
+
+def _revision(canvas: Canvas, title: Title) -> str:
+    """Return eight digits of a digest over all texts and lengths of a drawing: equal where two prints are the same.
+
+    Nobody counts the changes of a design, so a number of the change would have to be made up.
+    """
+    texts = [text for text, _ in canvas.texts()]
+    lengths = [round(float(length.get_measurement()), _DIGEST_DECIMALS) for length in canvas.dimensions()]
+    return hashlib.sha256(f"{replace(title, mass_g=None)}{texts}{lengths}".encode()).hexdigest()[:8]
+
+
+def _corner_of(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None:
+    """Return where in the drawing the lower left corner of a sheet lies [mm], or None where something must overlap.
+
+    Three places of the views are tried. Boxes below are in mm of paper, from the lower left corner of the sheet.
+    """
+    scale = drawn.canvas.scale
+    frame = _frame_of(paper)
     columns, lines = _note_columns(paper, notes)
     note_width = columns * (_note_width(notes) + _NOTE_MARGIN_MM)
     note_box = Box(frame.left, frame.bottom, frame.left + note_width, frame.bottom + _NOTE_STEP_MM * (lines + 1))
-    block = Box(frame.right - _BLOCK.width, frame.bottom, frame.right, frame.bottom + _BLOCK.height + table.height)
-    taken = (note_box, block)
+    block_top = frame.bottom + _BLOCK.height + drawn.table.height
+    block = Box(frame.right - _BLOCK.width, frame.bottom, frame.right, block_top)
     if _overlap(note_box, block):
         return None
     free = Box(frame.left + _ROOM_MM, frame.bottom + _ROOM_MM, frame.right - _ROOM_MM, frame.top - _ROOM_MM)
-    around = Box(*(scale * side for side in _around(views)))
+    around = Box(*(scale * side for side in _around(drawn.views)))
     middle = 0.5 * (around.left + around.right)
     level = 0.5 * (around.bottom + around.top)
     shifts = (
+        # in the middle of the room over table and notes
         (0.5 * (free.left + free.right) - middle, 0.5 * (max(block.top, note_box.top) + free.top) - level),
+        # in the middle of the room beside the table
         (0.5 * (free.left + block.left) - middle, 0.5 * (note_box.top + free.top) - level),
+        # in the upper left corner
         (free.left - around.left, free.top - around.top),
     )
     for right, up in shifts:
         placed = [
             Box(scale * box.left + right, scale * box.bottom + up, scale * box.right + right, scale * box.top + up)
-            for box in views
+            for box in drawn.views
         ]
-        whole = _around(placed)
-        inside = whole.left >= free.left - _NEAR and whole.right <= free.right + _NEAR
-        inside = inside and whole.bottom >= free.bottom - _NEAR and whole.top <= free.top + _NEAR
-        if inside and not any(_overlap(box, one, _ROOM_MM) for box in placed for one in taken):
+        is_clear = not any(_overlap(box, taken, _ROOM_MM) for box in placed for taken in (note_box, block))
+        if is_clear and _is_within(_around(placed), free):
             return -right / scale, -up / scale
     return None
 
 
+def _frame_of(paper: Size) -> Box:
+    """Return the frame of a sheet [mm of paper]."""
+    return Box(_MARGIN.left, _MARGIN.bottom, paper.width - _MARGIN.right, paper.height - _MARGIN.top)
+
+
 def _note_width(notes: Sequence[str]) -> float:
+    """Return the width of the longest note [mm of paper]."""
     return max(text_width(note, _NOTE_MM) for note in notes)
 
 
@@ -181,8 +215,15 @@ def _note_columns(paper: Size, notes: Sequence[str]) -> tuple[int, int]:
 
 
 def _around(boxes: Sequence[Box]) -> Box:
+    """Return the smallest box that holds all of these [mm]."""
     left, bottom, right, top = zip(*boxes, strict=True)
     return Box(min(left), min(bottom), max(right), max(top))
+
+
+def _is_within(box: Box, room: Box) -> bool:
+    """Say whether a box lies within another one, but for round-off [mm]."""
+    is_within_width = box.left >= room.left - _NEAR and box.right <= room.right + _NEAR
+    return is_within_width and box.bottom >= room.bottom - _NEAR and box.top <= room.top + _NEAR
 
 
 def _overlap(box: Box, other: Box, gap: float = 0.0) -> bool:
@@ -194,7 +235,7 @@ def _overlap(box: Box, other: Box, gap: float = 0.0) -> bool:
 def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
     """Draw the edge of the sheet, the frame, and the notes in its lower left corner."""
     paper.rectangle(Box(0.0, 0.0, size.width, size.height), "NOTES")
-    frame = Box(_MARGIN.left, _MARGIN.bottom, size.width - _MARGIN.right, size.height - _MARGIN.top)
+    frame = _frame_of(size)
     paper.rectangle(frame, "SHEET")
     _, lines = _note_columns(size, notes)
     step = _note_width(notes) + _NOTE_MARGIN_MM
@@ -231,31 +272,35 @@ def _draw_table(paper: Canvas, size: Size, table: Table) -> None:
 
 
 def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, row_height: float) -> None:
-    """Draw a row of cells from a level on, each with what it is, if that is told, above its text."""
+    """Draw a row of cells from the level `base` on [mm of paper], as wide as the title block.
+
+    A cell with a head has it small above its text; the text of a cell without stands in the middle of its height.
+    """
     right = size.width - _MARGIN.right
     x = right - _BLOCK.width
     top = base + row_height
     for level in (base, top):
         paper.line((x, level), (right, level), "SHEET")
     for cell in cells:
-        tallest = 3.0 if cell.head else _TABLE_LETTER_MM
+        tallest = _TITLE_LETTER_MM if cell.head else _TABLE_LETTER_MM
         height = min(tallest, (cell.width - 2.5) / text_width(cell.text or " ", 1.0))  # the text fits into its cell
         paper.line((x, base), (x, top), "SHEET")
         if cell.head:
-            paper.words(cell.head, (x + 1.0, top - 2.0), 1.4, "NOTES", from_the_left=True)
-        level = base + (3.8 if cell.head else 0.5 * row_height)
+            paper.words(cell.head, (x + 1.0, top - 2.0), _HEAD_LETTER_MM, "NOTES", from_the_left=True)
+        level = base + (_UNDER_HEAD_MM if cell.head else 0.5 * row_height)
         if cell.text:
             paper.words(cell.text, (x + 1.5, level), height, "SHEET", from_the_left=True)
         x += cell.width
 
 
 def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Sequence[_Cell], ...]:
+    """Return the rows of the title block from above, with the data fields of ISO 7200; three are left to be signed."""
     date = given_date()
     to_sign = (
         _Cell("legal owner", "", 44.0),
         _Cell("created by", "", 40.0),
         _Cell("approved by", "", 40.0),
-    )  # ISO 7200
+    )
     return (
         (_Cell("part", f"{title.name}: housing", _BLOCK.width),),
         to_sign,

@@ -156,17 +156,30 @@ class SignalPath:
         return tuple(math.hypot(noise, zero) for noise, zero in zip(self.noises_N, self.zero_drift_N, strict=True))
 
 
+@dataclass(frozen=True, kw_only=True)
+class SpringReadOut:
+    """How the springs of a sensor are read: their signal path where a read-out is named, else by bridges.
+
+    `fastest_s` is the shortest duration of a press by hand that the path can follow [s], where it is known.
+    """
+
+    springs: Sequence[Spring]
+    signal: SignalPath | None = None
+    fastest_s: float | None = None
+
+
 def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
     """Return an order of conversion in which the mean time of the channels of both kinds of springs is the same.
 
-    One kind is split about the other: what a delay does to their contrast then cancels on a level sensor. A pair has no
-    such order.
+    `kinds` are those of the springs, one for each tip; the order is of the tips, from 0. One kind is split about the
+    other, as in low, high, high, low: what a delay does to their contrast then cancels on a level sensor. A pair has no
+    such order, and keeps that of its tips.
     """
-    even = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]
-    if not even:
+    of_even_number = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]
+    if not of_even_number:
         return tuple(range(len(kinds)))
-    outer = [tip for tip, kind in enumerate(kinds) if kind == even[0]]
-    inner = [tip for tip, kind in enumerate(kinds) if kind != even[0]]
+    outer = [tip for tip, kind in enumerate(kinds) if kind == of_even_number[0]]
+    inner = [tip for tip, kind in enumerate(kinds) if kind != of_even_number[0]]
     half = len(outer) // 2
     return (*outer[:half], *inner, *outer[half:])
 
@@ -186,6 +199,58 @@ def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
     return tuple(1e3 / amplifier.rate_Hz * (order.index(tip) % inputs) / inputs for tip in range(len(kinds)))
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Transducer:
+    """What turns the deflection or the strain of each spring into a voltage at the amplifier's input.
+
+    `V_per_mm` is None for gauges, whose output depends on the leaf. `noise_V` is one standard deviation; `zero_V` and
+    `gain_percent` bound the drifts of zero and of gain, after the changes of temperature of [readout].
+    """
+
+    supply_V: float
+    V_per_mm: float | None
+    noise_V: float
+    zero_V: float
+    gain_percent: float
+
+    def V_per_N(self, spring: Spring) -> float:
+        """Return the voltage per force of a spring [V/N]; raises ValueError for a grid longer than half a leaf."""
+        if self.V_per_mm is None:
+            return 1e-3 * spring.bridge_output * self.supply_V
+        return self.V_per_mm / spring.K
+
+
+def _gauge_bridge(readout: Readout, process: Process) -> _Transducer:
+    """Return a full bridge of foil gauges, as much excited as a leaf of this process bears, or as [readout] says."""
+    supply = readout.excitation_V or excitation(process, readout.circuit)
+    return _Transducer(
+        supply_V=supply,
+        V_per_mm=None,
+        noise_V=0.0,  # that of the amplifier alone counts
+        # All four arms of a bridge see the strain of its drift.
+        zero_V=FOIL.gauge_factor * BRIDGE.zero_strain_per_K * readout.tare_K * supply,
+        gain_percent=math.hypot(BRIDGE.gain_percent_per_K * readout.drift_K, BRIDGE.linearity_percent),
+    )
+
+
+def _displacement_probe(readout: Readout) -> _Transducer:
+    """Return a sensor of displacement, the known one but for the numbers that [readout] gives."""
+    V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
+    return _Transducer(
+        supply_V=readout.circuit.supply_V,
+        V_per_mm=V_per_mm,
+        noise_V=1e-3 * (PROBE.noise_um if readout.noise_um is None else readout.noise_um) * V_per_mm,
+        zero_V=1e-3 * math.hypot(PROBE.zero_um_per_K * readout.tare_K, PROBE.zero_um) * V_per_mm,
+        gain_percent=math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent),
+    )
+
+
+def _self_heating(springs: Sequence[Spring], supply_V: float) -> float:
+    """Return how much the four gauges of a bridge warm the leaf that they are on, whose two faces air cools [K]."""
+    per_area = max(1.0 / (2.0 * spring.flexure.length * spring.flexure.depth) for spring in springs)
+    return supply_V**2 / RESISTANCE_OHM * per_area / (1e-6 * BRIDGE.film_W_per_m2_K)
+
+
 def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, kinds: Sequence[str]) -> SignalPath:
     """Return the signal path of a sensor whose tips stand on springs of these kinds, by their names.
 
@@ -193,43 +258,30 @@ def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, k
     """
     amplifier = readout.circuit
     is_foil = readout.transducer == "foil"
-    supply = amplifier.supply_V
-    if is_foil:
-        supply = readout.excitation_V or excitation(process, amplifier)
-    by_amplifier = 1e-4 * amplifier.gain_ppm_per_K * readout.drift_K
-    offset = 1e-9 * amplifier.offset_nV_per_K * readout.tare_K
-    noise_V = 0.0
-    if is_foil:  # all four arms of a bridge see the strain of its drift
-        zero_V = FOIL.gauge_factor * BRIDGE.zero_strain_per_K * readout.tare_K * supply
-        gain_percent = math.hypot(BRIDGE.gain_percent_per_K * readout.drift_K, BRIDGE.linearity_percent)
-    else:
-        V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
-        noise_V = 1e-3 * (PROBE.noise_um if readout.noise_um is None else readout.noise_um) * V_per_mm
-        zero_V = 1e-3 * math.hypot(PROBE.zero_um_per_K * readout.tare_K, PROBE.zero_um) * V_per_mm
-        gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
+    transducer = _gauge_bridge(readout, process) if is_foil else _displacement_probe(readout)
+    supply = transducer.supply_V
+    amplifier_gain_percent = 1e-4 * amplifier.gain_ppm_per_K * readout.drift_K
+    amplifier_zero_V = 1e-9 * amplifier.offset_nV_per_K * readout.tare_K
 
-    rows = {}
+    of_kind = {}  # numbers of a channel by the name of its spring
     for spring in springs:
-        V_per_N = 1e-3 * spring.bridge_output * supply if is_foil else V_per_mm / spring.K
+        V_per_N = transducer.V_per_N(spring)
         counts_per_N = V_per_N * amplifier.counts_per_V
-        rows[spring.name] = {
+        of_kind[spring.name] = {
             "mV_per_V": 1e3 * V_per_N / supply * spring.force,
             "full_counts": counts_per_N * spring.force,
             "counts_per_N": counts_per_N,
-            "noise_N": math.hypot(1e-9 * amplifier.noise_nV, noise_V) / V_per_N,
-            "zero_drift_N": math.hypot(offset, zero_V) / V_per_N,
-            "gain_drift_percent": math.hypot(by_amplifier, gain_percent),
+            "noise_N": math.hypot(1e-9 * amplifier.noise_nV, transducer.noise_V) / V_per_N,
+            "zero_drift_N": math.hypot(amplifier_zero_V, transducer.zero_V) / V_per_N,
+            "gain_drift_percent": math.hypot(amplifier_gain_percent, transducer.gain_percent),
         }
 
     def each(key: str) -> tuple[float, ...]:
-        return tuple(rows[kind][key] for kind in kinds)
+        """Return a number of every channel, in the order of the tips."""
+        return tuple(of_kind[kind][key] for kind in kinds)
 
-    heating = 0.0
-    if is_foil:
-        # The four gauges of a bridge warm the leaf they are on, whose two faces the air cools.
-        largest = max(1.0 / (2.0 * spring.flexure.length * spring.flexure.depth) for spring in springs)
-        heating = supply**2 / RESISTANCE_OHM * largest / (1e-6 * BRIDGE.film_W_per_m2_K)
-    per_K = 100.0 * abs(process.E_per_K or 0.0)
+    heating = _self_heating(springs, supply) if is_foil else 0.0
+    modulus_percent_per_K = 100.0 * abs(process.E_per_K or 0.0)
     return SignalPath(
         transducer=readout.transducer,
         amplifier=amplifier.name,
@@ -243,9 +295,9 @@ def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, k
         noise_N=each("noise_N"),
         zero_drift_N=each("zero_drift_N"),
         gain_drift_percent=each("gain_drift_percent"),
-        modulus_drift_percent=per_K * readout.drift_K,
+        modulus_drift_percent=modulus_percent_per_K * readout.drift_K,
         self_heating_K=heating,
-        self_heating_percent=per_K * heating,
+        self_heating_percent=modulus_percent_per_K * heating,
         delay_ms=channel_delays(readout, kinds),
         time_error_ms=readout.largest_time_error_ms,
     )

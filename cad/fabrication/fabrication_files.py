@@ -1,6 +1,5 @@
 """What a maker needs beside the part: drawing, coupon, cover, bracket, bill of materials and sheet."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import cadquery as cq
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
-from cad.fabrication.bridges import Spring, series_resistor, signal_path
+from cad.fabrication.bridges import SpringReadOut, series_resistor
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount import mount_solid
 from cad.fabrication.wiring import write_wiring
@@ -34,16 +33,11 @@ class MakerFiles:
 
 
 def write_fabrication(
-    sensor: SensorSolids,
-    title: Title,
-    springs: Sequence[Spring],
-    folder: Path,
-    readout: Readout | None = None,
-    fastest_s: float | None = None,
+    sensor: SensorSolids, title: Title, read_out: SpringReadOut, folder: Path, readout: Readout | None = None
 ) -> MakerFiles:
     """Write the drawing, coupon, cover, bracket, bom.csv and fabrication.md; return what was written.
 
-    With a read-out its wiring plan, wiring.svg, too, and on the sheet the shortest duration of a press by hand [s].
+    Where a design names its `readout`, whose signal path is in `read_out`, its wiring plan, wiring.svg, is written too.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
@@ -56,8 +50,7 @@ def write_fabrication(
     ]
     solids = [sensor.housing_body(), *bodies]
     masses = {body.name: 1e-3 * body.shape.Volume() * process.density_g_per_cm3 for body in solids}
-    signal = None if readout is None else signal_path(readout, springs, process, sensor.tips.springs)
-    bill = bill_of_materials(sensor, process, springs, masses, signal)
+    bill = bill_of_materials(sensor, process, read_out.springs, masses, read_out.signal)
 
     drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]), readout)
     paths = [*drawing.write(folder / "drawing")]
@@ -76,7 +69,7 @@ def write_fabrication(
         write_wiring(paths[-1], readout.transducer, sensor.tips.names, plates, resistor)
     texts = {
         "bom.csv": bill_csv(bill),
-        "fabrication.md": fabrication_sheet(sensor, title, bill, springs, signal, fastest_s),
+        "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

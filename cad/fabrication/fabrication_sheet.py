@@ -9,8 +9,8 @@ from cad.fabrication.bill import BillLine, screw_name
 from cad.fabrication.bridges import (
     HX711,
     RESISTANCE_OHM,
-    SignalPath,
     Spring,
+    SpringReadOut,
     excitation,
     largest_excitation,
     series_resistor,
@@ -22,8 +22,9 @@ from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.hall_places import hall_places
-from cad.parts.housing import DOWEL_MM
+from cad.parts.housing import DOWEL_MM, Arm
 from cad.parts.sensor import SensorSolids
+from sensor.design.processes import Process
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.strain_gauge import GAUGES
 
@@ -43,34 +44,33 @@ def last_digit(full: float) -> float:
     return 10.0 ** math.floor(math.log10(largest))
 
 
-def fabrication_sheet(
-    sensor: SensorSolids,
-    title: Title,
-    bill: Sequence[BillLine],
-    springs: Sequence[Spring],
-    signal: SignalPath | None = None,
-    fastest_s: float | None = None,
-) -> str:
-    """Return the sheet in Markdown: dimensions, the bill, and the read-out by bridges or by a signal path.
+def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
+    """Return the row of the sheet on a leaf of the coupon: its largest weight [g], and how far that bends it [mm]."""
+    factor = modulus_factor(arm.flexure)
+    force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
+    return {
+        "name": arm.name[0].upper(),
+        "thickness": arm.flexure.thickness,
+        "factor": factor,
+        "grams": 1e3 * force / STANDARD_GRAVITY,
+        "sag": factor * force / process.E_MPa,
+    }
 
-    `fastest_s` is the shortest duration of a press by hand with that path [s], where it is known.
+
+def _jig_press(spring: Spring) -> dict[str, str | float]:
+    """Return the row of the sheet on the calibration of a spring: its largest deflection [mm] and weight [g]."""
+    grams = 1e3 * _JIG_FRACTION * spring.force / STANDARD_GRAVITY
+    return {"name": spring.name, "deflection": _JIG_FRACTION * spring.deflection, "grams": grams}
+
+
+def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLine], read_out: SpringReadOut) -> str:
+    """Return the sheet in Markdown: dimensions, the bill, and how the springs are read.
+
+    The text is that of `fabrication_sheet.md.jinja`, which has the values below by name: lengths in mm.
     """
     process = title.process
     housing = sensor.housing
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()
-
-    coupon_leaves = []
-    for arm in housing.arms:
-        factor = modulus_factor(arm.flexure)
-        force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
-        leaf = {"name": arm.name[0].upper(), "thickness": arm.flexure.thickness, "factor": factor}
-        coupon_leaves.append({**leaf, "grams": 1e3 * force / STANDARD_GRAVITY, "sag": factor * force / process.E_MPa})
-
-    jig_presses = []
-    for spring in springs:
-        grams = 1e3 * _JIG_FRACTION * spring.force / STANDARD_GRAVITY
-        jig_presses.append({"name": spring.name, "deflection": _JIG_FRACTION * spring.deflection, "grams": grams})
-
     return render_template(
         "fabrication_sheet.md.jinja",
         title=title,
@@ -80,7 +80,7 @@ def fabrication_sheet(
         bill=bill,
         volume_cm3=volume_cm3,
         mass_g=volume_cm3 * process.density_g_per_cm3,
-        coupon_leaves=coupon_leaves,
+        coupon_leaves=[_coupon_leaf(arm, process) for arm in housing.arms],
         cover_mm=COVER_MM,
         cover_plate_mm=PLATE_MM,
         cover_rim_mm=RECESS_MM,
@@ -96,15 +96,15 @@ def fabrication_sheet(
         dowel_diameter=DOWEL_MM,
         travel_mm=sensor.press.travel_mm,
         gauge=GAUGES[housing.gauges],
-        springs=springs,
+        springs=read_out.springs,
         amplifier=HX711,
         ohms=RESISTANCE_OHM,
         excitation=excitation(process),
         largest_excitation=largest_excitation(process),
         resistor=series_resistor(process),
-        signal=signal,
-        fastest_s=fastest_s,
+        signal=read_out.signal,
+        fastest_s=read_out.fastest_s,
         hall=hall_places(housing, sensor.press),
-        jig_presses=jig_presses,
+        jig_presses=[_jig_press(spring) for spring in read_out.springs],
         last_digit=last_digit,
     )

@@ -19,7 +19,7 @@ PLATE_MM = 5.0
 HEAD_ROOM_MM = 8.0  # under the flange's screws, whose heads are 6 mm high: ISO 4762
 HEAD_MM = 10.0  # diameter of those heads
 _BEHIND = 6.0  # of the plate behind the outermost hole of the flange
-_REACH = 1.0
+_REACH = 1.0  # of a cut beyond what it opens, and between heads and what is near them
 
 
 def back_of(sensor: SensorSolids) -> float:
@@ -33,7 +33,7 @@ def _washer_before_bracket(sensor: SensorSolids) -> float:
 
 
 def mounted_grip(sensor: SensorSolids) -> float:
-    """Return what the four screws span with the bracket, between the washers under their heads and nuts [mm]."""
+    """Return the grip of the four screws with the bracket, between the washers under their heads and nuts [mm]."""
     return grip(sensor) + _washer_before_bracket(sensor) + PLATE_MM
 
 
@@ -50,19 +50,18 @@ def flange_holes(sensor: SensorSolids) -> tuple[tuple[float, float], ...]:
 
 
 def mount_solid(sensor: SensorSolids) -> cq.Solid:
-    """Return the bracket in its place behind the sensor [mm]."""
+    """Return the bracket in its place behind the sensor [mm]: an upright plate and a shelf, each with its holes."""
     housing = sensor.housing
     back = back_of(sensor)
-    shelf = housing.top_level + HEAD_ROOM_MM
+    shelf_level = housing.top_level + HEAD_ROOM_MM
     through = PLATE_MM + 2.0 * _REACH
-    body = cq.Workplane(obj=_upright(sensor, shelf + PLATE_MM).fuse(_shelf(back, shelf)).clean())
-    across = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _REACH, 0.0))
-    down = cq.Workplane("XY", origin=(0.0, 0.0, shelf - _REACH))
-    for plane, places, diameter in (
-        (across, housing.holes, housing.hole_diameter),
-        (down, flange_holes(sensor), FLANGE_HOLE_MM),
-    ):
-        body = body.cut(plane.pushPoints(list(places)).circle(0.5 * diameter).extrude(through))
+    body = cq.Workplane(obj=_upright(sensor, shelf_level + PLATE_MM).fuse(_shelf(back, shelf_level)).clean())
+    behind_plate = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _REACH, 0.0))  # extrudes along -y
+    screw_holes = behind_plate.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
+    body = body.cut(screw_holes.extrude(through))
+    under_shelf = cq.Workplane("XY", origin=(0.0, 0.0, shelf_level - _REACH))
+    flange_screws = under_shelf.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
+    body = body.cut(flange_screws.extrude(through))
     return body.findSolid().Solids()[0]
 
 

@@ -44,7 +44,11 @@ def glb_position(points: Floats) -> Floats:
 
 
 def glb_of(bodies: Sequence[GlbBody]) -> bytes:
-    """Return bodies as the bytes of a GLB file."""
+    """Return bodies as the bytes of a GLB file.
+
+    What moves a body is a morph target of its mesh. trimesh writes no such targets: it is given them as an attribute of
+    the vertices, and `_with_targets` makes targets of those.
+    """
     scene: Any = trimesh.Scene()  # its methods have no types that strict mode takes
     for body in bodies:
         count = len(body.vertices)
@@ -67,13 +71,17 @@ def _linear(colour: Floats) -> NDArray[np.uint8]:
 
 
 def _with_motion(buffers: Any, tree: Tree) -> None:  # noqa: ANN401 - an ordered mapping of trimesh
-    """Add the animation: the weight of what each body is moved by goes from 0 to 1 in one second."""
+    """Add the animation: the weight of each body's target goes from 0 to 1 in one second.
+
+    The same numbers, 0 and 1, are the times [s] and the weights at them. They become one more buffer, which an accessor
+    describes; both are called by their number in glTF.
+    """
     ramp = np.array([0.0, 1.0], dtype=np.float32)
-    view = len(buffers)
+    buffer_number = len(buffers)
     buffers[MOTION] = ramp.tobytes()
-    accessor = len(tree["accessors"])
+    accessor_number = len(tree["accessors"])
     tree["accessors"][MOTION] = {
-        "bufferView": view,
+        "bufferView": buffer_number,
         "componentType": _FLOAT,
         "count": len(ramp),
         "type": "SCALAR",
@@ -84,7 +92,7 @@ def _with_motion(buffers: Any, tree: Tree) -> None:  # noqa: ANN401 - an ordered
     tree["animations"] = [
         {
             "name": MOTION,
-            "samplers": [{"input": accessor, "output": accessor, "interpolation": "LINEAR"}],
+            "samplers": [{"input": accessor_number, "output": accessor_number, "interpolation": "LINEAR"}],
             "channels": [{"sampler": 0, "target": {"node": node, "path": "weights"}} for node in nodes],
         }
     ]

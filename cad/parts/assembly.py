@@ -56,20 +56,25 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
 
 
 def _with_pads(plate: cq.Shape, housing: Housing) -> cq.Shape:
-    """Return a plate with a pad on the posts and the bar of its back, and with holes for screws and dowels in it.
+    """Return a plate with a pad on its back, and with holes for screws and dowels through both.
 
-    The pad lies where the rim of a cover lies on the frame, set back from what moves; it is open towards the tips.
+    The pad is a frame that is open towards the tips: it lies on the posts and the bar, where the rim of a cover lies,
+    set back from what moves.
     """
     back = 0.5 * housing.depth
     height = housing.pad_height
     if height > 0.0:
         foot = max(housing.cover_level, housing.protrusion)
         width = housing.right - housing.left
-        post = housing.wall_width - SETBACK_MM
-        bar_level = housing.cavity_level + SETBACK_MM
+        post_width = housing.wall_width - SETBACK_MM
+        bar_foot = housing.cavity_level + SETBACK_MM
         pad = cq.Solid.makeBox(width, height, housing.top_level - foot, cq.Vector(housing.left, back, foot))
-        opening_corner = cq.Vector(housing.left + post, back - _REACH, foot - _REACH)
-        opening = cq.Solid.makeBox(width - 2.0 * post, height + 2.0 * _REACH, bar_level - foot + _REACH, opening_corner)
+        opening = cq.Solid.makeBox(
+            width - 2.0 * post_width,
+            height + 2.0 * _REACH,
+            bar_foot - foot + _REACH,
+            cq.Vector(housing.left + post_width, back - _REACH, foot - _REACH),
+        )
         plate = plate.fuse(pad.cut(opening))
 
     outside = cq.Workplane("XZ", origin=(0.0, back + height + _REACH, 0.0))
@@ -158,7 +163,10 @@ def fasteners(sensor: SensorSolids) -> dict[str, cq.Shape]:
 
 
 def _screw_set(grip_mm: float) -> dict[str, cq.Shape]:
-    """Return screw, nut and washers about the axis y, y = 0 in the middle of what they hold."""
+    """Return screw, nut and washers about the axis y, y = 0 in the middle of what they hold [mm].
+
+    The head lies on the front, -y. For a grip that no screw is long enough for, the screw is a cut rod.
+    """
     front = -0.5 * grip_mm
     back = 0.5 * grip_mm
     length = screw_length(back - front) or math.ceil(back - front + NUT_MM + 2.0 * WASHER_THICKNESS_MM)

@@ -29,10 +29,10 @@ def modulus_factor(flexure: Flexure) -> float:
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     factor = 0.0
     for start, end in ((0.0, r), (r, length - r), (length - r, length)):
-        s = 0.5 * (end - start) * nodes + 0.5 * (end + start)
+        s = 0.5 * (end - start) * nodes + 0.5 * (end + start)  # from the block
         into_fillet = np.maximum(r - np.minimum(s, length - s), 0.0)
         rise = r - np.sqrt(np.maximum(r**2 - into_fillet**2, 0.0))
-        thickness = flexure.thickness + 2.0 * rise
+        thickness = flexure.thickness + 2.0 * rise  # both sides are rounded
         curvature = 12.0 * (length + BEYOND_LEAF_MM - s) ** 2 / (flexure.depth * thickness**3)
         factor += 0.5 * (end - start) * float(weights @ curvature)
     return factor

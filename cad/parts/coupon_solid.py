@@ -16,7 +16,11 @@ from cad.parts.part import FaceTest, Part, is_hole, named_part, round_upright_ed
 
 
 def coupon_part(housing: Housing) -> Part:
-    """Return the coupon of a housing as one solid with the faces clamp_holes, low_weight and high_weight."""
+    """Return the coupon of a housing as one solid with the faces clamp_holes, low_weight and high_weight.
+
+    From its block a leaf of each arm stands out to the side of that arm, with a pad and the hole for a weight at its
+    end.
+    """
     depth = housing.depth
     half_block = 0.5 * BLOCK_WIDTH_MM
     back = cq.Workplane("XZ", origin=(0.0, 0.5 * depth, 0.0))

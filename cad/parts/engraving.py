@@ -37,13 +37,13 @@ def engrave_name(part: Part, housing: Housing, name: str) -> Part:
 
     A name that is too long is cut short; a panel that is too small for letters of 3 mm stays blank.
     """
-    texts = [(name, _bar(housing))]
+    panels = [(name, _bar(housing))]
     for letter, arm in zip(("L", "H"), housing.arms, strict=True):
         (x, lower), (_, upper) = arm.holes
         between_holes = upper - lower - 2.0 * housing.hole_inset
-        texts.append((letter, _Panel(x, 0.5 * (lower + upper), housing.wall_width, between_holes)))
+        panels.append((letter, _Panel(x, 0.5 * (lower + upper), housing.wall_width, between_holes)))
     tools: list[cq.Solid] = []
-    for text, panel in texts:
+    for text, panel in panels:
         height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
         if height >= SMALLEST_MM:
             fitting = letters_that_fit(text, height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
@@ -66,7 +66,11 @@ def _bar(housing: Housing) -> _Panel:
 
 
 def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
-    """Return what an area takes away; on the back of a plate of a square it is mirrored, to be read from there."""
+    """Return the tool that engraves an inked area, x and z about the middle of its panel, in the marked face [mm].
+
+    In a plate of a square that is the back, where x is mirrored, to be read from there. The tool reaches as far out of
+    the face as into it.
+    """
     if housing.back_to_back:
         sign = -1.0
         face = 0.5 * housing.depth + housing.pad_height
@@ -75,6 +79,7 @@ def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
         face = -0.5 * housing.depth
 
     def wire(ring: shapely.LinearRing) -> cq.Wire:
+        """Return a closed ring of points at the ground of the mark; its last point is the first again."""
         points = [cq.Vector(panel.x + sign * x, face - ENGRAVED_MM, panel.z + z) for x, z in ring.coords[:-1]]
         return cq.Wire.makePolygon(points, close=True)
 
@@ -105,9 +110,9 @@ _STROKES = {
 
 
 def strokes(text: str, height: float) -> Sequence[Stroke]:
-    """Return the strokes [mm] of a text whose letters are so high [mm], the whole centred on the origin.
+    """Return the strokes [mm] of a text in capitals of this height [mm], the whole centred on the origin.
 
-    Capitals stand for all letters. Raises KeyError for a sign that has no strokes.
+    Raises KeyError for a sign that has no strokes.
     """
     unit = height / _TALL
     left = -0.5 * unit * (_STEP * len(text) - _GAP)
@@ -115,7 +120,7 @@ def strokes(text: str, height: float) -> Sequence[Stroke]:
     for index, letter in enumerate(text.upper()):
         start = left + index * _STEP * unit
         for stroke in _STROKES[letter].split(", "):
-            points = [(int(point[0]), int(point[1])) for point in stroke.split(" ")]
+            points = [(int(digits[0]), int(digits[1])) for digits in stroke.split(" ")]  # on the grid
             drawn.append(tuple((start + unit * x, unit * y - 0.5 * height) for x, y in points))
     return drawn
 
@@ -128,6 +133,6 @@ def outlines(text: str, height: float, width: float) -> Sequence[shapely.Polygon
 
 
 def letters_that_fit(text: str, height: float, room: float) -> str:
-    """Return as much of a text as a room [mm] holds."""
+    """Return a text cut short to the letters of this height that fit into a room [mm]."""
     unit = height / _TALL
     return text[: max(0, int((room + _GAP * unit) // (_STEP * unit)))]

@@ -21,18 +21,19 @@ QUARTER = ("symmetry_x", "symmetry_y")
 
 
 def solved_block(fruit: Fruit, tips: Tips) -> Part:
-    """Return what is solved of a block [mm]: the quarter x, y >= 0 where the tips are central, else the half y >= 0."""
+    """Return the part of a block that is solved [mm]: the quarter x, y >= 0 under central tips, else y >= 0."""
     return fruit_block(fruit, tips, QUARTER if tips.offset_mm == 0.0 else HALF)
 
 
 def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
-    """Return the block [mm], or what lies behind its planes of symmetry, with the faces base, top, low_tip, high_tip.
+    """Return the block [mm] with the faces base, top, low_tip and high_tip, or the part that stands for the whole.
 
-    The planes are faces of their names; behind symmetry_x there is no low tip. Raises InputError when a tip stands
-    beyond the fruit.
+    `mirrors` name its planes of symmetry, which are faces of the part too: "symmetry_x" leaves x >= 0, which has no low
+    tip, and "symmetry_y" leaves y >= 0. Raises InputError when a tip stands beyond the fruit.
     """
     check_tips_on_fruit(fruit, tips)
-    right, back = 0.5 * fruit.length_mm, 0.5 * fruit.width_mm
+    right = 0.5 * fruit.length_mm
+    back = 0.5 * fruit.width_mm
     left = 0.0 if "symmetry_x" in mirrors else -right
     front = 0.0 if "symmetry_y" in mirrors else -back
     corner = cq.Vector(left, front, -fruit.height_mm)
@@ -43,7 +44,8 @@ def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
         **{plane: _MIRROR_PLANES[plane] for plane in mirrors},
         **_top_faces(tips, centres, on_plane(2, 0.0), NEAR_MM),
     }
-    return named_part("fruit block", block.split(*(_footprint(tips, x) for x in centres.values())), faces)
+    divided = block.split(*(_footprint(tips, x) for x in centres.values()))
+    return named_part("fruit block", divided, faces)
 
 
 def _tip_centres(tips: Tips) -> dict[str, float]:
@@ -62,7 +64,10 @@ def _footprint(tips: Tips, x: float) -> cq.Face:
 
 
 def _top_faces(tips: Tips, centres: dict[str, float], on_top: FaceTest, near: float) -> dict[str, FaceTest]:
-    """Return the tests that pick on the top each face in the plan of a tip, and as `top` what is left of it."""
+    """Return the tests that pick by name the faces of the top: each one under a tip, and as "top" all others.
+
+    `centres` are x of the tips by name, `on_top` picks the whole top; a face may be `near` wider than its tip [mm].
+    """
     reach = 0.5 * tips.side_mm + near
 
     def under_tip(x: float) -> FaceTest:
@@ -96,17 +101,18 @@ def curved_fruit(fruit: Fruit, tips: Tips | None = None, *, half: bool = False) 
         piece = piece.split(*(_outline(piece, tips, x) for x in centres.values()))
     if half:
         far = piece.BoundingBox().DiagonalLength
-        piece = piece.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far)))
+        all_behind = cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far))
+        piece = piece.intersect(all_behind)
         faces["symmetry_y"] = _MIRROR_PLANES["symmetry_y"]
     return named_part(f"fruit {fruit.shape}", piece, faces)
 
 
 def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
     """Return the fruit [mm], its apex or the middle of its top at the origin, with the outlines of a pair of tips."""
-    is_pair = tips.tip_layout.is_pair
+    outlined = tips if tips.tip_layout.is_pair else None
     if fruit.shape != "block":
-        return curved_fruit(fruit, tips if is_pair else None).shape
-    return fruit_block(fruit, tips).shape if is_pair else outer_box(fruit)
+        return curved_fruit(fruit, outlined).shape
+    return outer_box(fruit) if outlined is None else fruit_block(fruit, outlined).shape
 
 
 def outer_box(fruit: Fruit, top: float = 0.0) -> cq.Solid:
@@ -116,13 +122,16 @@ def outer_box(fruit: Fruit, top: float = 0.0) -> cq.Solid:
 
 
 def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
-    """Return the piece with its apex at the origin; poles and seam of the surface lie away from the top."""
+    """Return the piece of a curved fruit with its apex at the origin [mm]; `radius` is that along the tips.
+
+    Poles and seam of its surface lie away from the top, where the outlines of the tips will divide it.
+    """
     if fruit.radius_across_mm is None:
         sphere: cq.Shape = cq.Solid.makeSphere(radius, angleDegrees1=-90, angleDegrees2=90)
         whole = sphere.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0), 90.0)
     else:
-        across = (radius * fruit.radius_across_mm) ** 0.5
-        whole = _ellipsoid(radius, across, beyond_equator=fruit.depth_mm > radius)
+        half_width = (radius * fruit.radius_across_mm) ** 0.5  # the half axis across that has this radius of curvature
+        whole = _ellipsoid(radius, half_width, beyond_equator=fruit.depth_mm > radius)
     lowered = whole.translate(cq.Vector(0.0, 0.0, -radius))
     if fruit.azimuth_deg:
         lowered = lowered.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), fruit.azimuth_deg)
@@ -130,10 +139,10 @@ def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
 
 
 def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shape:
-    """Return the body that a half ellipse leaves when it turns about y, of half axes radius and across [mm].
+    """Return an ellipsoid of half axes `radius` along x and z and `across` along y [mm]: its upper half, or the whole.
 
-    It is the upper half, or the whole: of two surfaces and from a spline, for one surface all around, or one with a
-    pole where an ellipse starts, is read back wrong from a STEP file.
+    Half an ellipse turns about y. The whole has two surfaces, which turn a spline: one surface all around, or one with
+    a pole where an ellipse starts, is read back wrong from a STEP file.
     """
     middle, axis = cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0)
     half = cq.Edge.makeEllipse(across, radius, middle, cq.Vector(0.0, 0.0, -1.0), axis, 0.0, 180.0)
@@ -145,13 +154,13 @@ def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shap
 
 
 def _outline(piece: cq.Shape, tips: Tips, x: float) -> cq.Face:
-    """Return the part of the top that lies under a tip."""
+    """Return the part of the curved top of a piece that lies under a tip at x [mm]."""
     side = tips.side_mm
     far = piece.BoundingBox().DiagonalLength
     if tips.tip_shape.is_round:
-        above = cq.Solid.makeCylinder(0.5 * side, 2.0 * far, cq.Vector(x, 0.0, -far))
+        column = cq.Solid.makeCylinder(0.5 * side, 2.0 * far, cq.Vector(x, 0.0, -far))
     else:
-        above = cq.Solid.makeBox(side, side, 2.0 * far, cq.Vector(x - 0.5 * side, -0.5 * side, -far))
+        column = cq.Solid.makeBox(side, side, 2.0 * far, cq.Vector(x - 0.5 * side, -0.5 * side, -far))
     curved = [face for face in piece.Faces() if _is_curved(face)]
     top = max(curved, key=lambda face: face.BoundingBox().zmax)
-    return top.intersect(above).Faces()[0]
+    return top.intersect(column).Faces()[0]

@@ -131,6 +131,7 @@ class Housing:
         )
 
     def _arm(self, name: str, sign: float, flexure: Flexure, top_level: float) -> Arm:
+        """Return the arm on one side; in a plate of a square both posts are as far out as the longer leaf's."""
         shuttle = sign * 0.5 * (self.spacing + self.shuttle_width)
         longest = max(self.low.length, self.high.length) if self.back_to_back else flexure.length
         post = shuttle + sign * longest
@@ -226,27 +227,31 @@ def profile(housing: Housing) -> list[Point]:
 
 
 def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
-    """Return the outline from the wall's foot over lower leaf, tip, shuttle and upper leaf to the cavity corner."""
+    """Return the outline (x, z) of an arm [mm], from the foot of its wall round the arm to the corner of the cavity.
+
+    It runs along the underside of the lower leaf, round neck and tip, up the inner side of the shuttle, and back over
+    the upper leaf: the window between the leaves is cut later.
+    """
     half_leaf = 0.5 * arm.flexure.thickness
-    lower = arm.levels[0] - half_leaf
-    upper = arm.levels[1] + half_leaf
-    outer_side = arm.sign * 0.5 * housing.shuttle_width
-    outer_tip = arm.sign * 0.5 * housing.tip_side
-    inner = arm.centre - outer_side
+    underside = arm.levels[0] - half_leaf
+    upper_side = arm.levels[1] + half_leaf
+    to_outer_side = arm.sign * 0.5 * housing.shuttle_width
+    to_outer_tip = arm.sign * 0.5 * housing.tip_side
+    inner = arm.centre - to_outer_side
     return [
         (arm.wall, housing.protrusion),
-        (arm.wall, lower),
-        (arm.shuttle, lower),
-        (arm.centre + outer_side, housing.neck_level),
-        (arm.centre + outer_tip, housing.tip_height),
-        (arm.centre + outer_tip, 0.0),
-        (arm.centre - outer_tip, 0.0),
-        (arm.centre - outer_tip, housing.tip_height),
+        (arm.wall, underside),
+        (arm.shuttle, underside),
+        (arm.centre + to_outer_side, housing.neck_level),
+        (arm.centre + to_outer_tip, housing.tip_height),
+        (arm.centre + to_outer_tip, 0.0),
+        (arm.centre - to_outer_tip, 0.0),
+        (arm.centre - to_outer_tip, housing.tip_height),
         (inner, housing.neck_level),
         (inner, arm.top_level),
         (arm.shuttle, arm.top_level),
-        (arm.shuttle, upper),
-        (arm.wall, upper),
+        (arm.shuttle, upper_side),
+        (arm.wall, upper_side),
         (arm.wall, housing.cavity_level),
     ]
 

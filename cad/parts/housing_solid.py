@@ -12,13 +12,14 @@ from cad.parts.housing import Housing, fillet_corners, profile
 from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, round_upright_edges
 
 BALL_SHARE = 0.98  # of the radius, to which the cap of a whole half ball reaches: its poles lie beyond
+_REACH = 1.0  # [mm] that a cut reaches beyond the plate
 _BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip
 
 
 def housing_part(housing: Housing) -> Part:
     """Return the housing as one solid with its faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`."""
     back = cq.Workplane("XZ", origin=(0.0, 0.5 * housing.depth, 0.0))
-    plate = back.polyline(profile(housing)).close().extrude(housing.depth)
+    plate = back.polyline(profile(housing)).close().extrude(housing.depth)  # a workplane XZ looks along -y
 
     for arm in housing.arms:
         left, right = arm.roots
@@ -37,13 +38,13 @@ def housing_part(housing: Housing) -> Part:
 
 
 def _beside_tips(housing: Housing) -> cq.Workplane:
-    """Return what the 45 degree taper of the necks takes from both sides of the plate."""
+    """Return the tool that tapers the necks by 45 degrees on both sides of the plate, over both tips [mm]."""
     face = 0.5 * housing.depth
     tip = 0.5 * housing.tip_side
-    outside = face + 1.0
+    outside = face + _REACH
     shoulder = (tip, housing.tip_height)
     neck_end = (face, housing.neck_level)
-    section = [(tip, -1.0), shoulder, neck_end, (outside, housing.neck_level), (outside, -1.0)]
+    section = [(tip, -_REACH), shoulder, neck_end, (outside, housing.neck_level), (outside, -_REACH)]  # (y, z)
     reach = 0.5 * (housing.spacing + housing.shuttle_width) + 0.25 * housing.low.fillet
     wedge = cq.Workplane("YZ", origin=(-reach, 0.0, 0.0)).polyline(section).close().extrude(2.0 * reach)
     return wedge.union(wedge.mirror("XZ"))
@@ -53,18 +54,19 @@ def cut_domes(part: Part, housing: Housing) -> Part:
     """Return the housing with its tips cut to caps of the dome's radius, their apexes at z = 0; as it is without domes.
 
     A tip stays square above its cap, for a round one would hang over in print: the round face lies inside the square.
+    The tool is a box around the end of the tip, less the ball: what it takes away lies outside the ball.
     """
     if not housing.dome_radius:
         return part
     width = housing.tip_side + 2.0 * _BESIDE_TIP
     depth = housing.depth + 2.0 * _BESIDE_TIP
     height = min(BALL_SHARE * housing.dome_radius, housing.tip_height) + _BESIDE_TIP
-    along = cq.Vector(1.0, 0.0, 0.0)
+    poles_along_x = cq.Vector(1.0, 0.0, 0.0)  # away from the cap
     shape = part.shape
     for arm in housing.arms:
         around = cq.Solid.makeBox(width, depth, height, cq.Vector(arm.centre - 0.5 * width, -0.5 * depth, -_BESIDE_TIP))
         centre = cq.Vector(arm.centre, 0.0, housing.dome_radius)
-        ball = cq.Solid.makeSphere(housing.dome_radius, centre, along, -90.0, 90.0, 360.0)
+        ball = cq.Solid.makeSphere(housing.dome_radius, centre, poles_along_x, -90.0, 90.0, 360.0)
         shape = shape.cut(around.cut(ball))
     return named_housing(shape, housing)
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 from cad.parts.cover import cover_level
 from cad.parts.housing import DOWEL_MM, TILT_DEG, Housing
@@ -17,6 +18,7 @@ STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
 POCKET_SIDES = 3.0  # depth of the pocket of a pin over its side
 BESIDE_BALL = 0.2  # by which a tip is wider than its half ball
 _LEAST_PROTRUSION = 0.1
+_BEYOND_LEAVES = 20.0  # more than shuttle and wall of an arm add to its leaf
 
 
 def housing_for(
@@ -24,12 +26,11 @@ def housing_for(
 ) -> Housing:
     """Return the housing with leaves of the given lengths, low then high, and stops above the given deflections [mm].
 
-    The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Raises InputError
-    when a leaf is too short for its fillets.
+    The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Levels are built up from
+    the tips: neck, lower leaf, upper leaf, cavity, bar. Raises InputError when a leaf is too short for its fillets.
     """
     tips = design.tips
     layout = tips.tip_layout
-    mount_side, pocket = tip_mount(design, process)
     depth = plate_depth(design, process)
     separation = layout.leaf_separation_mm
     low, high = (
@@ -37,18 +38,10 @@ def housing_for(
         for thickness, length in zip(process.leaf_thicknesses_mm, lengths, strict=True)
     )
 
-    # From the tips up: a printed tip stands out itself, a pin out of a foot that is a low tip.
-    side = mount_side if pocket else _tip_side(tips, depth)
-    standing_out = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
-    if pocket:
-        pin_out = max(standing_out, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
-        tip_height = LEDGE
-    else:
-        pin_out = 0.0
-        tip_height = max(standing_out, _cap_height(tips, side))
-    shuttle = max(side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
-    neck = tip_height + _taper(depth, shuttle, side)
-    protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
+    end = _shuttle_end(design, process, depth)
+    shuttle = max(end.side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
+    neck = end.height + _taper(depth, shuttle, end.side)
+    protrusion = max(_protrusion(design, lengths, depth) - end.pin_out, _LEAST_PROTRUSION)
 
     # A fillet and a ledge lie between a leaf and the next corner.
     half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
@@ -58,8 +51,8 @@ def housing_for(
     housing = Housing(
         low=low,
         high=high,
-        tip_side=side,
-        tip_height=tip_height,
+        tip_side=end.side,
+        tip_height=end.height,
         spacing=tips.spacing_mm,
         shuttle_width=shuttle,
         neck_level=neck,
@@ -72,21 +65,46 @@ def housing_for(
         mount=design.print.mount,
         cover_level=cover_level(protrusion, design.press),
         gauges=design.print.gauges,
-        dome_radius=0.0 if pocket else tips.dome_radius_mm or 0.0,
+        dome_radius=0.0 if end.pocket_side else tips.dome_radius_mm or 0.0,
     )
     if layout.is_back_to_back:
         dowel = round(DOWEL_MM - process.accuracy_mm, 3)  # as much too small as a hole may be off: never loose
         housing = replace(housing, back_to_back=True, pad_height=pad_height(process), dowel_hole=dowel)
-    if not pocket:
+    if not end.pocket_side:
         return housing
     return replace(
         housing,
         pin_side=tips.side_mm,
         pin_round=tips.tip_shape.is_round,
-        pin_out=pin_out,
-        pocket_side=pocket,
+        pin_out=end.pin_out,
+        pocket_side=end.pocket_side,
         pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm),
     )
+
+
+class _ShuttleEnd(NamedTuple):
+    """What is printed at the end of a shuttle [mm]: a tip, or the foot of a pin, which then stands out of it.
+
+    `pocket_side` and `pin_out` are 0 for a printed tip.
+    """
+
+    side: float
+    height: float
+    pocket_side: float
+    pin_out: float
+
+
+def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
+    """Return the end of a shuttle in a plate of this depth [mm]: what touches stands out by 1.5 travels at least."""
+    tips = design.tips
+    mount = tip_mount(design, process)
+    standing_out = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
+    if mount.pocket_side:
+        pin_out = max(standing_out, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
+        return _ShuttleEnd(side=mount.side, height=LEDGE, pocket_side=mount.pocket_side, pin_out=pin_out)
+    side = _tip_side(tips, depth)
+    height = max(standing_out, _cap_height(tips, side))
+    return _ShuttleEnd(side=side, height=height, pocket_side=0.0, pin_out=0.0)
 
 
 def _tip_side(tips: Tips, depth: float) -> float:
@@ -102,7 +120,7 @@ def _tip_side(tips: Tips, depth: float) -> float:
 
 
 def _cap_height(tips: Tips, side: float) -> float:
-    """Return how far the corners of a square tip lie above the top of its dome [mm], in steps of 0.1; 0 without."""
+    """Return how far the corners of a square tip lie above the apex of its dome [mm], up to 0.1; 0 for a flat tip."""
     radius = tips.dome_radius_mm or 0.0
     corner = min(radius, math.sqrt(0.5) * side)
     return math.ceil(10.0 * (radius - math.sqrt(radius**2 - corner**2)) - 1e-9) / 10.0
@@ -119,7 +137,7 @@ def _protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> flo
     fruit = design.fruit
     tips = design.tips
     press = design.press
-    frame_length = 0.5 * tips.spacing_mm + max(lengths) + 20.0
+    frame_length = 0.5 * tips.spacing_mm + max(lengths) + _BEYOND_LEAVES  # from the middle
     along = min(0.5 * fruit.length_mm + abs(tips.offset_mm), frame_length)
     frame_width = 0.5 * depth + 0.5 * tips.tip_layout.width * tips.spacing_mm
     across = min(0.5 * fruit.width_mm, frame_width)

@@ -15,15 +15,19 @@ from cad.parts.part import NEAR_MM, Part
 from sensor.design.tips import Tips
 from sensor.tips.tip_shape import Arc, TipShape
 
-_REACH = 1.0
+_REACH = 1.0  # [mm] of a cut beyond the face that it opens
 
 
 def cut_pin_sockets(part: Part, housing: Housing) -> Part:
-    """Return the housing with a pocket in each foot, closed above by a gable that prints without support."""
+    """Return the housing with a pocket in each foot, closed above by a gable that prints without support.
+
+    A housing without pins is returned as it is.
+    """
     if not housing.pin_side:
         return part
     half = 0.5 * housing.pocket_side
     eaves = gable_side(housing) * half
+    # The section across the press (x, y): a square, and on the side that lies up in print a ridge of 45 degrees.
     section = [(-half, -eaves), (half, -eaves), (half, eaves), (0.0, 2.0 * eaves), (-half, eaves)]
     shape = part.shape
     for arm in housing.arms:
@@ -47,11 +51,16 @@ def pins(housing: Housing, tips: Tips) -> dict[str, cq.Shape]:
 
 
 def tip_solid(shape: TipShape, height: float) -> cq.Shape:
-    """Return a tip [mm] that stands on z = 0 with the face, or the point, that touches, and is at least so high."""
-    half = 0.5 * shape.side_mm
+    """Return a tip [mm] that stands on z = 0 with the face, or the point, that touches, and is at least so high.
+
+    Raises ValueError for a square tip that `_square_solid` cannot draw.
+    """
     top = max(height, shape.height_mm + NEAR_MM)
-    if not shape.is_round:
-        return _square_solid(shape, half, top)
+    return _round_solid(shape, top) if shape.is_round else _square_solid(shape, top)
+
+
+def _round_solid(shape: TipShape, top: float) -> cq.Shape:
+    """Return the body that the meridian of a round tip leaves when it turns about the axis, up to z = `top` [mm]."""
     outline = cq.Workplane("XZ").moveTo(0.0, 0.0)
     for piece in shape.meridian:
         if isinstance(piece, Arc):
@@ -60,14 +69,24 @@ def tip_solid(shape: TipShape, height: float) -> cq.Shape:
             outline = outline.threePointArc((middle, level), piece.end)
         else:
             outline = outline.lineTo(*piece.end)
-    solid: cq.Shape = outline.lineTo(half, top).lineTo(0.0, top).close().revolve().findSolid()
+    rim = 0.5 * shape.side_mm
+    solid: cq.Shape = outline.lineTo(rim, top).lineTo(0.0, top).close().revolve().findSolid()
     return solid
 
 
-def _square_solid(shape: TipShape, half: float, top: float) -> cq.Shape:
-    """Return a box whose lower edges are rounded as the arcs of the meridian."""
+def _square_solid(shape: TipShape, top: float) -> cq.Shape:
+    """Return a box whose lower edges are rounded by the radius of the meridian's arc, up to z = `top` [mm].
+
+    That is the tip where the meridian is a level face with, at most, a quarter circle at its edge. Raises ValueError
+    for any other one, such as the flank of a pyramid: no fillet of a box draws it.
+    """
+    half = 0.5 * shape.side_mm
     solid: cq.Shape = cq.Solid.makeBox(2.0 * half, 2.0 * half, top, cq.Vector(-half, -half, 0.0))
     for piece in shape.meridian:
+        is_quarter = isinstance(piece, Arc) and abs(piece.end.z - piece.radius) < NEAR_MM
+        if not is_quarter and piece.end.z > piece.start.z:
+            msg = f"tip shape {shape.name!r}: a square tip has a flat face and perhaps a rounded edge."
+            raise ValueError(msg)
         if isinstance(piece, Arc):
             edges = [edge for edge in solid.Edges() if edge.BoundingBox().zmax < NEAR_MM]
             solid = cq.Solid(solid.wrapped).fillet(piece.radius, edges)

@@ -3,7 +3,6 @@
 Each function imports what it needs when it is called: the process that asks a worker for it needs no kernel.
 """
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from pipeline.storage.kept_files import Written
 from sensor.design.parameters import Design
 
 if TYPE_CHECKING:
-    from cad.fabrication.bridges import Spring
+    from cad.fabrication.bridges import SpringReadOut
 
 
 def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Written:
@@ -28,13 +27,10 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
     return write_sensor(sensor, folder), check_sensor(sensor, deflections, folder)
 
 
-def write_fabrication_files(
-    design: Design, housing: Housing, springs: "Sequence[Spring]", fastest_s: float | None, folder: Path
-) -> Written:
+def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringReadOut", folder: Path) -> Written:
     """Write the files for fabrication beside housing.stl; return them and the verdicts on cover and bracket.
 
-    `fastest_s` is the shortest duration of a press by hand [s], where there is a read-out. Raises OSError or
-    ExportError.
+    Raises OSError or ExportError.
     """
     from cad.checks.assembly_checks import cover_verdicts
     from cad.drawing.sheet import Title
@@ -45,6 +41,6 @@ def write_fabrication_files(
     process = design.process
     sensor = sensor_of(design, housing)
     title = Title(name=design.name, process=process)
-    files = write_fabrication(sensor, title, springs, folder, design.readout, fastest_s)
+    files = write_fabrication(sensor, title, read_out, folder, design.readout)
     cover = cover_verdicts(sensor, files.cover, process)
     return files.paths, (*cover, *mount_verdicts(sensor, files.mount, process))

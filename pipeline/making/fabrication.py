@@ -4,6 +4,7 @@ from concurrent.futures import Executor, Future
 from functools import partial
 from pathlib import Path
 
+from cad.fabrication.bridges import SpringReadOut
 from mesh.housing.sweep import flexure_mesh
 from pipeline.making.cad_tasks import write_fabrication_files
 from pipeline.options import RunOptions
@@ -46,7 +47,8 @@ def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executo
     kept = kept_files("maker files", inputs, folder)
     if kept is not None:
         return finished_future(kept)
-    write = partial(write_fabrication_files, design, housing, to_read, fastest_s, folder)
+    read_out = SpringReadOut(springs=to_read, signal=sensor.signal, fastest_s=fastest_s)
+    write = partial(write_fabrication_files, design, housing, read_out, folder)
     return submit(executor, written_once, "maker files", inputs, write, folder)
 
 

@@ -230,6 +230,6 @@ def refuse_unsolvable_poses(design: Design) -> None:
         )
         hint = "take less tilt, or fruits of larger radii"
         raise validation_error("reading.tilt_deg", reading.tilt_deg, "deg", bound, hint)
-    if not scene.tips.tip_shape.obeys_hertz:  # all poses are solved on the cells of the most tilted one
+    if not scene.on_domes:  # all poses are solved on the cells of the most tilted one
         tilted = replace(scene.press, tilt_deg=reading.tilt_deg)
         scene_footprints(replace(scene, press=tilted), design.press.travel_mm)

@@ -101,6 +101,11 @@ class ReadingConstants:
         return self.weights is None
 
     @property
+    def level_readings(self) -> tuple[LevelReading, ...]:
+        """Return the readings of level presses by which all readings are corrected, whatever the layout."""
+        return self.level if self.is_pair else self.rise_level
+
+    @property
     def contrast(self) -> ContrastLaw:
         """Return the contrast law of the tips with the springs as designed."""
         return self.contrast_on(self.springs_mm_per_N)

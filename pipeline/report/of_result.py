@@ -214,7 +214,7 @@ def response_reports(
             slope_ratio=_numbers(table.slope_ratio[i]),
             F_error_percent=_numbers(100.0 * (table.F_error[i] + spring_errors.max())),
             P_error_percent=_numbers(100.0 * (table.P_error[i] + spring_errors.sum())),
-            F_N=() if tips.tip_layout.is_pair else _number_rows(table.F[i].T),
+            F_N=tuple(_numbers(table.F[i, :, tip]) for tip in tips.own_columns),
         )
         rows.append(row)
     return tuple(rows)

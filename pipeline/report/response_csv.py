@@ -29,7 +29,7 @@ def response_csv(table: ReadingTable, tips: Tips) -> str:
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    single_tips = () if tips.tip_layout.is_pair else tuple(range(len(tips.springs)))
+    single_tips = tips.own_columns
     writer.writerow((*COLUMNS, *(f"F_{tip + 1}_N" for tip in single_tips)))
     writer.writerows(_rows(table, tips, single_tips))
     return out.getvalue()

@@ -1,6 +1,4 @@
-"""A verdict in words: on which side its limit bounds its value, from its name, and its numbers as text."""
-
-from fnmatch import fnmatchcase
+"""A verdict in words: its numbers as text, with the sign of a limit that bounds its value on one side."""
 
 from sensor.verdict import Verdict
 
@@ -10,27 +8,10 @@ UNREAD = "some poses have no reading"
 ROUND_OFF = 1e-12
 """Below it a number says nothing in any unit that is shown: mm, N, MPa, N/m, %, fractions of numbers near 1."""
 
-_SENSES = (
-("reading.*", "at most"), ("bruise", "at most"), ("sideways.*", "at least"),
-    ("geometry.*_clearance", "at least"), ("geometry.*_over_fruit", "at least"), ("geometry.stops_*", "at least"),
-    ("geometry.deflected_gap_*", "at least"), ("geometry.fillets", "at least"), ("geometry.plates", "at least"),
-    ("geometry.tip_face", "at most"),
-)  # fmt: skip
-
-
-def sense_of(name: str) -> str | None:
-    """Return "at most" or "at least" for the name of a verdict whose limit bounds its value on one side."""
-    return next((sense for pattern, sense in _SENSES if fnmatchcase(name, pattern)), None)
-
-
-def bound_sense(verdict: Verdict) -> str | None:
-    """Return "at most" or "at least" for a verdict whose limit is a number that bounds its value on one side."""
-    return sense_of(verdict.name) if isinstance(verdict.limit, int | float) else None
-
 
 def bound_sign(verdict: Verdict) -> str:
     """Return the sign that stands before a limit which bounds its value on one side; an empty text before others."""
-    return {"at most": "≤ ", "at least": "≥ "}.get(bound_sense(verdict) or "", "")
+    return {"at most": "≤ ", "at least": "≥ "}.get(verdict.limit_sense or "", "")
 
 
 def number_text(value: float | str | None, unit: str = "", digits: int = 5) -> str:

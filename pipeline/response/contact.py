@@ -53,11 +53,11 @@ def contact_compliance(
     compliance = dataclasses.replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)
     if is_curved or fruit.skin_mm is not None:
         footprints = contact_footprints(fruit, tips)
-        obeys_hertz = tips.tip_shape.obeys_hertz
+        along_normals = tips.tip_shape.presses_along_normals
         if is_curved:
-            compliance = curved_compliance(compliance, fruit, footprints, obeys_hertz)
+            compliance = curved_compliance(compliance, fruit, footprints, along_normals)
         if fruit.skin_mm is not None:
-            compliance = skin_compliance(compliance, fruit, footprints, obeys_hertz)
+            compliance = skin_compliance(compliance, fruit, footprints, along_normals)
     return _with_status(compliance, before=_stand_ins(fruit, tips))
 
 
@@ -93,7 +93,7 @@ def _block_compliance(fruit: Fruit, tips: Tips, method: str, tolerance: float) -
 def _stand_ins(fruit: Fruit, tips: Tips) -> str:
     """Return words for the flat sharp tips that stand for those of the design; none where tips are flat and sharp."""
     flat = tips.flat
-    if tips.tip_shape.obeys_hertz:
+    if tips.tip_shape.touches_beside_centre:
         circle = contact_footprints(fruit, tips)[0].side
         return f"the domes count as flat circles of {circle:g} mm where they touch; "
     return f"the tips count as a sharp {flat.shape} of {flat.side_mm:g} mm; " if flat != tips else ""

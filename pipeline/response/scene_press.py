@@ -68,8 +68,7 @@ def _check_skin(scene: Scene) -> None:
     thickness = scene.fruit.skin_mm
     if thickness is None:
         return
-    shape = scene.tips.tip_shape
-    if not (shape.has_flat_face or shape.obeys_hertz):
+    if not scene.tips.tip_shape.is_solved_under_skin:
         bound = "left out unless tips have flat faces or are domes"
         raise validation_error("fruit.skin_mm", thickness, "mm", bound, "drop the skin, or take other tips")
     if scene.fruit.whole:

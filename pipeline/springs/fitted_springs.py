@@ -72,7 +72,7 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
     The beam law gives the length of their leaves, and says whether the process can print these.
     """
     ratio = sizing.sizing_stiffness_ratio
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, design.process, stiffness_ratio=ratio)
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, stiffness_ratio=ratio)
     rows = zip(("low", "high"), sizing.springs.stiffnesses, printable, strict=True)
     return tuple(FittedSpring(name=name, target=K, printable=leaves) for name, K, leaves in rows)
 
@@ -180,7 +180,7 @@ def leaning_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     springs = ideal_springs(design, sizing)
     printable = [spring.printable for spring in springs.springs]
     tips = design.tips
-    if not (tips.tip_layout.has_housing and tips.tip_shape.obeys_hertz):
+    if not (tips.tip_layout.has_housing and tips.tip_shape.presses_along_normals):
         return springs
     if any(verdict.passed is False for verdict in printable):
         return springs
@@ -218,7 +218,7 @@ def fit_springs(
     of_plate = None
     if all(spring.printable.passed is not False for spring in springs):
         lengths = tuple(spring.printable.length_mm for spring in springs)
-        may_lean = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
+        may_lean = design.tips.tip_shape.presses_along_normals or design.fruit.radius_mm is not None
         try:
             guess = housing_for(design, process, lengths, deflections)
             fitted = _fitted_housing(guess, sizing.springs.stiffnesses, process, options, executor)
@@ -277,7 +277,7 @@ def _springs_as_fitted(
     solution = fitted.stiffness
     lengths = tuple(arm.flexure.length for arm in fitted.housing.arms)
     ratio = sizing.sizing_stiffness_ratio
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, design.process, lengths, ratio)
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, lengths, ratio)
     springs = []
     for i, arm in enumerate(fitted.housing.arms):
         strain = solution.K[i] * deflections[i] * solution.strain_per_N[i]

@@ -62,9 +62,7 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
     if isinstance(verdict.limit, int | float) and verdict.value is not None:
         if verdict.name == "bruise" and verdict.value > 0.0:
             fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
-            # The pressure of a flat tip is proportional to the travel x, the mean pressure of a dome to its square
-            # root (Hertz: force ~ x^1.5, area ~ x).
-            bound = travel * (fraction**2 if design.tips.tip_shape.obeys_hertz else fraction)
+            bound = travel * fraction ** (1.0 / design.tips.tip_shape.pressure_exponent)
         elif verdict.name in CLEARANCES:  # which shrink by as much as the travel grows
             missing = verdict.limit - verdict.value
             bound = travel - missing
@@ -96,7 +94,7 @@ def _as_sized(verdict: Verdict, design: Design, springs: FittedSprings) -> str |
     """Return a hint that leads back to the springs, and the level flat tips, for which the law meets the targets."""
     if springs.housing is None and not springs.ideal:
         return "the springs were not made: see printable.low and printable.high"
-    if design.springs.given and design.tips.tip_layout.is_pair:
+    if design.springs.given and design.tips.tip_layout.takes_targets:
         return "leave the springs to the targets: `--set springs.K_l_N_per_m= --set springs.K_h_N_per_m=`"
     return _level_flat_tips(verdict, design, springs)
 

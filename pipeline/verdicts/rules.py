@@ -17,7 +17,7 @@ from sensor.design.reading import LARGEST_TOUCH_FRACTION, Reading
 from sensor.quantity import Estimate
 from sensor.theory.hertz import contact_reach, relative_radius
 from sensor.tips.layouts import Position
-from sensor.verdict import Verdict, failed_verdict
+from sensor.verdict import Verdict, failed_verdict, one_sided
 from solve.contact.linear_response import SensorResponse
 
 P_MAX_TOLERANCE = 0.01  # of the target
@@ -76,7 +76,7 @@ def margin_verdict(name: str, estimate: Estimate, limit: float, reference: str, 
     Undecided where the error bar reaches across the limit; a value without an error that lies on its limit passes.
     """
     margin = limit - estimate.value if at_most else estimate.value - limit
-    return Verdict(
+    verdict = Verdict(
         name=name,
         value=estimate.value,
         unit=estimate.unit,
@@ -86,6 +86,7 @@ def margin_verdict(name: str, estimate: Estimate, limit: float, reference: str, 
         reference=reference,
         error=estimate.error,
     )
+    return one_sided(verdict, "at most" if at_most else "at least")
 
 
 def tolerance_hint(verdict: Verdict, asked: float) -> str | None:

@@ -64,7 +64,7 @@ def tip_verdicts(sensor: Sensor, press: ScenePress | None) -> tuple[Verdict, ...
     if press is None:
         return ()
     verdicts = []
-    if design.tips.tip_layout.has_housing and design.tips.tip_shape.obeys_hertz:
+    if design.tips.tip_layout.has_housing and design.tips.tip_shape.touches_beside_centre:
         verdicts.append(tip_face_verdict(design, press))
     limits = design.fruit.bruise_limits_MPa
     if design.reading is None and limits:

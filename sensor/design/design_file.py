@@ -147,23 +147,24 @@ def with_process_file(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any
 
     Raises InputError where the file cannot be used, or where both stand in the tables.
     """
-    chosen = data.get("print")
-    name = chosen.get("process_file") if isinstance(chosen, Mapping) else None
-    if not isinstance(chosen, Mapping) or name is None:
+    print_table = data.get("print")
+    file_name = print_table.get("process_file") if isinstance(print_table, Mapping) else None
+    if not isinstance(print_table, Mapping) or file_name is None:
         return data
-    if not isinstance(name, str) or not name or not name.isprintable():
-        raise validation_error("print.process_file", name, "", "the path of a TOML file", "write it in quotes")
+    if not isinstance(file_name, str) or not file_name or not file_name.isprintable():
+        raise validation_error("print.process_file", file_name, "", "the path of a TOML file", "write it in quotes")
     if "printer" in data:
-        raise validation_error("print.process_file", name, "", "left out beside [printer]", "keep one of the two")
-    wanted = chosen.get("process")
-    if wanted is not None:
-        check_process_name(wanted)
-    process, table = read_process_file(folder / name, wanted)
-    kept = {key: value for key, value in chosen.items() if key != "process_file"}
-    return {**data, "print": {**kept, "process": process}, "printer": table}
+        raise validation_error("print.process_file", file_name, "", "left out beside [printer]", "keep one of the two")
+    asked = print_table.get("process")  # which of the processes in the file
+    if asked is not None:
+        check_process_name(asked)
+    process, table = read_process_file(folder / file_name, asked)
+    other_keys = {key: value for key, value in print_table.items() if key != "process_file"}
+    return {**data, "print": {**other_keys, "process": process}, "printer": table}
 
 
 def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables
+    """Return the record of a table from its keys, or as it is; raises InputError for an unknown or bad key."""
     if isinstance(values, TABLE_TYPES[table]):
         return values
     if not isinstance(values, Mapping):
@@ -178,6 +179,7 @@ def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the para
 
 
 def _frozen(value: object) -> object:
+    """Return a value of a table as records hold it: lists as tuples, whole numbers as floats."""
     if isinstance(value, list):
         return tuple(_frozen(item) for item in value)
     return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
@@ -210,7 +212,10 @@ def override_settings(data: Mapping[str, Any], settings: Mapping[str, str]) -> d
 
 
 def _replace_process(tables: MutableMapping[str, Any], held: MutableMapping[str, Any], name: str) -> None:
-    """Drop what a setting takes the place of: a known process that of a file, a process file the one before."""
+    """Drop the process that a setting of [print], by its name TABLE.KEY, replaces.
+
+    A known process replaces that of a file, and its own table; a process file replaces both and the known one.
+    """
     process = held.get("process")
     known = isinstance(process, str) and process in PROCESSES
     if name == "print.process" and known:
@@ -268,9 +273,12 @@ def design_as_mapping(design: Design) -> dict[str, Any]:
         keys = [item.name for item in dataclasses.fields(record)]
         if table == "tips":
             keys = sorted(keys, key=_tips_order)
-        held = {key: getattr(record, key) for key in keys}
-        kept = {key: list(value) if isinstance(value, tuple) else value for key, value in held.items()}
-        tables[table] = {key: value for key, value in kept.items() if value is not None}
+        tables[table] = {}
+        for key in keys:
+            value = getattr(record, key)
+            if value is not None:
+                tables[table][key] = list(value) if isinstance(value, tuple) else value
+    # A read-out computes the noise: typed beside it, the default would be refused when the mapping is read back.
     if design.readout is not None and "reading" in tables:
         tables["reading"] = {key: value for key, value in tables["reading"].items() if key not in _TYPED_NOISE}
     return tables

@@ -166,15 +166,8 @@ class Fruit:
         """Check each field, that the radii belong to the shape, and that the piece lies on the curved fruit."""
         check_fields(self, "fruit")
         self._check_skin()
-        wanted = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
-        for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
-            name = f"fruit.{key}"
-            value = getattr(self, key)
-            if value is None and key in wanted:
-                raise validation_error(name, None, "", f"given for fruit.shape = {self.shape!r}", "give it in mm")
-            if value is not None and key not in wanted and (key != "thickness_mm" or self.shape == "block"):
-                bound = f"left out for fruit.shape = {self.shape!r}"
-                raise validation_error(name, value, "mm", bound, "drop it, or choose the shape it is for")
+        self._check_keys_of_shape()
+        # A length or a width that is left out is that of the whole fruit. Frozen, so set past its own __setattr__.
         for key, size in zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True):
             if getattr(self, key) is None:
                 object.__setattr__(self, key, size)
@@ -185,7 +178,21 @@ class Fruit:
         if self.radius_mm is not None:
             self._check_piece(self.radius_mm)
 
+    def _check_keys_of_shape(self) -> None:
+        """Refuse a missing radius of this shape, and a radius or a thickness of another shape."""
+        needed = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
+        optional = () if self.shape == "block" else ("thickness_mm",)
+        for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
+            name = f"fruit.{key}"
+            value = getattr(self, key)
+            if value is None and key in needed:
+                raise validation_error(name, None, "", f"given for fruit.shape = {self.shape!r}", "give it in mm")
+            if value is not None and key not in (*needed, *optional):
+                bound = f"left out for fruit.shape = {self.shape!r}"
+                raise validation_error(name, value, "mm", bound, "drop it, or choose the shape it is for")
+
     def _check_azimuth(self) -> None:
+        """Refuse an azimuth of a fruit that has no principal directions, or of a whole one, which is not turned."""
         if self.azimuth_deg is None:
             return
         name = "fruit.azimuth_deg"
@@ -197,6 +204,7 @@ class Fruit:
             raise validation_error(name, self.azimuth_deg, "deg", bound, "give fruit.length_mm and fruit.width_mm")
 
     def _check_bruise_limits(self) -> None:
+        """Refuse a list of limits of another length than that of the moduli."""
         limits = self.bruise_limit_MPa
         if isinstance(limits, tuple) and len(limits) != len(self.E_MPa):
             bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
@@ -205,6 +213,7 @@ class Fruit:
             )
 
     def _check_skin(self) -> None:
+        """Refuse half a description of a skin, one that is no thin layer, and one that is softer than its flesh."""
         if (self.skin_mm is None) != (self.skin_E_MPa is None):
             bound = "given together with fruit.skin_E_MPa"
             raise validation_error(
@@ -212,16 +221,20 @@ class Fruit:
             )
         if self.skin_mm is None or self.skin_E_MPa is None:
             return
-        most = self.depth_mm / 3.0
-        if self.skin_mm > most:
-            bound = f"at most {most:g} mm, a third of {self.depth_key}"
+        thickest = self.depth_mm / 3.0
+        if self.skin_mm > thickest:
+            bound = f"at most {thickest:g} mm, a third of {self.depth_key}"
             raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "call the fruit flesh of that modulus")
-        stiffest = self.largest_E_MPa
-        if self.skin_E_MPa < stiffest:
-            bound = f"at least that of the stiffest flesh, {stiffest:g} MPa"
+        stiffest_flesh = self.largest_E_MPa
+        if self.skin_E_MPa < stiffest_flesh:
+            bound = f"at least that of the stiffest flesh, {stiffest_flesh:g} MPa"
             raise validation_error("fruit.skin_E_MPa", self.skin_E_MPa, "MPa", bound, "leave out a softer skin")
 
     def _check_piece(self, radius: float) -> None:
+        """Refuse a curved fruit that is deeper than it is high, and a piece whose corners lie beyond the fruit.
+
+        `radius` [mm] is that along the tips, which is half the height of the whole fruit.
+        """
         if self.depth_mm > 2.0 * radius:
             bound = f"at most 2 fruit.radius_mm = {2.0 * radius:g} mm"
             raise validation_error(
@@ -239,13 +252,16 @@ class Fruit:
         """Return length and width of all that lies above the base [mm]; the paper's block where nothing is curved."""
         if self.radius_mm is None:
             return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
-        below = max(0.0, 1.0 - self.depth_mm / self.radius_mm)
-        widest = 2.0 * math.sqrt(1.0 - below**2) if below < 1.0 else 2.0
-        a = self.radius_mm * widest
-        b = math.sqrt(self.radius_mm * self._across) * widest
+        # The ellipsoid has the half axes R along the tips and up, and sqrt(R R_across) across, where R = radius_mm. Its
+        # middle is R below the apex; the base cuts it above that, or its equator is the widest place.
+        base_above_middle = max(0.0, 1.0 - self.depth_mm / self.radius_mm)  # over R
+        width_of_unit_ball = 2.0 * math.sqrt(1.0 - base_above_middle**2) if base_above_middle < 1.0 else 2.0
+        a = self.radius_mm * width_of_unit_ball
+        b = math.sqrt(self.radius_mm * self._across) * width_of_unit_ball
         if not self.azimuth_deg:
             return a, b
         cosine, sine = self._turn
+        # The box around an ellipse that is turned.
         return math.hypot(a * cosine, b * sine), math.hypot(a * sine, b * cosine)
 
     @property

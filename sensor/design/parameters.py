@@ -181,7 +181,7 @@ class Design:
     printer: Process | None = None
 
     def __post_init__(self) -> None:
-        """Check what several tables decide together: the tips stand on the fruit, and press less than it is high."""
+        """Check the name, and all that several tables decide together; the first fault is the one that is told."""
         allowed = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
         if not allowed or len(self.name) > _LONGEST_NAME:
             bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
@@ -193,9 +193,9 @@ class Design:
         if self.press.travel_mm >= depth:
             bound = f"less than {self.fruit.depth_key} = {depth:g} mm"
             raise validation_error("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
-        self._check_what_sizes()
-        self._check_what_judges()
-        self._check_what_occurs()
+        self._check_springs_are_known()
+        self._check_keys_beside_reading()
+        self._check_ranges_of_reading()
         self._check_time()
         self._check_readout()
 
@@ -229,8 +229,8 @@ class Design:
         bound = f"'cube' or 'dome' where {self.process.name} prints the tips"
         raise validation_error("tips.shape", tips.shape, "", bound, hint)
 
-    def _check_what_judges(self) -> None:
-        """Refuse keys that a reading leaves without a meaning."""
+    def _check_keys_beside_reading(self) -> None:
+        """Refuse keys that mean nothing beside [reading]: a tilt of the press, and targets that size no springs."""
         if self.reading is None:
             return
         for name, tilt in (("press.tilt_deg", self.press.tilt_deg), ("press.roll_deg", self.press.roll_deg)):
@@ -244,24 +244,25 @@ class Design:
                 "targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]"
             )
 
-    def _check_what_occurs(self) -> None:
-        """Refuse ranges of a reading that the fruit or the tips do not have, and limits for other moduli."""
-        if self.reading is None:
+    def _check_ranges_of_reading(self) -> None:
+        """Refuse ranges of radii and thicknesses for a fruit or tips that have none, and a list of limits of no use."""
+        reading = self.reading
+        if reading is None:
             return
         fruit = self.fruit
-        if self.reading.radius_mm is not None and fruit.shape != "ellipsoid":
+        if reading.radius_mm is not None and fruit.shape != "ellipsoid":
             bound = f"left out for fruit.shape = {fruit.shape!r}"
             hint = "take fruit.shape = 'ellipsoid', or reading.radius_spread"
-            raise validation_error("reading.radius_mm", list(self.reading.radius_mm), "mm", bound, hint)
-        if self.reading.radius_mm is not None and fruit.whole:
+            raise validation_error("reading.radius_mm", list(reading.radius_mm), "mm", bound, hint)
+        if reading.radius_mm is not None and fruit.whole:
             bound = "given with fruit.width_mm where reading.radius_mm is: only a piece of a fruit is turned"
             raise validation_error("fruit.length_mm", None, "mm", bound, "give both, some 4 tips.spacing_mm")
-        is_dome = self.tips.dome_radius_mm is not None
-        if self.reading.thickness_mm is not None and not (is_dome and fruit.radius_mm is not None):
+        are_domes = self.tips.dome_radius_mm is not None
+        if reading.thickness_mm is not None and not (are_domes and fruit.radius_mm is not None):
             bound = "left out but for domes on a sphere or an ellipsoid"
             hint = "drop it, or choose that shape"
-            raise validation_error("reading.thickness_mm", list(self.reading.thickness_mm), "mm", bound, hint)
-        limits = self.reading.uncertainty_limit
+            raise validation_error("reading.thickness_mm", list(reading.thickness_mm), "mm", bound, hint)
+        limits = reading.uncertainty_limit
         if isinstance(limits, tuple) and len(limits) != len(fruit.E_MPa):
             bound = f"one number, or one for each of fruit.E_MPa, {len(fruit.E_MPa)}"
             raise validation_error(
@@ -288,16 +289,17 @@ class Design:
     def _check_time(self) -> None:
         """Refuse keys of time without flesh that relaxes, such flesh without them, and a reading outside the hold."""
         at = None if self.reading is None else self.reading.at_s
-        given = {"press.speed_mm_per_s": self.press.speed_mm_per_s, "press.hold_s": self.press.hold_s}
-        for name, value in {**given, "reading.at_s": at}.items():
-            if value is not None and self.fruit.relaxation is None:
-                raise validation_error(
-                    name, value, "", "left out without fruit.relaxation", "drop it, or give the relaxation of the flesh"
-                )
-            if value is None and self.fruit.relaxation is not None and name in given:
-                raise validation_error(
-                    name, None, "", "given beside fruit.relaxation", "give the speed and the hold of the press"
-                )
+        of_press = {"press.speed_mm_per_s": self.press.speed_mm_per_s, "press.hold_s": self.press.hold_s}
+        if self.fruit.relaxation is None:
+            for name, value in {**of_press, "reading.at_s": at}.items():
+                if value is not None:
+                    hint = "drop it, or give the relaxation of the flesh"
+                    raise validation_error(name, value, "", "left out without fruit.relaxation", hint)
+            return
+        for name, value in of_press.items():
+            if value is None:
+                hint = "give the speed and the hold of the press"
+                raise validation_error(name, None, "", "given beside fruit.relaxation", hint)
         if at is not None and not (1.0 - _ROUND_OFF) * self.stop_s <= at <= (1.0 + _ROUND_OFF) * self.release_s:
             bound = f"from {self.stop_s:g} s, when the press stops, to {self.release_s:g} s, when it is released"
             raise validation_error("reading.at_s", at, "s", bound, "hold for longer, or press faster")
@@ -319,11 +321,12 @@ class Design:
         at = None if self.reading is None else self.reading.at_s
         return self.stop_s if at is None else min(max(at, self.stop_s), self.release_s)
 
-    def _check_what_sizes(self) -> None:
-        is_pair = self.tips.tip_layout.is_pair
-        if self.springs.given or (self.targets is not None and is_pair):
+    def _check_springs_are_known(self) -> None:
+        """Refuse a design whose springs are neither given nor sized by targets, which only a pair takes."""
+        takes_targets = self.tips.tip_layout.takes_targets
+        if self.springs.given or (self.targets is not None and takes_targets):
             return
-        reason = "where no targets size the springs" if is_pair else f"for tips.layout = {self.tips.layout!r}"
+        reason = "where no targets size the springs" if takes_targets else f"for tips.layout = {self.tips.layout!r}"
         raise validation_error(
             "springs.K_l_N_per_m", None, "", f"given {reason}", "give [springs] in N/m, one value for a kind"
         )
@@ -355,14 +358,15 @@ class Design:
     def full_travels_mm(self) -> tuple[float, float]:
         """Return the largest travel of a low and of a high tip at full press [mm]; negative for one that stays off.
 
-        With a reading travel counts from the first touch in its pose, and the tilt may change towards any tip.
+        The press's own tilt lowers one side. With a reading travel counts from the first touch in its pose, and the
+        tilt may change by `reading.tilt_change_deg` towards any tip, which adds to the travel of the outermost ones.
         """
         centres = self.tips.centres_mm
         slope = math.tan(math.radians(self.press.tilt_deg))
         middle = sum(centres) / len(centres)
         farthest = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
-        tilted = 0.0 if self.reading is None else farthest * math.tan(math.radians(self.reading.tilt_change_deg))
-        travels = [self.press.travel_mm + tilted + (x - middle) * slope for x in centres]
+        by_change = 0.0 if self.reading is None else farthest * math.tan(math.radians(self.reading.tilt_change_deg))
+        travels = [self.press.travel_mm + by_change + (x - middle) * slope for x in centres]
         low, high = (max(travels[tip] for tip in kind) for kind in self.tips.spring_groups)
         return low, high
 

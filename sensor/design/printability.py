@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.design.tip_mount import plate_depth
-from sensor.theory.leaf_spring import pair_length, root_strain
+from sensor.theory.leaf_spring import LeafProfile, pair_length, root_strain
 from sensor.theory.strain_gauge import GAUGES, FoilGauge, gauged_length, sandwich_gain, shortest_gauged
 from sensor.theory.two_spring_law import Springs, spring_give
 
@@ -34,11 +34,10 @@ class Printable:
 
 @dataclass(frozen=True, kw_only=True)
 class _Leaf:
-    """The leaves of one spring in a process [mm]: as long as fits, and the deflection that bends them."""
+    """The leaves of one spring in a process [mm], up to a longest one, and their deflection at full travel."""
 
     process: Process
-    thickness: float
-    depth: float
+    profile: LeafProfile
     deflection: float
     longest: float
     gauge: FoilGauge | None
@@ -47,40 +46,42 @@ class _Leaf:
     def shortest(self) -> float:
         """Return the least length of a leaf [mm]: that of a leaf at all, and of one with room for its gauges."""
         room = 0.0 if self.gauge is None else shortest_gauged(self.process.fillet_mm, self.gauge)
-        return max(SHORTEST * self.thickness, room)
+        return max(SHORTEST * self.profile.thickness, room)
 
     def length(self, K: float) -> float:
         """Return the length [mm] at which the pair has a stiffness [N/mm] by the beam law."""
         E = self.process.E_MPa
         if self.gauge is None:
-            return pair_length(E, self.depth, self.thickness, K)
-        return gauged_length(E, self.depth, self.thickness, self.process.fillet_mm, K, self.gauge)
+            return pair_length(E, self.profile.depth, self.profile.thickness, K)
+        return gauged_length(E, self.profile, K, self.gauge)
 
     def strain(self, length: float) -> float:
         """Return the root strain [1] at full travel; gauges stiffen the leaf that carries them and strain its root."""
         gain = 1.0
         if self.gauge is not None:
-            E = self.process.E_MPa
-            fillet = self.process.fillet_mm
-            gain = 2.0 * sandwich_gain(E, self.depth, self.thickness, length, fillet, self.gauge) - 1.0
-        return STRAIN_FACTOR * gain * root_strain(self.thickness, length, self.deflection)
+            # All of what the gauges add to the pair is added by the one leaf of two that carries them.
+            gain = 2.0 * sandwich_gain(self.process.E_MPa, self.profile, length, self.gauge) - 1.0
+        return STRAIN_FACTOR * gain * root_strain(self.profile.thickness, length, self.deflection)
 
     def faults(self, length: float, margin: float) -> list[str]:
-        """Return the objections to a length [mm] that may yet be off by the relative margin."""
+        """Return the objections to a length [mm], each in words, with limits stricter by the relative margin.
+
+        A negative margin makes the limits laxer: what is left is wrong even if the length is off by that much.
+        """
         process = self.process
+        thickness = self.profile.thickness
+        depth = self.profile.depth
         strain = self.strain(length / (1.0 + margin))
         faults = []
-        if self.thickness < process.min_wall_mm:
-            faults.append(
-                f"a leaf {self.thickness:g} mm thick, must be at least the wall of {process.min_wall_mm:g} mm"
-            )
+        if thickness < process.min_wall_mm:
+            faults.append(f"a leaf {thickness:g} mm thick, must be at least the wall of {process.min_wall_mm:g} mm")
         if length < self.shortest * (1.0 + margin):
-            is_block = self.shortest <= SHORTEST * self.thickness
+            is_block = self.shortest <= SHORTEST * thickness
             reason = f"{SHORTEST:g} thicknesses" if is_block else "room for a gauge at each root"
             faults.append(f"a leaf {length:.1f} mm long, must be at least {reason} = {self.shortest:g} mm")
-        if self.gauge is not None and self.depth < self.gauge.backing_width_mm:
+        if self.gauge is not None and depth < self.gauge.backing_width_mm:
             least = self.gauge.backing_width_mm
-            faults.append(f"a leaf {self.depth:g} mm deep, must be at least the gauge of {least:g} mm")
+            faults.append(f"a leaf {depth:g} mm deep, must be at least the gauge of {least:g} mm")
         if length * (1.0 + margin) > self.longest:
             bound = f"print.max_length_mm = {self.longest:g} mm"
             faults.append(f"a leaf {length:.1f} mm long, must be at most {bound}")
@@ -94,49 +95,42 @@ def check_printable(
     design: Design,
     springs: Springs,
     K_m_max: float,
-    process: Process,
     lengths_mm: tuple[float, ...] | None = None,
     stiffness_ratio: float = 1.0,
 ) -> tuple[Printable, ...]:
-    """Return the verdict on each spring [N/mm], low then high, that K_m,max [N/mm] and the stiffness ratio have sized.
+    """Return the verdict on each spring, low then high, in the process of a design.
 
-    Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, as solved, the beam
-    law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided.
+    `K_m_max` [N/mm] is the fruit's stiffness under the low tip at E_max, `stiffness_ratio` [1] is that under the high
+    tip over it. Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, as
+    solved, the beam law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided.
     """
+    process = design.process
     stiffest = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
     K_m = (stiffest, stiffness_ratio * stiffest)
-    targets = design.nominal_targets
-    asked = (f"targets.P_max = {targets.P_max:g}", f"targets.NL = {targets.NL:g}")
-    if design.springs.given:
-        asked = (f"springs.K_l_N_per_m = {1e3 * springs.K_l:g} N/m", f"springs.K_h_N_per_m = {1e3 * springs.K_h:g} N/m")
-
+    asked = _asked_of(design, springs)
     verdicts = []
     for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
         leaf = _Leaf(
             process=process,
-            thickness=process.leaf_thicknesses_mm[i],
-            depth=plate_depth(design, process),
+            profile=LeafProfile(
+                depth=plate_depth(design, process),
+                thickness=process.leaf_thicknesses_mm[i],
+                fillet=process.fillet_mm,
+            ),
             deflection=spring_give(K, K_m[i], max(0.0, design.full_travels_mm[i])),
             longest=design.print.max_length_mm,
             gauge=GAUGES[design.print.gauges],
         )
         length = leaf.length(K) if lengths_mm is None else lengths_mm[i]
-        margin = LENGTH_MARGIN if lengths_mm is None else 0.0
-        certain = leaf.faults(length, -margin / (1.0 + margin))
-        possible = leaf.faults(length, margin)
-        passed: bool | None = True
-        reason = f"{process.name} can make the {name} leaf"
-        if possible:
-            passed = False if certain else None
-            undecided = f", near enough ({LENGTH_MARGIN:.0%} of length) that only the solved length decides"
-            asks = f"{asked[i]}: asks {process.name} for {' and '.join(certain or possible)}"
+        passed, reason = _judged(leaf, length, LENGTH_MARGIN if lengths_mm is None else 0.0)
+        if passed is not True:
             hint = "choose another process, or see what pipeline suggest finds"
-            reason = f"{asks}{'' if certain else undecided}; {hint}"
+            reason = f"{asked[i]}: asks {process.name} for {reason}; {hint}"
         verdicts.append(
             Printable(
                 name=f"printable.{name}",
                 passed=passed,
-                reason=reason,
+                reason=reason or f"{process.name} can make the {name} leaf",
                 length_mm=length,
                 shortest_mm=leaf.shortest,
                 longest_mm=leaf.longest,
@@ -145,3 +139,26 @@ def check_printable(
             )
         )
     return tuple(verdicts)
+
+
+def _asked_of(design: Design, springs: Springs) -> tuple[str, str]:
+    """Return the key that each spring comes from, low then high, with its value: of [springs], or of [targets]."""
+    if design.springs.given:
+        return f"springs.K_l_N_per_m = {1e3 * springs.K_l:g} N/m", f"springs.K_h_N_per_m = {1e3 * springs.K_h:g} N/m"
+    targets = design.nominal_targets
+    return f"targets.P_max = {targets.P_max:g}", f"targets.NL = {targets.NL:g}"
+
+
+def _judged(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None, str]:
+    """Return whether leaves of a length [mm] can be made, and in words what is wrong with them, nothing if they can.
+
+    The length may be off by the relative margin [1] to either side: None where it decides.
+    """
+    certain = leaf.faults(length, -margin / (1.0 + margin))
+    possible = leaf.faults(length, margin)
+    if not possible:
+        return True, ""
+    if certain:
+        return False, " and ".join(certain)
+    undecided = f", near enough ({LENGTH_MARGIN:.0%} of length) that only the solved length decides"
+    return None, f"{' and '.join(possible)}{undecided}"

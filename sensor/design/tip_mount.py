@@ -3,6 +3,8 @@
 The two plates of a square stand back to back on its sides, apart by their pads: each is less deep than the square.
 """
 
+from typing import NamedTuple
+
 from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.quantity import validation_error
@@ -11,15 +13,23 @@ _LEAST_PAD_MM = 0.2  # two layers of a coarse print
 _LEAST_ASPECT = 2.0  # depth of a leaf over its thickness: a shallower one is a rod, as soft sideways
 
 
-def tip_mount(design: Design, process: Process) -> tuple[float, float]:
-    """Return the sides [mm] of what is printed at the end of a shuttle and of the pocket in it, 0 for a printed tip.
+class TipMount(NamedTuple):
+    """What is printed at the end of a shuttle [mm]: its side, and the side of the pocket in it, 0 for a printed tip."""
 
-    A foot is a pocket that the pin fits into, walls around it and its gable. Raises InputError when the feet leave no
-    gap between them.
+    side: float
+    pocket_side: float
+
+
+def tip_mount(design: Design, process: Process) -> TipMount:
+    """Return the tip, or the foot for a pin, at the end of a shuttle.
+
+    A foot holds a pocket that the pin fits into. The gable of the pocket ends a whole side of the pocket from its
+    middle, with a wall beyond it: that is half the side of the foot. Raises InputError when the feet leave no gap
+    between them.
     """
     tips = design.tips
     if tips.socket == "none":
-        return tips.side_mm, 0.0
+        return TipMount(side=tips.side_mm, pocket_side=0.0)
     pocket = tips.side_mm + 2.0 * process.accuracy_mm
     side = round(2.0 * (pocket + process.min_wall_mm), 3)
     if side + process.min_gap_mm > tips.spacing_mm:
@@ -27,7 +37,7 @@ def tip_mount(design: Design, process: Process) -> tuple[float, float]:
         raise validation_error(
             "tips.spacing_mm", tips.spacing_mm, "mm", bound, "move the tips apart, or tips.socket = 'none'"
         )
-    return side, round(pocket, 3)
+    return TipMount(side=side, pocket_side=round(pocket, 3))
 
 
 def plate_depth(design: Design, process: Process) -> float:
@@ -38,7 +48,7 @@ def plate_depth(design: Design, process: Process) -> float:
     """
     if not design.tips.tip_layout.has_housing:
         return process.depth_mm
-    side, _ = tip_mount(design, process)
+    side = tip_mount(design, process).side
     if not design.tips.tip_layout.is_back_to_back:
         return max(process.depth_mm, side)
     spacing = design.tips.spacing_mm

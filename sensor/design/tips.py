@@ -159,6 +159,11 @@ class Tips(ShapeKeys):
         return tuple(0.0 if index in self.tip_layout.outer else inner for index in range(len(self.springs)))
 
     @property
+    def own_columns(self) -> tuple[int, ...]:
+        """Return the tips whose forces tables list one by one: none of a pair, whose means over a kind say all."""
+        return () if self.tip_layout.is_pair else tuple(range(len(self.springs)))
+
+    @property
     def face_mm2(self) -> float:
         """Return the area of a tip's outline [mm^2]."""
         return self.tip_shape.area_mm2

@@ -17,6 +17,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class ContrastLaw:
 
 
 def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tuple[float, ...]:
-    """Return the mean of the tips on high springs less that of those on low ones, as a weight for each tip [1].
+    """Return the weight of each tip [1] in the contrast: the mean over the high tips less that over the low ones.
 
     `positions` are x and y [mm], `springs` low or high. Raises InputError where a tilt would not drop out.
     """
@@ -109,15 +110,23 @@ def read_modulus(law: ContrastLaw, forces: Sequence[float], offset: float = 0.0)
     `offset` [mm] is a contrast of gaps beside those of the law.
     """
     rigid, dome, body = contrast_terms(law, forces)
-    z = smallest_root(rigid + offset, dome, body)
+    z = smallest_root(rigid + offset, dome, body)  # E^(-1/3)
     return 1.0 / (z * z * z)
 
 
-def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, float, float]:
-    """Return the terms of the contrast proportional to E^0 [mm], E^(-2/3) and E^(-1); raises ReadingError.
+class ContrastTerms(NamedTuple):
+    """The factors of the contrast rigid + dome E^(-2/3) + body E^(-1), which is zero at the modulus of the fruit.
 
-    Their sum over the powers of E is zero at the modulus of the fruit. Forces are as in `read_modulus`.
+    `rigid` [mm] is what the springs and the gaps do, `dome` [mm MPa^(2/3)] Hertz's contact, `body` [mm MPa] the flesh.
     """
+
+    rigid: float
+    dome: float
+    body: float
+
+
+def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
+    """Return the terms of the contrast at the forces of all tips [N]; raises ReadingError unless all are above 0."""
     if len(forces) != len(law.weights):
         msg = f"{len(forces)} forces must be {len(law.weights)}, one for each tip. Check the sensor's channels."
         raise ReadingError(msg)
@@ -130,7 +139,7 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, fl
     rigid = weights @ (C @ F + law.gaps)
     dome = law.hertz * weights @ (F ** (2.0 / 3.0))
     body = weights @ (S @ F)
-    return float(rigid), float(dome), float(body)
+    return ContrastTerms(rigid=float(rigid), dome=float(dome), body=float(body))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,22 +162,28 @@ def stiffened_compliance(C: Matrix, factors: Sequence[float]) -> tuple[tuple[flo
 
 
 def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
-    """Return the slopes of the reading E [MPa] over its inputs, at forces [N], each above 0."""
+    """Return the slopes of the reading E [MPa] over its inputs, at forces [N], each above 0.
+
+    With g(F, E) the contrast [mm], ln E moves by dg / (-E dg/dE), and the part of dg by a force is
+
+        dg/dF_i = (w C)_i + 2/3 h w_i E^(-2/3) F_i^(-1/3) + (w S)_i / E .
+    """
     _, dome, body = contrast_terms(law, forces)
-    softer = E ** (-2.0 / 3.0)
-    falling = dome * softer / 1.5 + body / E  # -E dg/dE [mm]
+    E_power = E ** (-2.0 / 3.0)
+    per_log_E = dome * E_power / 1.5 + body / E  # -E dg/dE [mm]
     weights = np.array(law.weights)
     C = np.array(law.C)
     F = np.array(forces)
     of_springs = weights @ C
     of_fruit = weights @ np.array(law.S) / E
-    of_domes = law.hertz * softer / 1.5 * weights * F ** (-1.0 / 3.0)
-    by_force = (of_springs + of_fruit + of_domes) / falling
-    by_spring = -0.5 * (weights * (C @ F) + of_springs * F) / falling  # a coupled spring softens both ways
+    of_domes = law.hertz * E_power / 1.5 * weights * F ** (-1.0 / 3.0)
+    by_force = (of_springs + of_fruit + of_domes) / per_log_E
+    # A spring that is stiffer by 1 % makes its row and its column of C smaller by half a per cent each.
+    by_spring = -0.5 * (weights * (C @ F) + of_springs * F) / per_log_E
     return ReadingSlopes(
         forces=tuple(by_force.tolist()),
         springs=tuple(by_spring.tolist()),
-        contrast=1.0 / falling,
+        contrast=1.0 / per_log_E,
     )
 
 
@@ -196,21 +211,26 @@ def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple
 def smallest_root(rigid: float, dome: float, body: float) -> float:
     """Return the smallest z > 0 of rigid + dome z^2 + body z^3 = 0, which is E^(-1/3) [MPa^(-1/3)].
 
-    The cubic is level at 0 and runs one way up to its next level point: the root lies before it, or is not there.
+    The cubic is level at z = 0 and at z = -2 dome / (3 body), and monotonic between them. Where the second level point
+    is above 0, the root must lie before it; else the cubic is monotonic for all z > 0. Raises ReadingError where the
+    cubic does not change its sign there.
     """
 
     def contrast(z: float) -> float:
         return rigid + z * z * (dome + body * z)
 
-    turn = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
-    end = turn if turn > 0.0 else _beyond_root(rigid, dome, body)
+    second_level = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
+    end = second_level if second_level > 0.0 else _beyond_root(rigid, dome, body)
     if not rigid * contrast(end) < 0.0:
         raise ReadingError(OF_ANOTHER_SENSOR)
     return last_holding(lambda z: rigid * contrast(z) > 0.0, 0.0, end)
 
 
 def _beyond_root(rigid: float, dome: float, body: float) -> float:
-    """Return a point beyond the root of a cubic that runs one way [MPa^(-1/3)]."""
+    """Return a point beyond the root of a cubic that is monotonic for z > 0 [MPa^(-1/3)].
+
+    Both terms push one way, so the root lies before that of either term alone.
+    """
     by_dome = math.sqrt(abs(rigid / dome)) if dome != 0.0 else math.inf
     by_body = abs(rigid / body) ** (1.0 / 3.0) if body != 0.0 else math.inf
     nearer = min(by_dome, by_body)

@@ -61,22 +61,22 @@ white, as behind a filter, must be thinned out before. mm, N, MPa.
 import math
 from collections import deque
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sensor.arrays import Floats, rows_of
-from sensor.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, smallest_root
+from sensor.theory.contrast_law import ContrastLaw, ContrastTerms, Matrix, Place, ReadingError, smallest_root
 from sensor.theory.hertz import hertz_factor
 
-FEWEST = 5
+FEWEST = 5  # samples with all tips on the fruit, below which a covariance means nothing
 LARGEST_TOUCH_FORCE = 0.7  # of the whole force: where the last tip touches later, too little of a rise is left
-LEAST_RISE = 5.0  # of the instrument: noise in it then costs less than four per cent of the information
+LEAST_RISE = 5.0  # of the instrument over its noise, which then costs less than four per cent of the information
 LARGEST_NOISE = 1.0 / 3.0  # of E: beyond, the root of the cubic scatters too far for its slope
 LARGEST_BY_TIME = 0.02  # of E, one standard deviation: a standard uncertainty of 5 % becomes 5.4 % by it
-SETTLED = 1e-12
-MOST_STEPS = 50
+SETTLED = 1e-12  # relative change at which the offset has settled: round-off
+MOST_STEPS = 50  # of the offset, each of which leaves some per cent of the error of the one before
 STEP = 1e-4  # of an offset [mm], for its slope
 
 Samples = NDArray[np.floating[Any]]
@@ -124,16 +124,17 @@ class RollingDomes:
         return float(np.dot(self.weights, np.prod(self.positions, axis=1)))
 
     def saddle(self, offset: float) -> float:
-        """Return the saddle k_xy [1/mm] whose gaps have a contrast [mm].
+        """Return the saddle k_xy of the skin [1/mm] under which the gaps have this contrast, `offset` [mm].
 
-        A sphere that rolls makes of it the gap k_xy x y / ((1 + r H)^2 - (r k_xy)^2).
+        Domes that roll on a saddle have the gaps g x y, with g = k_xy / (c^2 - (r k_xy)^2) and c = 1 + r H. The root
+        that is 0 with g is k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)), a form in which no digits cancel.
         """
-        of_gaps = offset / self.contrast_of_xy
+        gap_per_xy = offset / self.contrast_of_xy
         return (
             2.0
-            * of_gaps
+            * gap_per_xy
             * self.rolling_factor**2
-            / (1.0 + math.hypot(1.0, 2.0 * self.dome_radius * of_gaps * self.rolling_factor))
+            / (1.0 + math.hypot(1.0, 2.0 * self.dome_radius * gap_per_xy * self.rolling_factor))
         )
 
     def S(self, offset: float = 0.0) -> Floats:
@@ -186,17 +187,20 @@ class RiseLaw:
 
     @property
     def over_time(self) -> "RiseLaw":
-        """Return the law of flesh that relaxes: channels are the forces of all tips, then those of elastic flesh.
+        """Return the law of flesh that relaxes, which has two channels for each tip: 2 n for n tips.
 
-        Forces bend the springs; elastic ones, which flesh entered as far would answer with, tell of the flesh.
+        The first n are the forces of the tips, which bend the springs. The last n are the forces with which elastic
+        flesh would answer the same indentation, which tell of the flesh. The contrast is that of the last n rows.
         """
         law = self.contrast
-        still = np.zeros_like(law.arrays[1])
+        _, C, S = law.arrays
+        none = np.zeros_like(C)
+        zeros = (0.0,) * len(law.weights)
         contrast = ContrastLaw(
-            weights=(*np.zeros(len(still)).tolist(), *law.weights),
-            gaps=(*np.zeros(len(still)).tolist(), *law.gaps),
-            C=rows_of(np.block([[still, still], [law.arrays[1], still]])),
-            S=rows_of(np.block([[still, still], [still, law.arrays[2]]])),
+            weights=(*zeros, *law.weights),
+            gaps=(*zeros, *law.gaps),
+            C=rows_of(np.block([[none, none], [C, none]])),
+            S=rows_of(np.block([[none, none], [none, S]])),
             hertz=law.hertz,
         )
         return replace(self, contrast=contrast)
@@ -231,15 +235,18 @@ class RiseSums:
         """Return the sums with one sample more: its instrument [N] and its forces [N], (tips,), each above 0.
 
         `rates` (tips,) [N/s] are those at which the forces rise, 0 where that is not asked.
-        Sums are kept in the precision of the forces.
+        Sums are kept in the precision of the forces. Means and co-moments are brought up to date one sample at a time:
+        B. P. Welford, Technometrics 4 (1962) 419. A co-moment grows by the step of u from its old mean, times the step
+        of the other quantity from its new one.
         """
         roots = np.cbrt(forces)
-        values = np.stack([forces, roots * roots, 1.0 / roots])
+        values = np.stack([forces, roots * roots, 1.0 / roots])  # F, F^(2/3), F^(-1/3)
         count = self.count + 1
         step = instrument - self.instrument
         mean = self.instrument + step / count
         before = self.means.astype(forces.dtype, copy=False)
         means = before + (values - before) / forces.dtype.type(count)
+        # Samples are numbered from 0, so the number of this one is self.count and the mean of all numbers half of it.
         mean_rates = self.rates + (rates - self.rates) / count
         return RiseSums(
             count=count,
@@ -318,39 +325,47 @@ class RisingPress:
         self._law = law
         self._noises = noises
         self._least = least_forces
+        # Since all tips touched: the sums, and the total force [N] at which the last of them did.
         self._sums = RiseSums()
-        self._to_deepest = RiseSums()
-        self._before: deque[float] = deque(maxlen=lag)
-        self._forces_before: Samples = np.zeros(1)
         self._touch = 0.0
+        # The same up to the deepest sample, which has the largest total force [N].
+        self._to_deepest = RiseSums()
         self._touch_of_deepest = 0.0
         self._largest = 0.0
         self.deepest: Samples | None = None
+        # Total forces [N] of the samples before, the oldest of which is the instrument; forces of the last one.
+        self._before: deque[float] = deque(maxlen=lag)
+        self._forces_before: Samples = np.zeros(1)
 
     def add(self, forces: Samples, elapsed: float | None = None) -> None:
         """Take the channels of the next sample [N], (channels,), and the time elapsed since the one before [s].
 
-        What times do is told where they are given.
-        A lift ends a press: what comes after it has an offset of its own, and is read if it goes deeper.
+        Without times the reading has no slopes over the times of channels. A lift ends a press: what comes after it
+        has an offset of its own, and is read if it goes deeper.
         """
-        whole = forces[: len(self._noises)].sum()
+        total = forces[: len(self._noises)].sum()
         if len(self._before) == self._before.maxlen and (forces > 0.0).all():
-            instrument = self._before[0]
-            if self._sums.count == 0:
-                self._touch = instrument
-            rates = (forces - self._forces_before) / elapsed if elapsed else 0.0 * forces
-            self._sums = self._sums.with_sample(instrument, forces, rates)
-            if whole >= self._largest:
-                self._largest = whole
-                self._to_deepest = self._sums
-                self._touch_of_deepest = self._touch
-                self.deepest = forces
+            self._count(total, forces, elapsed)
         self._forces_before = forces
-        if (forces > self._least).all():
-            self._before.append(whole)
+        all_touch = (forces > self._least).all()
+        if all_touch:
+            self._before.append(total)
         else:
             self._before.clear()
             self._sums = RiseSums()
+
+    def _count(self, total: float, forces: Samples, elapsed: float | None) -> None:
+        """Add a sample to the sums; `total` is the sum of the tips' forces [N], `elapsed` as in `add` [s]."""
+        instrument = self._before[0]
+        if self._sums.count == 0:
+            self._touch = instrument
+        rates = (forces - self._forces_before) / elapsed if elapsed else 0.0 * forces
+        self._sums = self._sums.with_sample(instrument, forces, rates)
+        if total >= self._largest:
+            self._largest = total
+            self._to_deepest = self._sums
+            self._touch_of_deepest = self._touch
+            self.deepest = forces
 
     def reading(self, *, whole: bool = True) -> RiseReading:
         """Return the reading of the press; raises RiseError.
@@ -381,72 +396,102 @@ class RisingPress:
 
 
 def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
-    """Return the reading of the sums over a press, with `noises` (tips,) [N] of the forces; raises RiseError."""
-    E, offset, contrast = _solved(law, sums)
-    rise = _Rise(contrast, sums, E, len(noises))
-    by_noise = float(np.linalg.norm(rise.noise_per_force() * noises))
+    """Return the reading of the sums over a press, its `touch` nan: sums do not tell when the last tip touched.
+
+    `noises` (tips,) [N] are the standard deviations of the forces. Raises RiseError where no modulus belongs to the
+    sums, or where noise leaves too much of it open.
+    """
+    E, offset, contrast = _solve(law, sums)
+    at_root = _SlopesAtRoot(contrast, sums, E, len(noises))
+    by_noise = float(np.linalg.norm(at_root.noise_per_force() * noises))
     if by_noise > LARGEST_NOISE:
         message = f"standard uncertainty of E by noise = {by_noise:.2g} of it: must be at most a third; press farther"
         raise RiseError("no_rise", message)
-    gains, springs, zeros, drifts, times = rise.per_tip()
-    zeros = rise.with_saddle(zeros, law.per_offset(offset))
+    per_tip = at_root.per_tip()
+    zeros = at_root.with_saddle(per_tip.zeros, law.per_offset(offset))
     return RiseReading(
         E=E,
         offset=offset,
         noise=by_noise,
-        offset_noise=math.hypot(rise.residual(noises) / math.sqrt(sums.count), rise.mean_per_log_E * by_noise),
-        offset_per_log_E=rise.mean_per_log_E,
+        offset_noise=math.hypot(at_root.residual(noises) / math.sqrt(sums.count), at_root.mean_per_log_E * by_noise),
+        offset_per_log_E=at_root.mean_per_log_E,
         samples=sums.count,
         touch=math.nan,
         slopes=RiseSlopes(
-            noise=tuple(rise.noise_per_force().tolist()),
-            gains=tuple(gains.tolist()),
-            springs=tuple(springs.tolist()),
+            noise=tuple(at_root.noise_per_force().tolist()),
+            gains=tuple(per_tip.gains.tolist()),
+            springs=tuple(per_tip.springs.tolist()),
             zeros=tuple(zeros.tolist()),
-            drifts=tuple(drifts.tolist()),
-            times=tuple(times.tolist()),
-            hertz=rise.per_hertz,
-            body=rise.per_S(np.array(contrast.S)),
-            offset=rise.per_S(law.per_offset(offset)),
+            drifts=tuple(per_tip.drifts.tolist()),
+            times=tuple(per_tip.times.tolist()),
+            hertz=at_root.per_hertz,
+            body=at_root.per_S(np.array(contrast.S)),
+            offset=at_root.per_S(law.per_offset(offset)),
         ),
     )
 
 
-def _solved(law: RiseLaw, sums: RiseSums) -> tuple[float, float, ContrastLaw]:
-    """Return the modulus [MPa], the offset [mm], and the contrast law at this offset; raises RiseError.
+class _Solution(NamedTuple):
+    """The modulus E [MPa] and the offset [mm] of a press, and the contrast law at this offset."""
 
-    The offset changes S by some per cent: each step leaves that fraction of the error of the step before.
+    E: float
+    offset: float
+    contrast: ContrastLaw
+
+
+def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
+    """Return the solution of both equations of a press: that of the co-moments gives E, that of the means the offset.
+
+    Domes alone need more than one step: the offset changes S by some per cent, and S the root. Each step leaves that
+    fraction of the error of the step before. Raises RiseError.
     """
     offset = 0.0
     contrast = law.contrast
     for _ in range(MOST_STEPS):
-        terms = _terms(contrast, sums.with_instrument)
         try:
-            z = smallest_root(*terms)
+            z = smallest_root(*_terms(contrast, sums.with_instrument))  # E^(-1/3)
         except ReadingError as error:
             raise RiseError("out_of_range", str(error)) from error
         rigid, dome, body = _terms(contrast, sums.means)
-        known = float(np.dot(contrast.weights, contrast.gaps))
+        known_gaps = float(np.dot(contrast.weights, contrast.gaps))
         before = offset
-        offset = -(rigid + known + z * z * (dome + body * z))
+        offset = -(rigid + known_gaps + z * z * (dome + body * z))
         if law.rolling is None or abs(offset - before) <= SETTLED * abs(rigid):
-            return 1.0 / (z * z * z), offset, contrast
+            return _Solution(1.0 / (z * z * z), offset, contrast)
         contrast = law.with_offset(offset)
     message = "the offset of the contrast does not settle: must be a press of this sensor on a fruit; calibrate it anew"
     raise RiseError("out_of_range", message)
 
 
-def _terms(contrast: ContrastLaw, moments: Samples) -> tuple[float, float, float]:
-    """Return the terms of the contrast with E^0, E^(-2/3) and E^(-1), of means or co-moments (3, tips)."""
+def _terms(contrast: ContrastLaw, moments: Samples) -> ContrastTerms:
+    """Return the terms of the contrast without its gaps, of the means or co-moments (3, tips) of `RiseSums`."""
     weights, C, S = contrast.arrays
     F = moments[0].astype(np.float64)
-    return float(weights @ C @ F), float(contrast.hertz * weights @ moments[1]), float(weights @ S @ F)
+    return ContrastTerms(
+        rigid=float(weights @ C @ F),
+        dome=float(contrast.hertz * weights @ moments[1]),
+        body=float(weights @ S @ F),
+    )
 
 
-class _Rise:
-    """The cubic of a press at its root, and its slopes over all that it is made of."""
+class _TipSlopes(NamedTuple):
+    """Slopes of ln E over the causes of each tip, (tips,) each; units as in `RiseSlopes`."""
+
+    gains: Floats
+    springs: Floats
+    zeros: Floats
+    drifts: Floats
+    times: Floats
+
+
+class _SlopesAtRoot:
+    """The slopes of ln E at the root of the cubic of a press: by how much each cause of an error moves the modulus.
+
+    A cause that changes the co-moments of the law by dG moves ln E by dG / `_dG_per_log_E`.
+    """
 
     def __init__(self, contrast: ContrastLaw, sums: RiseSums, E: float, tips: int) -> None:
+        """Take the law, the sums and the modulus [MPa] of a press; `tips` of them may have several channels each."""
         self._weights, self._C, self._S = contrast.arrays
         self._tips = tips
         self._sums = sums
@@ -455,9 +500,10 @@ class _Rise:
         self._dome = contrast.hertz * self._z**2 * self._weights
         _, dome, body = _terms(contrast, sums.with_instrument)
         self._hertz = dome * self._z**2
-        # z dG/dz / 3: a change dG of the co-moments moves ln E by dG over it
+        # z dG/dz / 3, since E = z^(-3)
         self._dG_per_log_E = (2.0 * self._hertz + 3.0 * body * self._z**3) / 3.0
         _, mean_dome, mean_body = _terms(contrast, sums.means)
+        # The same of the means: by how much the offset moves with ln E [mm].
         self.mean_per_log_E = (2.0 * mean_dome * self._z**2 + 3.0 * mean_body * self._z**3) / 3.0
 
     @property
@@ -466,11 +512,11 @@ class _Rise:
         return self._hertz / self._dG_per_log_E
 
     def per_S(self, change: Floats) -> float:
-        """Return the slope of ln E over a factor of a change of S, (tips, tips)."""
+        """Return by how much ln E moves [1] where S is another one by this `change`, (channels, channels) [1/mm]."""
         return float(self._weights @ change @ self._F) * self._z**3 / self._dG_per_log_E
 
-    def per_tip(self) -> tuple[Floats, ...]:
-        """Return the slopes of ln E over gains, springs [1], zeros, drifts [1/N] and times [1/s], each (tips,)."""
+    def per_tip(self) -> _TipSlopes:
+        """Return the slopes of ln E over the causes of each tip; springs count as in `contrast_slopes`."""
         of_springs = self._weights @ self._C
         of_fruit = self._weights @ self._S * self._z**3
         gains = (of_springs + of_fruit) * self._F + self._dome / 1.5 * self._two_thirds
@@ -478,24 +524,29 @@ class _Rise:
         zeros = self._dome / 1.5 * self._inverse_roots
         drifts = self._by_force() * self._sums.with_count / (self._sums.count - 1)
         times = self._by_force() * self._sums.with_rates
-        return tuple(self._of_tips(slopes) / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
+        return _TipSlopes(
+            *(self._of_tips(slopes) / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
+        )
 
     def _of_tips(self, of_channels: Floats) -> Floats:
         """Return slopes over what moves all channels of a tip alike, (tips,), from those over each channel."""
         return np.asarray(of_channels.reshape(-1, self._tips).sum(axis=0))
 
     def with_saddle(self, zeros: Floats, per_offset: Floats) -> Floats:
-        """Return the slopes over zeros [1/N], (tips,), with what they do by the saddle that the offset is taken for.
+        """Return the slopes over zeros [1/N], (tips,), with what the offset adds that they cause.
 
-        A zero that is off moves the offset, by up to 4 mm/N, the offset moves S, and S the modulus. The other causes
-        move the offset less than they move the modulus.
+        A zero that is off moves the offset, by up to 4 mm/N; the law takes the offset for a saddle of the skin, so it
+        moves S by `per_offset`, and S moves the modulus. The other causes move the offset less than the modulus.
+
+        With x the slope of the offset over a zero [mm/N], ln E moves by zeros + by_offset x. The offset is minus the
+        mean of the law, so x = mean_per_log_E (zeros + by_offset x) - c + by_S x: solved here for x.
         """
         by_offset = self.per_S(per_offset)
-        by_the_change = -float(self._weights @ per_offset @ self._sums.means[0]) * self._z**3
-        offset = (self.mean_per_log_E * zeros - self._of_tips(self._by_force())) / (
-            1.0 - by_the_change - self.mean_per_log_E * by_offset
+        by_S = -float(self._weights @ per_offset @ self._sums.means[0]) * self._z**3
+        offset_slopes = (self.mean_per_log_E * zeros - self._of_tips(self._by_force())) / (
+            1.0 - by_S - self.mean_per_log_E * by_offset
         )
-        return np.asarray(zeros + by_offset * offset)
+        return np.asarray(zeros + by_offset * offset_slopes)
 
     def _by_force(self) -> Floats:
         """Return c_t, the slope of the residual over each force [mm/N], (tips,), at the mean of F^(-1/3)."""

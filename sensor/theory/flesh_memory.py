@@ -23,13 +23,14 @@ class Memory:
         self._elastic: Floats | float = 0.0
 
     def step(self, seconds: Floats) -> tuple[Floats, Floats]:
-        """Return by which share elastic forces of the end of a step are felt [1], and what is lost of those before [N].
+        """Return `fresh` and `lost` of F = fresh n - lost at the end of a step, with n the elastic forces there [N].
 
-        Steps (presses,) [s]; the share has shape (presses, 1), what is lost (presses, tips) or (presses, 1).
+        `seconds` (presses,) is the duration of the step; `fresh` [1] has shape (presses, 1), `lost` [N] (presses, tips)
+        or (presses, 1). Elastic forces run straight over a step, so each arm is integrated exactly.
         """
-        step = (seconds / self._times)[..., None]
+        step = (seconds / self._times)[..., None]  # over the time of each arm [1]
         decay = np.exp(-step)
-        self._mean = np.divide(-np.expm1(-step), step, out=np.ones_like(step), where=step > 0.0)  # of the decay
+        self._mean = np.divide(-np.expm1(-step), step, out=np.ones_like(step), where=step > 0.0)  # of exp over the step
         self._kept = decay * self._memory + (self._mean - decay) * self._elastic
         fresh = 1.0 - (self._shares * (1.0 - self._mean)).sum(axis=0)
         return fresh, (self._shares * self._kept).sum(axis=0)

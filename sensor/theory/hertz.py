@@ -55,10 +55,11 @@ def contact_reach(force: float, E: float, poisson: float, radius: float, slope: 
 
 
 def equivalent_radius(radius: float, radius_across: float) -> float:
-    """Return the radius of the sphere that a plate presses in by the same force as a body of two radii [mm].
+    """Return the radius of the sphere that a plate indents as far by the same force as a body of two radii [mm].
 
-    The contact is an ellipse: Johnson (4.26) to (4.28), its elliptic integrals K and E of the square m of the
-    eccentricity in Carlson's form R_D, which takes no difference of near numbers: K - E = m / 3 R_D(0, 1 - m, 1) and
+    The contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii fixes the square
+    m = 1 - (b / a)^2 of its eccentricity. The complete elliptic integrals K(m) and E(m) stand in Carlson's forms, which
+    subtract no numbers that are nearly equal: K = R_F(0, 1 - m, 1), K - E = m / 3 R_D(0, 1 - m, 1) and
     E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m), https://dlmf.nist.gov/19.25.
     """
     from scipy.optimize import brentq  # seldom needed, and slow to load
@@ -67,13 +68,13 @@ def equivalent_radius(radius: float, radius_across: float) -> float:
     smaller, larger = sorted((radius, radius_across))
 
     def excess(m: float) -> float:
-        """Return by how much the ratio of the radii is larger that makes an ellipse of this m on a plate [1]."""
+        """Return the ratio of radii whose ellipse has this m, less the given ratio [1]."""
         return float(elliprd(0.0, 1.0, 1.0 - m) / elliprd(0.0, 1.0 - m, 1.0)) - larger / smaller
 
     m = brentq(excess, 0.0, 1.0 - 1e-15, xtol=1e-16)
     axis_ratio = math.sqrt(1.0 - m)
     K = float(elliprf(0.0, 1.0 - m, 1.0))
     spread = math.sqrt(elliprd(0.0, 1.0, 1.0 - m) * elliprd(0.0, 1.0 - m, 1.0)) / 3.0
-    F1 = math.cbrt(4.0 / math.pi * axis_ratio**1.5 * spread)
-    F2 = 2.0 / math.pi * math.sqrt(axis_ratio) * K / F1
+    F1 = math.cbrt(4.0 / math.pi * axis_ratio**1.5 * spread)  # of the size of the contact
+    F2 = 2.0 / math.pi * math.sqrt(axis_ratio) * K / F1  # of the approach, which is proportional to radius^(-1/3)
     return math.sqrt(smaller * larger) / F2**3

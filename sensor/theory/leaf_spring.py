@@ -2,11 +2,20 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sensor.quantity import Bounds, check_fields, quantity, validation_error
 
 _POSITIVE = Bounds(above=0.0)
 _HINT = "choose another process or other targets"
+
+
+class LeafProfile(NamedTuple):
+    """What a leaf has whatever its length [mm]: its depth, its thickness, and the fillet at its roots."""
+
+    depth: float
+    thickness: float
+    fillet: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +37,11 @@ class Flexure:
         if self.separation <= self.thickness + 2.0 * self.fillet:
             bound = f"greater than thickness + 2 fillets = {self.thickness + 2.0 * self.fillet:g} mm"
             raise validation_error("flexure.separation", self.separation, "mm", bound, _HINT)
+
+    @property
+    def profile(self) -> LeafProfile:
+        """Return depth, thickness and fillet of its leaves [mm]."""
+        return LeafProfile(depth=self.depth, thickness=self.thickness, fillet=self.fillet)
 
 
 def pair_stiffness(E: float, depth: float, thickness: float, length: float) -> float:

@@ -58,6 +58,6 @@ def stretch_factor(slope: float) -> float:
 
 
 def _stretched(slope: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return what a unit step seen from above is on the slope, down the slope and in length, in each direction [1]."""
+    """Return the length on the slope of a unit step seen from above [1], by direction: its part down it, and all."""
     along = np.cos(_DIRECTIONS) * math.hypot(1.0, slope)
     return along, np.hypot(along, np.sin(_DIRECTIONS))

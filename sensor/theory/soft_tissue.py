@@ -7,7 +7,7 @@ import functools
 import math
 import tomllib
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -32,23 +32,23 @@ def no_slip(poisson: float) -> float:
 def large_strain_factor(depth: float, poisson: float, law: FleshLawName = "neo-hooke") -> float:
     """Return the force of a sharp tip over the linear one [1] at an indentation of `depth` [tip sides].
 
-    1 at first touch; straight lines between the depths and Poisson's ratios of FE, beyond the deepest one that was
-    solved the departure from 1 grows with the depth.
+    It is 1 at first touch, and interpolated linearly between the depths and between Poisson's ratios of FE. Beyond the
+    deepest solved one its departure from 1 is proportional to the depth.
     """
-    depths, poissons, rows = _table(law)
-    at_depth = []
-    for row in rows:
-        solved = [0.0, *depths[: len(row)]]
+    table = _table(law)
+    at_poisson = []
+    for row in table.rows:
+        solved_depths = [0.0, *table.depths[: len(row)]]
         factors = [1.0, *row]
-        beyond = max(1.0, depth / solved[-1])
-        at_depth.append(1.0 + (np.interp(depth, solved, factors) - 1.0) * beyond)
-    factor = float(np.interp(poisson, poissons, at_depth))
+        beyond = max(1.0, depth / solved_depths[-1])
+        at_poisson.append(1.0 + (np.interp(depth, solved_depths, factors) - 1.0) * beyond)
+    factor = float(np.interp(poisson, table.poissons, at_poisson))
     return min(max(factor, 1.0 - LARGEST_CHANGE), 1.0 + LARGEST_CHANGE)
 
 
 def deepest_solved() -> float:
     """Return the depth down to which large strain was solved [tip sides]; a fold may end it before below nu = 0.3."""
-    return _table("neo-hooke")[0][-1]
+    return _table("neo-hooke").depths[-1]
 
 
 def constitutive_spread(depth: float, poisson: float) -> float:
@@ -57,8 +57,16 @@ def constitutive_spread(depth: float, poisson: float) -> float:
     return 0.5 * abs(apart)
 
 
+class _FactorTable(NamedTuple):
+    """Factors of the force [1], a row for each of Poisson's ratios, at depths [tip sides]; a row may end early."""
+
+    depths: list[float]
+    poissons: list[float]
+    rows: list[list[float]]
+
+
 @functools.cache
-def _table(law: FleshLawName) -> tuple[list[float], list[float], list[list[float]]]:
-    """Return depths [tip sides], Poisson's ratios, and a row of factors for each of these."""
+def _table(law: FleshLawName) -> _FactorTable:
+    """Return the table of a law of flesh, read once."""
     data = tomllib.loads(_DATA.read_text(encoding="utf-8"))
-    return data["depths"], data["poissons"], data["factors"][law]["rows"]
+    return _FactorTable(depths=data["depths"], poissons=data["poissons"], rows=data["factors"][law]["rows"])

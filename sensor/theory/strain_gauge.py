@@ -14,7 +14,7 @@ from typing import ClassVar, NamedTuple
 from sensor.input_file import read_toml
 from sensor.quantity import Bounds, Sourced, quantity, validation_error
 from sensor.theory.bisection import last_holding
-from sensor.theory.leaf_spring import Flexure, pair_stiffness
+from sensor.theory.leaf_spring import Flexure, LeafProfile, pair_stiffness
 
 _POSITIVE = Bounds(above=0.0)
 _ROOM = "choose another process or other targets, or print.gauges = 'none'"
@@ -130,20 +130,23 @@ def gauge_spans(flexure: Flexure, gauge: FoilGauge) -> tuple[GaugeSpans, GaugeSp
     return at_wall, at_shuttle
 
 
-def sandwich_gain(E: float, depth: float, thickness: float, length: float, fillet: float, gauge: FoilGauge) -> float:
+def sandwich_gain(E: float, leaf: LeafProfile, length: float, gauge: FoilGauge) -> float:
     """Return K of a pair of leaves with gauges on one of them over K without [1 from MPa, mm].
 
     Beam law of a clamped-guided leaf, K = 1 / (J2 - J1^2 / J0) with Jn the integral of s^n / EI: a skin of stiffness
     E_g t_g, b wide, on both faces adds E_g t_g b t^2 / 2 to EI. S. Timoshenko, Strength of Materials I, 1930, art. 43.
     """
+    depth, thickness, fillet = leaf
     bare = E * depth * thickness**3 / 12.0
     coated = bare + 0.5 * gauge.backing_stiffness * min(gauge.backing_width_mm, depth) * thickness**2
     full = coated + 0.5 * gauge.foil_stiffness * min(gauge.metal_width_mm, depth) * thickness**2
     start = fillet
     end = min(fillet + gauge.backing_length_mm, 0.5 * length)
+    # Where EI changes: backing, then metal on it, then backing alone; the gauge at the other root is a mirror image.
     half = (0.0, start, start + gauge.margin_mm, end - gauge.margin_mm, end)
     ends = [*half, *(length - position for position in reversed(half))]
     bending = (bare, coated, full, coated, bare, coated, full, coated, bare)
+    # One leaf of the pair has gauges, the other is as stiff as 12 bare / length^3.
     return 0.5 * (1.0 + _guided_stiffness(ends, bending) * length**3 / (12.0 * bare))
 
 
@@ -156,15 +159,16 @@ def _guided_stiffness(ends: Sequence[float], bending: Sequence[float]) -> float:
     return 1.0 / (J[2] - J[1] ** 2 / J[0])
 
 
-def gauged_length(E: float, depth: float, thickness: float, fillet: float, stiffness: float, gauge: FoilGauge) -> float:
+def gauged_length(E: float, leaf: LeafProfile, stiffness: float, gauge: FoilGauge) -> float:
     """Return the leaf length [mm] at which a pair with gauges on one leaf has a stiffness [N/mm], by bisection."""
 
     def too_stiff(length: float) -> bool:
-        gain = sandwich_gain(E, depth, thickness, length, fillet, gauge)
-        return pair_stiffness(E, depth, thickness, length) * gain > stiffness
+        gain = sandwich_gain(E, leaf, length, gauge)
+        return pair_stiffness(E, leaf.depth, leaf.thickness, length) * gain > stiffness
 
-    shorter = 2.0 * fillet
-    longer = shorter + thickness
+    # From the shortest leaf that its fillets leave on, lengths are doubled until one is not too stiff.
+    shorter = 2.0 * leaf.fillet
+    longer = shorter + leaf.thickness
     while too_stiff(longer):
         shorter = longer
         longer = 2.0 * longer

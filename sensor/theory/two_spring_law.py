@@ -124,9 +124,10 @@ def curve_shares(steps: int) -> list[float]:
 
 
 def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Definition) -> float:
-    """Return NL as `nonlinearity` does, of P [1] at the moduli E of a curve [MPa]; nan where a tip is off the fruit.
+    """Return NL as `nonlinearity` does, from P [1] at the moduli E of a curve [MPa]; nan where a tip is off the fruit.
 
-    "largest" is the top of the parabola through the largest departure and its neighbours.
+    "mid-range" takes the middle one of the moduli; "largest" is the top of the parabola through the largest departure
+    and its two neighbours, which count as equally far apart.
     """
     rise = P[-1] - P[0]
     if not (math.isfinite(rise) and rise != 0.0):
@@ -136,7 +137,7 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
         return departure[len(P) // 2]
     if not all(map(math.isfinite, departure)):
         return math.nan
-    top = min(max(departure.index(max(departure)), 1), len(P) - 2)
+    top = min(max(departure.index(max(departure)), 1), len(P) - 2)  # has a neighbour on either side
     before, here, after = departure[top - 1 : top + 2]
     bend = before - 2.0 * here + after
     return here - (after - before) ** 2 / (8.0 * bend) if bend < 0.0 else here
@@ -152,9 +153,12 @@ def size_springs(
 ) -> Springs:
     """Return the springs with force ratio P_max and nonlinearity NL at fruit stiffness K_m,max [N/mm].
 
-    Solves (7) and (10) in closed form. With r = K_m,max / K_h for stiffness ratio 1, NL is r / (4 + 2 r) at mid-range
-    and (s - 1) / (s + 1), s = sqrt(1 + r), at its largest; then K_l = K_m,max / (P_max (1 + r) - 1). With `stiffening`
-    as in `nonlinearity` r is a root: NL rises with it from what rigid springs leave.
+    Solves (7) and (10) of the paper. With r = K_m,max / K_h, for stiffness ratio 1, the nonlinearity is
+
+        NL = r / (4 + 2 r) at mid-range,    NL = (s - 1) / (s + 1) with s = sqrt(1 + r) at its largest.
+
+    Either gives r in closed form, and r gives K_l = K_m,max / (P_max (1 + r) - 1). With `stiffening`, as in
+    `nonlinearity`, r is a root: NL rises with r from what the skin alone makes under rigid springs.
     Raises ValueError outside P_max > stiffness_ratio, 0 < NL < 0.5, K_m_max > 0, and for an NL that a skin exceeds.
     """
     ratio = P_max / stiffness_ratio
@@ -167,6 +171,7 @@ def size_springs(
         r = ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
 
     def springs(r: float) -> Springs:
+        """Return the springs of this r that have the force ratio P_max."""
         return Springs(K_l=K_m_max / (ratio * (1.0 + r) - 1.0), K_h=stiffness_ratio * K_m_max / r)
 
     if not stiffening:
@@ -174,12 +179,13 @@ def size_springs(
     from scipy.optimize import brentq  # seldom needed, and slow to load
 
     def excess(log_r: float) -> float:
+        """Return by how much the nonlinearity of these springs is above NL [1]."""
         return nonlinearity(springs(math.exp(log_r)), K_m_max, definition, stiffness_ratio, stiffening) - NL
 
-    least = excess(_STIFFEST) + NL
-    if least >= NL:
-        msg = f"NL = {NL:g} must be above {least:.4g}, which the skin alone makes. Ask for a larger one."
+    by_skin_alone = excess(_STIFFEST) + NL
+    if by_skin_alone >= NL:
+        msg = f"NL = {NL:g} must be above {by_skin_alone:.4g}, which the skin alone makes. Ask for a larger one."
         raise ValueError(msg)
-    # The skin's own departure lowers the root; twice the closed one leaves room where it has none.
+    # The skin's own departure makes the root smaller than r without a skin; twice that one is above it in any case.
     log_r = brentq(excess, _STIFFEST, math.log(2.0 * r), xtol=1e-15, rtol=4.0 * sys.float_info.epsilon)
     return springs(math.exp(log_r))

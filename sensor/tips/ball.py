@@ -51,6 +51,9 @@ class Dome(Sphere):
 
     name: ClassVar[str] = "dome"
     obeys_hertz: ClassVar[bool] = True
+    presses_along_normals: ClassVar[bool] = True
+    touches_beside_centre: ClassVar[bool] = True
+    pressure_exponent: ClassVar[float] = 0.5  # Hertz: force ~ travel^1.5, area ~ travel
 
     dome_radius_mm: float
 

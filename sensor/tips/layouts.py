@@ -42,8 +42,13 @@ class Layout:
 
     @property
     def is_pair(self) -> bool:
-        """Say whether each spring carries one tip; targets size the springs of such a layout alone."""
+        """Say whether each spring carries one tip, so that a force ratio reads it and no weights of a contrast."""
         return len(self.positions) == len(SPRINGS)
+
+    @property
+    def takes_targets(self) -> bool:
+        """Say whether targets of the force ratio size its springs; the springs of other layouts must be given."""
+        return self.is_pair
 
     @property
     def has_choice_of_order(self) -> bool:

@@ -21,21 +21,24 @@ OPTIONAL_KEYS = tuple(key.name for key in dataclasses.fields(ShapeKeys) if key.d
 
 
 def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
-    """Return the shape of a name; raises InputError for a key of another shape, or one that is missing."""
+    """Return the shape of a name; raises InputError for a key of another shape, or one that is missing.
+
+    A key belongs to the shape whose class has a field of its name; it must be given where the field has no default.
+    """
     kind = SHAPES[name]
-    needed = {item.name: item.default is dataclasses.MISSING for item in dataclasses.fields(kind)}
+    fields = {item.name: item for item in dataclasses.fields(kind)}
     given = {}
     for key in dataclasses.fields(ShapeKeys):
         value = getattr(keys, key.name)
         label = f"tips.{key.name}"
-        unit = key.metadata["unit"]
-        if key.name not in needed:
+        if key.name not in fields:
             if value != key.default:
                 bound = f"left out for tips.shape = {name!r}"
-                raise validation_error(label, value, unit, bound, "drop it, or take the shape it is for")
+                hint = "drop it, or take the shape it is for"
+                raise validation_error(label, value, key.metadata["unit"], bound, hint)
         elif value is not None:
             given[key.name] = value
-        elif needed[key.name]:
+        elif fields[key.name].default is dataclasses.MISSING:
             bound = f"given for tips.shape = {name!r}"
             raise validation_error(label, None, "", bound, key.metadata["hint"])
     return kind(side_mm=side_mm, **given)

@@ -62,6 +62,12 @@ class TipShape(ABC):
     """The tip ends in a plane that is its outline but for a rounded edge: a level press is that of a flat punch."""
     obeys_hertz: ClassVar[bool] = False
     """The tip is a shallow cap: forces follow Hertz's law at any tilt."""
+    presses_along_normals: ClassVar[bool] = False
+    """The contact follows the skin: its force is along the normal of the skin, and moves its spring sideways too."""
+    touches_beside_centre: ClassVar[bool] = False
+    """The tip is so wide that on a slope its contact lies beside its centre."""
+    pressure_exponent: ClassVar[float] = 1.0
+    """The power of the travel to which the mean pressure under the tip is proportional."""
 
     side_mm: float
 
@@ -79,6 +85,11 @@ class TipShape(ABC):
     def is_flat(self) -> bool:
         """Say whether the tip ends in a plane with sharp edges: on a flat fruit it then touches whole or not at all."""
         return self.has_flat_face and len(self.meridian) == 1
+
+    @property
+    def is_solved_under_skin(self) -> bool:
+        """Say whether contact is solved on a fruit with a skin: by the law of a flat punch, or by Hertz's law."""
+        return self.has_flat_face or self.obeys_hertz
 
     @property
     def is_printed(self) -> bool:

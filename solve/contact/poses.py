@@ -107,7 +107,7 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
     C = np.asarray(C, dtype=np.float64)
     if compliance.skin is not None:
         return _at_each_modulus(scene, compliance, C, poses)
-    if scene.tips.tip_shape.obeys_hertz:
+    if scene.on_domes:
         return _dome_forces(scene, compliance, C, poses, scenes)
     return _cell_forces(scene, compliance, C, poses, scenes)
 

@@ -45,7 +45,7 @@ def scene_response(
         return _joined([scene_response(scene, compliance.at(each), C, [each], x) for each in moduli.tolist()])
     if scene.linear:
         return _flat_response(scene, compliance, C, moduli, x)
-    if scene.tips.tip_shape.obeys_hertz:
+    if scene.on_domes:
         return _dome_response(scene, compliance, C, moduli, x)
     return _cell_response(scene, compliance, C, moduli, x)
 

@@ -103,9 +103,14 @@ class Scene:
         return np.tan(np.radians([self.press.tilt_deg, self.press.roll_deg]))
 
     @property
+    def on_domes(self) -> bool:
+        """Say whether contact is solved by the law of domes."""
+        return self.tips.tip_shape.obeys_hertz
+
+    @property
     def on_cells(self) -> bool:
         """Say whether contact is solved on cells: tips touch by a part of their face that grows, and are no domes."""
-        return not self.linear and not self.tips.tip_shape.obeys_hertz
+        return not self.linear and not self.on_domes
 
     @property
     def curved(self) -> bool:

@@ -191,6 +191,6 @@ def _touched_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]
         beside = 0.5 * (low + high)
         entered_centres.append((along + float(beside[0]), across + float(beside[1])))
 
-    if scene.tips.tip_shape.obeys_hertz:  # a dome is so wide that it touches beside its centre
+    if scene.tips.tip_shape.touches_beside_centre:  # a dome is so wide that it touches beside its centre
         return TOUCHED * (width + 2.0 * step), entered_centres
     return min(side, MARGIN * 2.0 * (reach + step)), list(scene.centres)

@@ -192,8 +192,7 @@ class MeasuringUnit:
     @property
     def level(self) -> Sequence[LevelReading]:
         """Return the readings of level presses by which all are corrected: what shape and skin of the fruit add."""
-        read_out = self.report.read_out
-        return read_out.level if self.is_pair else read_out.rise_level
+        return self.report.read_out.level_readings
 
     def corrected(self, read: float) -> float:
         """Return the modulus [MPa] that a press of a level sensor reads as `read` [MPa]."""

@@ -42,7 +42,7 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
     """Return from which loads on the presses of a unit are summed."""
     tips = sensor.design.tips
     least = sensor.least_forces
-    if not (sensor.is_pair and tips.tip_shape.has_flat_face):
+    if not sensor.reads_moments:
         return Seating(loads=(0.0,), least_forces=(least,))
     per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)
     first = float((least / per_load).min())

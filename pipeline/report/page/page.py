@@ -14,7 +14,7 @@ from pipeline.report.page.mangoes import alike_pairs, seen_mangoes
 from pipeline.report.page.tables import page_tables
 from pipeline.report.page.template import BODIES, FIGURES, pack_bytes, render_page
 from pipeline.report.report import Report, as_data, report_data
-from pipeline.report.verdict_rule import UNREAD, bound_sense, fails_unread, limit_text, number_text, tolerance_text
+from pipeline.report.verdict_rule import UNREAD, fails_unread, limit_text, number_text, tolerance_text
 from pipeline.response.scene_press import scene_of
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
@@ -49,7 +49,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     paper = [] if report.paper is None else [answer.in_percent(verdict) for verdict in report.paper.verdicts]
     page_data = {
         "report": report_data(report),
-        "verdicts": [as_data(verdict) | {"sense": bound_sense(verdict)} for verdict in verdicts],
+        "verdicts": [as_data(verdict) | {"sense": verdict.limit_sense} for verdict in verdicts],
         **page_tables(report, result),
         "profile": _pressure_profile(report, result),
         "mangoes": [seen.mango._asdict() | {"P": seen.P} for seen in mangoes],

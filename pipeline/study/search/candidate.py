@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from pipeline.report.verdict_rule import sense_of
 from pipeline.study.variation import Setting, is_number
 from sensor.verdict import Verdict
 
@@ -33,7 +32,7 @@ def shortfall(verdict: Verdict) -> float:
     if verdict.passed:
         return 0.0 if width else max(0.0, MARGIN - distance)  # a target is met on either side
     bar = verdict.error / scale if is_number(verdict.error) else 0.0
-    match sense_of(verdict.name):
+    match verdict.sense:
         case "at most":
             distance = max(0.0, (value - limit) / scale + bar)
         case "at least":

@@ -198,7 +198,7 @@ def _left_out_of_contact(design: Design, depths: PerTip) -> Iterator[Effect]:
 
 def _left_out_of_motion(sensor: LevelSensor, travel: float, deflections: PerTip) -> Iterator[Effect]:
     """Yield the effects of sideways motion at a travel [mm]: flat tips on a slope, and a whole fruit that lies free."""
-    if not sensor.design.tips.tip_shape.obeys_hertz:  # the law of domes counts their sideways give itself
+    if not sensor.design.tips.tip_shape.presses_along_normals:  # the law of domes counts their sideways give itself
         yield from _sideways_give(sensor, travel, deflections)
     yield from _free_fruit(sensor, travel)
 
@@ -254,7 +254,7 @@ def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
         glued = []
         for arm in housing.arms:
             leaf = arm.flexure
-            gain = sandwich_gain(process.E_MPa, leaf.depth, leaf.thickness, leaf.length, leaf.fillet, gauge)
+            gain = sandwich_gain(process.E_MPa, leaf.profile, leaf.length, gauge)
             by_foils = 1.0 - 1.0 / gain  # fraction of the stiffness
             glued.append(GLUED * by_foils)
         reason = f"glue left out, foils within {100.0 * GLUED:g} % of what they stiffen, as beams"

@@ -11,7 +11,7 @@ from squares import RESIN, square_sensor
 
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_of_materials
-from cad.fabrication.bridges import Spring, excitation, largest_excitation, series_resistor
+from cad.fabrication.bridges import Spring, SpringReadOut, excitation, largest_excitation, series_resistor
 from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
 from sensor.design.processes import PROCESSES
 from sensor.theory.leaf_spring import gauge_strain
@@ -104,7 +104,8 @@ def test_text_of_a_printer_is_no_markup_in_the_bill_and_the_sheet(sensor):
     hostile = "<script>x</script> | [a](javascript:x) *b* `c` \\"
     process = replace(PETG, material=hostile)
     rows = bill(sensor, process)
-    sheet = fabrication_sheet(sensor, Title(name="own", process=process), rows, springs(sensor.housing))
+    read_out = SpringReadOut(springs=springs(sensor.housing))
+    sheet = fabrication_sheet(sensor, Title(name="own", process=process), rows, read_out)
     page = MarkdownIt("commonmark").enable("table").render(sheet)
     assert f"<td>housing.stl, {escape(hostile)}</td>" in page
     assert f"Process fdm-petg, {escape(hostile)};" in page

@@ -11,7 +11,7 @@ from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_of_materials
-from cad.fabrication.bridges import Spring, signal_path
+from cad.fabrication.bridges import Spring, SpringReadOut, signal_path
 from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
@@ -38,7 +38,7 @@ def springs_of(sensor):
 def sheet_of(sensor, title=TITLE, signal=None):
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
     bill = bill_of_materials(sensor, title.process, springs_of(sensor), masses)
-    return fabrication_sheet(sensor, title, bill, springs_of(sensor), signal)
+    return fabrication_sheet(sensor, title, bill, SpringReadOut(springs=springs_of(sensor), signal=signal))
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def curved(sensor):
 def write_all(sensor, folder):
     """Return the paths of every file in their order, and cover and bracket as they were read back."""
     paths = write_sensor(sensor, folder)
-    made = write_fabrication(sensor, TITLE, springs_of(sensor), folder)
+    made = write_fabrication(sensor, TITLE, SpringReadOut(springs=springs_of(sensor)), folder)
     return [*paths, *made.paths], made
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cad.drawing.sheet import Title
-from cad.fabrication.bridges import RESISTANCE_OHM, Spring
+from cad.fabrication.bridges import RESISTANCE_OHM, Spring, SpringReadOut
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from sensor.design.processes import PROCESSES
 from sensor.theory.strain_gauge import FOIL
@@ -26,7 +26,7 @@ def spring(sensor):
 @pytest.fixture(scope="module")
 def sheet(spring, sensor):
     gauged = replace(sensor, housing=replace(sensor.housing, gauges="foil"))
-    return fabrication_sheet(gauged, TITLE, (), (spring,))
+    return fabrication_sheet(gauged, TITLE, (), SpringReadOut(springs=(spring,)))
 
 
 def wires(sheet):

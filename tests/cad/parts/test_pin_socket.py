@@ -1,7 +1,8 @@
 """Sockets: pockets and pins by formula, what they give between its bounds, and what a wrong one is told."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
 from sensor.design.tips import Tips
 from sensor.quantity import InputError
+from sensor.tips.tip_shape import MeridianPoint, Straight, TipShape
 
 PETG = PROCESSES["fdm-petg"]
 
@@ -162,3 +164,29 @@ def test_dome_is_a_cylinder_on_a_cap_and_a_half_ball_the_highest(radius, side):
     assert touching(solid) == pytest.approx(2.0 * math.pi * radius * cap, rel=1e-9)
     ball = tip_solid(Tips(shape="sphere", side_mm=2.0).tip_shape, 4.0)
     assert ball.Volume() == pytest.approx(math.pi * 3.0 + 2.0 / 3.0 * math.pi, rel=1e-9)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pyramid(TipShape):
+    """A square tip with a flank, which no fillet of a box draws."""
+
+    name: ClassVar[str] = "pyramid"
+    is_round: ClassVar[bool] = False
+
+    @property
+    def meridian(self):
+        half = 0.5 * self.side_mm
+        return (Straight(MeridianPoint(0.0, 0.0), MeridianPoint(half, half)),)
+
+    @property
+    def sized_as(self):
+        return "cube"
+
+    def contact_area_mm2(self, force, reduced_modulus, fruit_radius):
+        raise NotImplementedError
+
+
+def test_flank_of_a_square_tip_is_refused():
+    """A box would stand for it in silence."""
+    with pytest.raises(ValueError, match="pyramid"):
+        tip_solid(Pyramid(side_mm=1.0), 4.0)

@@ -74,8 +74,8 @@ def test_value_is_undecided_only_where_its_error_bar_exceeds_the_tolerance(value
 )
 def test_margin_is_undecided_where_its_error_bar_reaches_across(value, error, passed):
     """A value above its least is as good as one as far under its largest."""
-    reached = margin_verdict("K", Estimate(value, error), 1.0, "r")
-    kept = margin_verdict("K", Estimate(2.0 - value, error), 1.0, "r", at_most=True)
+    reached = margin_verdict("sideways.low", Estimate(value, error), 1.0, "r")
+    kept = margin_verdict("bruise", Estimate(2.0 - value, error), 1.0, "r", at_most=True)
     assert (reached.passed, kept.passed) == (passed, passed)
 
 

@@ -8,6 +8,7 @@ import pytest
 from cad.parts.pin_socket import tip_solid
 from sensor.design.tips import Tips
 from sensor.quantity import InputError
+from sensor.theory.hertz import force_factor
 from sensor.theory.sneddon_cone import cone_contact_radius, cone_force
 from sensor.tips.shapes import SHAPES
 from sensor.tips.tip_shape import LEAST_PIECE_MM
@@ -98,3 +99,19 @@ def test_only_a_cone_has_a_flank():
     assert Tips(shape="cone", half_angle_deg=70.3, blunt_mm=0.1).tip_shape.flank_deg == pytest.approx(19.7, rel=1e-12)
     for name in ("cube", "cylinder", "sphere", "dome"):
         assert Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).tip_shape.flank_deg == 0.0
+
+
+@pytest.mark.parametrize(("name", "force_power"), [("cube", 1.0), ("cylinder", 1.0), ("dome", 1.5)])
+def test_mean_pressure_grows_by_the_power_that_the_shape_says(name, force_power):
+    """Forces of a flat punch are proportional to the travel, those of Hertz to its power 3/2: four times as deep."""
+    shape = Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).tip_shape
+    first, second = (force_factor(2.0, 10.0) * depth**force_power for depth in (0.01, 0.04))
+    pressures = [force / shape.contact_area_mm2(force, 2.0, math.inf) for force in (first, second)]
+    assert pressures[1] / pressures[0] == pytest.approx(4.0**shape.pressure_exponent, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["cube", "cylinder", "sphere", "dome", "cone"])
+def test_contact_under_a_skin_is_that_of_a_punch_or_of_hertz(name):
+    shape = Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).tip_shape
+    assert shape.is_solved_under_skin == (name in ("cube", "cylinder", "dome"))
+    assert shape.presses_along_normals == shape.touches_beside_centre == (name == "dome")

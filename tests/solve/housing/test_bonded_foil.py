@@ -86,7 +86,7 @@ def test_strain_under_a_grid_is_the_mean_of_what_it_covers(basis):
 def test_skins_on_stiff_leaves_act_as_on_a_beam(plain, gauged):
     """On titanium the sections stay plane: what the gauges add is the sandwich beam's, but for fillets and width."""
     for i, one in enumerate((HOUSING.low, HOUSING.high)):
-        beam = sandwich_gain(TITANIUM[0], one.depth, one.thickness, one.length, one.fillet, FOIL)
+        beam = sandwich_gain(TITANIUM[0], one.profile, one.length, FOIL)
         found = gauged.K[i] / plain.K[i]
         assert found - 1.0 == pytest.approx(beam - 1.0, rel=0.08)
 

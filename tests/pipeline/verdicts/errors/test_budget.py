@@ -171,7 +171,7 @@ def posed(travel):
 
 def glued():
     leaf = springs_of(GAUGED).housing.arms[0].flexure
-    return 0.25 * (1.0 - 1.0 / sandwich_gain(2000.0, leaf.depth, leaf.thickness, leaf.length, leaf.fillet, FOIL))
+    return 0.25 * (1.0 - 1.0 / sandwich_gain(2000.0, leaf.profile, leaf.length, FOIL))
 
 
 @pytest.mark.parametrize(
