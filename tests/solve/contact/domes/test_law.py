@@ -100,6 +100,21 @@ def test_domes_side_by_side_sink_by_each_other():
     np.testing.assert_allclose(found.F[0], alone.F[0, 0], rtol=1e-6)
 
 
+def test_dome_that_is_off():
+    """It hangs 0.1 mm over the plane beside one that is pressed, without force and error."""
+    poses = lowered([[0.0, 0.0], [20.0, 0.0]], np.array([0.1, -0.1]))
+    none = np.zeros((2, 2, 2))
+    body = dataclasses.replace(half_space(2), bound=none + 1e-3)
+    found = dome_forces(poses, E, np.diag([0.1, 0.1]), body)
+    np.testing.assert_array_equal(found.F[:, 1], 0.0)
+    np.testing.assert_array_equal(found.relative_error[:, 1], 0.0)
+    np.testing.assert_allclose(found.relative_error[:, 0], found.error[:, 0] / found.F[:, 0], rtol=1e-12)
+    assert np.all(found.relative_error[:, 0] > 0.0)
+    for values in (found.rates, found.mean_pressure, found.pressure_error, found.face):
+        np.testing.assert_array_equal(values[:, 1], 0.0)
+        assert np.all(values[:, 0] > 0.0)
+
+
 @cache
 def compliance(fruit, tips):
     """Return that of the equivalent block: the shape of a blunt fruit changes nothing that these tests see."""
