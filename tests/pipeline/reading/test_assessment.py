@@ -9,7 +9,7 @@ import pytest
 from stand_ins import with_compliance
 
 from pipeline.reading import sensor as sensor_module
-from pipeline.reading.analysis import _ReadAtModulus, error_analysis, skin_pressures, touch_fraction
+from pipeline.reading.analysis import _ReadAtModulus, error_analysis, skin_pressures, tilted_presses, touch_fraction
 from pipeline.reading.measurement import LEVEL_MODULI, RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
 from pipeline.reading.sensor import RISE_TRAVELS, Presses
@@ -250,6 +250,40 @@ def test_touch_is_where_the_force_of_the_last_tip_begins(tilt):
     assert abs(found.touch.value - expected) <= found.touch.error + 1e-9
     assert found.touch.error <= 0.5 / RISE_TRAVELS
     assert outcomes(found, design)["reading.touch"] is (expected < 0.5)
+
+
+def test_pressure_on_the_skin():
+    """The largest force in closed form over the face of a tip, each modulus against its own limit."""
+    design = square_design(tilt_deg=2.0)
+    sensor = sensor_of(design)
+    limits = dict(zip((0.5, 1.0, 2.0, 3.5), (0.5, 1.0, 2.0, 3.0), strict=True))
+    placements = list(occurring(design, design.reading))
+    for row in skin_pressures(sensor):
+        forces = sensor.in_poses([placement.pressed(row.E, 0.6) for placement in placements]).F
+        place, _ = np.unravel_index(forces.argmax(), forces.shape)
+        assert row.pressure.value == pytest.approx(forces.max() / design.tips.face_mm2, rel=1e-9)
+        assert forces[placements.index(row.placement)].max() == pytest.approx(forces[place].max(), rel=1e-9)
+        assert row.limit == limits[row.E]
+    level = dataclasses.replace(design, reading=None)
+    for row in skin_pressures(sensor_of(level)):
+        force = np.linalg.solve(square_springs() + square_contact().S / row.E, np.full(4, 0.6)).max()
+        assert row.pressure.value == pytest.approx(force / design.tips.face_mm2, rel=1e-9)
+        assert row.over_limit == pytest.approx(row.pressure.value / limits[row.E])
+
+
+def test_tilted_presses():
+    """From one end of the tilt to the other, to full travel of the middle, whatever touches first."""
+    design = square_design(tilt_deg=1.0)
+    presses = tilted_presses(sensor_of(design), design.reading)
+    assert [place.tilt_deg for place in presses.placements] == [(tilt, 0.0) for tilt in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+    places = np.array(design.tips.places_mm)
+    for i, E in enumerate(presses.moduli):
+        for j, tilt in enumerate((-1.0, -0.5, 0.0, 0.5, 1.0)):
+            lowered = 0.6 + places[:, 0] * np.tan(np.radians(tilt))
+            expected = np.linalg.solve(square_springs() + square_contact().S / E, lowered)
+            np.testing.assert_allclose(presses.F[i, j, -1], expected, rtol=1e-9)
+    level = square_design(tilt_deg=0.0)
+    assert tilted_presses(sensor_of(level), level.reading) is None
 
 
 def at_modulus(rows):

@@ -6,7 +6,7 @@ import pytest
 from stand_ins import GOOD, result_of, springs_of
 
 from pipeline.options import RunOptions, load_design
-from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, shorter_travel, with_hints
+from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, rounded, shorter_travel, with_hints
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.tips import Press, Tips
@@ -72,6 +72,24 @@ def test_travel_under_a_bruise_limit_is_that_of_its_pressure():
     assert 0.97 * bound < shorter_travel(bruise, design, springs_of(design)) < bound
     hard = dataclasses.replace(bruise, limit=0.29)  # 0.08 mm, where printed tips stand within 0.05 mm
     assert shorter_travel(hard, design, springs_of(design)) is None
+
+
+def test_travel_of_a_bruised_soft_fruit():
+    """At 0.08 MPa of 0.06: proportional to the travel under a flat face, to its root under a dome (Hertz)."""
+    springs, fruit = springs_of(Design()), Fruit(bruise_limit_MPa=0.06)
+    bruise = dataclasses.replace(GOOD, name="bruise", value=0.08, error=0.0, limit=0.06, passed=False)
+    dome = Tips(shape="dome", dome_radius_mm=2.0)
+    for design, bound in ((Design(fruit=fruit), 0.6 * 0.75), (Design(fruit=fruit, tips=dome), 0.6 * 0.75**2)):
+        assert 0.97 * bound < shorter_travel(bruise, design, springs) < bound
+
+
+@pytest.mark.parametrize(
+    ("value", "towards", "expected"),
+    [(0.12345, 0.0, 0.123), (0.12345, 1.0, 0.124), (1234.0, 0.0, 1230.0), (0.123, 1.0, 0.123), (0.0, 1.0, 0.0)],
+)
+def test_rounded(value, towards, expected):
+    """Three digits, on the side of the other number."""
+    assert rounded(value, towards) == pytest.approx(expected, rel=1e-12)
 
 
 def test_strain_by_finite_elements_asks_for_less_travel():
