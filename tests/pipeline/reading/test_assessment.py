@@ -252,6 +252,25 @@ def test_touch_is_where_the_force_of_the_last_tip_begins(tilt):
     assert outcomes(found, design)["reading.touch"] is (expected < 0.5)
 
 
+def test_flesh_of_another_law(monkeypatch):
+    """Forces that Hencky's law makes larger by 3 % under high tips alone are read as another modulus."""
+    more = np.array([1.0, 1.03, 1.0, 1.03])
+
+    def under_domes(scene, contact, C, poses):
+        made = linear_pose_forces(scene, contact, C, poses)
+        return dataclasses.replace(made, F_flesh=(more - 1.0) * made.F)
+
+    design = square_design(tilt_deg=1.0)
+    assert assessed(design).flesh == 0.0
+    sensor = sensor_of(design)
+    model = rise_model(sensor)
+    level = sensor.presses(read_moduli(design.fruit), [Placement(from_touch=True)]).F[:, 0]
+    moved = [model.modulus(more * F) / model.modulus(F) - 1.0 for F in level]
+    monkeypatch.setattr(sensor_module, "pose_forces", under_domes)
+    assert assessed(design).flesh == pytest.approx(np.abs(moved).max(), rel=1e-9)
+    assert np.abs(moved).max() > 0.01
+
+
 def test_pressure_on_the_skin():
     """The largest force in closed form over the face of a tip, each modulus against its own limit."""
     design = square_design(tilt_deg=2.0)

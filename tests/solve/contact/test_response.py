@@ -112,6 +112,18 @@ def test_error_of_the_compliance_adds(block_compliance, tilt_deg):
     assert known.P_error.min() >= 0.01
 
 
+def test_error_of_the_rim(block_compliance, monkeypatch):
+    """The rim of a contact that covers part of a face runs through cells: its share is in both errors, added."""
+    ball = scene_of(shape="sphere")
+    before = scene_response(ball, block_compliance, SPRINGS, (2.0,), [0.3])
+    monkeypatch.setattr(solve.contact.response, "RIM", 2.0 * solve.contact.response.RIM)
+    after = scene_response(ball, block_compliance, SPRINGS, (2.0,), [0.3])
+    rim = after.F_error - before.F_error
+    assert rim > 1e-4
+    np.testing.assert_allclose(after.P_error - before.P_error, rim, rtol=1e-9)
+    assert before.F_error > rim
+
+
 def test_error_of_domes():
     """That of the force ratio is twice the largest of the forces, which may be off against each other."""
     dome = Scene(fruit=Fruit(), tips=Tips(shape="dome", dome_radius_mm=2.0), press=Press(travel_mm=0.1))
