@@ -16,6 +16,7 @@ from solve.fruit.curved_body import (
     LOG_OFFSET,
     SAFETY,
     _sharpness_correction,
+    check_curved,
     curvature_correction,
     curved_compliance,
     shape_change,
@@ -199,6 +200,19 @@ def test_skin_of_a_piece_is_as_thick_along_the_normal_everywhere():
     cosine = np.sqrt(1.0 - (x**2 + y**2) / fruit.radius_mm**2)
     assert (under - top)[2] * cosine == pytest.approx(0.4 * np.ones(4), rel=1e-12)
     assert base[2] == pytest.approx(fruit.depth_mm * np.ones(4), rel=1e-12)
+
+
+@pytest.mark.parametrize(("x", "y", "axis"), [(4.0, 0.0, None), (14.0, 0.0, "x"), (0.0, 14.0, "y")])
+def test_reach_on_a_whole_fruit(x, y, axis):
+    """Tips near the apex are solved; those that reach over most of the cap, whose sides would fold, are refused."""
+    cap = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0)
+    pair = (Footprint(x, y, 1.0), Footprint(-x, -y, 1.0))
+    if axis is None:
+        check_curved(cap, pair)
+        return
+    with pytest.raises(InputError) as refused:
+        check_curved(cap, pair)
+    assert refused.value.field == f"reach of the tips along {axis}"
 
 
 @pytest.mark.parametrize("along_normals", [False, True])

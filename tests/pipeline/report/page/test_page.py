@@ -6,16 +6,18 @@ import json
 import re
 import zlib
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from squares import GENTLE
 from stand_ins import result_of
 
 from pipeline.options import load_design
 from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
 from pipeline.report.page.answer import answer_of, scene_in_words
-from pipeline.report.page.page import dome_pressure, flat_pressure, page_of
+from pipeline.report.page.page import _pressure_profile, dome_pressure, flat_pressure, page_of
 from pipeline.report.page.template import finite
 from pipeline.report.report import read_data
 from pipeline.report.verdict_rule import limit_text
@@ -215,6 +217,18 @@ def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tm
     report = dataclasses.replace(report, stale={"bom.csv": "another design"})
     page = page_of(report, flat_page.result, tmp_path)
     assert not any(attributes.get("data-mass") for _, attributes in Outline(page).elements)
+
+
+def test_profile_is_that_of_the_tips(flat_page):
+    """Flat tips on flat fruit press as on a half-space, domes as Hertz's sphere, both kinds alike."""
+    profile = data_of(flat_page.text)["profile"]
+    assert profile["low"] == profile["high"]
+    x, over_mean = flat_pressure(Tips())
+    assert profile["low"]["x"] == pytest.approx(x.tolist())
+    assert profile["low"]["over_mean"] == pytest.approx(over_mean.tolist())
+    domes = SimpleNamespace(design=GENTLE, press=SimpleNamespace(height_offsets=()))
+    _, of_hertz = dome_pressure()
+    assert _pressure_profile(flat_page.report, domes)["high"]["over_mean"] == of_hertz.tolist()
 
 
 def test_pressure_profile_of_a_dome():
