@@ -1,6 +1,6 @@
 import pytest
 
-from solve.error_estimate import RATE_BAND, richardson
+from solve.error_estimate import RATE_BAND, propagate_errors, richardson
 
 ROUND_OFF = 1e-9
 
@@ -53,3 +53,11 @@ def test_equal_values_are_converged():
     found = richardson([1.5, 1.5, 1.5], (0.4, 0.2, 0.1), 2.0)
     assert found.value == 1.5
     assert found.error <= 1e-11
+
+
+def test_propagated_errors():
+    """Of a linear function they add as sizes of the slopes, of another one half the way between both ends counts."""
+    values, errors = (2.0, -1.0, 4.0), (0.1, 0.2, 0.0)
+    assert propagate_errors(lambda x, y, z: 3.0 * x - 5.0 * y + 7.0 * z, values, errors) == pytest.approx(1.3)
+    assert propagate_errors(lambda x: x**3, (2.0,), (0.5,)) == pytest.approx(0.5 * (2.5**3 - 1.5**3))
+    assert propagate_errors(lambda x: x, (1.0,), (0.0,)) == 0.0

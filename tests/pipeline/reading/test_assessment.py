@@ -2,13 +2,14 @@
 
 import dataclasses
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from stand_ins import with_compliance
 
 from pipeline.reading import sensor as sensor_module
-from pipeline.reading.analysis import error_analysis, skin_pressures, touch_fraction
+from pipeline.reading.analysis import _ReadAtModulus, error_analysis, skin_pressures, tilted_presses, touch_fraction
 from pipeline.reading.measurement import LEVEL_MODULI, RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
 from pipeline.reading.sensor import RISE_TRAVELS, Presses
@@ -249,6 +250,83 @@ def test_touch_is_where_the_force_of_the_last_tip_begins(tilt):
     assert abs(found.touch.value - expected) <= found.touch.error + 1e-9
     assert found.touch.error <= 0.5 / RISE_TRAVELS
     assert outcomes(found, design)["reading.touch"] is (expected < 0.5)
+
+
+def test_flesh_of_another_law(monkeypatch):
+    """Forces that Hencky's law makes larger by 3 % under high tips alone are read as another modulus."""
+    more = np.array([1.0, 1.03, 1.0, 1.03])
+
+    def under_domes(scene, contact, C, poses):
+        made = linear_pose_forces(scene, contact, C, poses)
+        return dataclasses.replace(made, F_flesh=(more - 1.0) * made.F)
+
+    design = square_design(tilt_deg=1.0)
+    assert assessed(design).flesh == 0.0
+    sensor = sensor_of(design)
+    model = rise_model(sensor)
+    level = sensor.presses(read_moduli(design.fruit), [Placement(from_touch=True)]).F[:, 0]
+    moved = [model.modulus(more * F) / model.modulus(F) - 1.0 for F in level]
+    monkeypatch.setattr(sensor_module, "pose_forces", under_domes)
+    assert assessed(design).flesh == pytest.approx(np.abs(moved).max(), rel=1e-9)
+    assert np.abs(moved).max() > 0.01
+
+
+def test_pressure_on_the_skin():
+    """The largest force in closed form over the face of a tip, each modulus against its own limit."""
+    design = square_design(tilt_deg=2.0)
+    sensor = sensor_of(design)
+    limits = dict(zip((0.5, 1.0, 2.0, 3.5), (0.5, 1.0, 2.0, 3.0), strict=True))
+    placements = list(occurring(design, design.reading))
+    for row in skin_pressures(sensor):
+        forces = sensor.in_poses([placement.pressed(row.E, 0.6) for placement in placements]).F
+        place, _ = np.unravel_index(forces.argmax(), forces.shape)
+        assert row.pressure.value == pytest.approx(forces.max() / design.tips.face_mm2, rel=1e-9)
+        assert forces[placements.index(row.placement)].max() == pytest.approx(forces[place].max(), rel=1e-9)
+        assert row.limit == limits[row.E]
+    level = dataclasses.replace(design, reading=None)
+    for row in skin_pressures(sensor_of(level)):
+        force = np.linalg.solve(square_springs() + square_contact().S / row.E, np.full(4, 0.6)).max()
+        assert row.pressure.value == pytest.approx(force / design.tips.face_mm2, rel=1e-9)
+        assert row.over_limit == pytest.approx(row.pressure.value / limits[row.E])
+
+
+def test_tilted_presses():
+    """From one end of the tilt to the other, to full travel of the middle, whatever touches first."""
+    design = square_design(tilt_deg=1.0)
+    presses = tilted_presses(sensor_of(design), design.reading)
+    assert [place.tilt_deg for place in presses.placements] == [(tilt, 0.0) for tilt in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+    places = np.array(design.tips.places_mm)
+    for i, E in enumerate(presses.moduli):
+        for j, tilt in enumerate((-1.0, -0.5, 0.0, 0.5, 1.0)):
+            lowered = 0.6 + places[:, 0] * np.tan(np.radians(tilt))
+            expected = np.linalg.solve(square_springs() + square_contact().S / E, lowered)
+            np.testing.assert_allclose(presses.F[i, j, -1], expected, rtol=1e-9)
+    level = square_design(tilt_deg=0.0)
+    assert tilted_presses(sensor_of(level), level.reading) is None
+
+
+def at_modulus(rows):
+    """Return readings at 2 MPa from what is read [MPa], by how much a height moves it, and the placement of each."""
+    found = [
+        None if E is None else SimpleNamespace(E=E, slopes=SimpleNamespace(offset=offset)) for E, offset, _ in rows
+    ]
+    none = np.zeros((len(rows), 1, 4))
+    places = tuple(placement for _, _, placement in rows)
+    return _ReadAtModulus(E=2.0, placements=places, F=none, error=none, found=tuple(found))
+
+
+def test_uncertainty_by_pose_and_thickness():
+    """Poses scatter by their mean square; a thickness anywhere within its range by its worst end over the root of 3."""
+    level, thin, thick = (Placement(from_touch=True, thickness_mm=thickness) for thickness in (None, 8.0, 20.0))
+    drawn = [Placement(from_touch=True, is_drawn=True, tilt_deg=(tilt, 0.0)) for tilt in (1.0, 2.0, 3.0)]
+    rows = [(2.02, 0.1, level), (2.10, -0.4, thin), (1.98, 0.2, thick)]
+    rows += [(E, 0.0, place) for E, place in zip((2.06, 1.92, None), drawn, strict=True)]
+    read = at_modulus(rows)
+    assert read.biases[:-1] == pytest.approx([0.01, 0.05, -0.01, 0.03, -0.04], rel=1e-12)
+    assert np.isnan(read.biases[-1])
+    assert read._by_pose == pytest.approx(np.sqrt(0.5 * (0.03**2 + 0.04**2)), rel=1e-9)
+    assert read._by_thickness == pytest.approx(0.04 / np.sqrt(3.0), rel=1e-9)
+    assert read.per_height == 0.4
 
 
 DOMES = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.9, spacing_mm=6.0)

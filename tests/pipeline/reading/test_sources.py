@@ -1,6 +1,7 @@
 """The sources of a reading's uncertainty against many presses with planted errors, each read by itself."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from stand_ins import with_compliance
 
 from cad.fabrication.bridges import SignalPath
 from pipeline.reading import sensor as sensor_module
-from pipeline.reading.analysis import error_analysis
+from pipeline.reading.analysis import _by_poisson, error_analysis
 from pipeline.reading.measurement import RiseModel, intervals_by_hand, rise_model
 from pipeline.reading.poses import Placement
 from pipeline.reading.sensor import RISE_TRAVELS
@@ -23,6 +24,7 @@ from sensor.theory.contrast_rise import RollingDomes
 from solve.contact.domes import law
 from solve.contact.domes.large_strain import large_strain
 from solve.contact.linear_response import spring_compliance
+from solve.halfspace.layered import base_compliance
 
 E = 2.0
 COUNT = 4000
@@ -201,6 +203,14 @@ def test_times_of_channels_move_readings_as_told(pressed):
     assert told == pytest.approx(2e-3 / np.sqrt(3.0) * np.linalg.norm(slopes), rel=within)
 
 
+def test_times_of_a_slower_press(pressed):
+    """Times act in proportion to the rate of the forces: a press of twice the duration halves what they leave open."""
+    signal = signal_with(time_error_ms=2.0)
+    channels = Channels(reading=Reading(**QUIET), full_scale=pressed.full_scale, signal=signal)
+    slow = dataclasses.replace(channels, press_s=2.0 * channels.press_s)
+    assert slow.left_open.time_s == pytest.approx(0.5 * channels.left_open.time_s, rel=1e-12)
+
+
 def test_drifts_of_gains_and_of_the_modulus_of_leaves_move_readings_as_told(pressed):
     percent = np.array([0.2, 0.1, 0.3, 0.4])
     signal = signal_with(
@@ -265,6 +275,28 @@ def test_flesh_of_another_ratio_moves_a_square_of_flat_tips_as_told(monkeypatch)
         press = np.array([np.linalg.solve(square_springs() + S, np.full(4, x)) for x in np.linspace(0.1, 0.6, 11)])
         moved = abs(model.modulus(press) / row.E - 1.0)
         assert row.sources.contributions["poisson"] == pytest.approx(moved, rel=1e-6)
+
+
+def test_base_under_flesh_of_another_ratio():
+    """On a layer of 4 mm: forces that the flesh makes by that ratio, read by the law of the fruit's own.
+
+    Where the other ratio is felt as E / reduced, the base is felt as reduced times its own compliance: to first order.
+    """
+    design = dataclasses.replace(
+        GENTLE, fruit=dataclasses.replace(GENTLE.fruit, thickness_mm=4.0, poisson=0.45, poisson_spread=0.04)
+    )
+    own = Pressed(domes(), 0.9)
+    contrast = own.model.law.contrast
+    axes = np.array(design.tips.places_mm)
+    apart = np.linalg.norm(axes[:, None] - axes, axis=-1)
+    reduced = (1.0 - 0.45**2) / (1.0 - 0.47**2)
+    change = reduced * base_compliance(4.0, 0.47, apart) - base_compliance(4.0, 0.45, apart)
+    other_law = dataclasses.replace(contrast, S=(np.array(contrast.S) + change).tolist())
+    other = Pressed(dataclasses.replace(own.model.law, contrast=other_law), 0.9)
+    moved = reduced * own.model.modulus(other.forces) / E - 1.0
+    told = _by_poisson(SimpleNamespace(design=design), own.model, own.forces)
+    assert told == pytest.approx(abs(moved), rel=0.04)  # the next order is 0.04 of it
+    assert abs(told - abs(reduced - 1.0)) > 0.1 * told
 
 
 def test_ratio_near_one_half_is_moved_down(monkeypatch):

@@ -1,14 +1,21 @@
 """Notes beside the verdicts: each with its number, the paper's only for its own scene."""
 
+import dataclasses
+import math
 import re
 
 import numpy as np
 import pytest
-from stand_ins import CONTACT, result_of
+from stand_ins import CONTACT, relaxing_result, result_of, sensor_of
 
+from pipeline.reading.analysis import Readings
 from pipeline.report.notes import notes
+from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
+from sensor.design.reading import Reading
 from sensor.design.tips import Press, Tips
+from sensor.quantity import Estimate
+from sensor.theory.free_fruit import table_share
 from sensor.theory.two_spring_law import force_ratio
 
 
@@ -51,3 +58,74 @@ def test_calibration_note_is_three_times_the_relative_error_of_a_leaf():
     """K goes with the cube of the thickness: 0.05 mm on 0.8 and 1.2 mm."""
     percent = [float(text) for text in re.findall(r"by (\d+) %", note(result_of(), "calibrate"))]
     assert percent == pytest.approx([100.0 * 3.0 * 0.05 / t for t in (0.8, 1.2)], abs=0.51)  # whole per cent
+
+
+def numbers_of(line):
+    """Return the numbers of a note."""
+    return [float(text) for text in re.findall(r"[-+]?\d+\.?\d*(?:e-?\d+)?", line)]
+
+
+def rounded(*values, digits=2):
+    """Return numbers as notes write them."""
+    return [float(f"{value:.{digits}g}") for value in values]
+
+
+def read_result(**changes):
+    """Return a result whose readings have the changed numbers."""
+    design = Design(reading=Reading())
+    readings = Readings(method="rise", touch=Estimate(0.4, 0.01), **changes)
+    return dataclasses.replace(result_of(), sensor=sensor_of(design), readings=readings)
+
+
+def test_notes_of_a_reading():
+    """The slope of ln(1 - nu^2) is 2 nu / (1 - nu^2); 0.05 mm of contrast times 100 % are five times the slope."""
+    result = read_result(noise_percent=0.234, heights=0.5, flesh=0.031)
+    fruit = result.design.fruit
+    assert numbers_of(note(result, "uncertainty of E"))[0] == 0.23
+    assert rounded(2.5)[0] in numbers_of(note(result, "heights of the tips"))
+    assert rounded(3.1)[0] in numbers_of(note(result, "law of the flesh"))
+    moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
+    assert rounded(fruit.poisson, fruit.poisson_spread, moved)[0:3] == numbers_of(note(result, "what is read"))[2:5]
+    quiet = notes(read_result())
+    assert not [line for line in quiet if line.startswith(("heights", "law of the flesh"))]
+
+
+def test_relaxation_that_is_known():
+    """It is told by what is left of the modulus at the reading."""
+    result = relaxing_result()
+    over_time = result.over_time
+    left = over_time.apparent[:, over_time.at] / over_time.E
+    told = numbers_of(note(result, "relaxation"))
+    assert told == rounded(over_time.t[over_time.at], left.min(), left.max(), digits=3)
+    assert max(told[1:]) < 1.0
+
+
+def test_weight():
+    """Springs that sag by 0.02 and 0.005 mm."""
+    result = result_of()
+    stiffness = result.springs.fitted.stiffness
+    weight = 9.80665e-6 * result.springs.process.density_g_per_cm3  # [N/mm^3]
+    sagging = dataclasses.replace(stiffness, weight_sag=(0.02 / weight, 0.005 / weight))
+    fitted = dataclasses.replace(result.springs.fitted, stiffness=sagging)
+    springs = dataclasses.replace(result.springs, fitted=fitted)
+    heavy = dataclasses.replace(result, sensor=dataclasses.replace(result.sensor, springs=springs))
+    assert numbers_of(note(heavy, "weight"))[0] == pytest.approx(0.015)
+
+
+def test_free_fruit():
+    """A small ball rolls away and a large one until its moment is met, by the forces of the press of the block.
+
+    The moment over 2 R times all force is the friction that holds it.
+    """
+    result = result_of()
+    low, high = result.press.at_largest_E.F[-1, -1]
+    series = [1.0 / (1.0 / K + 1.0 / (3.5 * CONTACT.K_m_over_E())) for K in result.springs.stiffnesses.stiffnesses]
+    for radius in (35.0, 200.0):
+        fruit = Fruit(shape="sphere", radius_mm=radius, thickness_mm=1.9 * radius)
+        sensor = dataclasses.replace(result.sensor, design=Design(fruit=fruit))
+        told = numbers_of(note(dataclasses.replace(result, sensor=sensor), "a whole fruit"))
+        at_table = 100.0 * table_share(float(low + high), 0.6, 3.5, fruit.poisson, radius)
+        moment = 4.0 * (high - low)
+        turn = math.degrees(moment / (low + high - 16.0 * sum(series) / radius) / radius)
+        friction = moment / (2.0 * radius * (high + low))
+        assert told == rounded(at_table, *([turn] if radius > 100.0 else []), friction)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings, SkinPressure
 from pipeline.reading.poses import Placement
 from pipeline.reading.uncertainty import UncertaintySources
-from pipeline.report.of_result import reading_report
+from pipeline.report.of_result import reading_report, response_reports
 from pipeline.report.outputs import write_outputs
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
@@ -29,7 +30,11 @@ def test_stiffnesses_are_in_newtons_per_metre_and_errors_in_per_cent():
     assert entry["stiffness_N_per_m"] == pytest.approx(1e3 * low.K.value)
     assert entry["error_percent"] == pytest.approx(100.0 * low.K.error / low.K.value)
     assert entry["safety_factor"] == pytest.approx(low.printable.strain_limit / 2e-3)
-    assert report["springs"]["K_l_N_per_m"] == pytest.approx(1e3 * result.sizing.springs.K_l)
+    assert entry["root_strain_error_percent"] == pytest.approx(1.0)  # 2e-5 of 2e-3
+    sized, springs = result.sizing, report["springs"]
+    for name, K in (("K_l", sized.springs.K_l), ("K_h", sized.springs.K_h), ("K_m_max", sized.K_m_max)):
+        assert springs[f"{name}_N_per_m"] == pytest.approx(1e3 * K)
+    assert report["contact"]["s11_error_percent"] == pytest.approx(100.0 * CONTACT.error_own)
     assert report["contact"]["error_percent"] == pytest.approx(100.0 * CONTACT.error_pair)
 
 
@@ -168,6 +173,39 @@ def test_error_of_a_force_is_that_of_its_spring_in_its_share():
     assert row["P_error_percent"] == pytest.approx(100.0 * table.P_error[-1] + sum(parts), rel=1e-9)
 
 
+def test_forces_of_the_table():
+    """At every travel x = C F + S F / E, solved here; slopes of straight lines have the force ratio too."""
+    result = result_of()
+    for row in stored_report(result)["response"]:
+        A = result.springs.C + CONTACT.S / row["E_MPa"]
+        low, high = np.linalg.solve(A, np.broadcast_to(row["x_mm"], (2, len(row["x_mm"]))))
+        assert row["F_l_N"] == pytest.approx(low)
+        assert row["F_h_N"] == pytest.approx(high)
+        assert row["P"] == pytest.approx(high / low)
+        assert row["slope_ratio"] == pytest.approx(high / low)
+        assert "F_N" not in row or row["F_N"] == []
+
+
+def test_response_of_a_square():
+    """It has means of its kinds and every force, and errors of its springs in the shares of their tips."""
+    tips = Tips(layout="square")
+    forces = np.array([[[1.0, 5.0, 2.0, 7.0]]])
+    one = np.ones((1, 1))
+    table = SimpleNamespace(
+        E=np.array([2.0]), x=np.array([0.6]), F=forces, P=one, slope_ratio=one, F_error=0.01 * one, P_error=0.02 * one
+    )
+    springs = SimpleNamespace(
+        springs=(SimpleNamespace(error=0.01, stiffness=1.0), SimpleNamespace(error=0.6, stiffness=20.0)),
+        C=np.diag([1.0, 0.05, 1.0, 0.05]),
+    )
+    contact = dataclasses.replace(CONTACT, tips=tips.names, S=np.diag([0.5] * 4), shape_change=np.zeros((4, 4)))
+    (row,) = response_reports(tips, contact, springs, table)
+    assert (row.F_l_N, row.F_h_N, row.F_N) == ((1.5,), (6.0,), ((1.0,), (5.0,), (2.0,), (7.0,)))
+    low, high = 0.01 * 1.0 / (1.0 + 0.25), 0.03 * 0.05 / (0.05 + 0.25)
+    assert row.F_error_percent == pytest.approx((100.0 * (0.01 + max(low, high)),))
+    assert row.P_error_percent == pytest.approx((100.0 * (0.02 + 2.0 * low + 2.0 * high),))
+
+
 def test_scatter_stands_only_in_reports_on_fabrication():
     assert "tolerance" not in stored_report(result_of())
     assert stored_report(result_of(options=RunOptions(fabrication=True)))["tolerance"] is None
@@ -190,6 +228,12 @@ def test_relaxation_is_in_seconds_and_per_cent():
     assert (report["stop_s"], report["at_s"]) == (over_time.t[over_time.stop], over_time.t[over_time.at])
     moves = [moment["moves_percent"] for moment in report["moments"]]
     assert moves == pytest.approx([100.0 * moment.moves for moment in over_time.moments])
+    assert len(moves) > 1  # the design's own speed and others
+    for moment, row in zip(over_time.moments, report["moments"], strict=True):
+        assert (row["speed_mm_per_s"], row["at_s"]) == (moment.speed_mm_per_s, moment.at_s)
+    assert report["t_s"] == over_time.t.tolist()
     for row, E, forces in zip(report["moduli"], over_time.E, over_time.F, strict=True):
         assert row["E_MPa"] == E
         np.testing.assert_allclose(np.array(row["F_N"], dtype=float), forces.T)
+    for key, numbers in (("P", over_time.P), ("E_apparent_MPa", over_time.apparent)):
+        np.testing.assert_array_equal(np.array([row[key] for row in report["moduli"]], dtype=float), numbers)

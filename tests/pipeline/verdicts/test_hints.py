@@ -6,7 +6,7 @@ import pytest
 from stand_ins import GOOD, result_of, springs_of
 
 from pipeline.options import RunOptions, load_design
-from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, shorter_travel, with_hints
+from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, rounded, shorter_travel, with_hints
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.tips import Press, Tips
@@ -74,6 +74,24 @@ def test_travel_under_a_bruise_limit_is_that_of_its_pressure():
     assert shorter_travel(hard, design, springs_of(design)) is None
 
 
+def test_travel_of_a_bruised_soft_fruit():
+    """At 0.08 MPa of 0.06: proportional to the travel under a flat face, to its root under a dome (Hertz)."""
+    springs, fruit = springs_of(Design()), Fruit(bruise_limit_MPa=0.06)
+    bruise = dataclasses.replace(GOOD, name="bruise", value=0.08, error=0.0, limit=0.06, passed=False)
+    dome = Tips(shape="dome", dome_radius_mm=2.0)
+    for design, bound in ((Design(fruit=fruit), 0.6 * 0.75), (Design(fruit=fruit, tips=dome), 0.6 * 0.75**2)):
+        assert 0.97 * bound < shorter_travel(bruise, design, springs) < bound
+
+
+@pytest.mark.parametrize(
+    ("value", "towards", "expected"),
+    [(0.12345, 0.0, 0.123), (0.12345, 1.0, 0.124), (1234.0, 0.0, 1230.0), (0.123, 1.0, 0.123), (0.0, 1.0, 0.0)],
+)
+def test_rounded(value, towards, expected):
+    """Three digits, on the side of the other number."""
+    assert rounded(value, towards) == pytest.approx(expected, rel=1e-12)
+
+
 def test_strain_by_finite_elements_asks_for_less_travel():
     """Strain goes with the travel: 1.1 times its limit, and an error of 0.1 times, ask for 0.6 mm / 1.2."""
     springs = springs_of(Design())
@@ -90,9 +108,15 @@ def test_leaf_that_is_too_long_is_not_told_to_travel_less():
     assert hints["printable.low"] == SEARCH
 
 
-@pytest.mark.parametrize(("clearance", "low", "high"), [(0.1, 0.38, 0.4), (-1.0, None, None), (0.4, None, None)])
+@pytest.mark.parametrize(
+    ("clearance", "low", "high"),
+    [(0.1, 0.38, 0.4), (-0.03, 0.26, 0.27), (-0.05, None, None), (-1.0, None, None), (0.4, None, None)],
+)
 def test_frame_on_the_fruit_asks_for_as_much_less_travel_as_it_lacks(clearance, low, high):
-    """0.2 mm short of its clearance of 0.3 mm at a travel of 0.6 mm: 0.4 mm at most; 1.3 mm short: no travel helps."""
+    """0.2 mm short of its clearance of 0.3 mm at a travel of 0.6 mm: 0.4 mm at most; 1.3 mm short: no travel helps.
+
+    Under five times 0.05 mm of print the heights of the tips decide: 0.27 mm is enough, 0.25 mm is not.
+    """
     verdict = dataclasses.replace(GOOD, name="geometry.frame_clearance", value=clearance, limit=0.3, passed=False)
     travel = shorter_travel(verdict, Design(), springs_of(Design()))
     assert travel is None if low is None else low < travel < high

@@ -7,7 +7,7 @@ from stand_ins import CONTACT, result_of, sensor_of, springs_of
 
 from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.verdicts.sensor import paper_verdicts, tip_pressure
-from sensor.design.parameters import Design, Targets
+from sensor.design.parameters import PAPER_SPRINGS, Design, Targets
 
 ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high"]
 
@@ -42,3 +42,7 @@ def test_papers_springs_are_judged_by_the_papers_targets_whatever_the_design_ask
     paper = paper_verdicts(sensor_of(design))
     assert paper == result_of().paper
     assert {verdict.name: verdict.limit for verdict in paper[:2]} == {"P_max": 5.0, "NL": 0.05}
+    low, high = PAPER_SPRINGS.stiffnesses  # exactly as published: the error of P is that of the contact
+    K_m = 3.5 * CONTACT.K_m_over_E()
+    slope = K_m / (K_m + low) - K_m / (K_m + high)  # d ln P / d ln K_m
+    assert paper[0].error == pytest.approx(paper[0].value * slope * CONTACT.error_pair, rel=1e-3)

@@ -95,6 +95,44 @@ def test_error_bars_cover_a_finer_grid(block_compliance, where, monkeypatch):
     assert known.max() < 0.06
 
 
+@pytest.mark.parametrize(
+    "tilt_deg",
+    [0.0, 1.0],
+)
+def test_error_of_the_compliance_adds(block_compliance, tilt_deg):
+    """Whatever the grid: an error of the compliance that is larger by 0.02 is in both errors as it is."""
+    scene = scene_of(tilt=tilt_deg)
+    known, rough = (
+        scene_response(scene, replace(block_compliance, error_pair=error), SPRINGS, (2.0,), [0.5, 0.6])
+        for error in (0.01, 0.03)
+    )
+    np.testing.assert_allclose(rough.F_error - known.F_error, 0.02, rtol=1e-9)
+    np.testing.assert_allclose(rough.P_error - known.P_error, 0.02, rtol=1e-9)
+    assert known.F_error.min() >= 0.01
+    assert known.P_error.min() >= 0.01
+
+
+def test_error_of_the_rim(block_compliance, monkeypatch):
+    """The rim of a contact that covers part of a face runs through cells: its share is in both errors, added."""
+    ball = scene_of(shape="sphere")
+    before = scene_response(ball, block_compliance, SPRINGS, (2.0,), [0.3])
+    monkeypatch.setattr(solve.contact.response, "RIM", 2.0 * solve.contact.response.RIM)
+    after = scene_response(ball, block_compliance, SPRINGS, (2.0,), [0.3])
+    rim = after.F_error - before.F_error
+    assert rim > 1e-4
+    np.testing.assert_allclose(after.P_error - before.P_error, rim, rtol=1e-9)
+    assert before.F_error > rim
+
+
+def test_error_of_domes():
+    """That of the force ratio is twice the largest of the forces, which may be off against each other."""
+    dome = Scene(fruit=Fruit(), tips=Tips(shape="dome", dome_radius_mm=2.0), press=Press(travel_mm=0.1))
+    found = scene_response(dome, split_compliance(dome.fruit, dome.tips, 1e-3), SPRINGS, (2.0,), [0.05, 0.1])
+    np.testing.assert_allclose(found.P_error, 2.0 * found.F_error, rtol=1e-12)
+    assert found.F_error.min() > 0.0
+    assert found.mean_pressure.shape == found.F.shape
+
+
 @pytest.mark.parametrize("shape", ["cube", pytest.param("sphere", marks=pytest.mark.slow)])
 def test_cells_of_a_curved_fruit_carry_what_its_body_changes(shape):
     """A whole ball gives 2 % more than its bounding box; the cells of the box answer a level press 0.05 % off."""

@@ -12,9 +12,18 @@ from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from sensor.quantity import InputError
 from solve.fruit.body_lines import BodySteps
-from solve.fruit.curved_body import SAFETY, curvature_correction, curved_compliance, shape_change
+from solve.fruit.curved_body import (
+    LOG_OFFSET,
+    SAFETY,
+    _sharpness_correction,
+    check_curved,
+    curvature_correction,
+    curved_compliance,
+    shape_change,
+)
 from solve.fruit.curved_shape import CurvedShape
-from solve.fruit.smooth_load import least_deviation, line_forces, smooth_loads
+from solve.fruit.footprints import Footprint
+from solve.fruit.smooth_load import SmoothLoad, least_deviation, line_forces, smooth_loads
 from solve.fruit.split import (
     LEVELS,
     contact_footprints,
@@ -191,3 +200,39 @@ def test_skin_of_a_piece_is_as_thick_along_the_normal_everywhere():
     cosine = np.sqrt(1.0 - (x**2 + y**2) / fruit.radius_mm**2)
     assert (under - top)[2] * cosine == pytest.approx(0.4 * np.ones(4), rel=1e-12)
     assert base[2] == pytest.approx(fruit.depth_mm * np.ones(4), rel=1e-12)
+
+
+@pytest.mark.parametrize(("x", "y", "axis"), [(4.0, 0.0, None), (14.0, 0.0, "x"), (0.0, 14.0, "y")])
+def test_reach_on_a_whole_fruit(x, y, axis):
+    """Tips near the apex are solved; those that reach over most of the cap, whose sides would fold, are refused."""
+    cap = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0)
+    pair = (Footprint(x, y, 1.0), Footprint(-x, -y, 1.0))
+    if axis is None:
+        check_curved(cap, pair)
+        return
+    with pytest.raises(InputError) as refused:
+        check_curved(cap, pair)
+    assert refused.value.field == f"reach of the tips along {axis}"
+
+
+@pytest.mark.parametrize("along_normals", [False, True])
+def test_sharpness_on_a_turned_fruit(along_normals):
+    """A tip is as sharp as before where fruit and position are turned by 30 degrees together."""
+    cosine, sine = np.cos(np.pi / 6.0), 0.5
+    found = []
+    for azimuth, x, y in ((0.0, 5.0, 1.0), (30.0, 5.0 * cosine - sine, 5.0 * sine + cosine)):
+        fruit = dataclasses.replace(PIECE, shape="ellipsoid", radius_across_mm=25.0, azimuth_deg=azimuth)
+        tip = Footprint(x, y, 2.0)
+        load = SmoothLoad(x, y, 3.0 * least_deviation(tip))
+        found.append(_sharpness_correction(fruit, tip, load, along_normals))
+    assert found[1] == pytest.approx(found[0], rel=1e-9)
+
+
+def test_mean_logarithm_of_a_circle():
+    """Of the distance of two points it is ln a + 2 ln 2 - 3/2 in a rigid circle, ln (2 s) - gamma/2 in a normal load.
+
+    The deviation s is a / sqrt(pi), by the mean of 1 / r. A square has 0.01 more: the offset lies between both.
+    """
+    circle = 2.0 * np.log(2.0) - 1.5
+    normal = np.log(2.0) - 0.5 * np.log(np.pi) - 0.5 * np.euler_gamma
+    assert 0.0 <= LOG_OFFSET - (circle - normal) <= 0.01

@@ -13,7 +13,7 @@ from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
 from solve.fruit.curved_body import STEPS, shape_change
 from solve.fruit.footprints import Footprint
-from solve.fruit.skin import layer_on, skin_compliance
+from solve.fruit.skin import layer_on, skin_compliance, table_moduli
 from solve.fruit.split import LEVELS, contact_footprints, footprint_compliance, split_compliance
 from solve.halfspace.layered import round_contact
 from solve.halfspace.punch import circle_punch
@@ -38,6 +38,22 @@ def test_the_table_gives_its_own_rows_and_goes_on_level():
     table = SkinTable(E=E, S=power)
     for modulus, within in ((1e-9, 0.1), (0.1, 0.1), (0.7, 0.7), (4.0, 4.0), (40.0, 4.0)):
         assert table.at(modulus)[0, 0] == pytest.approx(within**0.3, rel=2e-4)
+
+
+def test_moduli_of_the_table():
+    """They reach beyond what is shown by 1.3 to both sides, and down to the second point of a curve of P."""
+    shown = table_moduli(Fruit(E_MPa=(0.1, 1.0), E_max_MPa=2.0))
+    assert (shown[0], shown[-1]) == pytest.approx((0.1 / 1.3, 2.6))
+    curve = table_moduli(Fruit(E_MPa=(1.0, 4.0), E_max_MPa=3.0))
+    assert (curve[0], curve[-1]) == pytest.approx((3.0 / 24.0, 5.2))
+    assert np.diff(np.log(curve)) == pytest.approx(np.log(curve[1] / curve[0]))
+
+
+def test_layer_of_a_skin():
+    """It is as stiff over the flesh as their moduli, of its own ratio where it has one."""
+    layer = layer_on(dataclasses.replace(SKINNED, skin_poisson=0.42), 2.0)
+    assert (layer.thickness, layer.modulus, layer.poisson, layer.poisson_below) == (0.3, 5.0, 0.42, 0.3)
+    assert layer_on(SKINNED, 2.0).poisson == 0.3
 
 
 def test_flesh_alone_is_itself_at_every_modulus(bare):

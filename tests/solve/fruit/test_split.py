@@ -16,9 +16,12 @@ from solve.fruit.split import (
     SAFETY,
     SplitDomainError,
     check_domain,
+    contact_footprints,
     footprint_compliance,
+    largest_errors,
     level_errors,
     mesh_dofs,
+    relative_changes,
     split_compliance,
 )
 from solve.halfspace.punch import circle_punch, square_punch
@@ -159,3 +162,27 @@ def test_tip_forces_with_a_large_residual_are_refused(monkeypatch):
     monkeypatch.setattr("solve.fruit.footprints.RESIDUAL_LIMIT", 0.0)
     with pytest.raises(SolveError):
         level_compliance(PAIR, 0.3, np.full((18, 18), 0.1), 3)
+
+
+def test_circles_of_domes():
+    """A level dome touches where 1 + r / R is over each principal direction: here turned by 90 degrees, or not."""
+    tips = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.0, spacing_mm=6.0)
+    egg = Fruit(
+        shape="ellipsoid", radius_mm=40.0, radius_across_mm=20.0, thickness_mm=10.0, length_mm=20.0, width_mm=20.0
+    )
+    for azimuth, x, y in ((0.0, 3.0 / 1.25, 3.0 / 1.5), (90.0, 3.0 / 1.5, 3.0 / 1.25)):
+        found = contact_footprints(dataclasses.replace(egg, azimuth_deg=azimuth), tips)
+        assert [(abs(one.x), abs(one.y)) for one in found] == [pytest.approx((x, y))] * 4
+        assert [(np.sign(one.x), np.sign(one.y)) for one in found] == [
+            tuple(np.sign(place)) for place in tips.places_mm
+        ]
+        assert {one.side for one in found} == {2.5}
+
+
+def test_relative_changes():
+    """Of each pair the change of s_ii + s_jj - 2 s_ij over that, then of each s_ii; one tip has no pair."""
+    S = np.array([[2.0, 0.5], [0.5, 3.0]])
+    change = np.array([[0.1, -0.02], [-0.02, -0.2]])
+    assert relative_changes(change, S) == pytest.approx([0.06 / 4.0, 0.05, 0.2 / 3.0])
+    assert largest_errors(np.array([0.015, 0.05, 0.07]), 2) == (0.015, 0.07)
+    assert largest_errors(relative_changes(change[:1, :1], S[:1, :1]), 1) == (pytest.approx(0.05), pytest.approx(0.05))

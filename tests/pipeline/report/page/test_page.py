@@ -6,19 +6,23 @@ import json
 import re
 import zlib
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from squares import GENTLE
 from stand_ins import result_of
 
 from pipeline.options import load_design
 from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
 from pipeline.report.page.answer import answer_of, scene_in_words
-from pipeline.report.page.page import page_of
+from pipeline.report.page.page import _pressure_profile, dome_pressure, flat_pressure, page_of
 from pipeline.report.page.template import finite
 from pipeline.report.report import read_data
 from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest
+from sensor.design.tips import Tips
 from sensor.verdict import Verdict
 
 MOST_BYTES = 2_500_000
@@ -213,6 +217,41 @@ def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tm
     report = dataclasses.replace(report, stale={"bom.csv": "another design"})
     page = page_of(report, flat_page.result, tmp_path)
     assert not any(attributes.get("data-mass") for _, attributes in Outline(page).elements)
+
+
+def test_profile_is_that_of_the_tips(flat_page):
+    """Flat tips on flat fruit press as on a half-space, domes as Hertz's sphere, both kinds alike."""
+    profile = data_of(flat_page.text)["profile"]
+    assert profile["low"] == profile["high"]
+    x, over_mean = flat_pressure(Tips())
+    assert profile["low"]["x"] == pytest.approx(x.tolist())
+    assert profile["low"]["over_mean"] == pytest.approx(over_mean.tolist())
+    domes = SimpleNamespace(design=GENTLE, press=SimpleNamespace(height_offsets=()))
+    _, of_hertz = dome_pressure()
+    assert _pressure_profile(flat_page.report, domes)["high"]["over_mean"] == of_hertz.tolist()
+
+
+def test_pressure_profile_of_a_dome():
+    """Hertz: 3/2 of the mean times sqrt(1 - r^2 / a^2), over r over the root of the area pi a^2."""
+    x, over_mean = dome_pressure()
+    a = 1.0 / np.sqrt(np.pi)
+    assert (x[0], x[-1]) == pytest.approx((-a, a))
+    assert over_mean == pytest.approx(1.5 * np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2)), abs=1e-7)
+
+
+def test_pressure_profile_of_flat_tips():
+    """A circle has the closed form of Johnson, (3.34): 1/2 in the middle. A square has nearly as much."""
+    round_tip = Tips(shape="cylinder", socket="pin")
+    x, over_mean = flat_pressure(round_tip)
+    a = np.sqrt(round_tip.face_mm2 / np.pi)
+    assert over_mean == pytest.approx(0.5 / np.sqrt(1.0 - (x * np.sqrt(round_tip.face_mm2) / a) ** 2), rel=1e-9)
+    x, over_mean = flat_pressure(Tips())
+    assert x == pytest.approx(-x[::-1], abs=1e-12)
+    assert -0.5 < x[0] < -0.45
+    assert over_mean == pytest.approx(over_mean[::-1], rel=1e-9)
+    middle = len(x) // 2
+    assert (np.diff(over_mean[middle:]) > 0.0).all()
+    assert 0.4 < over_mean[middle] < 0.6
 
 
 def test_numbers_that_are_not_finite_are_none_in_the_data_of_the_page():

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,11 +11,11 @@ from stand_ins import result_of
 from pipeline.options import load_design
 from pipeline.reading.measurement import rise_model
 from pipeline.reading.poses import Placement
-from pipeline.report.page.tables import page_tables
+from pipeline.report.page.tables import _by_press, _noise_percent, page_tables
 from pipeline.response.scene_press import scene_of
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.reading import PRESS_SAMPLES
+from sensor.design.reading import PRESS_SAMPLES, Reading
 from sensor.design.tips import Press
 from sensor.theory.two_spring_law import fruit_stiffness
 from solve.contact.pressure import footprint_pressure
@@ -194,6 +195,34 @@ def test_table_is_the_curve_of_the_run(flat_page):
     assert (travels["key"], travels["nodes"]) == ("travel", curve.x.tolist())
     assert table["numbers"]["F"][1] == curve.F[1:, :, 1].tolist()
     np.testing.assert_allclose(table["numbers"]["E_read"], np.tile(curve.E[1:, None], len(curve.x)), rtol=1e-9)
+
+
+def test_modulus_over_its_noise(flat_page):
+    """Of a pair by the slope of the two-spring law, of a press by the slopes that its reading tells."""
+    (table,) = tables_of(flat_page)["tables"]
+    F = flat_page.result.press.curve.F[1:, -1]
+    over_noise = np.array(table["numbers"]["E_over_noise"])[:, -1]
+    np.testing.assert_allclose(over_noise, pair_over_noise(flat_page.result, F), rtol=1e-6)
+    found = SimpleNamespace(E=2.0, slopes=SimpleNamespace(noise=(3.0, 0.5)))
+    model = SimpleNamespace(reading=lambda *_: found)
+    one_percent = np.array([0.01, 0.08])
+    E, ratio = _by_press(model, np.ones((15, 2)), one_percent)
+    assert (E, ratio) == (2.0, pytest.approx(1.0 / (np.hypot(0.03, 0.04) * np.sqrt(15.0 / PRESS_SAMPLES))))
+    assert np.isnan(_by_press(model, np.array([[1.0, np.nan]]), one_percent)).all()
+
+
+def test_noise_of_the_sliders(flat_page):
+    """Half a per cent without a reading, else its own, or the worst channel of a named read-out; four times at most."""
+    data = tables_of(flat_page)
+    (noise,) = (slider for slider in data["sliders"] if slider["key"] == "noise")
+    assert (data["start"]["noise"], noise["min"], noise["max"]) == (0.5, 0.0, 2.0)
+    shown = flat_page.report.design.fruit.E_MPa
+    assert data["start"]["E"] == shown[len(shown) // 2]
+    asked = SimpleNamespace(reading=Reading(noise_percent=0.2))
+    signal = SimpleNamespace(errors_N=(0.001, 0.006))
+    for named, expected in ((None, 0.2), (signal, 0.3)):
+        read_out = SimpleNamespace(signal=named, full_scale_N=(0.5, 2.0))
+        assert _noise_percent(SimpleNamespace(design=asked, read_out=read_out)) == pytest.approx(expected)
 
 
 def test_sliders_end_where_the_tables_do(flat_page):

@@ -13,12 +13,13 @@ from stand_ins import CONTACT, ERRORS, K_M_OVER_E, LENGTHS, sizing_of, springs_o
 
 from pipeline.springs.fitted_springs import GRAVITY
 from pipeline.verdicts.errors.budget import effects_at, ratio_budget, uncertainty_budgets
-from pipeline.verdicts.errors.effects import effects_after_calibration, level_sensor
+from pipeline.verdicts.errors.effects import effects_after_calibration, effects_on, level_sensor
 from pipeline.verdicts.rules import target_verdicts
 from pipeline.verdicts.targets import SceneTargets, characteristic
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print, Targets
 from sensor.design.tips import Press, Tips
+from sensor.quantity import Estimate
 from sensor.theory.rounded_edge import edge_loss
 from sensor.theory.sloped_skin import frictionless_press
 from sensor.theory.soft_tissue import no_slip
@@ -203,6 +204,8 @@ def test_flat_tips_that_slide_give_sideways():
     for tip, (K, sign) in enumerate(zip(SPRINGS.stiffnesses, (-1.0, 1.0), strict=True)):
         give[tip, tip, 0, 0] = 0.3 / K
         give[tip, tip, 0, 2] = give[tip, tip, 2, 0] = 0.05 / K
+        # across the tips the fruit does not fall: what a spring gives there moves nothing
+        give[tip, tip, 1] = give[tip, tip, :, 1] = 0.2 / K
         more.append((0.3 * slope**2 + 2.0 * 0.05 * sign * slope) / K)
     C = np.diag([1.0 / K for K in SPRINGS.stiffnesses])
     before, after = (np.linalg.solve(softened + CONTACT.S / 3.5, [0.6, 0.6]) for softened in (C, C + np.diag(more)))
@@ -281,6 +284,52 @@ def test_whole_fruit_that_lies_free_is_rolled_by_a_pair():
     assert abs(free.size) > 0.3
     friction = 4.0 * (5.0 - 1.0) / (2.0 * 35.0 * (5.0 + 1.0))  # moment over 2 R times all force
     assert f"unless friction holds it: {friction:.2g} is enough" in free.reason
+
+
+def test_turn_of_a_ball_that_lies_free():
+    """Rolling by u meets the moment sum k x with sum k - sum k x^2 / (R travel) a millimetre; the tips turn with it."""
+    design, travel, radius = Design(fruit=Fruit(shape="sphere", radius_mm=200.0, thickness_mm=395.0)), 0.6, 200.0
+    sensor = sensor_of(design)
+    (free,) = (effect for effect in effects_on(sensor, travel, (0.0, 0.0)) if effect.name == "free fruit")
+    low, high = (1.0 / (1.0 / K + 1.0 / K_M) for K in SPRINGS.stiffnesses)
+    turn = (high - low) * 4.0 / (low + high - (low + high) * 16.0 / (radius * travel)) / radius
+    assert free.height_offsets == pytest.approx((-4.0 * turn, 4.0 * turn), rel=1e-9)
+    # a ball of 35 mm runs away: one tip loses the whole travel more than the other, which is twice what there is
+    on_small = effects_on(sensor_of(Design(fruit=FREE)), travel, (0.0, 0.0))
+    (away,) = (effect for effect in on_small if effect.name == "free fruit")
+    assert away.height_offsets == pytest.approx((-travel, travel), rel=1e-9)
+
+
+def test_deflections_off_the_middle():
+    """Off the middle the fruit is stiffer under the high tip by the stiffness ratio: deflections of both in series."""
+    sensor = sensor_of(Design())
+    law = dataclasses.replace(sensor.characteristic, stiffness_ratio=1.25)
+    low, high = dataclasses.replace(sensor, characteristic=law).deflections(2.0, 0.6)
+    assert low == pytest.approx(0.6 * 2.0 / (2.0 + K_L), rel=1e-12)
+    assert high == pytest.approx(0.6 * 2.5 / (2.5 + K_H), rel=1e-12)
+    level = sensor.deflections(sensor.sizing.K_m_at_largest_E, 0.6)
+    bent = dataclasses.replace(sensor.springs, deflections=(0.9, 0.0))
+    assert dataclasses.replace(sensor, springs=bent).largest_deflections == pytest.approx((0.9, level[1]), rel=1e-12)
+
+
+def test_pose_of_a_solved_scene():
+    """It is the worst of the tilted presses: P of 4.5 and 5.8, and curves bent by 0.06 and 0.03 of their rise."""
+    sensor = sensor_of(Design())
+    numbers = Estimate(5.0, 0.01), Estimate(0.05, 0.001)
+    reached = SceneTargets(P_max=numbers[0], NL=numbers[1], level=numbers)
+    tilted = [SimpleNamespace(P=np.array([[1.0], [middle], [top]])) for middle, top in ((2.96, 4.5), (3.544, 5.8))]
+    budgets = uncertainty_budgets(sensor, reached, SimpleNamespace(tilted=tilted))
+    assert size_of(budgets.P_max, "pose") == pytest.approx(5.8 / 5.0 - 1.0, rel=1e-9)
+    assert size_of(budgets.NL, "pose") == pytest.approx(1.0 - 0.03 / 0.05, rel=1e-9)
+    off = [SimpleNamespace(P=np.array([[1.0], [2.9], [math.nan]]))]
+    assert size_of(uncertainty_budgets(sensor, reached, SimpleNamespace(tilted=off)).P_max, "pose") == 1.0
+
+
+def test_widest_spring(budgets):
+    """The wider spring counts, and none that is not made."""
+    widest = max(budgets.K_l.input_total, budgets.K_h.input_total)
+    assert (budgets.widest_spring, budgets.K_l.input_total < budgets.K_h.input_total) == (widest, False)
+    assert budgets_of(Design(), springs_of(Design(), made=False)).widest_spring == 0.0
 
 
 def test_calibrating_leaves_one_per_cent_a_spring_and_takes_the_print_away():

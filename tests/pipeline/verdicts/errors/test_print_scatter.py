@@ -78,6 +78,16 @@ def test_band_of_a_spring_is_that_of_its_thickness_and_modulus():
         assert band[0] < 1e3 * K < band[1]
 
 
+def test_band_of_the_modulus():
+    """P depends on K_m / K alone: springs of another modulus, stiffer by f, read a fruit that is softer by f."""
+    exact = replace(PETG, accuracy_mm=1e-6)
+    bands = scatter_bands(HOUSING, exact, OWN, Targets(), fit_surrogate(HOUSING, PETG.accuracy_mm, beams))
+    sigma = 1.96 * PETG.E_scatter
+    # of 1,024 Sobol points a quantile is within 1 % of sigma
+    assert bands.modulus_error == pytest.approx((1.0 / (1.0 + sigma) - 1.0, 1.0 / (1.0 - sigma) - 1.0), rel=0.03)
+    assert np.divide(bands.K_h_N_per_m, 1e3 * SPRINGS.K_h) == pytest.approx((1.0 - sigma, 1.0 + sigma), rel=0.01)
+
+
 def test_calibration_to_one_percent_leaves_the_sum_of_what_both_springs_do():
     """With a = K_m / (K_l + K_m) and b = K_m / (K_h + K_m): d ln P = -a dln K_l + b dln K_h + (a - b) dln K_m."""
     a, b = (K_M / (K + K_M) for K in SPRINGS.stiffnesses)

@@ -5,7 +5,16 @@ import pytest
 
 from reference import ball_contact
 from reference.ball_contact import Cap, over_hertz
-from solve.contact.domes.large_strain import DEEPEST, EDGE, FIT, FIT_OF_EDGE, POISSONS, coefficients, large_strain
+from solve.contact.domes.large_strain import (
+    DEEPEST,
+    EDGE,
+    FIT,
+    FIT_OF_EDGE,
+    NEO_HOOKE,
+    POISSONS,
+    coefficients,
+    large_strain,
+)
 
 FLAT = np.array(0.0)
 # Of the independent elements: the step of a force from 14 to 20 cells is 1e-4, and at small strain they place the edge
@@ -16,6 +25,11 @@ OWN_OF_EDGE = 2e-3
 # in another code, each number to 0.3 %. The contact radius is a tenth of the ball's.
 BETWEEN_PLATES = 1.046 / 1.057
 BETWEEN_PLATES_ERROR = 0.003
+
+
+# By `reference.ball_contact` with 14 cells, of a dome of curvature 0.3 on a fruit of curvature 0.1: Poisson's ratio,
+# Hertz's contact radius at that depth, and the force and the contact radius over Hertz's.
+BY_OTHER_ELEMENTS = ((0.3, 1.0289079, 1.0065112, 0.9706691), (0.45, 1.0301925, 0.9778219, 0.9881170))
 
 
 def test_small_contacts_are_hertz():
@@ -55,6 +69,16 @@ def test_beyond_what_was_solved_all_of_it_is_open():
     assert deeper.error >= abs(deeper.factor - 1.0)
     softer = large_strain(np.array(0.2), 1.0, FLAT, -0.2)
     assert softer.error >= abs(softer.factor - 1.0)
+
+
+@pytest.mark.parametrize(("poisson", "contact", "force", "edge"), BY_OTHER_ELEMENTS)
+def test_both_curvatures(poisson, contact, force, edge):
+    """The independent elements find the same where the term of both curvatures is larger than the tolerance."""
+    found = large_strain(np.array(contact), 1.0 / 0.3, np.array(0.1), poisson)
+    assert found.factor == pytest.approx(force, abs=FIT + OWN)
+    assert found.edge == pytest.approx(edge, abs=FIT_OF_EDGE + OWN_OF_EDGE)
+    _, _, _, c4 = coefficients(NEO_HOOKE, 0.45)
+    assert c4 * (0.3 * contact) * (0.1 * contact) > FIT + OWN
 
 
 @pytest.mark.parametrize(

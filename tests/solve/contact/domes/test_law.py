@@ -14,7 +14,14 @@ from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modul
 from solve.contact.domes.body import FruitUnderDomes, dome_body
 from solve.contact.domes.geometry import DomePoses, dome_poses
 from solve.contact.domes.large_strain import large_strain
-from solve.contact.domes.law import _Law, dome_contrast, dome_forces
+from solve.contact.domes.law import (
+    ELSEWHERE,
+    OF_DEPTH,
+    OVER_CONTACT,
+    _Law,
+    dome_contrast,
+    dome_forces,
+)
 from solve.contact.scene import Scene, SidewaysGive
 from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact
@@ -98,6 +105,71 @@ def test_domes_side_by_side_sink_by_each_other():
     crosstalk = (1.0 - POISSON**2) * found.F[:, 0] / (np.pi * E * apart)
     alone = dome_forces(lowered([[0.0, 0.0]], depth - crosstalk[0]), E, np.zeros((1, 1)), half_space())
     np.testing.assert_allclose(found.F[0], alone.F[0, 0], rtol=1e-6)
+
+
+def test_dome_that_is_off():
+    """It hangs 0.1 mm over the plane beside one that is pressed, without force and error."""
+    poses = lowered([[0.0, 0.0], [20.0, 0.0]], np.array([0.1, -0.1]))
+    none = np.zeros((2, 2, 2))
+    body = dataclasses.replace(half_space(2), bound=none + 1e-3)
+    found = dome_forces(poses, E, np.diag([0.1, 0.1]), body)
+    np.testing.assert_array_equal(found.F[:, 1], 0.0)
+    np.testing.assert_array_equal(found.relative_error[:, 1], 0.0)
+    np.testing.assert_allclose(found.relative_error[:, 0], found.error[:, 0] / found.F[:, 0], rtol=1e-12)
+    assert np.all(found.relative_error[:, 0] > 0.0)
+    for values in (found.rates, found.mean_pressure, found.pressure_error, found.face):
+        np.testing.assert_array_equal(values[:, 1], 0.0)
+        assert np.all(values[:, 0] > 0.0)
+
+
+def test_error_of_one_dome():
+    """Its slope times what is left out: of the body where and as wide as it touches, of the depth, of large strain.
+
+    The dome stands 1.5 mm beside where the body was solved, on a soft spring.
+    """
+    B, b, size, depth, spring = 0.05, 2e-3, 9.0, 0.4, 0.3
+    one = np.ones((2, 1, 1))
+    body = FruitUnderDomes(poisson=POISSON, remainder=B * one, bound=b * one, size=size, feet=np.array([[2.0, 0.0]]))
+    found = dome_forces(lowered([[3.5, 0.0]], depth), E, np.array([[spring]]), body)
+    for i, modulus in enumerate(E.tolist()):
+
+        def force(q, modulus=modulus):
+            strain = large_strain(np.sqrt(DOME * np.array(q)), DOME, np.array(0.0), POISSON)
+            return float(strain.factor) * modulus / (1.0 - POISSON**2) * 4.0 / 3.0 * np.sqrt(DOME) * q**1.5
+
+        q = brentq(lambda q, E=modulus: q + (B / E + spring) * force(q) - depth, 1e-6, depth, xtol=1e-14)
+        N, slope = force(q), (force(q + 1e-6) - force(q - 1e-6)) / 2e-6
+        strain = large_strain(np.sqrt(DOME * np.array(q)), DOME, np.array(0.0), POISSON)
+        growth = 1.5 * (1.5 + 2.0 * 2.0) / size**2
+        left_out = b + OVER_CONTACT * B * DOME * q / size**2 + ELSEWHERE * growth * B
+        bound = left_out * N / modulus + OF_DEPTH * q + float(strain.error) * N / slope
+        assert found.F[i, 0] == pytest.approx(N, rel=1e-9)
+        rate = slope / (1.0 + (B / modulus + spring) * slope)
+        assert found.rates[i, 0] == pytest.approx(rate, rel=1e-6)
+        assert found.error[i, 0] == pytest.approx(rate * bound, rel=1e-6)
+        assert found.error_alike[i, 0] == pytest.approx(found.error[i, 0], rel=1e-12)
+
+
+def test_crosstalk_of_near_domes():
+    """At 3 mm its moments count: k = (1 - nu^2) / (pi p) (1 + a_i^2 / (6 p^2) + a_j^2 / (10 p^2)), on a level pair.
+
+    The slope under one, N times that of k, moves its contact by the radius times that slope away from the other.
+    """
+    apart, depth = 3.0, 0.3
+    found = dome_forces(lowered([[0.0, 0.0], [apart, 0.0]], depth), E, np.zeros((2, 2)), half_space(2))
+
+    def missing(q, modulus):
+        strain = large_strain(np.sqrt(DOME * np.array(q)), DOME, np.array(0.0), POISSON)
+        N = float(strain.factor) * modulus / (1.0 - POISSON**2) * 4.0 / 3.0 * np.sqrt(DOME) * q**1.5
+        normal = (1.0 - POISSON**2) / np.pi
+        shift = DOME * normal * N / modulus / apart**2
+        p = apart + 2.0 * shift
+        k = normal / p * (1.0 + DOME * q * (1.0 / 6.0 + 1.0 / 10.0) / p**2)
+        return depth - q - k * N / modulus - 0.5 * shift**2 / DOME, N
+
+    for i, modulus in enumerate(E.tolist()):
+        q = brentq(lambda q, E=modulus: missing(q, E)[0], 1e-6, depth, xtol=1e-14)
+        assert found.F[i] == pytest.approx([missing(q, modulus)[1]] * 2, rel=1e-9)
 
 
 @cache

@@ -1,0 +1,66 @@
+"""Bands of a modulus that is read, and the modulus over the stiffness of fruit under a skin: by their formulas."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pipeline.reading.analysis import ModulusReading
+from pipeline.reading.poses import Placement
+from pipeline.reading.uncertainty import UncertaintySources
+from pipeline.verdicts.errors.sensor_errors import table_of_readings
+from pipeline.verdicts.targets import ForceRatioCurve
+from sensor.quantity import Estimate
+from sensor.theory.two_spring_law import Springs, curve_shares
+
+SPRINGS = Springs(K_l=0.9, K_h=20.0)
+STEPS = 24
+
+
+def read(E, bias, noise, slope):
+    """Return a row of readings of one source of uncertainty."""
+    sources = UncertaintySources(
+        contributions={"noise_N": noise}, stiffness_slope=slope, noise_slope=1.0, by_noise=noise
+    )
+    return ModulusReading(E=E, bias=Estimate(bias, 0.0), worst=Placement(), sources=sources, uncertainty_limit=0.1)
+
+
+def test_bands_of_readings():
+    """They are the bias and two sigma, and as printed springs that are off by 20 %; widths are linear in ln E."""
+    rows = (read(0.5, -0.02, 0.03, 1.5), read(2.0, 0.04, 0.05, 1.2))
+    E = np.array([1e-9, 0.5, 1.0, 2.0])
+    curve = SimpleNamespace(P=np.ones((4, 3)), E=E)
+    table = table_of_readings(curve, SimpleNamespace(moduli=rows), SimpleNamespace(widest_spring=0.2))
+    for bands, widths in (
+        (table.calibrated, (0.02 + 0.06, 0.04 + 0.1)),
+        (table.printed, (0.02 + math.hypot(0.06, 0.3), 0.04 + math.hypot(0.1, 0.24))),
+    ):
+        width = np.array([widths[0], 0.5 * sum(widths), widths[1]])
+        assert bands[1:, -1, 0] == pytest.approx(E[1:] * (1.0 - width), rel=1e-12)
+        assert bands[1:, -1, 1] == pytest.approx(E[1:] * (1.0 + width), rel=1e-12)
+        assert np.isnan(bands[0]).all()
+        assert np.isnan(bands[:, :-1]).all()
+    unread = table_of_readings(curve, SimpleNamespace(moduli=()), SimpleNamespace(widest_spring=0.2))
+    assert np.isnan(unread.printed).all()
+
+
+def test_modulus_fraction():
+    """Where K_m rises as E^0.8 the modulus is the power 1.25 of it, and goes on as a straight line beyond the range."""
+    shares = np.array(curve_shares(STEPS))
+    law = ForceRatioCurve(springs=SPRINGS, K_m_max=3.0, stiffening=tuple((shares**0.8).tolist()))
+    for fraction in (0.3, 0.77):
+        # a straight line between 24 steps misses the curve by less than a thousandth
+        assert law.modulus_fraction(3.0 * fraction) == pytest.approx(fraction**1.25, abs=1e-3)
+    slope = (1.0 / STEPS) / (1.0 - (1.0 - 1.0 / STEPS) ** 0.8)
+    assert law.modulus_fraction(3.0 * 1.2) == pytest.approx(1.0 + 0.2 * slope, rel=1e-9)
+    bare = ForceRatioCurve(springs=SPRINGS, K_m_max=3.0)
+    assert bare.modulus_fraction(1.2) == pytest.approx(0.4, rel=1e-12)
+
+
+def test_fruit_stiffness_of_a_ratio():
+    """Beyond what the springs show it is 0 or infinite."""
+    law = ForceRatioCurve(springs=SPRINGS, K_m_max=3.0, stiffness_ratio=1.1)
+    inside = 1.1 * 20.0 / 1.1 / (20.0 / 1.1 + 2.0) * (0.9 + 2.0) / 0.9  # P of K_m 2, the high tip on 1.1 times it
+    assert law.fruit_stiffness(inside) == pytest.approx(2.0, rel=1e-9)
+    assert (law.fruit_stiffness(1.1), law.fruit_stiffness(20.0 / 0.9)) == (0.0, math.inf)
