@@ -104,7 +104,7 @@ class End:
     """One end of a body: its parts from the axis outwards, and the table of its integration points.
 
     A part has the nodes of one element and the areas that belong to its points. `r` (points of all parts,) is where
-    these lie without load, `sign` is 1 for the upper and -1 for the lower end, `values` (points, nodes) are the shape
+    these lie without load. `sign` is 1 for the upper and -1 for the lower end. `values` (points, nodes) are the shape
     functions of an element along the end.
     """
 
@@ -219,8 +219,8 @@ class Balance:
 class Contact:
     """Contact at the points (q,) of one part of an end.
 
-    `touches` says where, `push` is the pressure, `gradient` (2, q) that of the penetration over r and z, `curve` the
-    curvature of the tool's face, `slid` how far a point has slid outwards since it was touched.
+    `touches` says where, `push` is the pressure, `gradient` (2, q) that of the penetration over r and z. `curve` is the
+    curvature of the tool's face, `slid` is how far a point has slid outwards since it was touched.
     """
 
     touches: Flags

@@ -124,8 +124,8 @@ def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
 def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
     """Return the fan at the root of a leaf at x [mm]; its box reaches `depth` [mm] along x into the solid.
 
-    The depth has the sign of that direction. The four sides of the fan are the end of the straight leaf, the fillet and
-    face above, the box in the solid, and the fillet and face below.
+    The depth has the sign of that direction. The four sides of the fan are the end of the straight leaf, fillet and
+    face above, the box in the solid, fillet and face below.
     """
     lower, level, upper = fan.levels
     half = 0.5 * arm.flexure.thickness

@@ -25,12 +25,12 @@ PAIR = SpringGroups(low=(0,), high=(-1,))
 class SensorResponse:
     """Tip forces F [N], shape (moduli, travels, tips), over the moduli E [MPa] and the travels x [mm] of the housing.
 
-    The force ratio P and the ratio of the force slopes over the travel [1], both of tips on high springs over low
-    ones, have shape (moduli, travels) and are nan where a tip is off the fruit. So do the relative errors [1]:
-    `F_error` of the forces of the tips that touch (nan where none does), `P_error` of P. `P_step` [1] is by how much P
-    lies, over itself, above that on a coarser grid of cells. `cells` counts the contact cells. Both are 0 where the law
-    needs no cells.
-    `mean_pressure` [MPa], as F, is that of the contact of each dome; None for other tips.
+    All others but `mean_pressure` have shape (moduli, travels). The force ratio P and the ratio of the force slopes
+    over the travel [1] are those of tips on high springs over low ones, nan where a tip is off the fruit. `F_error`
+    [1] is the relative error of the forces of the tips that touch (nan where none does), `P_error` [1] that of P.
+    `P_step` [1] is by how much P lies, over itself, above that on a coarser grid of cells. `cells` counts the contact
+    cells; it and `P_step` are 0 where the law needs no cells. `mean_pressure` [MPa], as F, is that of the contact of
+    each dome; None for other tips.
     """
 
     E: Floats

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sensor.arrays import Flags, Floats
+from sensor.arrays import Flags, Floats, Ints
 from sensor.design.fruit import Fruit
 from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
@@ -194,16 +194,9 @@ def _cell_forces(
     compared = order[:: max(1, len(order) // COMPARED)]
     finer, _ = _grid_forces(turned, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
 
-    # The largest relative step of a force counts for all.
-    steps = np.divide(np.abs(finer - F[compared]), finer, out=np.zeros_like(finer), where=finer > 0.0)
-    error = LEFT * float(steps.max(initial=0.0)) + compliance.error_pair
-
-    # What all tips are off by together is told from the sum of their forces: a tip that has just touched has an error
-    # of its own, which is no matter of the flesh.
     moduli = np.array([pose.E for pose in poses])
-    total = F.sum(axis=1)
-    largest_total = np.array([total[moduli == E].max(initial=NO_FORCE) for E in moduli[compared]])
-    total_step = float((np.abs(finer.sum(axis=1) - total[compared]) / largest_total).max())
+    step, total_step = _grid_steps(F, finer, compared, moduli)
+    error = LEFT * step + compliance.error_pair
     common_error = LEFT * total_step + compliance.error_pair
     mean_pressure = F / np.where(area > 0.0, area, 1.0)
     return PoseForces(
@@ -218,6 +211,22 @@ def _cell_forces(
         pressure_error=error * mean_pressure,
         face_mm=np.zeros(len(F)),
     )
+
+
+def _grid_steps(F: Floats, finer: Floats, compared: Ints, moduli: Floats) -> tuple[float, float]:
+    """Return the largest relative steps from the coarse to the fine grid [1]: of a force, and of the sum over the tips.
+
+    F (poses, tips) are the forces on the coarse grid, `finer` those on the fine one in the `compared` poses, and
+    `moduli` (poses,) are those of all poses.
+    """
+    steps = np.divide(np.abs(finer - F[compared]), finer, out=np.zeros_like(finer), where=finer > 0.0)
+
+    # What all tips are off by together is told from the sum of their forces: a tip that has just touched has an error
+    # of its own, which is no matter of the flesh.
+    total = F.sum(axis=1)
+    largest_total = np.array([total[moduli == E].max(initial=NO_FORCE) for E in moduli[compared]])
+    total_step = float((np.abs(finer.sum(axis=1) - total[compared]) / largest_total).max())
+    return float(steps.max(initial=0.0)), total_step
 
 
 def _softer_flesh_fall(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:

@@ -35,8 +35,8 @@ def scene_response(
 
     C (tips, tips) [mm/N] is the compliance of the springs. The errors are those of the compliance, and of the cells,
     from a coarser grid, or of the law of domes. What small slopes leave out is not in them: the status states it.
-    Raises InputError where the scene is too steep, outside the domain of contact or a contact runs off the face of a
-    dome, SolveError when a solve is not exact.
+    Raises InputError where the scene is too steep or outside the domain of contact, or where a contact runs off the
+    face of a dome. Raises SolveError when a solve is not exact.
     """
     C = np.asarray(C, dtype=np.float64)
     moduli = np.asarray(E, dtype=np.float64)

@@ -176,9 +176,8 @@ class CurvedShape:
     def _on_disc(self, plan: Floats) -> Floats:
         """Return the points of the unit disc, shape (2, n), that points (2, n) [mm] of the block's plan become.
 
-        Points of the core become (x, y) / cap. On the edge of the plan the map is the elliptical one of the square
-        |p|, |q| <= 1 on the disc, (p, q) -> (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). Between core and edge it is a
-        blend of both.
+        Points of the core become (x, y) / cap. On the edge of the plan the map is the elliptical one of a square on a
+        disc: (p, q) becomes (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). Between core and edge it is a blend of both.
         """
         half_plan = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
         core = np.array(self.core)

@@ -35,8 +35,8 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     """Return the compliance [1/mm] extrapolated from three graded meshes [mm] of one family, coarse to fine.
 
     The meshes are of the quarter x, y >= 0 (tips central), of the half y >= 0 or of the whole block, told by their
-    boundaries. Raises SolveError before it starts when the finest would take too much memory, later when a solve, the
-    balance of reactions or the reciprocity of the loads fails, or when the error exceeds 10 %.
+    boundaries. Raises SolveError before it starts when the finest would take too much memory. Raises it later when a
+    solve, the balance of reactions or the reciprocity of the loads fails, or when the error exceeds 10 %.
     """
     start = time.perf_counter()
     locked = locking(poisson)

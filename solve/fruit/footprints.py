@@ -87,8 +87,8 @@ def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
     """Return the parities that level footprints excite, one sign for x and one for y.
 
-    A sign is 1 where the loads are even about the mirror plane across that axis, -1 where they are odd, and 0 where the
-    footprints have no mirror plane. Footprints whose centres all lie on a plane excite the even sign alone.
+    A sign is 1 where the loads are even about the mirror plane across that axis, and -1 where they are odd. It is 0
+    where the footprints have no mirror plane. Footprints whose centres all lie on a plane excite the even sign alone.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     signs: list[tuple[int, ...]] = []

@@ -60,11 +60,10 @@ def remainder_compliance(
 ) -> tuple[list[Floats], int]:
     """Return the compliance of the remainder for each parity, E = 1 [1/mm], (loads, loads) each, and the dofs.
 
-    Entry kj is v_z at load k per unit normal load j.
-    `mesh` is the block, or the half or quarter of it that lies at x >= 0 or y >= 0, with faces named as `box_mesh`
-    does; `loads` (n, 2) are points on its top [mm]. A parity (+1 | -1 | 0 for x, same for y) mirrors every load with
-    that sign at the plane x = 0 or y = 0; 0 where the mesh holds both sides. Raises SolveError when a solve is not
-    exact or the compliance is not symmetric.
+    Entry kj is v_z at load k per unit normal load j. `mesh` is the block, or the half or quarter of it that lies at x
+    >= 0 or y >= 0, with faces named as `box_mesh` does; `loads` (n, 2) are points on its top [mm]. A parity has one
+    sign for x and one for y, which mirrors every load at the plane x = 0 or y = 0: +1, -1, or 0 where the mesh holds
+    both sides. Raises SolveError when a solve is not exact or the compliance is not symmetric.
     """
     basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
     stiffness = stiffness_matrix(basis, 1.0, poisson, b_bar=True)

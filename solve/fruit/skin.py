@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sensor.arrays import Floats
+from sensor.arrays import Floats, Ints
 from sensor.design.fruit import Fruit
 from sensor.theory.sloped_skin import slope_factor, stretch_factor
 from solve.elasticity import stiffness_matrix
@@ -22,7 +22,7 @@ from solve.fruit.compliance import FruitCompliance, SkinTable
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.footprints import Footprint, level_compliance
 from solve.fruit.smooth_load import SmoothLoad, least_deviation, smooth_loads
-from solve.fruit.split import largest_errors, relative_changes
+from solve.fruit.split import Errors, largest_errors, relative_changes
 from solve.halfspace.layered import Layer, added_compliances, round_contact
 from solve.halfspace.punch import circle_punch
 from solve.linear import factorise
@@ -80,17 +80,10 @@ def skin_compliance(
     fine = body_change(fine_body, layers, SPAN[0])
     coarse = body_change(coarse_body, layers, SPAN[1])
 
+    # The change of the mesh, with the half-space's part under smooth loads exchanged for that under the tips.
     table = bare.S + fine + local.sharp - local.smooth - local.shell
-    errors = []
     asked = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # softer flesh only begins a curve
-    mesh_steps = fine - coarse
-    node_steps = local.sharp - local.fewer_nodes
-    for row in np.flatnonzero(asked):
-        S = table[row]
-        changes = (
-            FLOOR + SAFETY * relative_changes(mesh_steps[row], S) + OF_NODES * relative_changes(node_steps[row], S)
-        )
-        errors.append(largest_errors(changes + OF_SHELL * relative_changes(local.shell[row], S), len(S)))
+    errors = _table_errors(table, fine - coarse, local, np.flatnonzero(asked))
     skin = SkinTable(E=moduli, S=table)
     dofs = int(fine_body.flat.N)
     status = f"{bare.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
@@ -98,8 +91,8 @@ def skin_compliance(
     return replace(
         bare,
         skin=skin,
-        error_pair=bare.error_pair + max(error.pair for error in errors),
-        error_own=bare.error_own + max(error.own for error in errors),
+        error_pair=bare.error_pair + errors.pair,
+        error_own=bare.error_own + errors.own,
         info=replace(bare.info, method=f"{bare.info.method}, under a skin", seconds=seconds, status=status),
     )
 
@@ -148,6 +141,25 @@ def _local_change(
                 sharp[:, tip, tip] *= slope_factor(fruit.poisson, slope)
                 smooth[:, tip, tip] *= slope_factor(fruit.poisson, slope)
     return _LocalChange(sharp=sharp, fewer_nodes=fewer_nodes, smooth=smooth, shell=shell)
+
+
+def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: Ints) -> Errors:
+    """Return the largest relative errors [1] over some rows of a table (moduli, tips, tips) [1/mm].
+
+    They add up a floor, a fraction of the steps between two meshes, one of the step between numbers of nodes, and one
+    of what the skin bears as a shell.
+    """
+    node_steps = local.sharp - local.fewer_nodes
+    pair = own = 0.0
+    for row in rows:
+        S = table[row]
+        mesh = SAFETY * relative_changes(mesh_steps[row], S)
+        nodes = OF_NODES * relative_changes(node_steps[row], S)
+        shell = OF_SHELL * relative_changes(local.shell[row], S)
+        errors = largest_errors(FLOOR + mesh + nodes + shell, len(S))
+        pair = max(pair, errors.pair)
+        own = max(own, errors.own)
+    return Errors(pair, own)
 
 
 def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per_side: int) -> Floats:

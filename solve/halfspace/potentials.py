@@ -113,8 +113,8 @@ def _corner(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
     """Return the potentials of unit pressure on the quadrant that a corner of a rectangle opens, but for z.
 
     X and Y [mm] are the coordinates of points from that corner. Each function F has F,XY = f, with f the derivative of
-    `Potentials` at its place in the list, so that F at the four corners adds up with alternating signs to the integral
-    of f over the rectangle. What depends on X or on Y alone drops out of that sum and is left out.
+    `Potentials` at its place in the list. F at the four corners adds up, with alternating signs, to the integral of f
+    over the rectangle. What depends on X or on Y alone drops out of that sum and is left out.
     """
     # TINY keeps the line X = z = 0 finite; there each term tends to zero or drops out of the corner sum.
     R = np.sqrt(X**2 + Y**2 + z**2)

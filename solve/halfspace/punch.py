@@ -85,9 +85,9 @@ def square_punch(nodes_per_side: int) -> Punch:
 def circle_punch(nodes_per_side: int) -> Punch:
     """Return the punch table of a circle of diameter 1, exact to rounding.
 
-    Harmonics P_l^m(sqrt(1 - r^2)) cos m phi with l - m even are displacements of the unit disc that pressures
-    proportional to themselves / sqrt(1 - r^2) answer. The factors between both are their eigenvalues: J. Boersma and
-    E. Danicki, SIAM J. Appl. Math. 53 (1993) 925.
+    Harmonics P_l^m(sqrt(1 - r^2)) cos m phi with l - m even are eigenfunctions of the unit disc: the pressure that
+    answers one as a displacement is proportional to it / sqrt(1 - r^2). Eigenvalues from J. Boersma and E. Danicki,
+    SIAM J. Appl. Math. 53 (1993) 925.
     """
     n = nodes_per_side
     # Quadrature over the half-sphere above the disc, where a density / sqrt(1 - r^2) becomes even: Gauss points in

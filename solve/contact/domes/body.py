@@ -46,7 +46,7 @@ def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]
     """Return what the fruit adds to a half-space in each pose, given the fruit of each pose (poses,).
 
     The fruits may differ from the scene's in shape or thickness; `compliance` is that of the scene's own. Its change by
-    the shape is proportional to the mean curvature of each fruit, its change by the thickness is that of a layer on a
+    the shape is proportional to the mean curvature of each fruit. Its change by the thickness is that of a layer on a
     rigid base. The bound holds the errors of both.
     """
     block = scene.fruit.equivalent_block

@@ -157,8 +157,8 @@ def _dot(a: Floats, b: Floats) -> Floats:
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     """Return the domes of scenes of one sensor, each at its own travel [mm], (poses,).
 
-    Travel is down the vertical from the first touch of a level sensor, or along the axis from the first touch in the
-    pose where a scene says so. Raises SolveError where a first touch is not found.
+    Travel is down the vertical from the first touch of a level sensor. Where a scene says so, it is along the axis from
+    the first touch in the pose. Raises SolveError where a first touch is not found.
     """
     axis = _axes(np.array([scene.turn for scene in scenes]))
     origin = np.zeros((len(scenes), 3))  # the middle of the level faces
@@ -188,7 +188,7 @@ def _axes(turn: Floats) -> Floats:
 def _first_touches(scenes: Sequence[Scene]) -> Floats:
     """Return the point of the skin that each sensor aims at, and its lowering at first touch, (scenes, 4) [mm].
 
-    The first three columns are the point of the skin under the middle of the tips, the last one is how far the middle
+    The first three columns are the point of the skin under the middle of the tips. The last one is how far the middle
     of their faces has been lowered along the axis beyond it. Raises SolveError where Newton's method does not settle.
     """
     axis = _axes(np.array([scene.turn_at_touch for scene in scenes]))

@@ -57,8 +57,8 @@ class DomeForces:
     `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off in neo-Hookean flesh.
     `error_alike` [N] is how far all are off together where what is left open has one sign under all domes, as where the
     fruit sinks otherwise. `flesh` [N] is what Hencky's law adds and that of Storakers takes. `contact_radius` [mm] and
-    `mean_pressure` [MPa] are those of the contacts as they are pressed, `pressure_error` [1] is how far the latter may
-    be off by the edge of the contact alone; `face` [mm] is the width of a face that would hold each.
+    `mean_pressure` [MPa] are those of the contacts as they are pressed. `pressure_error` [1] is how far the latter may
+    be off by the edge of the contact alone. `face` [mm] is the width of a face that would hold each.
     """
 
     F: Floats
@@ -162,6 +162,7 @@ class _Law:
     """The equations of the domes for the depths q (poses, tips) [mm], negative where a dome is off."""
 
     def __init__(self, poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -> None:
+        """Take the domes, moduli E (poses,) [MPa], the springs C (tips, tips) [mm/N] and the body."""
         self._poses = poses
         sideways = poses.sideways or SidewaysGive(np.zeros((*C.shape, 3, 3)), 0.0)
         self._springs = C
