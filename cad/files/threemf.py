@@ -1,26 +1,22 @@
-"""3MF [mm] by lib3mf: one named object a body, read back in strict mode."""
+"""3MF [mm]: written by lib3mf, one named object a body; read as slicers do, and strictly by lib3mf for its faults."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import lib3mf
-import numpy as np
 import trimesh
 
-_MILLIMETRES = {
-    lib3mf.ModelUnit.MicroMeter: 1e-3, lib3mf.ModelUnit.MilliMeter: 1.0, lib3mf.ModelUnit.CentiMeter: 10.0,
-    lib3mf.ModelUnit.Inch: 25.4, lib3mf.ModelUnit.Foot: 304.8, lib3mf.ModelUnit.Meter: 1e3,
-}  # fmt: skip
+from cad.files.package import read_bodies
 
 
 @dataclass(frozen=True, kw_only=True)
 class Package:
-    """What a 3MF file holds: all its triangles [mm], the names of its objects, and what the reader warned of."""
+    """What a 3MF file holds: all its triangles [mm], the names of its objects, and what breaks the standard."""
 
     mesh: trimesh.Trimesh
     names: tuple[str, ...]
-    warnings: tuple[str, ...]
+    faults: tuple[str, ...]
 
 
 def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path) -> None:
@@ -43,30 +39,38 @@ def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path) -> None:
 
 
 def read_3mf(path: Path) -> Package:
-    """Return the content of a 3MF file as lib3mf reads it in strict mode; raises ValueError when it refuses."""
-    model = lib3mf.get_wrapper().CreateModel()
-    reader = model.QueryReader("3mf")
-    reader.SetStrictModeActive(True)  # noqa: FBT003 - the reader takes it in place
+    """Return the content of a 3MF file as slicers read it; raises ValueError when it holds no triangles.
+
+    Equal corners within one object are merged, which the standard wants of the file: more than one is a fault.
+    """
+    try:
+        bodies = read_bodies(path)
+    except ValueError as error:
+        msg = f"3MF: {path.name} cannot be read ({error}); export it again"
+        raise ValueError(msg) from error
+    if not bodies:
+        msg = f"3MF: {path.name} holds no triangles; export it again"
+        raise ValueError(msg)
+    faults = list(_faults(path))
+    meshes = []
+    for body in bodies:
+        mesh = trimesh.Trimesh(body.vertices, body.triangles, process=False)
+        mesh.merge_vertices()
+        if repeated := len(body.vertices) - len(mesh.vertices):
+            faults.append(f"{repeated} vertices of object {body.name!r} stand on others or in no triangle")
+        meshes.append(mesh)
+    names = tuple(dict.fromkeys(body.name for body in bodies))
+    corners, triangles = trimesh.util.append_faces([each.vertices for each in meshes], [each.faces for each in meshes])
+    return Package(mesh=trimesh.Trimesh(corners, triangles, process=False), names=names, faults=tuple(faults))
+
+
+def _faults(path: Path) -> tuple[str, ...]:
+    """Return what lib3mf warns of in a file, and why it refuses it if it does."""
+    reader = lib3mf.get_wrapper().CreateModel().QueryReader("3mf")
+    refused = []
     try:
         reader.ReadFromFile(str(path))
     except lib3mf.ELib3MFException as error:
-        msg = f"3MF: {path.name} is refused by lib3mf in strict mode ({error}); export it again"
-        raise ValueError(msg) from error
-    warnings = tuple(str(reader.GetWarning(i)) for i in range(reader.GetWarningCount()))
-    names = tuple(item.GetName() for item in _mesh_objects(model))
-    (merged,) = _mesh_objects(model.MergeToModel())
-    vertices = [tuple(corner.Coordinates) for corner in merged.GetVertices()]
-    faces = [tuple(face.Indices) for face in merged.GetTriangleIndices()]
-    if not faces:
-        msg = f"3MF: {path.name} holds no triangles; export it again"
-        raise ValueError(msg)
-    mesh = trimesh.Trimesh(_MILLIMETRES[model.GetUnit()] * np.array(vertices), faces, process=False)
-    return Package(mesh=mesh, names=names, warnings=warnings)
-
-
-def _mesh_objects(model: lib3mf.Model) -> list[lib3mf.MeshObject]:
-    iterator = model.GetMeshObjects()
-    objects = []
-    while iterator.MoveNext():
-        objects.append(iterator.GetCurrentMeshObject())
-    return objects
+        refused = [str(error)]
+    warnings = [text for _, text in (reader.GetWarning(i) for i in range(reader.GetWarningCount()))]
+    return (*warnings, *refused)
