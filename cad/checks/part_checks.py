@@ -38,9 +38,11 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
         pieces = [*shape.Faces(), *shape.Edges(), *shape.Vertices()]
         faulty = max(1, sum(not analyser.IsValid(piece.wrapped) for piece in pieces))
     solids = len(shape.Solids())
+    in_solids = sum(len(solid.Faces()) for solid in shape.Solids())
+    counted = "number of solids" if in_solids == len(shape.Faces()) else "number of solids; some faces bound none"
     return (
         equal("geometry.valid", float(faulty), 0.0, 0.0, unit="1", reference="faulty faces, edges, vertices by OCCT"),
-        equal("geometry.one_solid", float(solids), 1.0, 0.0, unit="1", reference="number of solids"),
+        equal("geometry.one_solid", float(solids), 1.0, 0.0, unit="1", reference=counted),
     )
 
 
@@ -93,6 +95,10 @@ def unreadable(error: ValueError) -> Verdict:
 
 def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:
     shape = read_step(path)
+    if not shape.Faces():
+        held = f"{len(shape.Edges())} edges and {len(shape.Vertices())} points"
+        msg = f"STEP: {path.name} holds {held} but no face; export the solid"
+        raise ValueError(msg)
     of_mesh = check_mesh(triangles(shape), process, POSES)
     return (*check_solid(shape), *(verdict for verdict in of_mesh if verdict.name != "geometry.one_solid"))
 
