@@ -51,7 +51,7 @@ def write_fabrication(
     process = title.process
     bodies = [
         NamedSolid(name="coupon", shape=coupon_part(housing).shape, colour=_COUPON_COLOUR),
-        NamedSolid(name="cover", shape=cover_part(housing).shape, colour=COVER_COLOUR),
+        NamedSolid(name="cover", shape=cover_part(housing, sensor.seats).shape, colour=COVER_COLOUR),
         NamedSolid(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR),
     ]
     solids = [sensor.housing_body(), *bodies]
@@ -59,7 +59,7 @@ def write_fabrication(
     signal = None if readout is None else signal_path(readout, springs, process, sensor.tips.springs)
     bill = bill_of_materials(sensor, process, springs, masses, signal)
 
-    drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]), readout)
+    drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]))
     paths = [*drawing.write(folder / "drawing")]
     read_back = {}
     for body in bodies:

@@ -21,9 +21,10 @@ from cad.fabrication.templates import render_template
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
-from cad.parts.hall_places import hall_places
+from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import SensorSolids
+from sensor.design.readout import PROBE
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.strain_gauge import GAUGES
 
@@ -104,7 +105,9 @@ def fabrication_sheet(
         resistor=series_resistor(process),
         signal=signal,
         fastest_s=fastest_s,
-        hall=hall_places(housing, sensor.press),
+        seats=sensor.seats,
+        probe=PROBE,
+        ledge_mm=LEDGE_MM,
         jig_presses=jig_presses,
         last_digit=last_digit,
     )

@@ -14,8 +14,9 @@ import cadquery as cq
 
 from cad.parts.cover import COVER_MM, WASHER_MM
 from cad.parts.cover_solid import cover_part, turn_cover
+from cad.parts.hall_seats import HallSeats, seats_of
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
-from cad.parts.housing_solid import cut_domes, housing_part, named_housing
+from cad.parts.housing_solid import cut_domes, cut_magnet_pockets, housing_part, named_housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import cut_pin_sockets
 from cad.parts.pose import in_place
@@ -36,10 +37,12 @@ APART = 2.5  # how many times its distance across the sensor a body moves outwar
 _REACH = 1.0  # of a tool beyond what it cuts
 
 
-def finished_part(housing: Housing) -> Part:
-    """Return a housing as it is made: with domes, pockets for pins, and in a plate of a square with pads and holes."""
+def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
+    """Return a housing as it is made: with domes, with pockets for pins and magnets, a plate with pads and holes."""
     part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
-    return named_housing(_with_pads(part.shape, housing), housing) if housing.back_to_back else part
+    if housing.back_to_back:
+        part = named_housing(_with_pads(part.shape, housing), housing)
+    return cut_magnet_pockets(part, housing, seats)
 
 
 def on_workplane(part: Part) -> cq.Workplane:
@@ -49,9 +52,15 @@ def on_workplane(part: Part) -> cq.Workplane:
 
 def sensor_of(design: Design, housing: Housing) -> SensorSolids:
     """Return the sensor of a design with this housing."""
-    part = finished_part(housing)
+    seats = seats_of(design, housing)
     return SensorSolids(
-        housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
+        housing=housing,
+        part=finished_part(housing, seats),
+        fruit=design.fruit,
+        tips=design.tips,
+        press=design.press,
+        name=design.name,
+        seats=seats,
     )
 
 
@@ -121,7 +130,7 @@ def cover_pair(sensor: SensorSolids) -> dict[str, cq.Shape]:
     housing = sensor.housing
     if housing.mount != "covers":
         return {}
-    cover = cover_part(housing).shape
+    cover = cover_part(housing, sensor.seats).shape
     front = in_place(turn_cover(cover, housing), housing)
     return {"front cover": front, "back cover": turned_twin(front) if housing.back_to_back else cover}
 
