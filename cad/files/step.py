@@ -69,7 +69,7 @@ def _product_name(names: Sequence[str]) -> str:
     if len(names) == 1:
         return names[0]
     words = [[word for word in name.split() if not word.isdecimal()] for name in names]
-    common = []
+    common: list[str] = []
     for column in zip(*(reversed(each) for each in words), strict=False):
         if len(set(column)) > 1:
             break

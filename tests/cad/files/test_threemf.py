@@ -39,6 +39,33 @@ def test_reader_finds_one_named_object_a_body_with_welded_corners(package):
     assert (mesh.body_count, mesh.is_watertight, len(mesh.vertices)) == (2, True, 16)
 
 
+def test_same_meshes_give_the_same_bytes_of_the_given_day(tmp_path, monkeypatch):
+    boxes = {"box": trimesh.creation.box((1.0, 2.0, 3.0))}
+    written = []
+    for seconds in ("0", "0", "1000000000"):
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", seconds)
+        write_3mf(boxes, tmp_path / "box.3mf")
+        written.append((tmp_path / "box.3mf").read_bytes())
+    assert written[0] == written[1] != written[2]
+    with zipfile.ZipFile(tmp_path / "box.3mf") as archive:
+        assert {entry.date_time for entry in archive.infolist()} == {(2001, 9, 9, 1, 46, 40)}
+
+
+def test_package_has_nothing_that_old_readers_do_not_know(package):
+    """No 64-bit sizes in the archive, no prefix in the model: Slic3r 1.3 takes a package with 64-bit sizes as empty."""
+    with zipfile.ZipFile(package) as archive:
+        entries = archive.infolist()
+        model = archive.read("3D/3dmodel.model").decode()
+    assert [entry.extra for entry in entries] == [b"", b"", b""]
+    assert max(entry.extract_version for entry in entries) == 20
+    assert ("xmlns:" in model, "UUID" in model) == (False, False)
+
+
+def test_folder_that_is_missing_is_an_error_of_the_system(tmp_path):
+    with pytest.raises(OSError, match=r"none"):
+        write_3mf({"box": trimesh.creation.box((1.0, 2.0, 3.0))}, tmp_path / "none" / "box.3mf")
+
+
 @pytest.mark.parametrize(
     ("unit", "millimetres"),
     [("micron", 1e-3), ("centimeter", 10.0), ("inch", 25.4), ("foot", 304.8), ("meter", 1000.0)],
