@@ -5,12 +5,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from cad.parts.assembly import finished_part
+from cad.parts.hall_seats import hall_seats
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.parts.sensor import SensorSolids
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print
-from sensor.design.processes import PROCESSES
+from sensor.design.processes import PROCESSES, Process
 from sensor.design.tips import Press, Tips
 
 BALL = Path(__file__).with_name("designs") / "ball.toml"
@@ -43,6 +44,18 @@ def square_sensor(housing: Housing | None = None, design: Design = GENTLE) -> Se
     return SensorSolids(
         housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
     )
+
+
+@functools.cache
+def hall_square(housing: Housing | None = None) -> SensorSolids:
+    """Return the gentle square with the seats of a Hall read-out."""
+    return with_seats(square_sensor(housing), RESIN)
+
+
+def with_seats(sensor: SensorSolids, process: Process) -> SensorSolids:
+    """Return a sensor with the seats of a Hall read-out, its part as it is made."""
+    seats = hall_seats(sensor.housing, sensor.press, process)
+    return replace(sensor, part=finished_part(sensor.housing, seats), seats=seats)
 
 
 def gentle(**tips: object) -> Design:

@@ -85,14 +85,14 @@ def housing(result: SensorResult) -> cq.Workplane:
     It is the solid of housing.step, of a square one of its two equal plates. x runs along the tips, whose faces lie at
     z = 0, and z points away from the fruit. Raises InputError where the springs are not made.
     """
-    from cad.parts.assembly import finished_part, on_workplane
+    from cad.parts.assembly import on_workplane, sensor_of
     from sensor.quantity import validation_error
 
     made = result.springs.housing
     if made is None:
         hint = "see the verdicts printable.low and printable.high; a line of tips has no housing"
         raise validation_error("housing", result.design.name, "", "of a design whose springs are made", hint)
-    return on_workplane(finished_part(made))
+    return on_workplane(sensor_of(result.design, made).part)
 
 
 def read_press(report: Report, file: str | Path, unit: str | Path | None = None) -> list[FruitReading]:

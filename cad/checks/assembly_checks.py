@@ -6,6 +6,7 @@ import cadquery as cq
 import numpy as np
 
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
+from cad.checks.seat_checks import window_verdicts
 from cad.checks.tip_checks import PLACE_TOLERANCE_MM
 from cad.parts.assembly import turned_twin
 from cad.parts.cover_solid import turn_cover
@@ -22,8 +23,8 @@ _TO_THE_STOP = (0.0, 0.5, 1.0)  # fractions of the way
 def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.cover_clearance, _holes and _over_fruit [mm] of a back cover, made or read, and its turned copy.
 
-    Clearance is that of shuttles, necks and leaves at rest, half way and at their stops. A plate of a square has a
-    cover on its front alone.
+    With a Hall read-out there is geometry.sensor_windows [mm] too. Clearance is that of shuttles, necks and leaves at
+    rest, half way and at their stops. A plate of a square has a cover on its front alone.
     """
     covers = {} if sensor.housing.back_to_back else {"back": cover}
     covers["front"] = turn_cover(cover, sensor.housing)
@@ -42,7 +43,7 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
     )
     both = cq.Compound.makeCompound(list(covers.values()))
     over_fruit = fruit_clearance_verdict("geometry.cover_over_fruit", sensor, both)
-    return clearance, _cover_holes(sensor, covers), over_fruit
+    return clearance, _cover_holes(sensor, covers), over_fruit, *window_verdicts(sensor, covers["front"])
 
 
 def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:

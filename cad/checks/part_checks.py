@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -16,16 +17,20 @@ from cad.checks.triangle_checks import (
     closed_verdicts,
     printability_verdicts,
     self_intersection_verdict,
+    shells_of,
     size_verdicts,
+    without_spare_triangles,
 )
 from cad.files.step import read_step
-from cad.files.stl import read_stl, triangles
+from cad.files.stl import scan_stl, triangles
 from cad.files.threemf import read_3mf
 from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import validation_error
 from sensor.verdict import Verdict, equal, failed_verdict
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
+READABLE = "geometry.readable"
+_A_FILE = "a readable file"
 KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
@@ -37,9 +42,11 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
         pieces = [*shape.Faces(), *shape.Edges(), *shape.Vertices()]
         faulty = max(1, sum(not analyser.IsValid(piece.wrapped) for piece in pieces))
     solids = len(shape.Solids())
+    in_solids = sum(len(solid.Faces()) for solid in shape.Solids())
+    counted = "number of solids" if in_solids == len(shape.Faces()) else "number of solids; some faces bound none"
     return (
         equal("geometry.valid", float(faulty), 0.0, 0.0, unit="1", reference="faulty faces, edges, vertices by OCCT"),
-        equal("geometry.one_solid", float(solids), 1.0, 0.0, unit="1", reference="number of solids"),
+        equal("geometry.one_solid", float(solids), 1.0, 0.0, unit="1", reference=counted),
     )
 
 
@@ -69,7 +76,8 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
     existing_file(path)
     try:
         if kind == ".stl":
-            return check_mesh(read_stl(path), process, [AS_IT_STANDS])
+            content = scan_stl(path)
+            return _check_triangles(content.mesh, content.passed_over, process)
         if kind == ".3mf":
             return _check_3mf(path, process)
         return _check_step(path, process)
@@ -87,18 +95,42 @@ def existing_file(path: Path) -> Path:
 
 def unreadable(error: ValueError) -> Verdict:
     """Return the failed verdict geometry.readable with the reason why a file cannot be read."""
-    return failed_verdict("geometry.readable", "a readable file", unit="1", reference=str(error))
+    return failed_verdict(READABLE, _A_FILE, unit="1", reference=str(error))
 
 
 def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:
     shape = read_step(path)
-    of_mesh = check_mesh(triangles(shape), process, POSES)
+    if not shape.Faces():
+        held = f"{len(shape.Edges())} edges and {len(shape.Vertices())} points"
+        msg = f"STEP: {path.name} holds {held} but no face; export the solid"
+        raise ValueError(msg)
+    mesh, _ = without_spare_triangles(triangles(shape))
+    of_mesh = check_mesh(mesh, process, POSES)
     return (*check_solid(shape), *(verdict for verdict in of_mesh if verdict.name != "geometry.one_solid"))
 
 
 def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
     package = read_3mf(path)
     names = ", ".join(repr(name) for name in package.names)
-    reference = "; ".join([f"warnings of lib3mf in strict mode; objects {names}", *package.warnings])
-    strict = equal("geometry.3mf_strict", float(len(package.warnings)), 0.0, 0.0, unit="1", reference=reference)
-    return (strict, *check_mesh(package.mesh, process, [AS_IT_STANDS]))
+    faults = [f"{count} x {fault}" for fault, count in Counter(package.faults).items()]
+    reference = "; ".join([f"faults by the standard, which slicers pass over; objects {names}", *faults])
+    strict = equal("geometry.3mf_strict", float(len(package.faults)), 0.0, 0.0, unit="1", reference=reference)
+    return (strict, *_check_triangles(package.mesh, (), process))
+
+
+def _check_triangles(mesh: trimesh.Trimesh, passed_over: tuple[str, ...], process: Process) -> tuple[Verdict, ...]:
+    """Return every verdict on the triangles of a file in print pose, before them what slicers see in another way."""
+    used, spare = without_spare_triangles(mesh)
+    notes = [*passed_over]
+    if spare:
+        notes.append(f"triangles of no area are left out, {spare} of {len(mesh.faces)}")
+    if cavities := shells_of(used).cavities:
+        notes.append(f"sets of triangles that are walls of cavities: {cavities}")
+    verdicts = check_mesh(used, process, [AS_IT_STANDS])
+    if not notes:
+        return verdicts
+    reference = f"read as slicers do: {'; '.join(notes)}"
+    readable = Verdict(
+        name=READABLE, value=None, unit="1", limit=_A_FILE, tolerance=0.0, passed=True, reference=reference
+    )
+    return (readable, *verdicts)

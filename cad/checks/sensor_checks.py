@@ -9,6 +9,7 @@ from cad.checks.clearance import clearance_verdicts, stop_verdicts
 from cad.checks.leaf_section import fillet_verdict, leaf_thickness_verdicts
 from cad.checks.line_probe import Lines, mesh_lines, solid_lines
 from cad.checks.part_checks import check_solid, existing_file, unreadable
+from cad.checks.seat_checks import pocket_verdicts
 from cad.checks.tip_checks import socket_verdicts, tip_verdict
 from cad.checks.triangle_checks import closed_verdicts
 from cad.files.sensor_files import solid_tolerance, step_tolerance, volume_of
@@ -46,6 +47,7 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
         fillet_verdict(sensor.housing, forms),
         tip_verdict(sensor.part, sensor.housing),
         *socket_verdicts(sensor.part, sensor.housing, sensor.tips),
+        *pocket_verdicts(sensor),
         *clearance_verdicts(sensor),
         *stop_verdicts(sensor, deflections),
         *plate_verdicts(sensor),

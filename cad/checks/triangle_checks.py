@@ -25,6 +25,8 @@ POSES = {
     "-x up": (-1.0, 0.0, 0.0), "+y up": (0.0, 1.0, 0.0), "-y up": (0.0, -1.0, 0.0),
 }  # fmt: skip
 _FACES_OF_AN_EDGE = 2
+_HALF_A_TURN = 0.5
+_SINGLE_PRECISION = 1e-6  # of a mesh file: the height of a triangle over its longest side, below which it has no area
 _SAMPLES = 2000
 _OPPOSITE = -0.75  # cosine between two faces of one wall; the faces of a 45 degree wedge are no wall
 _FARTHEST_MM = 16.0  # far more than any wall or gap that matters
@@ -70,9 +72,72 @@ def _volume(mesh: trimesh.Trimesh) -> float:
 
 
 def body_verdict(mesh: trimesh.Trimesh) -> Verdict:
-    """Return geometry.one_solid: the number of bodies, each a connected set of triangles."""
-    count = float(mesh.body_count)
-    return equal("geometry.one_solid", count, 1.0, 0.0, unit="1", reference="connected sets of triangles")
+    """Return geometry.one_solid: the number of bodies, each a connected set of triangles that encloses no other's."""
+    shells = shells_of(mesh)
+    reference = "connected sets of triangles"
+    if shells.cavities:
+        reference += f"; {shells.cavities} more are walls of cavities within them"
+    return equal("geometry.one_solid", float(shells.bodies), 1.0, 0.0, unit="1", reference=reference)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shells:
+    """How many connected sets of triangles are bodies, and how many are cavities in one."""
+
+    bodies: int
+    cavities: int
+
+
+def shells_of(mesh: trimesh.Trimesh) -> Shells:
+    """Return the numbers of bodies and cavities: a set that faces inward is a cavity where it lies in material."""
+    edges = np.asarray(mesh.edges_unique)
+    count = len(mesh.vertices)
+    of_vertex = trimesh.graph.connected_component_labels(edges, node_count=count)  # type: ignore[no-untyped-call]
+    of_face = of_vertex[mesh.faces[:, 0]]
+    corners = np.asarray(mesh.triangles)
+    volumes = np.bincount(of_face, weights=np.linalg.det(corners - corners[0, 0]) / 6.0)
+    cavities = 0
+    for shell in np.flatnonzero(volumes < 0.0):
+        is_of_shell = of_face == shell
+        point = corners[is_of_shell][0, 0]
+        cavities += int(_turns_around(point, corners[~is_of_shell]) > _HALF_A_TURN)
+    return Shells(bodies=len(np.unique(of_face)) - cavities, cavities=cavities)
+
+
+def _turns_around(point: Floats, corners: Floats) -> float:
+    """Return how many times triangles (n, 3, 3) go round a point: 1 inside of a body, 0 outside.
+
+    A. van Oosterom, J. Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 30, 1983.
+    """
+    a, b, c = (corners - point).transpose(1, 0, 2)
+    length_a, length_b, length_c = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
+    cosines = length_a * length_b * length_c
+    cosines += np.einsum("ij,ij->i", a, b) * length_c
+    cosines += np.einsum("ij,ij->i", b, c) * length_a
+    cosines += np.einsum("ij,ij->i", c, a) * length_b
+    return float(np.arctan2(triple, cosines).sum() / (2.0 * np.pi))
+
+
+def without_spare_triangles(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, int]:
+    """Return a mesh without its triangles of no area, and their number.
+
+    A triangle with two equal corners always goes. One whose corners lie on a line stays where the mesh would be open
+    without it: it joins one long edge to two short ones.
+    """
+    faces = np.asarray(mesh.faces)
+    is_collapsed = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
+    longest = np.linalg.norm(mesh.triangles - np.roll(mesh.triangles, 1, axis=1), axis=2).max(axis=1)
+    is_line = is_collapsed | (2.0 * mesh.area_faces <= _SINGLE_PRECISION * longest**2)
+    for is_spare in (is_line, is_collapsed):
+        if not is_spare.any():
+            return mesh, 0
+        left = mesh.copy()
+        left.update_faces(~is_spare)
+        left.remove_unreferenced_vertices()
+        if len(left.faces) and all(verdict.passed for verdict in closed_verdicts(left)):
+            break
+    return left, int(is_spare.sum())
 
 
 def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...]:

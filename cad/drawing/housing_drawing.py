@@ -16,12 +16,12 @@ from cad.drawing.measuring_table import HEADS, STEP_MM, MeasuredDimension, measu
 from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, on_sheet
 from cad.drawing.view import draw_view, view_of
-from cad.parts.hall_places import DISC_HEIGHT_MM, DISC_MM, SENSOR_OUT_MM, HallPlaces, hall_places
+from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, Housing, fillet_corners
 from cad.parts.part import NEAR_MM
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
-from sensor.design.readout import Readout
+from sensor.design.readout import PROBE
 from sensor.theory.strain_gauge import GAUGES, FoilGauge, LeafInterval, gauge_spans
 
 _GAUGE_THICK = 0.25  # [mm] of a gauge seen from its edge, many times its thickness
@@ -39,7 +39,7 @@ Measured = Mapping[str, MeasuredDimension]
 
 @dataclass(frozen=True, kw_only=True)
 class _Shown:
-    """What is drawn: the sensor, its section, what is seen of it, its table, and places of magnets if there are any."""
+    """What is drawn: the sensor, its section, what is seen of it, and its table."""
 
     sensor: SensorSolids
     cut: cq.Shape
@@ -47,21 +47,19 @@ class _Shown:
     from_left: Sequence[cq.Edge]
     from_behind: Sequence[cq.Edge]
     measured: Measured
-    hall: HallPlaces | None
 
     @property
     def housing(self) -> Housing:
         return self.sensor.housing
 
 
-def housing_drawing(sensor: SensorSolids, title: Title, readout: Readout | None = None) -> Sheet:
+def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
     """Return the sheet of a housing: its section y = 0 seen along +y, to the right the view from its left.
 
     A plate with pads is shown from behind below them. Raises InputError for a leaf without room for its gauges.
     """
     housing = sensor.housing
     pins = [body.shape for body in sensor.pin_bodies()]
-    is_hall = readout is not None and readout.transducer == "displacement"
     shown = _Shown(
         sensor=sensor,
         cut=section(sensor.part.shape),
@@ -69,7 +67,6 @@ def housing_drawing(sensor: SensorSolids, title: Title, readout: Readout | None 
         from_left=view_of(cq.Compound.makeCompound([sensor.part.shape, *pins]), "left"),
         from_behind=view_of(sensor.part.shape, "behind") if housing.back_to_back else (),
         measured=measuring_table(sensor, title.process),
-        hall=hall_places(housing, sensor.press) if is_hall else None,
     )
     return on_sheet(lambda canvas: _draw_views(canvas, shown), _notes(shown, title.process), title)
 
@@ -113,8 +110,8 @@ def _draw_section(canvas: Canvas, shown: _Shown) -> None:
         _draw_thickness_and_name(canvas, arm, measured[f"{arm.name} thickness"])
         _draw_stop(canvas, housing, arm, measured[f"{arm.name} stop"])
     _draw_callouts(canvas, housing, measured["fillet"])
-    if shown.hall is not None:
-        _draw_magnets(canvas, housing, shown.hall)
+    if shown.sensor.seats is not None:
+        _draw_magnet_pockets(canvas, housing, shown.sensor.seats)
     level = canvas.extents().top + 1.6 * canvas.text_height
     canvas.words("A-A", (0.5 * (housing.left + housing.right), level), _TITLE * canvas.text_height)
     _mark_holes(canvas, housing, lambda x, z: (x, z))
@@ -251,11 +248,11 @@ def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension
     canvas.callout("diameter", housing.holes[1], housing.hole_diameter, text)
 
 
-def _draw_magnets(canvas: Canvas, housing: Housing, hall: HallPlaces) -> None:
-    """Draw the magnets in the front of the shuttles, before the plane of the section."""
+def _draw_magnet_pockets(canvas: Canvas, housing: Housing, seats: HallSeats) -> None:
+    """Draw the pockets in the front of the shuttles, before the plane of the section."""
     for arm in housing.arms:
-        for below in (hall.upper_disc, hall.lower_disc):
-            canvas.circle((arm.centre, housing.top_level - below), 0.5 * DISC_MM, "NOTES")
+        for below in seats.discs:
+            canvas.circle((arm.centre, housing.top_level - below), 0.5 * seats.pocket_diameter, "NOTES")
 
 
 def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
@@ -296,8 +293,8 @@ def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None
     ]
     if housing.pad_height:
         lengths.append(Length("top", (pad_left, top), (back, top), measured["pad"].label()))
-    if shown.hall is not None:
-        lengths += _hall_lengths(canvas, housing, shown.hall, front)
+    if shown.sensor.seats is not None:
+        lengths += _hall_lengths(canvas, housing, shown.sensor.seats, front)
     draw_lengths(canvas, lengths, Box(pad_left, -housing.pin_out, front, top))
     if housing.dome_radius:
         half_tip = 0.5 * housing.tip_side
@@ -327,16 +324,16 @@ def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle:
     return lengths
 
 
-def _hall_lengths(canvas: Canvas, housing: Housing, hall: HallPlaces, front: float) -> list[Length]:
-    """Draw the magnets from their side, flush with the front, and the sensor before them; return their places."""
+def _hall_lengths(canvas: Canvas, housing: Housing, seats: HallSeats, front: float) -> list[Length]:
+    """Draw the pockets from their side, open to the front, and the sensor before them; return their places."""
     corner = (front, housing.top_level)
     lengths = []
-    for below in (hall.upper_disc, hall.lower_disc):
+    for below in seats.discs:
         level = housing.top_level - below
-        half = 0.5 * DISC_MM
-        canvas.rectangle(Box(front - DISC_HEIGHT_MM, level - half, front, level + half), "NOTES")
+        half = 0.5 * seats.pocket_diameter
+        canvas.rectangle(Box(front - seats.pocket_depth, level - half, front, level + half), "NOTES")
         lengths.append(Length("right", (front, level), corner))
-    sensor = (front + SENSOR_OUT_MM, housing.top_level - hall.sensor)
+    sensor = (front + seats.face_out, housing.top_level - seats.sensor)
     canvas.circle(sensor, _SPOT_MM / canvas.scale, "NOTES")
     return [*lengths, Length("right", sensor, corner), Length("bottom", (front, housing.protrusion), sensor)]
 
@@ -454,9 +451,13 @@ def _notes(shown: _Shown, process: Process) -> list[str]:
     if housing.dowels:
         notes.append("MAKE TWO: one is turned half round the press axis, pads on pads.")
         notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6: ream their holes {DOWEL_MM:g} H7.")
-    if shown.hall is not None:
-        notes.append(f"Magnets {DISC_MM:g} x {DISC_HEIGHT_MM:g}, flush in the FRONT of each shuttle, over its tip.")
-        notes.append("The small circle before them is the middle of their Hall sensor.")
+    if seats := shown.sensor.seats:
+        magnets = f"Magnets {PROBE.magnet_mm:g} x {PROBE.magnet_height_mm:g}"
+        notes.append(f"{magnets}, flush in the FRONT of each shuttle, over its tip.")
+        end = ", closed by a cone of 90 degrees" if seats.is_pointed else ""
+        size = f"Ø{seats.pocket_diameter:g}, {seats.pocket_depth:g} deep"
+        notes.append(f"Their pockets, {measured['pocket'].letter}): {size}{end}.")
+        notes.append("The small circle before them is the marked face of their Hall sensor.")
     if housing.pin_side:
         ends = "edges of their ends sharp" if shown.sensor.tips.tip_shape.is_flat else "ends as in pin.step, polished"
         notes.append(

@@ -75,6 +75,8 @@ def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, Meas
         **_stops(housing, process),
         **_tips(sensor, process),
     }
+    if sensor.seats is not None:
+        found["pocket"] = _plain("diameter, magnet pockets", sensor.seats.pocket_diameter, process)
     if housing.pad_height:
         found["pad"] = _plain("height, pad", housing.pad_height, process)
     return {name: replace(one, letter=letter) for (name, one), letter in zip(found.items(), _LETTERS, strict=False)}

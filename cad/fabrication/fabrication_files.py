@@ -45,14 +45,14 @@ def write_fabrication(
     process = title.process
     bodies = [
         NamedSolid(name="coupon", shape=coupon_part(housing).shape, colour=_COUPON_COLOUR),
-        NamedSolid(name="cover", shape=cover_part(housing).shape, colour=COVER_COLOUR),
+        NamedSolid(name="cover", shape=cover_part(housing, sensor.seats).shape, colour=COVER_COLOUR),
         NamedSolid(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR),
     ]
     solids = [sensor.housing_body(), *bodies]
     masses = {body.name: 1e-3 * body.shape.Volume() * process.density_g_per_cm3 for body in solids}
     bill = bill_of_materials(sensor, process, read_out.springs, masses, read_out.signal)
 
-    drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]), readout)
+    drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]))
     paths = [*drawing.write(folder / "drawing")]
     read_back = {}
     for body in bodies:

@@ -21,10 +21,11 @@ from cad.fabrication.templates import render_template
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
-from cad.parts.hall_places import hall_places
+from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.housing import DOWEL_MM, Arm
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
+from sensor.design.readout import PROBE
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.strain_gauge import GAUGES
 
@@ -104,7 +105,9 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         resistor=series_resistor(process),
         signal=read_out.signal,
         fastest_s=read_out.fastest_s,
-        hall=hall_places(housing, sensor.press),
+        seats=sensor.seats,
+        probe=PROBE,
+        ledge_mm=LEDGE_MM,
         jig_presses=[_jig_press(spring) for spring in read_out.springs],
         last_digit=last_digit,
     )

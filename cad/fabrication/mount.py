@@ -18,6 +18,8 @@ FLANGE_SCREW_MM = 12.0  # through the bracket, and 7 mm into the flange
 PLATE_MM = 5.0
 HEAD_ROOM_MM = 8.0  # under the flange's screws, whose heads are 6 mm high: ISO 4762
 HEAD_MM = 10.0  # diameter of those heads
+_BESIDE_SENSOR = 1.0
+_ROOM_FOR_WIRES = 6.0  # of a window beyond the height of its sensors
 _BEHIND = 6.0  # of the plate behind the outermost hole of the flange
 _REACH = 1.0  # of a cut beyond what it opens, and between heads and what is near them
 
@@ -62,7 +64,20 @@ def mount_solid(sensor: SensorSolids) -> cq.Solid:
     under_shelf = cq.Workplane("XY", origin=(0.0, 0.0, shelf_level - _REACH))
     flange_screws = under_shelf.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
     body = body.cut(flange_screws.extrude(through))
+    if (window := _window(sensor)) is not None:
+        body = body.cut(cq.Workplane(obj=window))
     return body.findSolid().Solids()[0]
+
+
+def _window(sensor: SensorSolids) -> cq.Solid | None:
+    """Return the window of the upright plate for Hall sensors and their wires [mm]; None where none stand behind it."""
+    housing, seats = sensor.housing, sensor.seats
+    if seats is None or housing.mount != "covers" or not housing.back_to_back:
+        return None
+    half = max(seats.windows) + 0.5 * seats.window_width + _BESIDE_SENSOR
+    foot = housing.top_level - seats.sensor - 0.5 * seats.window_height - _BESIDE_SENSOR
+    corner = cq.Vector(-half, back_of(sensor) - _REACH, foot)
+    return cq.Solid.makeBox(2.0 * half, PLATE_MM + 2.0 * _REACH, seats.window_height + _ROOM_FOR_WIRES, corner)
 
 
 def _upright(sensor: SensorSolids, top: float) -> cq.Solid:

@@ -31,23 +31,50 @@ def write_step(bodies: Sequence[NamedSolid], path: Path, name: str) -> None:
 
 
 def _document(bodies: Sequence[NamedSolid], name: str) -> OCP.TDocStd.TDocStd_Document:
-    """Return OCCT's document of the bodies: one shape, or an assembly of several."""
+    """Return OCCT's document of the bodies: one shape, or an assembly in which equal bodies are instances of one."""
     document = OCP.TDocStd.TDocStd_Document(_unicode("XmlOcaf"))
     shapes = OCP.XCAFDoc.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colours = OCP.XCAFDoc.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     assembly = shapes.NewShape() if len(bodies) > 1 else None
-    for body in bodies:
-        label = shapes.AddShape(body.shape.wrapped, makeAssembly=False)
-        OCP.TDataStd.TDataStd_Name.Set_s(label, _unicode(body.name))
-        colour = OCP.Quantity.Quantity_Color(*body.colour, OCP.Quantity.Quantity_TOC_sRGB)
+    for instances in _by_shape(bodies):
+        location = OCP.TopLoc.TopLoc_Location()
+        shape = instances[0].shape.wrapped
+        label = shapes.AddShape(shape.Located(location) if assembly else shape, makeAssembly=False)
+        OCP.TDataStd.TDataStd_Name.Set_s(label, _unicode(_product_name([body.name for body in instances])))
+        colour = OCP.Quantity.Quantity_Color(*instances[0].colour, OCP.Quantity.Quantity_TOC_sRGB)
         colours.SetColor(label, colour, OCP.XCAFDoc.XCAFDoc_ColorSurf)
-        if assembly:
-            component = shapes.AddComponent(assembly, label, OCP.TopLoc.TopLoc_Location())
+        for body in instances if assembly else ():
+            component = shapes.AddComponent(assembly, label, body.shape.wrapped.Location())
             OCP.TDataStd.TDataStd_Name.Set_s(component, _unicode(body.name))
     if assembly:
         OCP.TDataStd.TDataStd_Name.Set_s(assembly, _unicode(name))
         shapes.UpdateAssemblies()
     return document
+
+
+def _by_shape(bodies: Sequence[NamedSolid]) -> list[list[NamedSolid]]:
+    """Return bodies in groups that have one shape, each in its place."""
+    groups: list[list[NamedSolid]] = []
+    for body in bodies:
+        group = next((each for each in groups if each[0].shape.wrapped.IsPartner(body.shape.wrapped)), None)
+        if group is None:
+            groups.append([body])
+        else:
+            group.append(body)
+    return groups
+
+
+def _product_name(names: Sequence[str]) -> str:
+    """Return the name of what several bodies are instances of: the words that end all their names, without numbers."""
+    if len(names) == 1:
+        return names[0]
+    words = [[word for word in name.split() if not word.isdecimal()] for name in names]
+    common: list[str] = []
+    for column in zip(*(reversed(each) for each in words), strict=False):
+        if len(set(column)) > 1:
+            break
+        common.insert(0, column[0])
+    return " ".join(common) or names[0]
 
 
 def _unicode(text: str) -> OCP.TCollection.TCollection_ExtendedString:

@@ -14,8 +14,9 @@ import cadquery as cq
 
 from cad.parts.cover import COVER_MM, WASHER_MM
 from cad.parts.cover_solid import cover_part, turn_cover
+from cad.parts.hall_seats import HallSeats, seats_of
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
-from cad.parts.housing_solid import cut_domes, housing_part, named_housing
+from cad.parts.housing_solid import cut_domes, cut_magnet_pockets, housing_part, named_housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import cut_pin_sockets
 from cad.parts.pose import in_place
@@ -34,12 +35,15 @@ SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # of M3, ISO 4762
 DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # of 3 mm, ISO 8734
 APART = 2.5  # how many times its distance across the sensor a body moves outwards
 _REACH = 1.0  # of a tool beyond what it cuts
+_HALF_TURN = cq.Location(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)  # keeps one shape for both
 
 
-def finished_part(housing: Housing) -> Part:
-    """Return a housing as it is made: with domes, pockets for pins, and in a plate of a square with pads and holes."""
+def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
+    """Return a housing as it is made: with domes, with pockets for pins and magnets, a plate with pads and holes."""
     part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
-    return named_housing(_with_pads(part.shape, housing), housing) if housing.back_to_back else part
+    if housing.back_to_back:
+        part = named_housing(_with_pads(part.shape, housing), housing)
+    return cut_magnet_pockets(part, housing, seats)
 
 
 def on_workplane(part: Part) -> cq.Workplane:
@@ -49,9 +53,15 @@ def on_workplane(part: Part) -> cq.Workplane:
 
 def sensor_of(design: Design, housing: Housing) -> SensorSolids:
     """Return the sensor of a design with this housing."""
-    part = finished_part(housing)
+    seats = seats_of(design, housing)
     return SensorSolids(
-        housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
+        housing=housing,
+        part=finished_part(housing, seats),
+        fruit=design.fruit,
+        tips=design.tips,
+        press=design.press,
+        name=design.name,
+        seats=seats,
     )
 
 
@@ -117,7 +127,7 @@ def _in_both_plates(bodies: list[NamedSolid], housing: Housing) -> list[NamedSol
     for body in bodies:
         shape = in_place(body.shape, housing)
         twins.append(replace(body, name=f"{body.name} 1", shape=shape))
-        twins.append(replace(body, name=f"{body.name} 2", shape=turned_twin(shape)))
+        twins.append(replace(body, name=f"{body.name} 2", shape=shape.moved(_HALF_TURN)))
     return twins
 
 
@@ -126,9 +136,12 @@ def cover_pair(sensor: SensorSolids) -> dict[str, cq.Shape]:
     housing = sensor.housing
     if housing.mount != "covers":
         return {}
-    cover = cover_part(housing).shape
-    front = in_place(turn_cover(cover, housing), housing)
-    return {"front cover": front, "back cover": turned_twin(front) if housing.back_to_back else cover}
+    cover = cover_part(housing, sensor.seats).shape
+    if housing.back_to_back:
+        front = in_place(turn_cover(cover, housing), housing)
+        return {"front cover": front, "back cover": front.moved(_HALF_TURN)}
+    about_middle = cq.Location(cq.Vector(housing.left + housing.right, 0.0, 0.0))
+    return {"front cover": cover.moved(about_middle * _HALF_TURN), "back cover": cover}
 
 
 def grip(sensor: SensorSolids) -> float:
@@ -155,10 +168,11 @@ def fasteners(sensor: SensorSolids) -> dict[str, cq.Shape]:
     screw_set = _screw_set(grip(sensor))
     for number, (x, z) in enumerate(housing.holes, start=1):
         for name, shape in screw_set.items():
-            shapes[f"{name} {number}"] = shape.translate(cq.Vector(x, 0.0, z))
+            shapes[f"{name} {number}"] = shape.moved(cq.Location(cq.Vector(x, 0.0, z)))
     length = float(dowel_length(housing) or housing.stack)
+    dowel = _along_y(DOWEL_MM, -0.5 * length, length)
     for number, (x, z) in enumerate(housing.dowels, start=1):
-        shapes[f"dowel {number}"] = _along_y(DOWEL_MM, -0.5 * length, length).translate(cq.Vector(x, 0.0, z))
+        shapes[f"dowel {number}"] = dowel.moved(cq.Location(cq.Vector(x, 0.0, z)))
     return shapes
 
 
@@ -182,8 +196,8 @@ def _screw_set(grip_mm: float) -> dict[str, cq.Shape]:
     return {
         "screw": shank.fuse(head).Solids()[0],
         "nut": nut.findSolid(),
-        "front washer": washer.translate(cq.Vector(0.0, under_head, 0.0)),
-        "back washer": washer.translate(cq.Vector(0.0, back, 0.0)),
+        "front washer": washer.moved(cq.Location(cq.Vector(0.0, under_head, 0.0))),
+        "back washer": washer.moved(cq.Location(cq.Vector(0.0, back, 0.0))),
     }
 
 

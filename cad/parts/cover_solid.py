@@ -7,12 +7,16 @@ middle line it is the front one. The rim lies on the frame alone, so nothing tha
 import cadquery as cq
 
 from cad.parts.cover import COVER_MM, RECESS_MM
+from cad.parts.hall_seats import LEDGE_MM, HallSeats
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
 
 
-def cover_part(housing: Housing) -> Part:
-    """Return the back cover of a housing as one solid with the faces `rim` and `mounting_holes`."""
+def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
+    """Return the back cover of a housing as one solid with the faces `rim` and `mounting_holes`.
+
+    With a Hall read-out it has windows for the sensors, at their places where it is turned to the front.
+    """
     frame_face = 0.5 * housing.depth
     width = housing.right - housing.left
     height = housing.top_level - housing.cover_level
@@ -31,11 +35,30 @@ def cover_part(housing: Housing) -> Part:
     outside = cq.Workplane("XZ", origin=(0.0, frame_face + COVER_MM, 0.0))
     screw_holes = outside.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     plate = plate.cut(screw_holes.extrude(COVER_MM))
+    for box in _windows(housing, seats):
+        plate = plate.cut(cq.Workplane(obj=box))
     faces: dict[str, FaceTest] = {
         "rim": on_plane(1, frame_face),
         "mounting_holes": lambda face: is_hole(face, housing.hole_diameter),
     }
     return named_part("cover", plate.findSolid(), faces)
+
+
+def _windows(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
+    """Return what the windows for Hall sensors take from a back cover: a pocket outside, a slot between its ledges."""
+    if seats is None:
+        return []
+    face = 0.5 * housing.depth
+    foot = housing.top_level - seats.sensor - 0.5 * seats.window_height
+    middle = 0.5 * (housing.left + housing.right)
+    boxes = []
+    for centre in seats.windows:
+        left = 2.0 * middle - centre - 0.5 * seats.window_width
+        for start, ledge in ((seats.face_out, 0.0), (0.0, LEDGE_MM)):
+            corner = cq.Vector(left, face + start, foot + ledge)
+            height = seats.window_height - 2.0 * ledge
+            boxes.append(cq.Solid.makeBox(seats.window_width, COVER_MM + 1.0 - start, height, corner))
+    return boxes
 
 
 def turn_cover(shape: cq.Shape, housing: Housing) -> cq.Shape:

@@ -6,14 +6,17 @@ A dome on a tip is left out of what is solved, whose tips are flat: as a bar it 
 
 from __future__ import annotations
 
+import itertools
+
 import cadquery as cq
 
+from cad.parts.hall_seats import POINT_MM, HallSeats
 from cad.parts.housing import Housing, fillet_corners, profile
 from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, round_upright_edges
 
 BALL_SHARE = 0.98  # of the radius, to which the cap of a whole half ball reaches: its poles lie beyond
 _REACH = 1.0  # [mm] that a cut reaches beyond the plate
-_BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip
+_BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip or a face
 
 
 def housing_part(housing: Housing) -> Part:
@@ -68,6 +71,27 @@ def cut_domes(part: Part, housing: Housing) -> Part:
         centre = cq.Vector(arm.centre, 0.0, housing.dome_radius)
         ball = cq.Solid.makeSphere(housing.dome_radius, centre, poles_along_x, -90.0, 90.0, 360.0)
         shape = shape.cut(around.cut(ball))
+    return named_housing(shape, housing)
+
+
+def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) -> Part:
+    """Return the housing with the pockets for magnets in the fronts of its shuttles; as it is without a Hall read-out.
+
+    They lie where the moment of a shuttle changes its sign: what is solved leaves them out.
+    """
+    if seats is None:
+        return part
+    radius = 0.5 * seats.pocket_diameter
+    inwards = cq.Vector(0.0, 1.0, 0.0)
+    front = -0.5 * housing.depth
+    shape = part.shape
+    for arm, below in itertools.product(housing.arms, seats.discs):
+        level = housing.top_level - below
+        outside = cq.Vector(arm.centre, front - _BESIDE_TIP, level)
+        shape = shape.cut(cq.Solid.makeCylinder(radius, _BESIDE_TIP + seats.pocket_depth, outside, inwards))
+        if seats.is_pointed:
+            floor = cq.Vector(arm.centre, front + seats.pocket_depth, level)
+            shape = shape.cut(cq.Solid.makeCone(radius, POINT_MM, radius - POINT_MM, floor, inwards))
     return named_housing(shape, housing)
 
 

@@ -12,6 +12,7 @@ import cadquery as cq
 
 from cad.parts.engraving import engrave_name
 from cad.parts.fruit import outer_box, whole_fruit
+from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import Housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import pins
@@ -35,7 +36,7 @@ class NamedSolid:
 
 @dataclass(frozen=True, kw_only=True)
 class SensorSolids:
-    """A housing with its solid, and the fruit that it is pressed on."""
+    """A housing with its solid, the fruit that it is pressed on, and the seats of a Hall read-out where it has one."""
 
     housing: Housing
     part: Part
@@ -43,6 +44,7 @@ class SensorSolids:
     tips: Tips
     press: Press
     name: str = ""
+    seats: HallSeats | None = None
 
     def printed_part(self) -> Part:
         """Return the part as the print files hold it: with L, H and the name engraved in the frame, if there is one.

@@ -4,6 +4,7 @@ from concurrent.futures import Executor, Future
 from functools import partial
 from pathlib import Path
 
+from cad.parts.hall_seats import seats_of
 from pipeline.making.cad_tasks import write_solids
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.storage.kept_files import Verdicts, kept_files, written_once
@@ -26,6 +27,7 @@ def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor:
     inputs = {
         "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
         "housing": housing,
+        "seats": seats_of(design, housing),
         "deflections": springs.deflections,
     }
     kept = kept_files("solids", inputs, folder)

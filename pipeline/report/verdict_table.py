@@ -12,6 +12,7 @@ from pipeline.report.verdict_rule import UNREAD, fails_unread, limit_text, numbe
 from sensor.verdict import Verdict
 
 WIDTH = 132
+_TOLD = ("geometry.readable",)  # verdicts whose reason is told where they pass too
 OUTCOME = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
 
 
@@ -24,9 +25,9 @@ def print_parts(parts: Iterable[RenderableType]) -> None:
 
 
 def print_verdicts(title: str, verdicts: Sequence[Verdict]) -> None:
-    """Print the verdicts on a file or folder as a table, and why each that did not pass did not."""
-    wrong = [verdict for verdict in verdicts if verdict.passed is not True]
-    print_parts([verdict_table(escape(title), verdicts), *reasons(wrong)])
+    """Print the verdicts on a file or folder as a table, why each that did not pass did not, and how it was read."""
+    told = [verdict for verdict in verdicts if verdict.passed is not True or verdict.name in _TOLD]
+    print_parts([verdict_table(escape(title), verdicts), *reasons(told)])
 
 
 def reasons(verdicts: Iterable[Verdict]) -> tuple[str, ...]:

@@ -51,9 +51,11 @@ class Amplifier(Sourced):
 
 @dataclass(frozen=True, kw_only=True)
 class Probe(Sourced):
-    """A sensor of displacement at a shuttle: its slope at the supply, its noise, one sigma, and its drifts.
+    """A sensor of displacement at a shuttle: its slope at the supply, its noise, one sigma, its drifts and its size.
 
-    `zero_um` is by how much its zero may be off without any change of temperature.
+    `zero_um` is by how much its zero may be off without any change of temperature. `magnet_mm` is a disc's diameter,
+    `face_out_mm` the distance of the sensor's marked face from the faces of both discs. The package is
+    `package_height_mm` long along the press.
     """
 
     LABEL: ClassVar[str] = "probe"
@@ -64,6 +66,13 @@ class Probe(Sourced):
     zero_um: float = quantity("um", _SIZE)
     gain_percent_per_K: float = quantity("%/K", _SIZE)
     linearity_percent: float = quantity("%", _SIZE)
+    magnet_mm: float = quantity("mm", _POSITIVE)
+    magnet_height_mm: float = quantity("mm", _POSITIVE)
+    magnets_apart_mm: float = quantity("mm", _POSITIVE)
+    face_out_mm: float = quantity("mm", _POSITIVE)
+    package_width_mm: float = quantity("mm", _POSITIVE)
+    package_height_mm: float = quantity("mm", _POSITIVE)
+    package_thickness_mm: float = quantity("mm", _POSITIVE)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -35,7 +35,7 @@ def numbers_of(report):
     kept = {key: value for key, value in report.items() if key not in ("seconds", "cpu_seconds", "digest")}
     for part in (kept["contact"], *kept["flexures"].values()):
         part.pop("seconds")
-    kept["files"] = [file for file in kept["files"] if not file["path"].endswith((".html", ".step", ".3mf"))]
+    kept["files"] = [file for file in kept["files"] if not file["path"].endswith((".html", ".step"))]
     return kept
 
 

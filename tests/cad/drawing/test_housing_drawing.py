@@ -14,19 +14,17 @@ import ezdxf
 import pytest
 import shapely
 from ezdxf.disassemble import make_primitive, recursive_decompose
-from squares import square_housing, square_sensor
+from squares import hall_square, square_housing, square_sensor
 
 from cad.drawing.canvas import Canvas, text_width
 from cad.drawing.housing_drawing import draw_gauges, housing_drawing
 from cad.drawing.section import draw_section, section
 from cad.drawing.sheet import SIZES, Title
 from cad.parts.assembly import finished_part, sensor_of
-from cad.parts.hall_places import hall_places
 from cad.parts.housing import fillet_corners
 from cad.parts.layout import housing_for
 from sensor.design.design_file import design_from_mapping
 from sensor.design.processes import PROCESSES
-from sensor.design.readout import Readout
 from sensor.quantity import InputError
 from sensor.theory.strain_gauge import FOIL
 
@@ -35,7 +33,6 @@ ROOT = Path(__file__).parents[3]
 POINTS = 72.0 / 25.4  # of a millimetre, PDF Reference 1.7, 4.2.1
 LENGTHS = {"paper": (28.926, 14.731), "mango": (60.405, 39.939)}  # [mm] of the leaves as they are fitted
 STEEL = PROCESSES["dmls-17-4ph"]
-HALL = Readout(transducer="displacement")
 
 
 def sensor_of_preset(name):
@@ -69,12 +66,12 @@ def sheets(sensor, pinned):
     mango, of_mango = sensor_of_preset("mango")
     draw = {
         "pair": lambda: housing_drawing(sensor, TITLE),
-        "square": lambda: housing_drawing(square_sensor(), TITLE, HALL),
-        "long": lambda: housing_drawing(square_sensor(square_housing(lengths=(50.0, 36.0))), TITLE, HALL),
+        "square": lambda: housing_drawing(hall_square(), TITLE),
+        "long": lambda: housing_drawing(hall_square(square_housing(lengths=(50.0, 36.0))), TITLE),
         "gauges": lambda: housing_drawing(gauged(sensor), TITLE),
         "pins": lambda: housing_drawing(pinned, TITLE),
         "steel": lambda: housing_drawing(paper, replace(of_paper, process=STEEL)),
-        "mango": lambda: housing_drawing(mango, of_mango, HALL),
+        "mango": lambda: housing_drawing(mango, of_mango),
     }
     return Sheets({f"draw {kind}": drawing for kind, drawing in draw.items()})
 
@@ -399,15 +396,15 @@ def test_dowels_are_dimensioned_from_the_edges_of_the_plate(sheets):
 
 
 def test_magnets_and_their_sensor_are_drawn_where_the_sheet_says(sheets):
-    """Two discs of 2 mm on the axis of each tip; the sensor half the travel above their middle, 2.5 mm before them."""
-    sensor = square_sensor()
+    """Two pockets on the axis of each tip; the sensor half the travel above their middle, 2.5 mm before them."""
+    sensor = hall_square()
     canvas = sheets["square"].canvas
-    places = hall_places(sensor.housing, sensor.press)
+    seats = sensor.seats
     discs = [circle.dxf for circle in canvas.space.query('CIRCLE[layer=="NOTES"]')]
-    in_section = sorted((disc.center.x, disc.center.y) for disc in discs if disc.radius == pytest.approx(1.0))
+    in_section = sorted((disc.center.x, disc.center.y) for disc in discs if disc.radius == pytest.approx(1.05))
     assert [x for x, _ in in_section] == pytest.approx([-3.0, -3.0, 3.0, 3.0])
     below = sorted({round(sensor.housing.top_level - z, 6) for _, z in in_section})
-    assert below == pytest.approx([places.upper_disc, places.lower_disc])
+    assert below == pytest.approx([seats.upper_disc, seats.lower_disc])
     lengths = measured(canvas)
     for length in (*below, sum(below) / 2.0 - 0.5 * sensor.press.travel_mm, 2.5):
         assert lengths[round(length, 6)] == 1

@@ -1,4 +1,5 @@
 import math
+import re
 
 import cadquery as cq
 import pytest
@@ -37,3 +38,25 @@ def test_missing_folder_and_text_that_is_no_step_are_refused(tmp_path):
     (tmp_path / "a.step").write_text("hello")
     with pytest.raises(ValueError, match=r"a\.step"):
         read_step(tmp_path / "a.step")
+
+
+def test_equal_bodies_are_instances_of_one_product(tmp_path):
+    """One product for each shape, one use of it for each body: AP242, product and next_assembly_usage_occurrence."""
+    washers = [
+        NamedSolid(
+            name=f"{side} washer {i}", shape=BOX.shape.moved(cq.Location(cq.Vector(x, 5.0 * i, 0))), colour=(1, 0, 0)
+        )
+        for i in (1, 2)
+        for side, x in (("front", 0.0), ("back", 10.0))
+    ]
+    write_step([DOME, *washers], tmp_path / "many.step", "many")
+    text = re.sub(r"\s+", "", (tmp_path / "many.step").read_text())
+    assert sorted(re.findall(r"=PRODUCT\('([^']*)'", text)) == ["dome", "many", "washer"]
+    uses = re.findall(r"=NEXT_ASSEMBLY_USAGE_OCCURRENCE\('[^']*','([^']*)'", text)
+    assert sorted(uses) == sorted(["dome", *(washer.name.replace(" ", "") for washer in washers)])
+    shape = read_step(tmp_path / "many.step")
+    assert shape.Volume() == pytest.approx(4.0 * 6.0 + 2.0 / 3.0 * math.pi, rel=1e-9)
+    boxes = sorted((round(solid.BoundingBox().xmin), round(solid.BoundingBox().ymin)) for solid in shape.Solids())
+    assert boxes == sorted([(-1, -1), (0, 5), (0, 10), (10, 5), (10, 10)])
+    children = cq.Assembly.importStep(str(tmp_path / "many.step")).children
+    assert {child.name for child in children} == {"dome", *(washer.name for washer in washers)}

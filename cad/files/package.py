@@ -1,0 +1,200 @@
+"""The triangles of a 3MF package [mm] as slicers read them.
+
+Only build items, components, meshes, transforms and units are read. Every other element and attribute is passed over.
+3MF Core Specification 1.3 and 3MF Production Extension 1.1, whose `path` names another model of the package.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.parsers.expat import ExpatError, ParserCreate
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sensor.arrays import Floats
+
+Indices = NDArray[np.int64]
+
+_MILLIMETRES = {
+    "micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8, "meter": 1e3,
+}  # fmt: skip
+_MODEL_TYPE = "/3dmodel"  # end of the type of the relationship that names the root model
+_NOT_PRINTED = ("support", "solidsupport", "other")  # types of objects that are no part
+_DEEPEST = 32  # components within components; more are a circle
+_IN_PLACE = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """A mesh in its place on the bed [mm]: the name of its object, vertices (n, 3) and triangles (m, 3)."""
+
+    name: str
+    vertices: Floats
+    triangles: Indices
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Use:
+    """An object that a build item or a component puts in place: row vectors times (4, 3) [mm]."""
+
+    model: str
+    object_id: str
+    placement: Floats
+
+
+@dataclass(kw_only=True)
+class _Object:
+    """An object of a model, whose numbers are still those of the file."""
+
+    name: str = ""
+    kind: str = "model"
+    vertices: list[tuple[str, str, str]] = field(default_factory=list)
+    triangles: list[tuple[str, str, str]] = field(default_factory=list)
+    components: list[_Use] = field(default_factory=list)
+
+
+@dataclass(kw_only=True)
+class _Model:
+    """One model of a package, filled by the events of its XML."""
+
+    path: str
+    millimetres: float = 1.0
+    objects: dict[str, _Object] = field(default_factory=dict)
+    items: list[_Use] = field(default_factory=list)
+    open_object: _Object = field(default_factory=_Object)
+    in_mesh: bool = False
+
+    def start(self, element: str, prefixed: dict[str, str]) -> None:
+        """Take the start of an element; raises KeyError or ValueError for one without what it must have."""
+        attributes = {_local(name): value for name, value in prefixed.items()}
+        tag = _local(element)
+        if tag == "model":
+            self.millimetres = _MILLIMETRES[attributes.get("unit", "millimeter")]
+        elif tag == "object":
+            self.open_object = _Object(name=attributes.get("name", ""), kind=attributes.get("type", "model"))
+            self.objects[attributes["id"]] = self.open_object
+        elif tag == "mesh":
+            self.in_mesh = True
+        elif tag == "component":
+            self.open_object.components.append(self._use(attributes))
+        elif tag == "item":
+            self.items.append(self._use(attributes))
+        elif self.in_mesh and tag == "vertex":
+            self.open_object.vertices.append((attributes["x"], attributes["y"], attributes["z"]))
+        elif self.in_mesh and tag == "triangle":
+            self.open_object.triangles.append((attributes["v1"], attributes["v2"], attributes["v3"]))
+
+    def end(self, element: str) -> None:
+        """Take the end of an element."""
+        if _local(element) == "mesh":
+            self.in_mesh = False
+
+    def _use(self, attributes: Mapping[str, str]) -> _Use:
+        placement = _IN_PLACE.copy()
+        if "transform" in attributes:
+            placement = np.array(attributes["transform"].split(), dtype=float).reshape(4, 3)
+        placement[3] *= self.millimetres
+        model = _part_name(attributes["path"]) if "path" in attributes else self.path
+        return _Use(model=model, object_id=attributes["objectid"], placement=placement)
+
+
+def read_bodies(path: Path) -> list[Body]:
+    """Return every mesh that the build of a 3MF file puts on the bed; raises ValueError for a file without a model."""
+    try:
+        with zipfile.ZipFile(path) as package:
+            parts = {_part_name(name): name for name in package.namelist()}
+            models: dict[str, _Model] = {}
+            root = _model(package, parts, models, _root_name(package, parts))
+            for name in _named_models(models, root):
+                _model(package, parts, models, name)
+        return [body for item in root.items for body in _bodies(models, item, _IN_PLACE)]
+    except KeyError as error:
+        msg = f"{error.args[0]!r} is missing or is not one that 3MF knows"
+        raise ValueError(msg) from error
+    except (zipfile.BadZipFile, ExpatError, RuntimeError, NotImplementedError, EOFError, OverflowError) as error:
+        raise ValueError(str(error)) from error
+
+
+def _local(name: str) -> str:
+    """Return the name of an element or attribute without its prefix."""
+    return name.rpartition(":")[2]
+
+
+def _part_name(name: str) -> str:
+    """Return the name of a part of a package as it is compared: without a leading slash, in small letters."""
+    return name.replace("\\", "/").lstrip("/").lower()
+
+
+def _root_name(package: zipfile.ZipFile, parts: Mapping[str, str]) -> str:
+    """Return the name of the root model: the one that the package relates to, else the first."""
+    targets: list[str] = []
+
+    def start(_: str, attributes: dict[str, str]) -> None:
+        if attributes.get("Type", "").endswith(_MODEL_TYPE):
+            targets.append(_part_name(attributes.get("Target", "")))
+
+    if "_rels/.rels" in parts:
+        parser = ParserCreate()
+        parser.StartElementHandler = start
+        parser.Parse(package.read(parts["_rels/.rels"]), True)  # noqa: FBT003 - the last piece
+    models = [target for target in targets if target in parts] or sorted(n for n in parts if n.endswith(".model"))
+    if not models:
+        msg = "there is no model in the package"
+        raise ValueError(msg)
+    return models[0]
+
+
+def _model(package: zipfile.ZipFile, parts: Mapping[str, str], models: dict[str, _Model], name: str) -> _Model:
+    """Return a model of a package, which is read once; raises KeyError where there is none of the name."""
+    if name not in models:
+        model = _Model(path=name)
+        parser = ParserCreate()
+        parser.StartElementHandler = model.start
+        parser.EndElementHandler = model.end
+        with package.open(parts[name]) as text:
+            parser.ParseFile(text)
+        models[name] = model
+    return models[name]
+
+
+def _named_models(models: Mapping[str, _Model], root: _Model) -> Iterator[str]:
+    """Yield the other models that items and components of the root name."""
+    for use in [*root.items, *(use for each in root.objects.values() for use in each.components)]:
+        if use.model not in models:
+            yield use.model
+
+
+def _bodies(models: Mapping[str, _Model], use: _Use, outer: Floats, depth: int = 0) -> Iterator[Body]:
+    """Yield the meshes of an object and of its components, each in its place."""
+    if depth > _DEEPEST:
+        msg = f"components lie more than {_DEEPEST} deep within each other"
+        raise ValueError(msg)
+    model = models[use.model]
+    found = model.objects[use.object_id]
+    if found.kind in _NOT_PRINTED:
+        return
+    placement = use.placement @ outer[:3]
+    placement[3] += outer[3]
+    if found.triangles:
+        yield _body(found, model.millimetres, placement)
+    for component in found.components:
+        yield from _bodies(models, component, placement, depth + 1)
+
+
+def _body(found: _Object, millimetres: float, placement: Floats) -> Body:
+    """Return a mesh in its place; a transform that mirrors turns its triangles, as slicers do."""
+    vertices = millimetres * np.array(found.vertices, dtype=float).reshape(-1, 3)
+    triangles = np.array(found.triangles, dtype=np.int64)
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        msg = f"a triangle of object {found.name!r} has a corner beyond its {len(vertices)} vertices"
+        raise ValueError(msg)
+    if not np.isfinite(vertices).all():
+        msg = f"a vertex of object {found.name!r} is no number"
+        raise ValueError(msg)
+    if np.linalg.det(placement[:3]) < 0.0:
+        triangles = triangles[:, ::-1]
+    return Body(name=found.name, vertices=vertices @ placement[:3] + placement[3], triangles=triangles)
