@@ -4,7 +4,6 @@ import argparse
 import io
 import os
 import re
-import signal
 import sys
 import warnings
 from collections.abc import Sequence
@@ -15,7 +14,6 @@ from pipeline.commands import check, design, doctor, explain, run, suggest, view
 from pipeline.commands.console import (
     EXIT_CODES,
     FAILED,
-    INTERRUPTED,
     PASSED,
     WRONG_INPUT,
     drop_output,
@@ -24,6 +22,7 @@ from pipeline.commands.console import (
 )
 from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.commands.studying import optimise, study
+from pipeline.storage.interrupts import ended_by
 from sensor.quantity import InputError, nearest
 
 COMMANDS: dict[str, Any] = {
@@ -35,7 +34,10 @@ COMMANDS: dict[str, Any] = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code; without words take those of the process, and make it fit to run."""
+    """Run one command and return its exit code; without words take those of the process, and make it fit to run.
+
+    Raises KeyboardInterrupt where a signal ended the command, whatever a library made of it.
+    """
     if argv is None:
         _prepare_process()
     try:
@@ -57,19 +59,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         message = "memory: too little; must be about 2 GiB; free some, or lift its limit"
     except BrokenExecutor:
         message = "worker process: ended before it answered; must live until then; free some memory, then run again"
-    except KeyboardInterrupt:
-        print_error("interrupted")
-        return INTERRUPTED
     else:
         return code
+    if ended_by() is not None:
+        raise KeyboardInterrupt
     print_error(message)
     return WRONG_INPUT
 
 
 def _prepare_process() -> None:
-    """Make the process fit to run: threads, warnings, streams, the width of a terminal, its end by a signal."""
+    """Make the process fit to run: threads, warnings, streams, the width of a terminal."""
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the order of sums, and the last digits, follow the number of threads
     warnings.simplefilter("ignore")  # those of libraries are for us, not for who calls a command
+    os.environ["PYTHONWARNINGS"] = "ignore"  # also in processes that are started, like loky's resource tracker
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:  # closed by the shell: the next file that is opened would take its number
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode, encoding="utf-8"))
@@ -78,7 +80,6 @@ def _prepare_process() -> None:
             stream.reconfigure(errors="replace")  # letters that a terminal lacks
     if not re.fullmatch(r"[0-9]{1,4}", os.environ.get("COLUMNS", "")):
         os.environ.pop("COLUMNS", None)  # rich would take any digits for a width
-    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # what is unfinished is cleared away
 
 
 def _arguments(words: list[str]) -> argparse.Namespace | None:

@@ -7,9 +7,10 @@ from argparse import ArgumentParser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
+from pipeline.storage.interrupts import signals_for_this_thread
 from sensor.quantity import InputError, written_number
 
-PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+PASSED, FAILED, WRONG_INPUT = 0, 1, 2
 _HALF_A_LINE = 1500  # letters: every honest message is shorter than two
 EXIT_CODES = "exit code: 0 all verdicts pass, 1 one fails or is undecided, 2 wrong input"
 
@@ -94,5 +95,10 @@ def showing_progress(work: str, *, quiet: bool = False) -> Iterator[Callable[[st
     if quiet or not console.is_terminal:
         yield lambda _: None
         return
-    with console.status(work) as status:
+    status = console.status(work)
+    try:
+        with signals_for_this_thread():  # it starts one that draws
+            status.start()
         yield status.update
+    finally:
+        status.stop()

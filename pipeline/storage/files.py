@@ -11,6 +11,7 @@ from pathlib import Path
 from pipeline.storage.cache import store, stored
 from pipeline.storage.digests import REPORT, file_digest, is_regular, keep_aside
 from pipeline.storage.folder import written_beside
+from pipeline.storage.interrupts import interruptible
 from sensor.quantity import InputError, validation_error
 
 Content = bytes | Callable[[Path], object]
@@ -51,10 +52,11 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
         try:
             with written_beside(path, flag) as folder:
                 part = folder / "part"
-                if isinstance(content, bytes):
-                    part.write_bytes(content)
-                else:
-                    content(part)
+                with interruptible():
+                    if isinstance(content, bytes):
+                        part.write_bytes(content)
+                    else:
+                        content(part)
                 digest = file_digest(part)
                 if os.path.lexists(path) and not (renew and is_ours(path)):
                     keep_aside(path, path.parent)
