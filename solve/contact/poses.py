@@ -16,7 +16,7 @@ from sensor.arrays import Flags, Floats
 from sensor.design.fruit import Fruit
 from solve.contact.domes.law import domes_on
 from solve.contact.scene import Point, Scene, check_scene
-from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, initial_gap, scene_cells
+from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, initial_gap, naming_the_skin, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import fruit_slope
@@ -106,7 +106,8 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
         return _at_each_modulus(scene, compliance, C, poses)
     if scene.tips.tip_shape.obeys_hertz:
         return _dome_forces(scene, compliance, C, poses, scenes)
-    return _cell_forces(scene, compliance, C, poses, scenes)
+    with naming_the_skin(scene, compliance):
+        return _cell_forces(scene, compliance, C, poses, scenes)
 
 
 def posed_scene(scene: Scene, pose: Pose) -> Scene:

@@ -15,7 +15,7 @@ from sensor.tips.layouts import SpringGroups
 from solve.contact.domes.law import domes_on
 from solve.contact.linear_response import SensorResponse, linear_response, response_of_forces
 from solve.contact.scene import Scene, check_scene, values_in_words
-from solve.contact.scene_cells import SceneCells, scene_cells
+from solve.contact.scene_cells import SceneCells, naming_the_skin, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
@@ -55,7 +55,8 @@ def scene_response(
         return replace(exact, F_error=exact.F_error + error, P_error=exact.P_error + error)
     if scene.tips.tip_shape.obeys_hertz:
         return _dome_response(scene, compliance, C, moduli, x, groups)
-    return _cell_response(scene, compliance, C, moduli, x, groups)
+    with naming_the_skin(scene, compliance):
+        return _cell_response(scene, compliance, C, moduli, x, groups)
 
 
 def _joined(responses: Sequence[SensorResponse]) -> SensorResponse:
