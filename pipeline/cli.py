@@ -86,7 +86,7 @@ def _arguments(words: list[str]) -> argparse.Namespace | None:
     """Return what the words ask of their command, the first of them; None where they are answered already."""
     parser, parsers = command_parsers()
     if not words or words[0] in ("-h", "--help"):
-        parser.print_help()
+        print(parser.format_help(), end="")  # argparse would be quiet where it cannot print
         return None
     if words[0] == "--version":
         from importlib.metadata import version
@@ -98,7 +98,7 @@ def _arguments(words: list[str]) -> argparse.Namespace | None:
         raise _unknown(kind, words[0], ("--help", "--version") if kind == "flag" else (*parsers,))
     chosen = parsers[words[0]]
     if "-h" in words or "--help" in words:
-        chosen.print_help()
+        print(chosen.format_help(), end="")
         return None
     arguments, rest = chosen.parse_known_intermixed_args(words[1:])
     if rest and rest[0].startswith("-"):

@@ -41,7 +41,10 @@ def print_json(data: object) -> None:
 
 @contextmanager
 def answering() -> Iterator[None]:
-    """Print an answer inside the block; a reader that has left, or an output that is full, does not undo the work."""
+    """Print an answer inside the block; a reader that has left does not undo the work.
+
+    Raises InputError where the answer is lost, as on a full disk.
+    """
     try:
         yield
         sys.stdout.flush()
@@ -49,7 +52,8 @@ def answering() -> Iterator[None]:
         drop_output()
     except OSError as error:
         drop_output()
-        print_error(f"the answer cannot be printed: {reason_of(error)}; the work is done")
+        msg = f"the answer cannot be printed: {reason_of(error)}. The work is done; free some room for its answer."
+        raise InputError(msg) from error
 
 
 @contextmanager

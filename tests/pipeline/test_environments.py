@@ -22,7 +22,7 @@ PLACES = [
     ("no input, no letters, no home, no width", "design --list-processes", ODD, "true", "<&-", 0),
     ("stdout closed", LIST, {}, "true", ">&-", 0),
     ("stderr closed", "check nowhere.step", {}, "true", "2>&-", 2),
-    ("stdout full", LIST, {}, "true", ">/dev/full", 2),
+    *(("stdout full", words, {}, "true", ">/dev/full", 2) for words in (LIST, "-h", "run -h", "explain", "explain NL")),
     ("no width", "explain", {"COLUMNS": "-1"}, "true", "", 0),
     ("no date", "run", {"SOURCE_DATE_EPOCH": "tomorrow"}, "true", "", 2),
     ("removed folder", "run", {}, "mkdir gone && cd gone && rmdir ../gone", "", 2),

@@ -226,6 +226,27 @@ sys.exit(pipeline.__main__.main())
 """
 
 
+LEAVES_A_SEMAPHORE = """
+from loky.backend import resource_tracker
+from sensor.quantity import InputError
+def execute(_):
+    resource_tracker.register("/loky-nobody", "semlock")
+    raise InputError("wrong")
+"""
+
+
+def test_wrong_input_is_one_line_though_a_worker_leaves_a_semaphore():
+    done = subprocess.run(
+        [sys.executable, "-c", LEAVES_A_SEMAPHORE + PROGRAM],
+        cwd=Path(__file__).parents[3],
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+        timeout=60,
+    )
+    assert (done.returncode, done.stderr) == (2, "ready\npipeline: wrong\n")
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize("execute", [PRINTS_FOR_EVER, LOADS_FOR_EVER], ids=["answer", "import"])
 def test_signal_ends_a_command_whatever_it_is_at(execute, number):
