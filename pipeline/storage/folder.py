@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.storage.digests import KEY, REPORT, content_digest, has_digest, is_regular, keep_aside
+from pipeline.storage.digests import KEY, REPORT, content_digest, has_digest, is_regular, keep_aside, kind_of
 from pipeline.storage.interrupts import interruptible, uninterrupted
 from sensor.input_file import read_bytes
 from sensor.quantity import InputError, validation_error
@@ -46,8 +46,7 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     with uninterrupted():
         try:
             with written_beside(target, "--out") as new:
-                if not force:
-                    refuse_unmanaged(target)
+                refuse_unmanaged(target, force=force)
                 with interruptible():
                     yield new
                     _refuse_unlisted(new)
@@ -60,9 +59,7 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
 
 def refuse_unusable(path: Path, *, force: bool = False) -> None:
     """Raise OutputError where `output_folder` would refuse this place; makes nothing and takes no lock."""
-    target = _usable(path)
-    if not force:
-        refuse_unmanaged(target)
+    refuse_unmanaged(_usable(path), force=force)
 
 
 def whole_report(path: Path) -> bytes | None:
@@ -105,10 +102,17 @@ def unmanaged_files(folder: Path) -> list[str]:
     return sorted(names, key=lambda name: (name != REPORT, name))
 
 
-def refuse_unmanaged(folder: Path) -> None:
-    """Raise OutputError where a folder holds anything but the files of its report.json as they were written."""
+def refuse_unmanaged(folder: Path, *, force: bool = False) -> None:
+    """Raise OutputError where a folder holds anything but the files of its report.json as they were written.
+
+    With `force` other files are in nobody's way; a folder, a link, a pipe or a device always is.
+    """
     names = unmanaged_files(folder)
-    if names:
+    for name in names:
+        if not is_regular(folder / name):
+            bound = f"a folder of files, and it holds {name!r}, a {kind_of(folder / name)}"
+            raise _refused(folder, bound, "name another folder with --out, or move that away")
+    if names and not force:
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         bound = f"a new or empty folder, or one with the unchanged files of its last run, and it holds {names[0]!r}"
         hint = "name another folder with --out, move these files away, or keep them as NAME.bak with --force"
@@ -241,7 +245,9 @@ def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
     if target.exists():
         new.chmod(stat.S_IMODE(target.stat().st_mode))
         target.rename(old)
-        if not force and unmanaged_files(old):
+        try:
+            refuse_unmanaged(old, force=force)
+        except OutputError:
             old.rename(target)
-            refuse_unmanaged(target)
+            refuse_unmanaged(target, force=force)
     new.rename(target)
