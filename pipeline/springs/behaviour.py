@@ -9,6 +9,7 @@ from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.cache import cached
 from sensor.design.processes import Process
+from sensor.record import Record
 from sensor.theory.elastica import large_deflection_stiffening
 from sensor.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
 from sensor.theory.strain_gauge import FOIL
@@ -19,8 +20,8 @@ GRID_MM = FOIL.grid_length_mm
 LONGEST_SHARE = 0.5  # of a leaf, to which the elastica is given
 
 
-@dataclass(frozen=True, kw_only=True)
-class SpringBehaviour:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SpringBehaviour(Record):
     """The behaviour of every spring by its name, one tip under the force of the other [1], and the lowest modes.
 
     `modes` is None where they were not solved.

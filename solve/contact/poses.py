@@ -14,6 +14,7 @@ import numpy as np
 
 from sensor.arrays import Flags, Floats
 from sensor.design.fruit import Fruit
+from sensor.record import Record
 from solve.contact.domes.law import domes_on
 from solve.contact.scene import Point, Scene, check_scene
 from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, initial_gap, naming_the_skin, scene_cells
@@ -61,8 +62,8 @@ class Pose:
         )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PoseForces:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class PoseForces(Record):
     """Forces F of the tips [N], shape (poses, tips), nan in a pose whose contact runs off the face of a dome.
 
     `F_error` [N] is how far each may be off, `error_alike` [N] how far all are off where the errors have one sign under
