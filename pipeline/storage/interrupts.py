@@ -13,6 +13,10 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _REPEAT_S = 1.0  # after which the exception is raised again: some libraries take it for their own
 
 
+class InterruptedCommand(KeyboardInterrupt):
+    """The end of a process by a signal; of KeyboardInterrupt itself Python keeps for good that it was raised in exec."""
+
+
 class _Ending:
     """What the signals of this process have asked for so far."""
 
@@ -85,7 +89,7 @@ def signals_for_this_thread() -> Iterator[None]:
 def _end_if_asked() -> None:
     if _Ending.waiting and _Ending.depth == 0:
         _Ending.waiting = False
-        raise KeyboardInterrupt
+        raise InterruptedCommand
 
 
 def _end(number: int, _: FrameType | None) -> None:
@@ -109,8 +113,8 @@ def _end_again(*_: object) -> None:
 def _without_interrupts(hook: Callable[..., object]) -> Callable[..., None]:
     """Return one of the hooks of `sys` that prints no error once a signal has arrived."""
 
-    def told(*details: object) -> None:
+    def quiet_hook(*details: object) -> None:
         if _Ending.by is None:
             hook(*details)
 
-    return told
+    return quiet_hook

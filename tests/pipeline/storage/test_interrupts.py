@@ -263,3 +263,18 @@ def test_signal_ends_a_command_whatever_it_is_at(execute, number):
         process.send_signal(number)
         assert process.wait(10) == 128 + number
         assert process.stderr.read() == "pipeline: interrupted\n"
+
+
+def test_signal_while_python_runs_a_text_ends_with_its_code():
+    """As where a dataclass is made: Python would end itself by Ctrl-C once more."""
+    text = "def execute(_):\n    exec('while True: pass')\n"
+    with subprocess.Popen(
+        [sys.executable, "-c", text + PROGRAM],
+        cwd=Path(__file__).parents[3],
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+    ) as process:
+        assert process.stderr.readline() == "ready\n"
+        time.sleep(1.0)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 128 + signal.SIGINT
