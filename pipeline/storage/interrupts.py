@@ -14,7 +14,7 @@ _REPEAT_S = 1.0  # after which the exception is raised again: some libraries tak
 
 
 class InterruptedCommand(KeyboardInterrupt):
-    """The end of a process by a signal; of KeyboardInterrupt itself Python keeps for good that it was raised in exec."""
+    """The end of a process by a signal: a KeyboardInterrupt itself, raised in exec, ends Python by the signal later."""
 
 
 class _Ending:
