@@ -1,7 +1,8 @@
 """Whole runs of random extreme designs: each ends in verdicts or in one line, with finite numbers.
 
 `python -m benchmarks.extremes [--count 200] [--seed 1]` writes docs/extremes.md, and exits with 1 where a
-run ends otherwise. Ctrl-C ends it with the designs that were run.
+run ends otherwise. Ctrl-C ends it with the designs that were run. `--rough` runs them to a tolerance of 0.1, for what
+ends them; it writes no page.
 """
 
 import argparse
@@ -10,6 +11,7 @@ import random
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,15 +25,17 @@ from sensor.theory.strain_gauge import GAUGES
 
 SECONDS = 300  # of wall time of a run, after which it is ended
 MOST_MIB = 4096  # of memory of a run
+OFTEN = 0.5  # chance of what a design may have
+ROUGH_FLAGS = ("--tol", "0.1")
 REFUSED = 2
 OUTCOMES = {0: "every verdict passed", 1: "a verdict failed or undecided", REFUSED: "refused in one line"}
 INTRODUCTION = """\
 `python -m benchmarks.extremes {flags}` writes this page. It draws designs at random that a design file may hold: force
-ratios from 1.001 to 100, nonlinearities up to 0.5, every process, fruit and tip shape, tilt, mount and gauge, lengths
-and moduli over decades. Each is run by `pipeline run`.
+ratios from 1.001 to 100, nonlinearities up to 0.5, every process, fruit, tip shape and layout, skins, relaxation,
+readings and read-outs, tilt, mount and gauge, lengths and moduli over decades. Each is run by `pipeline run`.
 
-Goals: exit code 0, 1 or 2; a refusal is one line; every number of report.json is finite; no run takes more than
-{seconds} s or {memory} MiB."""
+Goals: exit code 0, 1 or 2; a refusal is one line; every number of report.json is finite; nothing but the output folder
+is left; no run takes more than {seconds} s or {memory} MiB."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,8 @@ def random_settings(rng: random.Random) -> dict[str, object]:
         "fruit.E_MPa": [0.1 * E_max, 0.4 * E_max, E_max],
         "fruit.length_mm": spacing + side * (1.0 + decades(1.0, 200.0)),
         "fruit.width_mm": side * (1.0 + decades(1.0, 200.0)),
-        "tips.shape": rng.choice(["cube", "cylinder", "sphere"]),
+        "tips.shape": rng.choice(["cube", "cylinder", "sphere", "dome", "cone"]),
+        "tips.layout": rng.choice(["pair", "pair", "line", "square"]),
         "tips.side_mm": side,
         "tips.spacing_mm": spacing,
         "tips.offset_mm": sometimes(0.3, rng.uniform(-1.0, 1.0) * side),
@@ -85,7 +90,7 @@ def random_settings(rng: random.Random) -> dict[str, object]:
         "print.max_length_mm": decades(10.0, 1000.0),
         "print.gauges": rng.choice(["none"] * 9 + sorted(GAUGES)[:1]),
     }
-    if settings["tips.shape"] != "sphere":
+    if settings["tips.shape"] in ("cube", "cylinder"):
         settings["tips.fillet_mm"] = sometimes(0.3, rng.uniform(0.0, 0.5) * side)
     if settings["tips.shape"] != "cube" or settings["tips.fillet_mm"]:
         settings["tips.socket"] = "pin"  # no process prints such tips
@@ -96,7 +101,80 @@ def random_settings(rng: random.Random) -> dict[str, object]:
         settings["fruit.thickness_mm"] = radius * rng.uniform(0.1, 2.0)
     if settings["fruit.shape"] == "ellipsoid":
         settings["fruit.radius_across_mm"] = radius * decades(0.3, 3.0)
-    return settings
+    return settings | _of_tips(rng, settings, side) | _of_flesh(rng, E_max, side) | _of_reading(rng)
+
+
+def _decades(rng: random.Random, least: float, most: float) -> float:
+    """Return a number between two, evenly in its logarithm."""
+    return least * (most / least) ** rng.random()
+
+
+def _of_tips(rng: random.Random, settings: dict[str, object], side: float) -> dict[str, object]:
+    """Return what a cone, a dome or a line of tips needs."""
+    found: dict[str, object] = {}
+    if settings["tips.shape"] == "cone":
+        found["tips.half_angle_deg"] = rng.uniform(45.0, 89.0)
+        if rng.random() < OFTEN:
+            found["tips.blunt_mm"] = _decades(rng, 1e-3, 1.0) * side
+    if settings["tips.shape"] == "dome":
+        found["tips.dome_radius_mm"] = _decades(rng, 0.5, 30.0) * side
+        found["tips.socket"] = rng.choice(["none", "pin"])
+    if settings["tips.layout"] == "line":
+        found["tips.order"] = rng.choice(["LHL", "HLH"])
+        found["tips.outer_mm"] = rng.choice([0.0, _decades(rng, 1e-3, 0.3) * side])
+    return found
+
+
+def _of_flesh(rng: random.Random, E_max: float, side: float) -> dict[str, object]:
+    """Return a skin, relaxation and springs that are given, each sometimes."""
+    found: dict[str, object] = {}
+    if rng.random() < OFTEN:
+        found["fruit.skin_mm"] = _decades(rng, 1e-3, 1.0) * side
+        found["fruit.skin_E_MPa"] = _decades(rng, 1.0, 3e4) * E_max
+        if rng.random() < OFTEN:
+            found["fruit.skin_poisson"] = rng.uniform(-0.9, 0.4999)
+    if rng.random() < OFTEN:
+        count = rng.randint(1, 3)
+        found["fruit.relaxation"] = [[rng.uniform(0.01, 0.99) / count, _decades(rng, 1e-3, 1e5)] for _ in range(count)]
+        found["press.speed_mm_per_s"] = _decades(rng, 1e-3, 100.0)
+        found["press.hold_s"] = _decades(rng, 1e-2, 1e4)
+    if rng.random() < OFTEN:
+        K_l = _decades(rng, 1.0, 1e5)
+        found["springs.K_l_N_per_m"] = K_l
+        found["springs.K_h_N_per_m"] = K_l * _decades(rng, 1.01, 300.0)
+    return found
+
+
+def _of_reading(rng: random.Random) -> dict[str, object]:
+    """Return what is asked of readings, and what carries their signals, each sometimes."""
+    found: dict[str, object] = {}
+    if rng.random() < OFTEN:
+        found |= {
+            "reading.tilt_deg": rng.uniform(0.0, 15.0),
+            "reading.tilt_change_deg": rng.choice([0.0, rng.uniform(0.0, 5.0)]),
+            "reading.off_centre_mm": rng.choice([0.0, _decades(rng, 1e-2, 10.0)]),
+            "reading.radius_spread": rng.uniform(0.0, 0.5),
+            "reading.stiffness_percent": rng.uniform(0.0, 50.0),
+            "reading.gain_percent": rng.uniform(0.0, 50.0),
+            "reading.bias_limit": _decades(rng, 1e-3, 1.0),
+            "reading.uncertainty_limit": _decades(rng, 1e-3, 1.0),
+        }
+        if rng.random() < OFTEN:
+            found["reading.calibrated_by"] = rng.choice(["weights", "plate"])
+    if rng.random() < OFTEN:
+        found |= {
+            "readout.transducer": rng.choice(["foil", "displacement"]),
+            "readout.bits": rng.randint(8, 32),
+            "readout.rate_Hz": _decades(rng, 0.1, 1e5),
+            "readout.noise_nV": _decades(rng, 1e-2, 1e6),
+            "readout.drift_K": rng.uniform(0.0, 50.0),
+            "readout.tare_K": rng.uniform(0.0, 50.0),
+        }
+        if found["readout.transducer"] == "foil":
+            found["print.gauges"] = rng.choice(sorted(GAUGES))
+    elif "reading.tilt_deg" in found:  # a read-out has a noise of its own
+        found["reading.noise_percent"] = rng.uniform(0.0, 50.0)
+    return found
 
 
 def random_design(seed: int, number: int) -> dict[str, str]:
@@ -110,19 +188,23 @@ def random_design(seed: int, number: int) -> dict[str, str]:
             return settings
 
 
-def outcome(number: int, settings: dict[str, str], folder: Path) -> Outcome:
+def outcome(number: int, settings: dict[str, str], folder: Path, flags: Sequence[str] = ()) -> Outcome:
     """Run one design in a process of its own on one thread, and look at what it left."""
-    out = folder / str(number)
-    command = [sys.executable, "-m", "pipeline", "run", "--out", str(out)]
+    place = folder / str(number)
+    temporary = place / "tmp"
+    temporary.mkdir(parents=True)
+    out = place / "out"
+    command = [sys.executable, "-m", "pipeline", "run", *flags, "--out", str(out)]
     for key, value in settings.items():
         command += ["--set", f"{key}={value}"]
-    usage = resource_usage(command, ROOT, ONE_THREAD, deadline=SECONDS)
+    usage = resource_usage(command, ROOT, {**ONE_THREAD, "TMPDIR": str(temporary)}, deadline=SECONDS)
+    left = [path.name for path in (*place.iterdir(), *temporary.iterdir()) if path not in (temporary, out)]
     message = usage.last_line.removeprefix("pipeline: ") if usage.exit_code == REFUSED else ""
-    return Outcome(number, usage.exit_code, usage.wall, usage.peak_MiB, message, fault_of(usage, out))
+    return Outcome(number, usage.exit_code, usage.wall, usage.peak_MiB, message, fault_of(usage, out, left))
 
 
-def fault_of(usage: ResourceUsage, out: Path) -> str:
-    """Return what is wrong with a run and its output folder, an empty text where all goals are met."""
+def fault_of(usage: ResourceUsage, out: Path, left: Sequence[str]) -> str:
+    """Return what is wrong with a run, its output folder and the files left beside it; empty where goals are met."""
     lines_of_errors = 1 if usage.exit_code == REFUSED else 0
     if usage.wall >= SECONDS:
         return f"took more than {SECONDS} s"
@@ -130,6 +212,8 @@ def fault_of(usage: ResourceUsage, out: Path) -> str:
         return f"exit code {usage.exit_code}: {usage.last_line}"
     if usage.err.count("\n") != lines_of_errors:
         return f"stderr: {usage.err.strip()}"
+    if left:
+        return f"left behind: {', '.join(left)}"
     if usage.peak_MiB > MOST_MIB:
         return f"memory {usage.peak_MiB:.0f} MiB"
     if (out / "report.json").is_file():
@@ -168,13 +252,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=200, help="designs to run")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rough", action="store_true", help="run to a tolerance of 0.1 and write no page")
     asked = parser.parse_args()
+    rough = ROUGH_FLAGS if asked.rough else ()
     outcomes: list[Outcome] = []
     with suppress(KeyboardInterrupt), tempfile.TemporaryDirectory() as folder:
         for number in range(asked.count):
-            one = outcome(number, random_design(asked.seed, number), Path(folder))
+            one = outcome(number, random_design(asked.seed, number), Path(folder), rough)
             outcomes.append(one)
             print(f"{number}: {one.wall:.1f} s, {one.fault or one.message or OUTCOMES[one.code]}", file=sys.stderr)
+    if asked.rough:
+        print(f"{len(outcomes)} designs, {sum(bool(one.fault) for one in outcomes)} with a fault")
+        return 1 if any(one.fault for one in outcomes) else 0
     flags = f"--count {len(outcomes)} --seed {asked.seed}"
     introduction = INTRODUCTION.format(flags=flags, seconds=SECONDS, memory=MOST_MIB)
     write_page(ROOT / "docs" / "extremes.md", "Extreme designs", introduction, sections(outcomes))

@@ -64,13 +64,18 @@ def gmsh_session() -> Iterator[None]:
 
 @contextmanager
 def _signals_kept() -> Iterator[None]:
-    """Set the handlers of signals again after the block that gmsh takes away below Python."""
+    """Set the handlers of signals again after the block that gmsh takes away below Python; until then they wait."""
     handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)}
-    yield
-    if threading.current_thread() is threading.main_thread():  # elsewhere Python sets none
-        for number, handler in handlers.items():
-            if handler is not None:
-                signal.signal(number, handler)
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    try:
+        signal.pthread_sigmask(signal.SIG_BLOCK, handlers)
+        yield
+    finally:
+        if threading.current_thread() is threading.main_thread():  # elsewhere Python sets none
+            for number, handler in handlers.items():
+                if handler is not None:
+                    signal.signal(number, handler)
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
 
 
 @contextmanager

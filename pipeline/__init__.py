@@ -1,19 +1,23 @@
-"""IN WHICH ORDER, and is it good enough: `from pipeline import RunOptions, load_design, run`."""
+"""IN WHICH ORDER, and is it good enough: `from pipeline import RunOptions, load_design, run`.
 
-from typing import TYPE_CHECKING, Any
+A name is imported when it is first asked for, so that the command line hears Ctrl-C before anything is loaded.
+"""
 
-from pipeline.options import RunOptions, load_design
+from importlib import import_module
 
+TYPE_CHECKING = False  # that of typing, whose import takes longer than all else here
 if TYPE_CHECKING:
     from pipeline.main_job import run as run
+    from pipeline.options import RunOptions as RunOptions
+    from pipeline.options import load_design as load_design
 
 __all__ = ["RunOptions", "load_design", "run"]
 
+_MODULE_OF = {"RunOptions": "pipeline.options", "load_design": "pipeline.options", "run": "pipeline.main_job"}
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401 - the function of a run, imported when it is asked for
-    if name != "run":
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULE_OF:
         msg = f"module {__name__!r} has no attribute {name!r}"
         raise AttributeError(msg)
-    from pipeline.main_job import run
-
-    return run
+    return getattr(import_module(_MODULE_OF[name]), name)

@@ -4,7 +4,6 @@ import argparse
 import io
 import os
 import re
-import signal
 import sys
 import warnings
 from collections.abc import Sequence
@@ -15,7 +14,6 @@ from pipeline.commands import check, design, doctor, explain, run, suggest, view
 from pipeline.commands.console import (
     EXIT_CODES,
     FAILED,
-    INTERRUPTED,
     PASSED,
     WRONG_INPUT,
     drop_output,
@@ -24,6 +22,7 @@ from pipeline.commands.console import (
 )
 from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.commands.studying import optimise, study
+from pipeline.storage.interrupts import ended_by
 from sensor.quantity import InputError, nearest
 
 COMMANDS: dict[str, Any] = {
@@ -37,7 +36,8 @@ COMMANDS: dict[str, Any] = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
-    Without `argv` its words are those of the process, whose threads, streams and signals are then prepared.
+    Without `argv` its words are those of the process, whose threads and streams are then prepared. Raises
+    KeyboardInterrupt where a signal ended the command, whatever error a library made of it.
     """
     if argv is None:
         _prepare_process()
@@ -49,10 +49,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # whoever read the output has left
         drop_output()
         return FAILED
-    except KeyboardInterrupt:
-        print_error("interrupted")
-        return INTERRUPTED
     except (InputError, OSError, MemoryError, BrokenExecutor) as error:
+        if ended_by() is not None:
+            raise KeyboardInterrupt from error
         print_error(_error_line(error))
         return WRONG_INPUT
     return code
@@ -72,9 +71,10 @@ def _error_line(error: Exception) -> str:
 
 
 def _prepare_process() -> None:
-    """Make the process fit to run: threads, warnings, streams, the width of a terminal, its end by a signal."""
+    """Make the process fit to run: threads, warnings, streams, the width of a terminal."""
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the order of sums, and the last digits, follow the number of threads
     warnings.simplefilter("ignore")  # those of libraries are for us, not for who calls a command
+    os.environ["PYTHONWARNINGS"] = "ignore"  # also in processes that are started, like loky's resource tracker
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:  # closed by the shell: the next file that is opened would take its number
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode, encoding="utf-8"))
@@ -83,7 +83,6 @@ def _prepare_process() -> None:
             stream.reconfigure(errors="replace")  # letters that a terminal lacks
     if not re.fullmatch(r"[0-9]{1,4}", os.environ.get("COLUMNS", "")):
         os.environ.pop("COLUMNS", None)  # rich would take any digits for a width
-    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # what is unfinished is cleared away
 
 
 def _parsed(words: list[str]) -> argparse.Namespace | None:
@@ -93,7 +92,7 @@ def _parsed(words: list[str]) -> argparse.Namespace | None:
     """
     parser, parsers = command_parsers()
     if not words or words[0] in ("-h", "--help"):
-        parser.print_help()
+        print(parser.format_help(), end="")  # argparse would be quiet where it cannot print
         return None
     if words[0] == "--version":
         from importlib.metadata import version
@@ -105,7 +104,7 @@ def _parsed(words: list[str]) -> argparse.Namespace | None:
         raise _unknown(kind, words[0], ("--help", "--version") if kind == "flag" else (*parsers,))
     chosen = parsers[words[0]]
     if "-h" in words or "--help" in words:
-        chosen.print_help()
+        print(chosen.format_help(), end="")
         return None
     arguments, rest = chosen.parse_known_intermixed_args(words[1:])
     if rest and rest[0].startswith("-"):

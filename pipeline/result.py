@@ -17,6 +17,7 @@ from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.sensor_errors import SensorErrors
 from pipeline.verdicts.targets import SceneTargets
 from sensor.design.parameters import Design
+from sensor.record import Record
 from sensor.verdict import Verdict, all_passed, failed_verdict
 from solve.fruit.compliance import FruitCompliance
 
@@ -25,8 +26,16 @@ NOT_MADE = failed_verdict(
 )
 
 
+class ReportData(Plain):
+    """The data of report.json, short in print."""
+
+    def __repr__(self) -> str:
+        """Return the names of its tables."""
+        return f"{type(self).__name__}({', '.join(self)})"
+
+
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Evaluation:
+class Evaluation(Record):
     """A design, what was solved for its verdicts, and the verdicts that need no file.
 
     `reached` are P_max and NL. `press` and `readings` are None where they were not asked for, `readings` also where
@@ -98,6 +107,10 @@ class SensorResult(Evaluation):
     left_out: tuple[str, ...] = ()
     seconds: Seconds
     report: Plain = field(default_factory=dict, compare=False)
+
+    def __post_init__(self) -> None:
+        """Keep the data of the report so that they are short in print."""
+        object.__setattr__(self, "report", ReportData(self.report))
 
 
 def with_solids(verdicts: Sequence[Verdict], geometry: Sequence[Verdict]) -> tuple[Verdict, ...]:

@@ -7,9 +7,10 @@ from argparse import ArgumentParser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
+from pipeline.storage.interrupts import signals_for_this_thread
 from sensor.quantity import InputError, written_number
 
-PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+PASSED, FAILED, WRONG_INPUT = 0, 1, 2
 _HALF_A_LINE = 1500  # letters: every honest message is shorter than two
 EXIT_CODES = "exit code: 0 all verdicts pass, 1 one fails or is undecided, 2 wrong input"
 
@@ -40,7 +41,10 @@ def print_json(data: object) -> None:
 
 @contextmanager
 def answering() -> Iterator[None]:
-    """Print an answer inside the block; a reader that has left, or an output that is full, does not undo the work."""
+    """Print an answer inside the block; a reader that has left does not undo the work.
+
+    Raises InputError where the answer is lost, as on a full disk.
+    """
     try:
         yield
         sys.stdout.flush()
@@ -48,7 +52,8 @@ def answering() -> Iterator[None]:
         drop_output()
     except OSError as error:
         drop_output()
-        print_error(f"the answer cannot be printed: {reason_of(error)}; the work is done")
+        msg = f"the answer cannot be printed: {reason_of(error)}. The work is done; free some room for its answer."
+        raise InputError(msg) from error
 
 
 @contextmanager
@@ -94,5 +99,10 @@ def showing_progress(work: str, *, quiet: bool = False) -> Iterator[Callable[[st
     if quiet or not console.is_terminal:
         yield lambda _: None
         return
-    with console.status(work) as status:
+    status = console.status(work)
+    try:
+        with signals_for_this_thread():  # it starts one that draws
+            status.start()
         yield status.update
+    finally:
+        status.stop()

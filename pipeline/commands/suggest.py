@@ -38,9 +38,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add_design_flags(parser)
     words = (
-        "find a sensor for this fruit from the preset most like it: 'radius 26, E 0.3 to 2' [mm, MPa] or a .json file"
+        "find a sensor for this fruit from the preset most like it: 'radius 26, E 0.3 to 2' [mm, MPa], kiwi or another "
+        "single fruit of a preset, or a .json file"
     )
-    add("--fruit", metavar="TEXT|FILE.json", help=f"{words} of pipeline modulus --json")
+    add("--fruit", metavar="TEXT|NAME|FILE.json", help=f"{words} of pipeline modulus --json")
     add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")
     add("--out", metavar="FILE.toml", type=Path, help="write the design that passes there")
     add_force_flag(parser)
@@ -81,13 +82,14 @@ def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
     named = named_design(arguments)
     if arguments.fruit is None:
         return None, named
-    from pipeline.study.suggest.fruit_design import most_alike
+    from pipeline.study.suggest.fruit_design import PRESETS, fruit_of, most_alike
     from pipeline.study.suggest.fruit_range import fruit_range
 
     if named != DEFAULT_DESIGN:
         hint = "give one of both: --fruit starts from the preset most like the fruit"
         raise validation_error("DESIGN", named, "", "left out beside --fruit", hint)
-    fruit = fruit_range(arguments.fruit)
+    is_preset = arguments.fruit in PRESETS
+    fruit = fruit_of(load_design(arguments.fruit)) if is_preset else fruit_range(arguments.fruit)
     return fruit, most_alike(fruit)
 
 
@@ -147,9 +149,11 @@ def _print(found: "Suggestion", changes: list[Json]) -> None:
             if verdict.passed is not True:
                 outcome = "undecided" if verdict.passed is None else "failed"
                 print(f"{outcome} {verdict.name}: {_numbers(verdict)}{verdict.reference}")
-    rows = [{"key": "key", "from": "from", "to": "to"}, *changes] if changes else []
+    rows = [("key", "from", "to")] if changes else []
+    rows += [(row["key"], _formatted(row["from"]), _formatted(row["to"])) for row in changes]
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
     for row in rows:
-        print(f"{row['key']:<28}{_formatted(row['from']):<14}{_formatted(row['to'])}")
+        print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
 
 
 def _numbers(verdict: Verdict) -> str:

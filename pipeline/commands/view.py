@@ -31,12 +31,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Show an output folder in a window, or write what the flags ask for and print the paths; return exit code 0."""
-    from pipeline.report.report import read_data
+    from pipeline.report.report import written_data
 
     if (arguments.other is None) != (arguments.compare is None):
         hint = "write pipeline view DIR OTHER --compare"
         raise validation_error("OTHER", str(arguments.other), "", "given with --compare", hint)
-    read_data(arguments.folder)  # refuses another folder before anything heavy is loaded
+    for folder in (arguments.folder, arguments.other):
+        if folder is not None:
+            written_data(folder)  # refuses another folder before anything heavy is loaded
     if all(flag is None for flag in (arguments.png, arguments.html, arguments.pvd, arguments.compare)):
         from pipeline.view.pictures import pictures
         from pipeline.view.window import show_pictures

@@ -29,6 +29,7 @@ from pipeline.storage.plain import first_largest
 from sensor.arrays import Flags, Floats, rows_of
 from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
 from sensor.quantity import Estimate
+from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseReading
 from solve.contact.poses import Pose
@@ -75,8 +76,8 @@ class SkinPressure:
         return self.pressure.value / self.limit
 
 
-@dataclass(frozen=True, kw_only=True)
-class Readings:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Readings(Record):
     """How good readings of whole presses are: at each modulus, the worst bias and standard uncertainty [1].
 
     `touch` is the travel at which all tips touch over the whole one [1], the largest over all poses. `refused` says in

@@ -14,6 +14,7 @@ from pipeline.response.scene_press import scene_of
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
 from sensor.quantity import Estimate, validation_error
+from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from sensor.theory.relaxation import Relaxation
 from solve.contact.linear_response import high_over_low
@@ -36,8 +37,8 @@ class Moment:
     moves: float
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ReadingOverTime:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class ReadingOverTime(Record):
     """A level press to full travel and its hold on flesh of moduli E [MPa] at the first instant, at times t [s].
 
     Forces F [N], shape (moduli, times, tips); the force ratio P [1] and the `apparent` modulus [MPa], (moduli, times),

@@ -8,6 +8,7 @@ import numpy as np
 
 from cad.fabrication.bridges import SignalPath
 from sensor.quantity import report_field
+from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, pair_law
 
 Matrix = tuple[tuple[float, ...], ...]
@@ -30,8 +31,8 @@ def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
     return read * math.exp(np.interp(math.log(read), logs, shifts))
 
 
-@dataclass(frozen=True, kw_only=True)
-class ReadingConstants:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ReadingConstants(Record):
     """What turns forces into a modulus, in the terms of the contrast law; that of a pair needs fewer.
 
     `springs_mm_per_N`, `fruit_per_mm` and `lean_mm_per_N` have shape (tips, tips), `full_scale_N`, `weights` and

@@ -15,6 +15,7 @@ from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_
 from pipeline.springs.sizing import SpringSizing
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
+from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, contrast_weights, pair_law
 from sensor.theory.contrast_rise import RiseLaw
 from solve.contact.domes.law import dome_contrast
@@ -26,8 +27,8 @@ from solve.fruit.compliance import FruitCompliance
 RISE_TRAVELS = 16  # samples of a press from which a rise is read
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Presses:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Presses(Record):
     """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
 
     F is nan where a contact runs off the face of a dome. `flesh` [N], as F, is what Hencky's law of flesh adds under
@@ -50,8 +51,8 @@ class Presses:
         return np.asarray(np.nanmax(self.F, axis=(0, 1, 2)))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Sensor:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Sensor(Record):
     """A design, the compliance of its fruit under the tips, its springs as they were sized, and as they are made."""
 
     design: Design

@@ -563,10 +563,15 @@ def report_data(report: Report) -> Plain:
 
 def read_report(folder: Path) -> Report:
     """Return the report of an output folder; raises InputError, in one line, where it holds none as it was written."""
+    return report_of(folder, written_data(folder))
+
+
+def written_data(folder: Path) -> Plain:
+    """Return the JSON data of a folder's report; raises InputError, in one line, where it is not as it was written."""
     data = read_data(folder)
     if not is_as_written(data):
         raise _refused(folder, "its report.json must be as the run wrote it, and its digest is another")
-    return report_of(folder, data)
+    return data
 
 
 def is_as_written(data: Plain) -> bool:

@@ -9,6 +9,7 @@ from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.quantity import InputError, validation_error
+from sensor.record import Record
 from sensor.theory.two_spring_law import CURVE_STEPS, curve_shares
 from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
@@ -22,8 +23,8 @@ LINEAR_MODULI = 72  # of the curve; an even number, so that half of E_max is one
 _SCAN = 20  # moduli, from the least asked for to E_max, at which P must rise
 
 
-@dataclass(frozen=True, kw_only=True)
-class ScenePress:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ScenePress(Record):
     """The presses of one set of springs on the fruit of a design.
 
     `table` is over travel at each modulus shown, `scan` over 20 moduli up to E_max at full travel, `at_largest_E` at

@@ -10,6 +10,7 @@ from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.cache import cached
 from sensor.design.processes import Process
+from sensor.record import Record
 from sensor.theory.elastica import large_deflection_stiffening
 from sensor.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
 from sensor.theory.strain_gauge import FOIL
@@ -20,8 +21,8 @@ GRID_MM = FOIL.grid_length_mm
 LONGEST_FRACTION = 0.5  # of the length of a leaf: the largest deflection that the elastica takes
 
 
-@dataclass(frozen=True, kw_only=True)
-class SpringBehaviour:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SpringBehaviour(Record):
     """The behaviour of every spring by its name, one tip under the force of the other [1], and the lowest modes.
 
     `modes` is None where they were not solved.

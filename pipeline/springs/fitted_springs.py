@@ -25,6 +25,7 @@ from sensor.design.processes import Process
 from sensor.design.tip_mount import plate_depth
 from sensor.design.tips import Attitude, Tips
 from sensor.quantity import STANDARD_GRAVITY, Estimate, InputError
+from sensor.record import Record
 from sensor.theory.leaf_spring import Flexure
 from sensor.theory.strain_gauge import FOIL
 from sensor.theory.two_spring_law import Springs
@@ -77,8 +78,8 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
     return tuple(FittedSpring(name=name, target=K, printable=leaves) for name, K, leaves in rows)
 
 
-@dataclass(frozen=True, kw_only=True)
-class FittedSprings:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FittedSprings(Record):
     """The springs, low first, their process, the deflection of each at full travel [mm], and the housing that has them.
 
     Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized; nothing is made,

@@ -16,6 +16,7 @@ from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, st
 from pipeline.springs.mounts import attached_to
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
+from sensor.record import Record
 from sensor.theory.leaf_spring import Flexure
 from solve.housing.stiffness import (
     ERROR_SHARE,
@@ -95,8 +96,8 @@ def odd_shape_factor(flexure: Flexure) -> float:
     return 1.0 + 1.5 * shallow + 2.0 * short
 
 
-@dataclass(frozen=True, kw_only=True)
-class FittedHousing:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FittedHousing(Record):
     """A housing [mm] with its stiffness."""
 
     housing: Housing

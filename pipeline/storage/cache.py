@@ -61,9 +61,12 @@ def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
 
 
 def store(stage: str, inputs: object, result: object) -> None:
-    """Write the result of a stage for these inputs aside and rename it; a cache that cannot be written is no error."""
+    """Write the result of a stage for these inputs aside and rename it.
+
+    A cache that cannot be written is no error, and what is no file is not replaced by one.
+    """
     path = _entry(stage, inputs)
-    if path is None:
+    if path is None or (os.path.lexists(path) and not is_regular(path)):
         return
     body = _as_json(result)
     part = path.with_name(f"{path.name}.{os.getpid()}.part")

@@ -14,6 +14,12 @@ KEY = "digest"
 Json = dict[str, Any]
 """An object of JSON that was read back."""
 _BACKUP = re.compile(r"\.bak(\.[0-9]+)?$")
+_KINDS = (
+    (stat.S_ISDIR, "folder"),
+    (stat.S_ISLNK, "link"),
+    (stat.S_ISFIFO, "pipe"),
+    (stat.S_ISSOCK, "socket"),
+)
 _LONGEST_NAME = 240  # bytes of a name that gets an ending; file systems take 255
 
 
@@ -29,6 +35,15 @@ def is_regular(path: Path) -> bool:
         return stat.S_ISREG(path.lstat().st_mode)
     except (OSError, ValueError):
         return False
+
+
+def kind_of(path: Path) -> str:
+    """Return in words what is in a place that is no file: a folder, link, pipe, socket or device."""
+    mode = path.lstat().st_mode
+    for is_kind, word in _KINDS:
+        if is_kind(mode):
+            return word
+    return "device"
 
 
 def has_digest(path: Path, sha256: object) -> bool:

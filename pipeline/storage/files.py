@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from pipeline.storage.cache import store, stored
-from pipeline.storage.digests import REPORT, file_digest, is_regular, keep_aside
+from pipeline.storage.digests import REPORT, file_digest, is_regular, keep_aside, kind_of
 from pipeline.storage.folder import written_beside
+from pipeline.storage.interrupts import interruptible
 from sensor.quantity import InputError, validation_error
 
 Content = bytes | Callable[[Path], object]
@@ -22,8 +23,9 @@ _WRITTEN = "written"
 def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False, renew: bool = False) -> None:
     """Raise InputError, which names the flag, where something is in one of these places, or nothing can be.
 
-    With `renew` a file that is as `write_files` once wrote it is in nobody's way, with `force` no file is. The output
-    folder of a run takes no other file at all: its next run would refuse it.
+    With `renew` a file that is as `write_files` once wrote it is in nobody's way, with `force` no file is; a folder, a
+    link, a pipe or a device always is. The output folder of a run takes no other file at all: its next run would
+    refuse it.
     """
     for path in paths:
         existing = next(folder for folder in path.absolute().parents if folder.exists())
@@ -34,6 +36,9 @@ def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False, renew
             raise _not_writable(path, flag, error) from error
         if is_regular(path.parent / REPORT):
             bound = "a file outside the output folder of a run, which would refuse it"
+            raise validation_error(flag, str(path), "", bound, f"name another place with {flag}")
+        if os.path.lexists(path) and not is_regular(path):
+            bound = f"a file, and a {kind_of(path)} is there"
             raise validation_error(flag, str(path), "", bound, f"name another place with {flag}")
         if not force and os.path.lexists(path) and not (renew and is_ours(path)):
             bound = "a new file, or an unchanged one of this command" if renew else "a file that is not there yet"
@@ -51,11 +56,13 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
         try:
             with written_beside(path, flag) as folder:
                 part = folder / "part"
-                if isinstance(content, bytes):
-                    part.write_bytes(content)
-                else:
-                    content(part)
+                with interruptible():
+                    if isinstance(content, bytes):
+                        part.write_bytes(content)
+                    else:
+                        content(part)
                 digest = file_digest(part)
+                refuse_taken([path], flag, force=force, renew=renew)  # once more: the content may have taken long
                 if os.path.lexists(path) and not (renew and is_ours(path)):
                     keep_aside(path, path.parent)
                 part.replace(path)

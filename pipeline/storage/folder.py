@@ -12,10 +12,15 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from pipeline.storage.digests import KEY, REPORT, content_digest, has_digest, is_regular, keep_aside
+from pipeline.storage.digests import KEY, REPORT, content_digest, has_digest, is_regular, keep_aside, kind_of
+from pipeline.storage.interrupts import interruptible, uninterrupted
 from sensor.input_file import read_bytes
 from sensor.quantity import InputError, validation_error
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
 
 _LOCK, _OLD, _NEW = "lock", "old", "new-"
 
@@ -33,29 +38,28 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     written, is in use by another run, or holds anything else; with `force` that is kept as NAME.bak instead.
     """
     if path is None:
-        with tempfile.TemporaryDirectory(prefix="twintip-") as name:
+        with uninterrupted(), tempfile.TemporaryDirectory(prefix="twintip-") as name, interruptible():
             yield Path(name)
         return
     target = _usable(path)
     missing = [folder for folder in target.parents if not folder.exists()]
-    try:
-        with written_beside(target, "--out") as new:
-            if not force:
-                refuse_unmanaged(target)
-            yield new
-            _refuse_unlisted(new)
-            _publish(new, target, new.with_name(_OLD), force=force)
-    finally:
-        with suppress(OSError):  # not empty: the outputs stand in it
-            for folder in missing:
-                folder.rmdir()
+    with uninterrupted():
+        try:
+            with written_beside(target, "--out") as new:
+                refuse_unmanaged(target, force=force)
+                with interruptible():
+                    yield new
+                    _refuse_unlisted(new)
+                _publish(new, target, new.with_name(_OLD), force=force)
+        finally:
+            with suppress(OSError):  # not empty: the outputs stand in it
+                for folder in missing:
+                    folder.rmdir()
 
 
 def refuse_unusable(path: Path, *, force: bool = False) -> None:
     """Raise OutputError where `output_folder` would refuse this place; makes nothing and takes no lock."""
-    target = _usable(path)
-    if not force:
-        refuse_unmanaged(target)
+    refuse_unmanaged(_usable(path), force=force)
 
 
 def whole_report(path: Path) -> bytes | None:
@@ -98,10 +102,17 @@ def unmanaged_files(folder: Path) -> list[str]:
     return sorted(names, key=lambda name: (name != REPORT, name))
 
 
-def refuse_unmanaged(folder: Path) -> None:
-    """Raise OutputError where a folder holds anything but the files of its report.json as they were written."""
+def refuse_unmanaged(folder: Path, *, force: bool = False) -> None:
+    """Raise OutputError where a folder holds anything but the files of its report.json as they were written.
+
+    With `force` other files are in nobody's way; a folder, a link, a pipe or a device always is.
+    """
     names = unmanaged_files(folder)
-    if names:
+    for name in names:
+        if not is_regular(folder / name):
+            bound = f"a folder of files, and it holds {name!r}, a {kind_of(folder / name)}"
+            raise _refused(folder, bound, "name another folder with --out, or move that away")
+    if names and not force:
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         bound = f"a new or empty folder, or one with the unchanged files of its last run, and it holds {names[0]!r}"
         hint = "name another folder with --out, move these files away, or keep them as NAME.bak with --force"
@@ -159,12 +170,29 @@ def _usable(path: Path) -> Path:
 def written_beside(target: Path, flag: str) -> Iterator[Path]:
     """Hold the lock of a file or folder, give an empty folder beside it, and clear both; a kill frees the lock.
 
-    Raises OutputError, which names the flag, where another process holds it, or where somebody else's folder has the
-    name of the one beside.
+    Signals are held all the while: let them end what may be cut in two by `interruptible`. Raises OutputError, which
+    names the flag, where another process holds it, or where somebody else's folder has the name of the one beside.
     """
+    with uninterrupted():
+        aside = _folder_beside(target)
+        lock = _locked(aside, target, flag)
+        try:
+            _clear(aside, target)
+            new = aside / f"{_NEW}{os.getpid()}"  # no worker of a killed run writes there
+            new.mkdir()
+            yield new
+        finally:
+            _clear(aside, target)
+            (aside / _LOCK).unlink(missing_ok=True)
+            with suppress(OSError):  # files of a person that could not be given back stay
+                aside.rmdir()
+            lock.release()
+
+
+def _locked(aside: Path, target: Path, flag: str) -> "BaseFileLock":
+    """Make the folder beside and return its lock, held; raises OutputError."""
     from filelock import FileLock, Timeout
 
-    aside = _folder_beside(target)
     hint = f"name another place with {flag}"
     try:
         aside.mkdir(parents=True, exist_ok=True)
@@ -180,17 +208,7 @@ def written_beside(target: Path, flag: str) -> Iterator[Path]:
     except OSError as error:
         bound = f"in a folder that can be written ({error.strerror})"
         raise _refused(target, bound, f"{hint}, or change its permissions", flag) from error
-    try:
-        _clear(aside, target)
-        new = aside / f"{_NEW}{os.getpid()}"  # no worker of a killed run writes there
-        new.mkdir()
-        yield new
-    finally:
-        _clear(aside, target)
-        (aside / _LOCK).unlink(missing_ok=True)
-        with suppress(OSError):  # files of a person that could not be given back stay
-            aside.rmdir()
-        lock.release()
+    return lock
 
 
 def _folder_beside(target: Path) -> Path:
@@ -227,7 +245,9 @@ def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
     if target.exists():
         new.chmod(stat.S_IMODE(target.stat().st_mode))
         target.rename(old)
-        if not force and unmanaged_files(old):
+        try:
+            refuse_unmanaged(old, force=force)
+        except OutputError:
             old.rename(target)
-            refuse_unmanaged(target)
+            refuse_unmanaged(target, force=force)
     new.rename(target)

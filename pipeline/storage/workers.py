@@ -3,6 +3,7 @@
 import importlib
 import os
 import signal
+import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
@@ -10,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
+from pipeline.storage.interrupts import interruptible, signals_for_this_thread, uninterrupted
 from sensor.quantity import validation_error
 
 T = TypeVar("T")
@@ -40,15 +42,31 @@ def open_workers(count: int) -> Executor:
         )
     from loky import ProcessPoolExecutor
 
-    executor: Executor = ProcessPoolExecutor(
-        count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=_ENVIRONMENT
-    )
+    class Workers(ProcessPoolExecutor):  # type: ignore[misc]  # loky is untyped
+        """Processes with a folder of their own for what a worker that is killed leaves unfinished."""
+
+        def __init__(self) -> None:
+            self.folder = tempfile.TemporaryDirectory(prefix="twintip-", ignore_cleanup_errors=True)
+            environment = {**_ENVIRONMENT, "TMPDIR": self.folder.name}
+            super().__init__(count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=environment)
+
+        def submit(self, *call: object, **named: object) -> Future[object]:
+            with signals_for_this_thread():  # it may start a process
+                future: Future[object] = super().submit(*call, **named)
+            return future
+
+        def shutdown(self, **how: object) -> None:
+            super().shutdown(**how)
+            self.folder.cleanup()
+
+    executor: Executor = Workers()
     return executor
 
 
 def close_workers(executor: Executor) -> None:
     """End the processes of an executor, whatever they are at."""
-    executor.shutdown(kill_workers=True)  # type: ignore[call-arg]  # loky's own argument
+    with uninterrupted():
+        executor.shutdown(kill_workers=True)  # type: ignore[call-arg]  # loky's own argument
 
 
 @contextmanager
@@ -57,12 +75,14 @@ def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
     if not wanted or available_cores() == 1:
         yield None
         return
-    executor = open_workers(1)
-    executor.submit(_load_kernel)
-    try:
-        yield executor
-    finally:
-        close_workers(executor)
+    with uninterrupted():
+        executor = open_workers(1)
+        try:
+            executor.submit(_load_kernel)
+            with interruptible():
+                yield executor
+        finally:
+            close_workers(executor)
 
 
 def submit(executor: Executor | None, work: Callable[..., T], *arguments: object) -> Future[T]:
@@ -85,6 +105,6 @@ def _load_kernel() -> None:
 
 
 def _prepare_worker() -> None:
-    """Leave Ctrl-C, which a terminal sends to every process, to the parent; keep quiet about warnings of libraries."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Hear SIGTERM, which was blocked to be inherited so; keep quiet about warnings of libraries."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     warnings.simplefilter("ignore")

@@ -5,6 +5,7 @@ R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:10082028
 
 import json
 import math
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -17,11 +18,12 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions
+from pipeline.report.keys import value_at
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
 from pipeline.study.page import refuse_page
 from pipeline.study.points import Point, design_of, point_at
-from pipeline.study.search.candidate import Candidate
+from pipeline.study.search.candidate import REFUSED_COST, Candidate
 from pipeline.study.search.proof import Proof, first_proved
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import REFUSED, UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT, Study, front_number
@@ -92,15 +94,21 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
     solve = partial(solve_points, study, None)
     values = len(study.front)
     most = study.goal.evaluations * max(1, values)
+    spent: dict[tuple[float, ...], set[str]] = defaultdict(set)  # the candidates of each value of a front
 
     def costs(fractions: Floats, fixed: Sequence[float]) -> list[float]:
         """Return the cost of each member of a generation, shape (keys, members); those that are stored are not solved.
 
-        `fixed` are the fractions of the key that the front sets.
+        `fixed` are the fractions of the key that the front sets. What comes after the last evaluation is not solved,
+        and costs as what is refused.
         """
         asked = {}
         points = [point_at(study, -1, [*member, *fixed]) for member in fractions.T.tolist()]
+        of_value = spent[tuple(fixed)]
         for point in points:
+            if len(of_value) == study.goal.evaluations:
+                break
+            of_value.add(_told(point))
             if _told(point) not in results and _told(point) not in asked:  # members of lists alone are often the same
                 asked[_told(point)] = replace(point, number=next(numbers))
         with closing(completed_items(engine, solve, [[point] for point in asked.values()], lost_points)) as ended:
@@ -109,7 +117,8 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
                 results.update({_told(result): result for result in solved})
                 if progress is not None:
                     progress(len(results), max(most, len(results)))
-        return [candidate_of(study, results[_told(point)]).cost for point in points]
+        solved_points = [results[_told(point)] if _told(point) in of_value else None for point in points]
+        return [REFUSED_COST if result is None else candidate_of(study, result).cost for result in solved_points]
 
     keys = len(study.vary) - bool(values)
     start = _base_fractions(study)
@@ -153,8 +162,13 @@ def _base_fractions(study: Study) -> Floats | None:
 
 
 def is_base(study: Study, candidate: Candidate) -> bool:
-    """Say whether a candidate is the base design itself, where a search without a front began."""
-    return candidate.number == 0 and not study.front and _base_fractions(study) is not None
+    """Say whether a candidate is the base design itself, where a search began."""
+    if candidate.number != 0 or _base_fractions(study) is None:
+        return False
+    table, _, key = study.goal.front.partition(".")
+    return not study.front or front_number(candidate.changes[study.goal.front]) == front_number(
+        getattr(study.base_tables.get(table), key, None)
+    )
 
 
 def candidate_of(study: Study, result: PointResult) -> Candidate:
@@ -202,23 +216,36 @@ def refuse_occupied(study: Study, folder: Path, *, force: bool = False) -> None:
 def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force: bool = False) -> Proof | None:
     """Return the first of the best twenty candidates whose run passes all verdicts, else the last that was run.
 
-    Of a front they are those with the value of the place. It holds the outputs of the run and, where that passes, the
-    design file. A candidate that a run refuses or cannot solve fails. None where no candidate passes the verdicts of
-    the search. Raises InputError as `write_files`, and OutputError for a folder that cannot be used.
+    Of a front they are those with the value of the place. The base is run after them, whatever the search makes of it:
+    the search leaves out what the plate of printed springs gives. The place holds the outputs of the run and, where
+    that passes, the design file. A candidate that a run refuses or cannot solve fails. None where no candidate passes
+    the verdicts of the search. Raises InputError as `write_files`, and OutputError for a folder that cannot be used.
     """
-    passing = [candidate for candidate in candidates if candidate.passes]
     if study.front:
         number = front_number(place.value)
-        passing = [one for one in passing if front_number(one.changes[study.goal.front]) == number]
+        candidates = [one for one in candidates if front_number(one.changes[study.goal.front]) == number]
+    passing = [one for one in candidates if one.passes][:MOST_RUNS]
+    passing += [one for one in candidates if is_base(study, one) and one not in passing]
 
     def design(candidate: Candidate) -> Design:
         return replace(design_of(study, candidate.changes), name=study.name)
 
     tolerance = min(study.tol, DEFAULT_TOLERANCE)  # a search may be rougher than what decides the stiffness of springs
-    proof = first_proved(passing, design, RunOptions(out=place.run, tolerance=tolerance, force=force), MOST_RUNS)
+    proof = first_proved(passing, design, RunOptions(out=place.run, tolerance=tolerance, force=force), len(passing))
     if proof is not None and proof.passed:
         text = design_as_toml(design(proof.candidate))
         write_files({place.design: text.encode()}, "--out", force=force, renew=True)
     elif is_ours(place.design):  # that of a shorter search, and the place no longer holds its run
         place.design.unlink()
     return proof
+
+
+def value_of_run(study: Study, proof: Proof) -> float | None:
+    """Return what the run has for the number that is made least [its unit]; None where it has none."""
+    if proof.result is None:
+        return None
+    try:
+        value = value_at({**proof.result.report, "verdicts": proof.result.verdicts}, study.goal.minimise)
+    except KeyError:
+        return None
+    return value if is_number(value) else None

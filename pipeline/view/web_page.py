@@ -8,7 +8,7 @@ from cad.files.glb import GlbBody, glb_of
 from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, legend, page_body, palette_colours
 from pipeline.report.page.template import BODIES, FIGURES, render_page
-from pipeline.report.report import Report, read_data, report_of
+from pipeline.report.report import Report, read_report, report_of, written_data
 from pipeline.report.verdict_rule import limit_text, number_text
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.plain import Plain
@@ -37,7 +37,7 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     an unmanaged file is there and `force` does not keep it as NAME.bak.
     """
     refuse_page(path, FLAG, force=force)
-    report = report_of(folder, read_data(folder))
+    report = read_report(folder)
     bodies = field_bodies(report, folder) + assembly_bodies(folder)
     if not bodies:
         bound = "an output folder with an assembly, or with fields"
@@ -87,7 +87,7 @@ def write_comparison(folders: tuple[Path, Path], path: Path, *, force: bool = Fa
     sides: list[Plain] = []
     reports: list[Report] = []
     for folder in folders:
-        data = read_data(folder)
+        data = written_data(folder)
         report = report_of(folder, data)
         reports.append(report)
         title = report.design.name

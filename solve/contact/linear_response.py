@@ -15,14 +15,15 @@ from scipy.optimize import nnls
 
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
+from sensor.record import Record
 from sensor.tips.layouts import SpringGroups
 from solve.error_estimate import SolveInfo
 
 PAIR = SpringGroups(low=(0,), high=(-1,))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SensorResponse:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class SensorResponse(Record):
     """Tip forces F [N], shape (moduli, travels, tips), over the moduli E [MPa] and the travels x [mm] of the housing.
 
     All others but `mean_pressure` have shape (moduli, travels). The force ratio P and the ratio of the force slopes

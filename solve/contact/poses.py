@@ -14,11 +14,12 @@ import numpy as np
 
 from sensor.arrays import Flags, Floats, Ints
 from sensor.design.fruit import Fruit
+from sensor.record import Record
 from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.scene import Point, Scene, check_scene
-from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, initial_gap, scene_cells
+from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, initial_gap, naming_the_skin, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import fruit_slope
@@ -64,8 +65,8 @@ class Pose:
         )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PoseForces:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class PoseForces(Record):
     """Forces F of the tips [N], shape (poses, tips), nan in a pose whose contact runs off the face of a dome.
 
     `F_error` [N] is how far each may be off, `error_alike` [N] how far all are off where the errors have one sign under
@@ -109,7 +110,8 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
         return _at_each_modulus(scene, compliance, C, poses)
     if scene.on_domes:
         return _dome_forces(scene, compliance, C, poses, scenes)
-    return _cell_forces(scene, compliance, C, poses, scenes)
+    with naming_the_skin(scene, compliance):
+        return _cell_forces(scene, compliance, C, poses, scenes)
 
 
 def posed_scene(scene: Scene, pose: Pose) -> Scene:

@@ -16,7 +16,7 @@ from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import SensorResponse, TipForces, linear_forces, linear_info, response_of_forces
 from solve.contact.scene import Scene, check_scene, values_in_words
-from solve.contact.scene_cells import SceneCells, scene_cells
+from solve.contact.scene_cells import SceneCells, naming_the_skin, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
@@ -47,7 +47,8 @@ def scene_response(
         return _flat_response(scene, compliance, C, moduli, x)
     if scene.on_domes:
         return _dome_response(scene, compliance, C, moduli, x)
-    return _cell_response(scene, compliance, C, moduli, x)
+    with naming_the_skin(scene, compliance):
+        return _cell_response(scene, compliance, C, moduli, x)
 
 
 def _joined(responses: Sequence[SensorResponse]) -> SensorResponse:

@@ -5,21 +5,23 @@ change that its body makes to the answer to a level press.
 """
 
 import functools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sensor.arrays import Flags, Floats
 from sensor.design.fruit import Fruit
-from sensor.quantity import InputError
+from sensor.quantity import InputError, validation_error
 from solve.contact.cells import FINE, ContactCells, contact_cells, half_cells
 from solve.contact.gap import tip_gap
 from solve.contact.scene import Point, Scene, check_scene
+from solve.contact.unilateral import IndefiniteCellsError
 from solve.fruit.box import Grading
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
-from solve.fruit.skin import layer_on
+from solve.fruit.skin import layer_on, table_moduli
 from solve.fruit.split import ROUGH, SplitDomainError, check_domain
 from solve.halfspace.layered import Layer
 from solve.halfspace.punch import graded_edges
@@ -36,6 +38,8 @@ SAMPLES = 201  # points a side of a tip at which its undeformed gap is taken
 MARGIN = 1.02  # side of a footprint over the width that it must hold
 # Of the width over which an undeformed dome would enter the fruit: Hertz touches over 0.707 of it.
 TOUCHED = 0.75
+HALVINGS = 6  # of the way to a skin that is out of bounds
+OF_BOUND = 1.5  # which is told with so much room, as finer cells leave less
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +126,51 @@ def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
     # Forces of cells for a unit travel of each tip; their sums are the stiffness of the grid.
     forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
     return np.linalg.inv(tips.T @ forces)
+
+
+@contextmanager
+def naming_the_skin(scene: Scene, compliance: FruitCompliance) -> Iterator[None]:
+    """Raise InputError, which bounds the modulus of the skin, where the block shows that it is too stiff or too soft.
+
+    Under each tip the skin lies on a half-space: one that spreads the press over the whole fruit leaves nothing of it.
+    """
+    try:
+        yield
+    except IndefiniteCellsError as error:
+        if compliance.flesh_E is None:
+            raise
+        bound = _bound_of_skin(scene, compliance.flesh_E)
+        if bound is None:
+            raise
+        hint = "take another modulus of the skin, a larger fruit, or leave the skin out"
+        raise validation_error("fruit.skin_E_MPa", scene.fruit.skin_E_MPa, "MPa", bound, hint) from error
+
+
+def _bound_of_skin(scene: Scene, E: float) -> str | None:
+    """Return in words how stiff a skin may be that failed on flesh of modulus E [MPa]; None where that is no matter.
+
+    The way to it from a skin that is as stiff in shear as the flesh is halved again and again.
+    """
+    fruit = scene.fruit
+    layer = layer_on(fruit, E)
+    footprints = scene_footprints(scene, scene.press.travel_mm)
+    edges = graded_edges(ROUGH_CELLS[0], SQUARE_GRADING)
+
+    def fits(modulus: float) -> bool:
+        cells = contact_cells(fruit.equivalent_block, footprints, edges, replace(layer, modulus=modulus), ROUGH)
+        return bool(np.linalg.eigvalsh(cells.compliance)[0] > 0.0)
+
+    good = (1.0 + layer.poisson) / (1.0 + layer.poisson_below)
+    bad = layer.modulus
+    if not fits(good):
+        return None
+    for _ in range(HALVINGS):
+        middle = (good * bad) ** 0.5
+        good, bad = (middle, bad) if fits(middle) else (good, middle)
+    moduli = table_moduli(fruit)
+    if bad > good:
+        return f"at most {good / OF_BOUND * moduli[0]:.2g} MPa on flesh of {moduli[0]:.3g} MPa under these tips"
+    return f"at least {good * OF_BOUND * moduli[-1]:.2g} MPa on flesh of {moduli[-1]:.3g} MPa under these tips"
 
 
 def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:

@@ -23,6 +23,14 @@ MOST_STEPS = 60
 COMPLEMENTARITY = 1e-8
 
 
+class IndefiniteCellsError(SolveError):
+    """Cells whose compliance is not positive definite, as of no body: what it is made of does not fit together."""
+
+    def __init__(self) -> None:
+        """Say what is wrong in one line."""
+        super().__init__("unilateral contact: the compliance of the cells must be positive definite; take larger tips")
+
+
 @dataclass(frozen=True, eq=False)
 class ContactState:
     """State of contact: force of each tip over E, `F` (tips,) [mm^2].
@@ -53,13 +61,16 @@ class UnilateralContact:
         """Return the contact for interference = travel of the tip - gap (cells,) [mm]; -inf marks no face there.
 
         `compliance` (tips, tips) [1/mm] is E times that of the springs. Raises SolveError when pressure and gap miss
-        complementarity by 1e-8.
+        complementarity by 1e-8, IndefiniteCellsError where the cells are those of no body.
         """
         faces = np.isfinite(interference)
         b = np.where(faces, interference, -1.0)
-        f = self._active_set(faces, b, compliance)
-        if f is None:
-            f = self._least_squares(faces, b, compliance)
+        try:
+            f = self._active_set(faces, b, compliance)
+            if f is None:
+                f = self._least_squares(faces, b, compliance)
+        except np.linalg.LinAlgError as error:
+            raise IndefiniteCellsError from error
         gap = self._gap(f, b, compliance)
         _check_complementarity(f, np.where(faces, gap, 0.0), b)
         return ContactState(

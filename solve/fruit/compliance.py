@@ -9,6 +9,7 @@ import numpy as np
 
 from sensor.arrays import Floats
 from sensor.design.tips import Tips
+from sensor.record import Record
 from solve.error_estimate import SolveInfo
 
 TIPS = Tips().names  # of the paper's pair, from -x to +x
@@ -22,8 +23,8 @@ class MeshCompliance:
     dofs: int
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SkinTable:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class SkinTable(Record):
     """Compliance of flesh under a skin at moduli of the flesh: E [MPa], rising, shape (n,), S [1/mm] (n, tips, tips).
 
     S is times E. Beyond the table it is that at its end: there the fruit is proportional to E again.
@@ -43,8 +44,8 @@ class SkinTable:
         return min(max(E, float(self.E[0])), float(self.E[-1]))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FruitCompliance:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class FruitCompliance(Record):
     """Indentation of tip i per force on tip j, times the modulus E: S [1/mm], shape (tips, tips), read-only.
 
     `tips` names the tips in the order of S, from -x to +x. `error_pair` bounds s11 - s12 (the number that sizes the

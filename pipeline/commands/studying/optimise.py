@@ -60,7 +60,6 @@ def execute(arguments: Namespace) -> int:
         else:
             _print(study, candidates, messages, proofs)
             print(page)
-            _print_base(study, proofs)
     return PASSED if len(proved) == len(proofs) else FAILED
 
 
@@ -93,14 +92,6 @@ def _print(
         _print_proof(study, place, proof)
 
 
-def _print_base(study: "Study", proofs: "dict[Place, Proof | None]") -> None:
-    """Print a line where the best candidate is the base of the study."""
-    from pipeline.study.optimise import is_base
-
-    if any(proof and is_base(study, proof.candidate) for proof in proofs.values()):
-        print("nothing better than the base was found: it is the base itself")
-
-
 def _as_mapping(place: "Place", proof: "Proof | None") -> dict[str, object]:
     """Return the proof of the best candidate as the data of `--json`."""
     if proof is None:
@@ -115,14 +106,20 @@ def _as_mapping(place: "Place", proof: "Proof | None") -> dict[str, object]:
 
 def _print_proof(study: "Study", place: "Place", proof: "Proof | None") -> None:
     """Print the best candidate, of a front that at the value of the place, and how its run ended."""
+    from pipeline.study.optimise import is_base, value_of_run
+
     at = f" at {study.goal.front} = {place.value}" if study.front else ""
     if proof is None:
         print(f"no candidate passes{at}: widen the spans under [vary], or name fewer verdicts")
         return
     best = proof.candidate
     title = "best" if proof.passed else "the last that was run, as none passes in full"
-    print(f"{title}{at}: {best.value:.4g} at point {best.number}")
+    of_run = value_of_run(study, proof)
+    in_run = "" if of_run is None else f", {of_run:.4g} in its run"
+    print(f"{title}{at}: {best.value:.4g} at point {best.number}{in_run}")
     for key, value in best.changes.items():
         print(f"  {key} = {value if isinstance(value, str | list) else f'{value:.6g}'}")
+    if is_base(study, best):
+        print(f"nothing better than the base was found{at}: it is the base itself")
     print(f"its run {'passes' if proof.passed else 'does not pass'} all verdicts")
     print(place.design if proof.passed else place.run)

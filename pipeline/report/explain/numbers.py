@@ -6,7 +6,7 @@ from pipeline.options import RunOptions
 from pipeline.report.explain.entries import Entry
 from pipeline.report.keys import value_at
 from pipeline.report.of_result import contact_report, sizing_report
-from pipeline.report.report import read_data, report_of
+from pipeline.report.report import read_report
 from pipeline.response.contact import fruit_compliance
 from pipeline.springs.sizing import spring_sizing
 from sensor.design.parameters import Design
@@ -20,7 +20,7 @@ def number_in(folder: Path, entry: Entry, name: str) -> str:
 
     A report without it says so.
     """
-    report = report_of(folder, read_data(folder))
+    report = read_report(folder)
     if not entry.is_verdict:
         return _of_symbol(report, entry) or "no number in this report"
     names = entry.each if name == entry.name and entry.each else (name,)

@@ -11,7 +11,7 @@ from sensor.verdict import Verdict
 
 MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves each number by less
 _FAILS = 2.0  # above the costs of designs that pass, which lie from -1 to 1
-_REFUSED = 4.0
+REFUSED_COST = 4.0
 
 
 def shortfall(verdict: Verdict) -> float:
@@ -86,7 +86,7 @@ class Candidate:
         The number to be made least, and among designs that fail the shortfall, are mapped by v / (1 + |v|).
         """
         if not math.isfinite(self.value) or not math.isfinite(self.shortfall):
-            return _REFUSED
+            return REFUSED_COST
         if self.passes:
             objective = self.value / self.unit
             return objective / (1.0 + abs(objective))

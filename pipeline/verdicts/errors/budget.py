@@ -13,6 +13,7 @@ from pipeline.response.scene_press import ScenePress
 from pipeline.verdicts.errors.effects import NO_EFFECT, Effect, LevelSensor, effects_on
 from pipeline.verdicts.targets import SceneTargets
 from sensor.quantity import Estimate
+from sensor.record import Record
 from sensor.theory.two_spring_law import SOFTEST, curve_nonlinearity
 from solve.contact.linear_response import SensorResponse
 
@@ -32,8 +33,8 @@ class Contribution:
     reason: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class UncertaintyBudget:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class UncertaintyBudget(Record):
     """The error of one number by its sources, each relative to the number [1]."""
 
     numerical: float
@@ -56,8 +57,8 @@ class UncertaintyBudget:
         return self.numerical + self.model_total + self.input_total
 
 
-@dataclass(frozen=True, kw_only=True)
-class Budgets:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Budgets(Record):
     """The budget of each number; `contact` is that of s11 - s12.
 
     Springs that are not made have none, nor have P_max and NL of a scene in which a tip is off the fruit or of a sensor

@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 
 from sensor.quantity import report_field
+from sensor.record import Record
 
 Interval = tuple[float | None, float | None]
 
 
-@dataclass(frozen=True, kw_only=True)
-class ScatterBands:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ScatterBands(Record):
     """Bands that hold the middle 95 % of prints; an end is None where prints show a P that nominal springs never do."""
 
     K_l_N_per_m: Interval = report_field("N/m", "band of the low stiffness")

@@ -15,11 +15,12 @@ from pipeline.verdicts.errors.print_scatter import print_scatter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
 from pipeline.verdicts.targets import ForceRatioCurve, SceneTargets
 from sensor.arrays import Floats
+from sensor.record import Record
 from solve.contact.linear_response import SensorResponse
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ReadingTable:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class ReadingTable(Record):
     """The response of the scene, and two bands of the modulus that may show each P [MPa].
 
     `printed` and `calibrated` have shape (moduli, travels, 2), lower and upper; nan where a tip is off or the springs
@@ -33,8 +34,8 @@ class ReadingTable:
     calibrated: Floats
 
 
-@dataclass(frozen=True, kw_only=True)
-class SensorErrors:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SensorErrors(Record):
     """The budgets, the table that a user reads, and how far prints scatter where fabrication was asked for."""
 
     budgets: Budgets

@@ -94,6 +94,29 @@ def test_fruit_starts_from_the_preset_most_like_it_and_is_told_what_it_lacks(fru
     assert re.findall(r"[\d.]+", line.partition(": ")[2])[:3] == ["0.0519", "0.0008", "0.05"]
 
 
+def test_fruit_of_a_preset_is_known_by_its_name(fruits):
+    assert main(["suggest", "--fruit", "kiwi"]) == 1
+    assert main(["suggest", "--fruit", "kiwano"]) == 2
+    ((fruit, preset, _),) = fruits
+    kiwi = load_design("kiwi")
+    assert preset.tips == kiwi.tips
+    assert (fruit.thickness_mm, fruit.E_max_MPa) == (kiwi.reading.thickness_mm, kiwi.fruit.E_max_MPa)
+
+
+@pytest.mark.usefixtures("found")
+def test_columns_do_not_touch(monkeypatch, capsys):
+    long = {"fruit.bruise_limit_MPa": (0.05, 0.1, 0.2), "reading.uncertainty_limit": (0.1, 0.2)}
+
+    def stand_in(design, *_):
+        return Suggestion(design=design, changes=long, verdicts=(), reason="passes", runs=1)
+
+    monkeypatch.setattr(room, "suggestion", stand_in)
+    assert main(["suggest", "mango"]) == 0
+    head, *rows = capsys.readouterr().out.splitlines()[1:4]
+    starts = [head.index("from"), head.index("to")]
+    assert all(row[start - 2 : start] == "  " and row[start] != " " for row in rows for start in starts)
+
+
 def test_design_without_a_remedy_ends_with_1(monkeypatch, capsys):
     def none(design, _options, _keep, _progress):
         return Suggestion(design=design, changes=None, verdicts=(), reason="none found: of 3 designs none passes")

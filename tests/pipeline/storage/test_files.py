@@ -1,11 +1,13 @@
 """Single files in a person's folder: ours are replaced, theirs are refused or kept aside, all are whole."""
 
 import os
+import socket
 from pathlib import Path
 
 import pytest
 
 from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.folder import OutputError, output_folder
 from sensor.quantity import InputError
 
 
@@ -34,15 +36,55 @@ def test_what_is_not_to_be_renewed_is_kept_by_force_though_it_is_ours(tmp_path):
     assert (tmp_path / "unit.toml.bak").read_bytes() == b"one"
 
 
-@pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo, lambda path: path.symlink_to("nowhere")])
-def test_of_several_files_none_is_written_where_anything_is_in_one_place(make, tmp_path):
-    make(tmp_path / "b.png")
+def test_of_several_files_none_is_written_where_one_is_taken(tmp_path):
+    (tmp_path / "b.png").write_bytes(b"mine")
     files = {tmp_path / "a.png": b"1", tmp_path / "b.png": b"2"}
     with pytest.raises(InputError):
         write_files(files, "--png", renew=True)
     assert [path.name for path in tmp_path.iterdir()] == ["b.png"]
     write_files(files, "--png", force=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png", "b.png.bak"]
+
+
+def make_socket(path):
+    with socket.socket(socket.AF_UNIX) as opened:
+        opened.bind(os.path.relpath(path))  # a path of a socket is short
+
+
+NO_FILES = {
+    "folder": Path.mkdir,
+    "pipe": os.mkfifo,
+    "socket": make_socket,
+    "link to a device": lambda path: path.symlink_to("/dev/null"),
+    "link to nothing": lambda path: path.symlink_to("nowhere"),
+    "link to a file": lambda path: path.symlink_to(__file__),
+}
+
+
+@pytest.mark.parametrize("make", NO_FILES.values(), ids=NO_FILES)
+def test_what_is_no_file_is_never_moved_or_replaced(make, tmp_path, monkeypatch):
+    place = tmp_path / "place"
+    place.mkdir()
+    monkeypatch.chdir(place)
+    make(place / "b.png")
+    before = (place / "b.png").lstat()
+    for options in ({}, {"renew": True}, {"force": True}, {"force": True, "renew": True}):
+        with pytest.raises(InputError):
+            write_files({place / "a.png": b"1", place / "b.png": b"2"}, "--png", **options)
+    with pytest.raises(InputError):
+        write_files({place / "c.png": lambda part: (part.touch(), make(place / "c.png"))}, "--png", force=True)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(OutputError), output_folder(place, force=True):
+        pytest.fail("the folder was given")
+    assert sorted(path.name for path in place.iterdir()) == ["b.png", "c.png"]
+    after = (place / "b.png").lstat()
+    assert (after.st_ino, after.st_mode) == (before.st_ino, before.st_mode)
+
+
+def test_device_is_never_moved_or_replaced():
+    with pytest.raises(InputError):
+        write_files({Path("/dev/null"): b"1"}, "--out", force=True)
+    assert Path("/dev/null").is_char_device()
 
 
 @pytest.mark.parametrize("force", [False, True])

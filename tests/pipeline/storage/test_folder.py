@@ -13,7 +13,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from pipeline.storage.digests import with_digest
+from pipeline.storage.digests import is_regular, with_digest
 from pipeline.storage.folder import OutputError, output_folder, unmanaged_files, whole_report
 
 NAMES = st.sampled_from(["housing.step", "response.csv", "report.json", "thesis.tex", "housing.step.bak"])
@@ -108,7 +108,8 @@ class OutputFolder(RuleBasedStateMachine):
         """Run; it is refused just where something is not a run's, and what fails changes nothing."""
         self.count += 1
         before = text_of(self.target)  # and remains of a kill are cleared
-        refused = not force and bool(unmanaged_files(self.target))
+        unmanaged = unmanaged_files(self.target)
+        refused = (bool(unmanaged) and not force) or any(not is_regular(self.target / name) for name in unmanaged)
         names = self.names()
         try:
             with output_folder(self.target, force=force) as folder:

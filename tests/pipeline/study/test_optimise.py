@@ -20,6 +20,7 @@ from pipeline.study.optimise import (
     places,
     prove,
     search,
+    value_of_run,
 )
 from pipeline.study.search import proof
 from pipeline.study.search.candidate import MARGIN, Candidate
@@ -86,7 +87,7 @@ def runs(monkeypatch):
             outcome = passed[len(ratios) - 1]
             if isinstance(outcome, Exception):
                 raise outcome
-            return SimpleNamespace(passed=outcome)
+            return SimpleNamespace(passed=outcome, report={"springs": {"K_l_N_per_m": 700.0}}, verdicts=())
 
         monkeypatch.setattr(proof, "run", run)
         return ratios
@@ -331,7 +332,34 @@ def test_design_of_the_first_run_that_passes_is_written_and_gone_where_no_run_pa
         proved = prove(study, CANDIDATES, place)
         assert (ratios, proved.passed) == ([4.0, 5.0, 6.0], False)
         assert not (tmp_path / "out" / "design.toml").exists()
-        assert prove(study, [planted(1.0, passes=False)], place) is None
+        assert prove(study, [planted(1.0, number=1, passes=False)], place) is None
+
+
+def test_base_that_passes_is_never_lost_though_the_search_says_it_fails(written, tmp_path, runs):
+    study = read_study(written("tol = 0.01" + SOFTEST))
+    (place,) = places(study, tmp_path / "out")
+    base = planted(1.0, number=0, passes=False, targets__P_max=5.0)
+    with study_store(tmp_path / "out", study):
+        ratios = runs((False, True))
+        proved = prove(study, [CANDIDATES[2], base], place)
+        assert (ratios, proved.candidate, proved.passed) == ([6.0, 5.0], base, True)
+        assert load_design(place.design).nominal_targets.P_max == 5.0
+    assert value_of_run(study, proved) == 700.0
+    assert value_of_run(study, replace(proved, result=None)) is None
+    front = read_study(written(FRONT))
+    at_first = [planted(1.0, number=0, passes=False, targets__P_max=P_max) for P_max in (5.0, 8.0)]
+    assert [is_base(front, one) for one in at_first] == [True, False], "of a front the base has its own value"
+
+
+@pytest.mark.parametrize("evaluations", [5, 18, 32, 40])
+def test_search_has_no_more_candidates_than_it_is_given(written, engine, tmp_path, evaluations):
+    """Two generations of two keys are 32: of fewer the first ones are solved, and a longer search goes on with them."""
+    short = search(read_study(written(SOFTEST.replace("400", str(evaluations)))), tmp_path / "out", engine)
+    assert len(short) == min(evaluations, 32)
+    longer = search(read_study(written(SOFTEST.replace("400", "48"))), tmp_path / "out", engine)
+    settings = {one.number: one.changes for one in longer}
+    assert len(longer) == 48
+    assert all(settings[one.number] == one.changes for one in short)
 
 
 def test_design_of_a_person_is_refused_before_anything_is_solved(written, tmp_path):

@@ -1,0 +1,61 @@
+"""Records that hold arrays: short in print, a table where a notebook asks for HTML."""
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from html import escape
+
+import numpy as np
+
+from sensor.arrays import Floats
+
+_FEW = 4  # entries that are told one by one
+_LONGEST = 80  # letters of a value
+
+
+class Record:
+    """What the frozen dataclasses of results inherit, each with repr=False."""
+
+    def __repr__(self) -> str:
+        """Return the name of the record and its fields, arrays by their shape and range."""
+        fields = ", ".join(f"{name}={text}" for name, text in _fields(self))
+        return f"{type(self).__name__}({fields})"
+
+    def _repr_html_(self) -> str:
+        """Return the fields as a table, as notebooks ask for it."""
+        rows = [f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _fields(self)]
+        return f"<table><caption>{escape(type(self).__name__)}</caption>{''.join(rows)}</table>"
+
+
+def _fields(record: object) -> Iterator[tuple[str, str]]:
+    """Yield the fields of a dataclass by their names, each value in few letters."""
+    for field in dataclasses.fields(record):  # type: ignore[arg-type]  # every record is a dataclass
+        yield field.name, short_text(getattr(record, field.name))
+
+
+def short_text(value: object) -> str:
+    """Return a value in few letters: a number, the shape and range of an array, the class of a record."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, np.ndarray):
+        return _of_array(value)
+    if dataclasses.is_dataclass(value):
+        return f"{type(value).__name__}(...)"
+    if isinstance(value, tuple | list):
+        entries = ", ".join(map(short_text, value[:_FEW]))
+        few = len(value) <= _FEW and len(entries) <= _LONGEST
+        return f"({entries})" if few else f"{len(value)} x {type(value[0]).__name__}"
+    if isinstance(value, Mapping):
+        return f"{len(value)} keys"
+    text = repr(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def _of_array(array: Floats) -> str:
+    if array.ndim == 1 and array.size <= _FEW:
+        return f"[{', '.join(f'{number:.6g}' for number in array.tolist())}]"
+    shape = " x ".join(map(str, array.shape))
+    finite = array[np.isfinite(array)]
+    if finite.size == 0:
+        return f"array of {shape or 'one'}"
+    missing = "" if finite.size == array.size else f", {array.size - finite.size} missing"
+    return f"array of {shape or 'one'}, {finite.min():.6g} to {finite.max():.6g}{missing}"

@@ -1,0 +1,44 @@
+"""A skin beyond what a half-space under each tip can carry is refused with the bound of its modulus, which holds."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Press, Tips
+from sensor.quantity import InputError
+from solve.contact.poses import Pose, pose_forces
+from solve.contact.response import scene_response
+from solve.contact.scene import Scene
+from solve.fruit.skin import skin_compliance
+from solve.fruit.split import split_compliance, tip_footprints
+
+SPRINGS = np.diag([1.0 / 0.753, 1.0 / 17.3])  # mm/N, of the paper
+BLOCK = Fruit(length_mm=20.0, width_mm=14.0, height_mm=6.0, poisson=0.3, E_MPa=(0.25,), E_max_MPa=0.25)
+TIPS = Tips(side_mm=3.0, spacing_mm=6.0)
+STIFF = replace(BLOCK, skin_mm=0.5, skin_E_MPa=2e4)
+SOFT_IN_SHEAR = replace(BLOCK, poisson=-0.499, skin_mm=0.02, skin_E_MPa=0.26, skin_poisson=0.49)
+
+
+def scene_of(fruit):
+    scene = Scene(fruit=fruit, tips=TIPS, press=Press(tilt_deg=1.0))
+    bare = split_compliance(fruit, TIPS, tolerance=0.02)
+    return scene, replace(skin_compliance(bare, fruit, tip_footprints(TIPS)), rough=True)
+
+
+@pytest.mark.parametrize(("fruit", "word"), [(STIFF, "at most"), (SOFT_IN_SHEAR, "at least")])
+def test_skin_out_of_bounds_is_refused_with_a_bound_that_holds(fruit, word):
+    scene, compliance = scene_of(fruit)
+    for press in (
+        lambda: scene_response(scene, compliance, SPRINGS, [0.25], [0.1]),
+        lambda: pose_forces(scene, compliance, SPRINGS, [Pose(E=0.25, travel=0.1)]),
+    ):
+        with pytest.raises(InputError) as refused:
+            press()
+        assert refused.value.field == "fruit.skin_E_MPa"
+        assert word in refused.value.bound
+    bound = float(re.search(rf"{word} ([0-9.e+-]+) MPa", refused.value.bound)[1])
+    scene, compliance = scene_of(replace(fruit, skin_E_MPa=bound))
+    assert scene_response(scene, compliance, SPRINGS, [0.25], [0.1]).F.min() > 0.0
