@@ -47,7 +47,11 @@ def odd_row(x: Floats, shown: Floats, last_digits: Floats, span: float) -> OddRo
     deviation = np.hypot(np.sqrt(least / freedom), _ROUNDED * last_digits.max())
     expected = float(zero + slope * x[index])
     residual = abs(float(shown[index]) - expected)
-    likely = float(stdtrit(freedom, 1.0 - 0.5 * _UNLIKELY / len(x))) * deviation * np.sqrt(1.0 + 1.0 / others.sum() + apart**2)
+    likely = (
+        float(stdtrit(freedom, 1.0 - 0.5 * _UNLIKELY / len(x)))
+        * deviation
+        * np.sqrt(1.0 + 1.0 / others.sum() + apart**2)
+    )
     if residual > max(likely, _LEAST_RESIDUAL * abs(span)):
         return OddRow(index=index, expected=expected)
     return None

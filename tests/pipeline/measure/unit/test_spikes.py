@@ -63,9 +63,10 @@ class Hand:
         """Return the forces [N] of one press with noise and air, (samples, channels)."""
         rng = self.rng
         forces = np.vstack([np.zeros(len(self.delays)), self.fruit[rng.integers(len(self.fruit))]])
-        count = samples or int(np.exp(rng.uniform(np.log(12), np.log(120))))
+        count = samples or int(np.exp(rng.uniform(np.log(24), np.log(120))))
         part = np.linspace(0.0, 1.0, count)
-        depth = part if rng.random() < 0.5 else 1.0 - (1.0 - part) ** 2
+        in_turn = bool(self.delays.any())  # such presses slow down to their end: a straight line turns back at once
+        depth = 1.0 - (1.0 - part) ** 2 if in_turn or rng.random() < 0.5 else part
         end = rng.integers(3)
         if end == 0:
             depth = np.append(depth, np.ones(rng.integers(1, 6)))
