@@ -209,6 +209,19 @@ def _print_reading(reading: "FruitReading", *, indent: int | None, as_json: bool
     if as_json:
         print(json.dumps(reading_as_mapping(reading), indent=indent, allow_nan=False), flush=True)
         return
+    parts = _parts(reading)
+    if reading.ripeness is not None:
+        parts.append(f"class {reading.ripeness}")
+    if reading.lines_left_out:
+        parts.append(f"left out line {', '.join(map(str, reading.lines_left_out))}")
+    if reading.flags:
+        parts.append(f"flags: {', '.join(reading.flags)}")
+    hardly = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
+    print("  ".join(parts) + hardly, flush=True)
+
+
+def _parts(reading: "FruitReading") -> list[str]:
+    """Return what a reading tells, one text for each thing."""
     parts = [] if reading.t is None else [f"t {reading.t:.3f} s"]
     if reading.E is None or reading.u is None:
         parts.append("no modulus")
@@ -228,9 +241,4 @@ def _print_reading(reading: "FruitReading", *, indent: int | None, as_json: bool
     if reading.firmness is not None:
         value = f"{reading.firmness.value:.4g} {reading.firmness.unit}"
         parts.append(f"firmness {value} +- {2.0 * reading.firmness.percent:.2g} % (95 %)")
-    if reading.ripeness is not None:
-        parts.append(f"class {reading.ripeness}")
-    if reading.flags:
-        parts.append(f"flags: {', '.join(reading.flags)}")
-    hardly = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
-    print("  ".join(parts) + hardly, flush=True)
+    return parts

@@ -27,7 +27,7 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.report import Report
-from sensor.quantity import Estimate, validation_error
+from sensor.quantity import COVERAGE, Estimate, validation_error
 from sensor.verdict import Verdict
 
 _WEIGHED = {
@@ -35,6 +35,10 @@ _WEIGHED = {
     "deflection": Quantity(units=LENGTH, most=100.0),
 }
 WITHOUT_PLATE = "the design expects a press on a hard plate: without --plate firm flesh is read with a larger error"
+UNLIKE_DESIGN = 3.0
+"""Times the stiffness of a design, or a part of it: a print is off by less."""
+KNOWN_WELL_PERCENT = 0.5
+"""Of a stiffness, what holds 95 %: a dial hides as much, which is what a plate is for."""
 _EXAMPLES = {what: f"{what},weight_g,deflection_mm" for what in ("tip", "coupon")}
 
 
@@ -92,6 +96,7 @@ def calibrate_unit(
     """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     springs = weighed_springs(table, "tip", [tip.name for tip in report.tips])
+    _refuse_unlike_design(table, springs, as_designed)
     channels = weighed_channels(table, report)
     unit = unit_of(
         report,
@@ -105,7 +110,9 @@ def calibrate_unit(
     counts_on_plate = reading is not None and reading.calibrated_by == "plate"
     assumed = [WITHOUT_PLATE] if counts_on_plate and plate is None else []
     if plate is not None:
+        by_weights = unit
         unit = _on_plate(unit, plate, table, channels, springs, report)
+        assumed += _worse_on_plate(unit, by_weights, plate)
     sensor = MeasuringUnit(report=report, unit=unit)
     scale = None if fruit is None else scale_of_presses(fruit, sensor)
     nominal = as_designed.unit.stiffnesses
@@ -121,6 +128,31 @@ def calibrate_unit(
         scale=scale,
         channels=channels,
     )
+
+
+def _refuse_unlike_design(table: MeasuredTable, springs: Sequence[Estimate], designed: MeasuringUnit) -> None:
+    """Raise InputError for a spring that is none of its design: no print is three times too stiff or too soft."""
+    nominal = designed.unit.stiffnesses
+    for tip, spring, K in zip(designed.report.tips, springs, nominal, strict=True):
+        ratio = spring.value / K
+        if not 1.0 / UNLIKE_DESIGN < ratio < UNLIKE_DESIGN:
+            field = f"{table.source}: stiffness of {tip.name} over that of its design"
+            bound = f"from {1.0 / UNLIKE_DESIGN:.2g} to {UNLIKE_DESIGN:g}"
+            raise validation_error(field, float(f"{ratio:.3g}"), "", bound, "check names of tips, and the units")
+
+
+def _worse_on_plate(unit: PrintedUnit, by_weights: PrintedUnit, plate: MeasuredTable) -> list[str]:
+    """Return a note where a press on a plate leaves springs much less well known than the weights did."""
+    worst = max(range(len(unit.tips)), key=lambda tip: unit.K_percent[tip] / by_weights.K_percent[tip])
+    on_plate, before = (COVERAGE * each.K_percent[worst] for each in (unit, by_weights))
+    if on_plate <= max(2.0 * before, KNOWN_WELL_PERCENT):
+        return []
+    step = float(plate.last_digits["travel"].min())
+    return [
+        f"the plate tells the spring of {unit.tips[worst]} to +- {on_plate:.2g} %, the weights to +- {before:.2g} %; "
+        f"its travel is taken as read to {step:g} mm, the last digit written: write all that the dial shows, "
+        "press farther and oftener, or leave --plate out"
+    ]
 
 
 def _with_channels(unit: PrintedUnit, channels: ChannelCalibration, report: Report) -> PrintedUnit:

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.measure.calibrating.weighing import line_through
+from pipeline.measure.calibrating.weighing import line_through, refuse_odd_row
 from pipeline.measure.measured_table import MeasuredTable, place_of
 from pipeline.measure.unit.signals import count_keys
 from pipeline.report.report import Report
 from sensor.arrays import Floats
-from sensor.quantity import validation_error
+from sensor.quantity import COVERAGE, validation_error
 
 USUAL_SATURATION = 2**23 - 1
 """The largest count of a converter of 24 bits."""
@@ -74,17 +74,32 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
         own = lines[tip]
         shown = counts[rows, tip]
         span = abs(own.value) * float(np.ptp(loads))
+        refuse_odd_row(table, rows, "force", keys[tip], "counts", float(np.ptp(shown)))
+        if not COVERAGE * own.error < abs(own.value):
+            field = f"{table.source}: {keys[tip]} over the weight on {name}"
+            bound = f"known to 100 %, not +- {COVERAGE * own.error:.2g} counts/N"
+            raise validation_error(field, own.value, "counts/N", bound, "check the channel and its wires")
         unlike = max(float(np.ptp(shown[loads == load])) for load in set(loads.tolist()))
         hysteresis.append(100.0 * unlike / span)
         without = shown[loads == 0.0]
         drift.append(100.0 * float(without[-1] - without[0]) / span)
         # What comes back otherwise lies anywhere within its width (JCGM 100:2008, 4.3.7).
         gain_percent.append(float(np.hypot(own.percent, 0.5 * hysteresis[-1] / np.sqrt(3.0))))
+    for name in names:
+        rows = np.flatnonzero(tips == name)
+        for channel, key in enumerate(keys):
+            own_loads = forces[tips == names[channel]]
+            refuse_odd_row(table, rows, "force", key, "counts", float(slopes[channel, channel] * np.ptp(own_loads)))
     relative = slopes / np.diag(slopes)[:, None]
+    others = np.abs(relative - np.eye(len(names))).max(axis=1)
+    if not others.max() < 1.0:
+        channel = int(others.argmax())
+        field = f"{table.source}: largest counts/N of {keys[channel]} by another tip, over that of {names[channel]}"
+        bound = "below 1: each channel responds most to its own tip"
+        raise validation_error(field, float(f"{others[channel]:.4g}"), "", bound, "check order and wires")
     if not np.linalg.cond(relative) < _WORST_CONDITION:
         bound = "a table in which each channel responds most to its own tip"
         raise validation_error(table.source, float(np.linalg.cond(relative)), "", bound, "check order and wires")
-    others = np.abs(relative - np.eye(len(names))).max(axis=1)
     return ChannelCalibration(
         counts_per_N=slopes,
         zero_counts=counts[forces == 0.0].mean(axis=0),

@@ -21,6 +21,7 @@ from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.signals import force_keys
+from pipeline.measure.unit.spikes import SpikeFilter, press_line
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 
@@ -135,9 +136,19 @@ def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
     fruit = table.texts["fruit"]
     sensor.refuse_without_rise_level()
     presses = {name: ContrastPress(sensor) for name in fruit}
+    law = press_line(sensor)
+    spikes = {name: SpikeFilter[int](law, sensor.least_forces, 1) for name in fruit}
     forces = np.column_stack([table.numbers[key] for key in force_keys(len(sensor.report.tips))])
-    for name, row in zip(fruit, forces.tolist(), strict=True):
-        presses[name].add(sensor.forces_of_channels(row))
+    for number, name, channels in zip(table.lines, fruit, forces.tolist(), strict=True):
+        of_tips = sensor.forces_of_channels(channels)
+        spikes[name].add(number, of_tips)
+        presses[name].add(of_tips)
+    for name, each in spikes.items():
+        each.end()
+        if each.left_out:
+            place = f"{place_of(table.source, each.left_out[0])}: fruit {name}"
+            bound = "as the other samples of its press"
+            raise validation_error(place, "forces", "", bound, "correct that line, or leave it out")
     readings = {name: press.reading() for name, press in presses.items()}
     moduli = []
     for line, name in zip(table.lines, fruit, strict=True):

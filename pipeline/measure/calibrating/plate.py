@@ -6,22 +6,26 @@ flattens of each dome, as Hertz has it.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of
+from pipeline.measure.calibrating.line_checks import LEAST_SPAN, bend_of, odd_row
 from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_through
-from pipeline.measure.measured_table import LENGTH, MeasuredTable, Quantity, numbers_of, read_csv
+from pipeline.measure.measured_table import LENGTH, MeasuredTable, Quantity, numbers_of, place_of, read_csv
 from pipeline.measure.unit.signals import COUNTS, count_keys
+from pipeline.reading.uncertainty import BOUNDED
 from pipeline.report.report import Report
 from sensor.arrays import Floats
-from sensor.quantity import Estimate, validation_error
+from sensor.quantity import COVERAGE, Estimate, validation_error
 from sensor.theory.hertz import force_factor
 
 _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _UNLIKE = 0.1  # of all stiffnesses: a dial or a balance is less wrong, a unit is more
-_APART = 0.03  # of one against the others: a dial is less wrong, a tip that touches late or another channel is more
+_APART = 0.03  # of one against another: a dial is less wrong, a tip that touches late or another channel is more
+_MOST_BENT = 0.1  # of a slope over a press: Hall sensors bend by less, a tip that touches late by more
 _STEEPEST = 1.5  # E goes at most with this power of all deflections: Hertz
 
 
@@ -45,8 +49,9 @@ def pressed_springs(
     """
     travel = table.numbers["travel"]
     travels = len(set(travel.tolist()))
-    if travels < FEWEST:
-        raise validation_error(table.source, travels, "travels", f"at least {FEWEST}", "press in five equal steps")
+    if travels < FEWEST or not np.ptp(travel) > LEAST_SPAN:
+        within = f"travels within {np.ptp(travel):.2g} mm"
+        raise validation_error(table.source, travels, within, f"at least {FEWEST}", "press in five equal steps")
     keys = count_keys(len(weighed))
     counts = counts_of(table, keys, channels.saturation) - channels.zero_counts
     forces = counts @ np.array(channels.newtons_per_count).T
@@ -54,9 +59,13 @@ def pressed_springs(
     deflections = travel[:, None] - flattened
 
     # A travel that is read wrong is so for all tips: what all channels show alike beside their lines is its error.
+    for key, deflection, force in zip(keys, deflections.T, forces.T, strict=True):
+        _refuse_bad_row(table, deflection, force, key)
     lines = [np.polyfit(deflection, force, 1) for deflection, force in zip(deflections.T, forces.T, strict=True)]
     stiffnesses = np.array([line[0] for line in lines])
     _refuse_unlike(table, stiffnesses, weighed, report)
+    bends = _bends(table, deflections, forces, channels)
+    disagreement = _disagreement(stiffnesses, weighed)
     shown = (forces - [line[1] for line in lines]) / stiffnesses
     read_wrong = (shown - deflections).mean(axis=1)
     of_travel = line_through(f"{table.source}: travel", travel, travel + read_wrong, table.last_digits["travel"], "1")
@@ -72,25 +81,82 @@ def pressed_springs(
         left_percent.append(100.0 * max(float(np.hypot(line.error, by_modulus)), LEAST_ERROR))
         # Springs count as off apart, by the root of their squares; the travel moves all of them.
         by_travel = _STEEPEST * np.sqrt(len(keys)) * of_travel.error
-        error = float(np.linalg.norm([0.01 * channels.gain_percent[tip], 0.01 * left_percent[tip], by_travel]))
+        by_scale = _STEEPEST * np.sqrt(len(keys)) * disagreement.mean
+        causes = [0.01 * channels.gain_percent[tip], 0.01 * left_percent[tip], by_travel, by_scale]
+        # Within these bounds each may lie anywhere (JCGM 100:2008, 4.3.7).
+        causes += [BOUNDED * disagreement.apart[tip], BOUNDED * 0.5 * bends[tip]]
+        error = float(np.linalg.norm(causes))
         springs.append(Estimate(float(stiffnesses[tip]), float(stiffnesses[tip]) * error, "N/mm"))
     return springs, left_percent
 
 
+def _refuse_bad_row(table: MeasuredTable, deflection: Floats, force: Floats, key: str) -> None:
+    """Raise InputError, which names its line, for a row that does not fit the straight line of a channel."""
+    step = table.last_digits["travel"] * np.ptp(force) / np.ptp(deflection)
+    found = odd_row(deflection, force, step, float(np.ptp(force)))
+    if found is not None:
+        row = found.index
+        place = place_of(table.source, table.lines[row], key)
+        bound = f"about {found.expected:.4g} N, where the line of the other rows is"
+        hint = "check that all tips stand on the plate in that row, and its travel; or leave the row out"
+        raise validation_error(place, float(f"{force[row]:.4g}"), "N by its counts", bound, hint)
+
+
+def _bends(table: MeasuredTable, deflections: Floats, forces: Floats, channels: ChannelCalibration) -> list[float]:
+    """Return how much the slope of each channel changes over the press, beyond its scatter [1].
+
+    Raises InputError for a channel whose slope changes by more than a tenth: its tip touched late.
+    """
+    bends = []
+    for tip, key in enumerate(count_keys(forces.shape[1])):
+        stiffness = np.ptp(forces[:, tip]) / np.ptp(deflections[:, tip])
+        digit = channels.newtons_per_count[tip][tip] * table.last_digits[key]
+        bend = bend_of(deflections[:, tip], forces[:, tip], np.hypot(digit, stiffness * table.last_digits["travel"]))
+        if bend.excess > _MOST_BENT:
+            field = f"{table.source}: change of the slope of {key} from the first row to the last"
+            hint = "leave out the rows before all tips stand on the plate, and hold plate and sensor still"
+            raise validation_error(field, float(f"{bend.change:.3g}"), "", f"within +-{_MOST_BENT:g}", hint)
+        bends.append(bend.excess)
+    return bends
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Disagreement:
+    """How much a plate and weights disagree on the springs, beyond one standard deviation [1].
+
+    `mean` is that of all stiffnesses, `apart` that of each against the mean.
+    """
+
+    mean: float
+    apart: tuple[float, ...]
+
+
+def _disagreement(stiffnesses: Floats, weighed: Sequence[Estimate]) -> _Disagreement:
+    """Return the disagreement of stiffnesses on a plate [N/mm] with those from weights."""
+    ratios = stiffnesses / [spring.value for spring in weighed]
+    mean = float(ratios.mean())
+    errors = [spring.relative for spring in weighed]
+    of_mean = float(np.linalg.norm(errors)) / len(errors)
+    apart = [max(0.0, abs(ratio / mean - 1.0) - error) for ratio, error in zip(ratios.tolist(), errors, strict=True)]
+    return _Disagreement(mean=BOUNDED * max(0.0, abs(mean - 1.0) - of_mean), apart=tuple(apart))
+
+
 def _refuse_unlike(table: MeasuredTable, stiffnesses: Floats, weighed: Sequence[Estimate], report: Report) -> None:
-    """Raise InputError where stiffnesses on a plate [N/mm] are not those from weights, all of them or one."""
+    """Raise InputError where stiffnesses on a plate [N/mm] are not those from weights, all of them or two of them."""
     ratios = stiffnesses / [spring.value for spring in weighed]
     mean = float(ratios.mean())
     hint = "check travel_mm and its unit, the order of the columns, and that all tips stand on the plate in every row"
     if not abs(mean - 1.0) < _UNLIKE:
         field = f"{table.source}: stiffness over that from weights, mean of all tips"
         raise validation_error(field, float(f"{mean:.4g}"), "", f"1 within {_UNLIKE:g}", hint)
-    for tip, ratio, spring in zip(report.tips, ratios.tolist(), weighed, strict=True):
-        allowed = _APART + 2.0 * spring.relative
-        if not abs(ratio / mean - 1.0) < allowed:
-            field = f"{table.source}: stiffness over that from weights, {tip.name}"
-            bound = f"within {allowed:.2g} of the mean of all tips, {mean:.4g}"
-            raise validation_error(field, float(f"{ratio:.4g}"), "", bound, hint)
+    order = np.argsort(ratios)
+    low, high = int(order[0]), int(order[-1])
+    allowed = _APART + COVERAGE * float(np.hypot(weighed[low].relative, weighed[high].relative))
+    if not ratios[high] / ratios[low] - 1.0 < allowed:
+        odd, other = (high, low) if abs(ratios[high] - 1.0) > abs(ratios[low] - 1.0) else (low, high)
+        field = f"{table.source}: stiffness over that from weights, {report.tips[odd].name}"
+        bound = f"within {allowed:.2g} of that of {report.tips[other].name}, {ratios[other]:.4g}"
+        raise validation_error(field, float(f"{ratios[odd]:.4g}"), "", bound, hint)
 
 
 def flattening(report: Report, forces: Floats) -> Floats:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.measure.calibrating.line_checks import LEAST_SPAN, odd_row
 from pipeline.measure.measured_table import MeasuredTable, place_of
 from sensor.quantity import COVERAGE, Estimate, validation_error
 
@@ -30,16 +31,31 @@ def weighed_springs(table: MeasuredTable, column: str, names: Sequence[str]) -> 
             raise validation_error(place, name, "", f"one of {', '.join(names)}", "take the names in report.json")
     springs = []
     for name in names:
-        rows = np.array(weighed) == name
+        rows = np.flatnonzero(np.array(weighed) == name)
+        deflections = table.numbers["deflection"][rows]
+        last_digits = table.last_digits["deflection"][rows]
         springs.append(
             _weighed_spring(
-                f"{table.source}: compliance of {name}",
-                table.numbers["force"][rows],
-                table.numbers["deflection"][rows],
-                table.last_digits["deflection"][rows],
+                f"{table.source}: compliance of {name}", table.numbers["force"][rows], deflections, last_digits
             )
         )
+        refuse_odd_row(table, rows, "force", "deflection", "mm", float(np.ptp(deflections)))
     return springs
+
+
+def refuse_odd_row(table: MeasuredTable, rows: NDArray[np.intp], over: str, shown: str, unit: str, span: float) -> None:
+    """Raise InputError, which names its line, for a row that does not fit the straight line of the others.
+
+    The line is that of a column that is shown over another; a residual counts from a hundredth of a span on.
+    """
+    values = table.numbers[shown][rows]
+    found = odd_row(table.numbers[over][rows], values, table.last_digits[shown][rows], span)
+    if found is not None:
+        place = place_of(table.source, table.lines[int(rows[found.index])], shown)
+        bound = f"about {found.expected:.6g}, where the line of the other rows is"
+        raise validation_error(
+            place, float(values[found.index]), unit, bound, "measure that row again, or leave it out"
+        )
 
 
 def _weighed_spring(
@@ -65,9 +81,9 @@ def line_through(
     Raises InputError for fewer than three rows or one weight.
     """
     weights = len(set(forces.tolist()))
-    if len(forces) < FEWEST or weights == 1:
+    if len(forces) < FEWEST or weights == 1 or not np.ptp(forces) > LEAST_SPAN:
         bound = f"at least {FEWEST}, of 2 weights; one weight cannot tell a wrong zero from a wrong slope"
-        rows = f"rows, of {weights} different weights"
+        rows = f"rows, of {weights} different weights within {np.ptp(forces):.2g} N"
         raise validation_error(field, len(forces), rows, bound, "add a row without weight")
 
     slope, zero = np.polyfit(forces, shown, 1).tolist()

@@ -10,6 +10,7 @@ from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES
 from pipeline.measure.unit.seating import ROUNDS, seating_of
+from pipeline.measure.unit.spikes import BESIDE, FIRM, LARGEST_RESIDUAL, OTHERS, SLACK, press_line
 from pipeline.reading.read_out import LevelReading
 from sensor.design.readout import AMPLIFIERS
 from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, LARGEST_TOUCH_FORCE, LEAST_RISE, RiseLaw
@@ -56,6 +57,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "inputs": _inputs(sensor),
         "level": _level(sensor.level),
         **_contrast_constants(sensor, sensor.rise_law),
+        **_spike_constants(sensor),
         **_seating_constants(sensor),
     }
 
@@ -87,6 +89,19 @@ def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
         "per_offset": seating.per_offset,
         "by_skin": seating.by_skin,
         "rounds": ROUNDS,
+    }
+
+
+def _spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return what tells samples that contradict their press: forces [N], the contrast [mm]."""
+    line = press_line(sensor)
+    return {
+        "line": line,
+        "others": OTHERS,
+        "beside": BESIDE,
+        "slack": SLACK * (line.most - line.least),
+        "firm": FIRM,
+        "largest_residual": LARGEST_RESIDUAL,
     }
 
 

@@ -30,6 +30,8 @@ class FruitReading:
 
     `offset` [mm] is by how much the high tips stand nearer to the skin than the low ones, beyond what design and
     calibration say, and `offset_u` [mm] the half width that holds 95 %. A press of a line or a square tells them.
+
+    `lines_left_out` are those of samples of the signal that contradict their press, at most some of them.
     """
 
     E: float | None = None
@@ -44,6 +46,7 @@ class FruitReading:
     noise: float | None = None
     offset: float | None = None
     offset_u: float | None = None
+    lines_left_out: tuple[int, ...] = ()
     others: dict[str, float] = field(default_factory=dict)
     relaxation: float | None = None
     firmness: Estimate | None = None
@@ -59,6 +62,10 @@ class FruitReading:
     def with_offset(self, offset: float, u: float) -> "FruitReading":
         """Return this reading as one in which the high tips stand nearer to the skin by an offset +- u [mm]."""
         return replace(self, offset=offset, offset_u=u)
+
+    def without_lines(self, lines: tuple[int, ...]) -> "FruitReading":
+        """Return this reading as one that left lines of its signal out."""
+        return replace(self, lines_left_out=lines)
 
     @property
     def left(self) -> float | None:
@@ -94,6 +101,7 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
         "tilt_direction_deg": reading.direction,
         **offset,
         "flags": list(reading.flags),
+        **({"lines_left_out": list(reading.lines_left_out)} if reading.lines_left_out else {}),
         "class": reading.ripeness,
         **firmness,
         **{f"E_{name}_MPa": value for name, value in reading.others.items()},

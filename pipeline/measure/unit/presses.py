@@ -13,12 +13,15 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.one_time import AtOneTime
 from pipeline.measure.unit.relaxing_flesh import Hold, RelaxingFlesh
 from pipeline.measure.unit.signals import Sample, Signal
+from pipeline.measure.unit.spikes import FIRM, SpikeFilter, press_line
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 from sensor.theory.relaxation import Relaxation
 
 TARE_SAMPLES = 10
 """Of a signal of counts, at its start, of a sensor that hangs free."""
+MOST_NAMED = 10
+"""Lines of a press that are named as left out; a stream may go on for ever."""
 
 
 def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False) -> Iterator[FruitReading]:
@@ -28,8 +31,6 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
     and for a line or a square whose report has no readings of whole presses.
     """
     sensor.refuse_without_rise_level()
-    press: _Press | None = None
-    pressed = False
     if signal.counted:
         tare, counts = tare_of(sensor, signal)
         at_one_time = sensor_times(sensor, counts, signal.source)
@@ -37,26 +38,16 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
     else:
         at_one_time = sensor_times(sensor, signal, signal.source)
         samples = iter(at_one_time)
-    relaxation = sensor.design.fruit.relaxation
-    flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
+    touches = _Touches(sensor, at_one_time, every_sample=every_sample)
+    spikes: SpikeFilter[Sample] = SpikeFilter(press_line(sensor), sensor.least_forces, at_one_time.lag)
     for sample in samples:
         forces = sensor.forces_of_channels(sample.forces)
         refuse_out_of_scale(sensor, forces, partial(signal.place, sample))
-        channels = forces if flesh is None else flesh.channels(forces, sample.t)
-        if (forces > sensor.least_forces).all():
-            pressed = True
-            press = press or _Press(sensor, at_one_time)
-            press.add(sample, channels)
-            if every_sample:
-                yield press.reading(sample.t)
-        elif press is not None:
-            if not every_sample:
-                yield press.reading()
-            press = None
-    if press is not None and not every_sample:
-        yield press.reading()
-    if not pressed:
-        yield FruitReading(flags=("lift_off",))
+        for released in spikes.add(sample, forces):
+            yield from touches.add(*released, spikes.left_out)
+    for released in spikes.end():
+        yield from touches.add(*released, spikes.left_out)
+    yield from touches.end(spikes.left_out)
 
 
 def sensor_times(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -> AtOneTime:
@@ -136,23 +127,84 @@ def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats,
         raise validation_error(place(tip), float(forces[tip]), "N", bound, hint)
 
 
+class _Touches:
+    """The touches of a signal, of which those that are firm are presses."""
+
+    def __init__(self, sensor: MeasuringUnit, at_one_time: AtOneTime, *, every_sample: bool) -> None:
+        relaxation = sensor.design.fruit.relaxation
+        self._sensor = sensor
+        self._at_one_time = at_one_time
+        self._every_sample = every_sample
+        self._flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
+        self._press: _Press | None = None
+        self._hardly = FruitReading(flags=("lift_off",))
+        self._told = False
+
+    def add(self, sample: Sample, forces: Floats, left_out: list[Sample]) -> Iterator[FruitReading]:
+        """Yield what a sample with its forces [N] ends or adds to; samples that were left out are taken."""
+        del left_out[MOST_NAMED:]
+        channels = forces if self._flesh is None else self._flesh.channels(forces, sample.t)
+        if not (forces > self._sensor.least_forces).all():
+            yield from self._ended(left_out)
+            return
+        self._press = self._press or _Press(self._sensor, self._at_one_time)
+        self._press.add(sample, channels)
+        if self._every_sample:
+            self._told = True
+            yield self._press.reading(left_out, sample.t)
+
+    def end(self, left_out: list[Sample]) -> Iterator[FruitReading]:
+        """Yield the press that the end of a signal ends; of a signal without one what its last touch tells."""
+        yield from self._ended(left_out)
+        if not self._told:
+            yield self._hardly
+
+    def _ended(self, left_out: list[Sample]) -> Iterator[FruitReading]:
+        press, self._press = self._press, None
+        if press is None:
+            return
+        reading = press.reading(left_out)
+        left_out.clear()
+        if self._every_sample:
+            return
+        if press.is_firm:
+            self._told = True
+            yield reading
+        else:
+            self._hardly = reading
+
+
 class _Press:
     """One press as it goes on."""
 
     def __init__(self, sensor: MeasuringUnit, at_one_time: AtOneTime) -> None:
         hold = None if sensor.design.fruit.relaxation is None else Hold(sensor.design)
         self._press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation, hold=hold)
+        self._firm_forces = FIRM * sensor.least_forces
+        self._several = at_one_time.lag
+        self._firm_left = self._several + 1
         self._largest = 0.0
         self._t_deepest = 0.0
+
+    @property
+    def is_firm(self) -> bool:
+        """Say whether more samples in a row than one bad conversion is part of had a force that noise does not end."""
+        return self._firm_left <= 0
 
     def add(self, sample: Sample, channels: Floats) -> None:
         """Take a sample with its channels [N], the forces of all tips first."""
         self._press.add(channels, sample.x, sample.t)
-        whole = float(channels[: len(sample.forces)].sum())
+        forces = channels[: len(sample.forces)]
+        if not self.is_firm:
+            is_firm = bool((forces > self._firm_forces).all())
+            self._firm_left = self._firm_left - 1 if is_firm else self._several + 1
+        whole = float(forces.sum())
         if whole > self._largest:  # above 0 from the first sample on
             self._largest = whole
             self._t_deepest = sample.t
 
-    def reading(self, t: float | None = None) -> FruitReading:
+    def reading(self, left_out: Sequence[Sample], t: float | None = None) -> FruitReading:
         """Return what the press tells so far, at a time [s], or at that of its deepest sample."""
-        return replace(self._press.reading(), t=self._t_deepest if t is None else t)
+        reading = replace(self._press.reading(), t=self._t_deepest if t is None else t)
+        lines = tuple(sample.line for sample in left_out)
+        return reading.with_flag("spike").without_lines(lines) if lines else reading

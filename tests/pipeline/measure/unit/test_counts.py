@@ -207,10 +207,13 @@ def test_readings_lie_inside_their_bar(with_plate, units, mango, rng, calibrate)
 
 
 def test_a_plate_takes_off_what_a_dial_is_wrong_by(mango, rng, calibrate):
-    """A dial that shows 2 % too much at low tips and too little at high ones, on a unit whose springs are 10 % off."""
+    """A dial that shows 1.4 % too much at low tips and too little at high ones, on a unit whose springs are 10 % off.
+
+    By 3 % they would be refused: a dial is less wrong.
+    """
     factors = np.array(mango.design.tips.each(1.1, 0.9))
     electronics = Electronics(mango, rng)
-    table = weights(mango, factors, electronics, dial=mango.design.tips.each(1.02, 0.98))
+    table = weights(mango, factors, electronics, dial=mango.design.tips.each(1.014, 0.986))
     plate = plate_press(mango, factors, electronics)
     E = mango.design.fruit.largest_E_MPa
     rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, E, factors))])
@@ -218,7 +221,7 @@ def test_a_plate_takes_off_what_a_dial_is_wrong_by(mango, rng, calibrate):
     for calibration in (calibrate(mango.report, table), calibrate(mango.report, table, plate)):
         readings += read(MeasuringUnit(report=mango.report, unit=calibration.unit), rows)
     by_weights, by_plate = readings
-    assert abs(by_weights.E / E - 1.0) > 0.1
+    assert abs(by_weights.E / E - 1.0) > 0.06
     assert by_weights.u < abs(by_weights.E / E - 1.0)  # what a dial hides is in no bar
     assert abs(by_plate.E / E - 1.0) < min(0.02, by_plate.u)
     assert calibration.unit.stiffnesses == pytest.approx((mango.K * factors).tolist(), rel=2e-3)
