@@ -10,9 +10,12 @@ from sensor.verdict import all_passed
 
 if TYPE_CHECKING:
     from pipeline.measure.calibrating.calibration import Calibration
+    from pipeline.measure.measured_table import MeasuredTable
     from sensor.quantity import Estimate
 
 PURPOSE = "find the springs of a printed unit from what was measured of it"
+NAMES = ("tip", "coupon", "force", "deflection", "travel", "fruit", "firmness", "E")
+"""What the columns of its tables hold, beside forces and counts."""
 EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
 
 
@@ -26,6 +29,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
     pressed = "travel_mm and the counts of each channel: a press on a hard flat plate, all tips on it"
     add("--plate", metavar="PLATE.csv", type=Path, help=f"calibrate deflections, of the columns {pressed}")
+    add("--columns", metavar="NAME=HEADER,...", help="headers or numbers of columns, as in force=Gewicht,counts_l=4")
+    add("--units", metavar="NAME=UNIT,...", help="units where a table gives none, as in force=g,deflection=um")
     add("--out", metavar="unit.toml", type=Path, help="write the unit there, for pipeline read --unit")
     add("--classes", metavar="NAMES", default="", help="ripeness classes of its readings, as in ripe:0.8,unripe")
     add_force_flag(parser)
@@ -39,9 +44,11 @@ def execute(arguments: Namespace) -> int:
     from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print, modulus_of_coupon
     from pipeline.measure.calibrating.fruit_presses import measured_fruit
     from pipeline.measure.calibrating.plate import measured_plate
+    from pipeline.measure.measured_table import ColumnFlags
     from pipeline.measure.template import print_answer
     from pipeline.measure.unit.printed_unit import unit_as_toml
     from pipeline.measure.unit.ripeness import ripeness_classes
+    from pipeline.measure.unit.signals import count_keys, force_keys
     from pipeline.report.report import read_report
     from pipeline.report.verdict_table import print_verdicts
     from pipeline.storage.files import write_files
@@ -50,17 +57,20 @@ def execute(arguments: Namespace) -> int:
     if arguments.classes:
         ripeness_classes(arguments.classes)
     report = read_report(arguments.folder)
-    table = measured_print(arguments.measured, report)
+    tips = len(report.tips)
+    flags = ColumnFlags(arguments.columns, arguments.units, (*NAMES, *force_keys(tips), *count_keys(tips)))
+    table = measured_print(arguments.measured, report, flags)
     if "coupon" in table.texts:
         for flag, path in (("--out", arguments.out), ("--fruit", arguments.fruit), ("--plate", arguments.plate)):
             if path is not None:
                 bound = "left out for a coupon, which tells a modulus and no unit"
                 raise validation_error(flag, str(path), "", bound, "leave it out")
         modulus = modulus_of_coupon(table, report)
+        _tell_tables(table)
         _print_modulus(modulus, report.design.process.E_MPa, as_json=arguments.json)
         return PASSED
-    fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips))
-    plate = None if arguments.plate is None else measured_plate(arguments.plate, len(report.tips))
+    fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, tips, flags)
+    plate = None if arguments.plate is None else measured_plate(arguments.plate, tips, flags)
     try:
         calibration = calibrate_unit(report, table, fruit, plate)
     except ReadingError as error:
@@ -69,6 +79,7 @@ def execute(arguments: Namespace) -> int:
     if arguments.out is not None:
         unit = replace(calibration.unit, classes=arguments.classes)
         write_files({arguments.out: unit_as_toml(unit).encode()}, "--out", force=arguments.force)
+    _tell_tables(table, fruit, plate)
     for assumed in calibration.assumed:
         print_error(f"note: {assumed}")
     passed = all_passed(calibration.verdicts)
@@ -79,6 +90,13 @@ def execute(arguments: Namespace) -> int:
             print_answer("calibrating/calibration.txt.j2", failed=passed is False, **vars(calibration))
             print_verdicts("the unit against its design", calibration.verdicts)
     return PASSED if passed else FAILED
+
+
+def _tell_tables(*tables: "MeasuredTable | None") -> None:
+    """Print what was read of each table."""
+    for table in tables:
+        if table is not None:
+            print_error(f"note: {table.understood}")
 
 
 def _as_mapping(calibration: "Calibration") -> dict[str, object]:

@@ -58,12 +58,12 @@ def execute(arguments: Namespace) -> int:
     from pipeline.measure.compression.modulus import measured_modulus
     from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
     from pipeline.measure.compression.summary import design_range, fruit_summaries, print_results, result_mapping
-    from pipeline.measure.measured_table import quantities_by_flags
+    from pipeline.measure.measured_table import ColumnFlags
     from solve.linear import SolveError
 
     _refuse_plot(arguments.plot)
     geometry, assumed = _geometry(arguments)
-    quantities = quantities_by_flags(QUANTITIES, arguments.columns, arguments.units)
+    quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
     results = []
     try:
         for file in dict.fromkeys(arguments.files):

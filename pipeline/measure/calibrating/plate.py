@@ -12,7 +12,15 @@ import numpy as np
 
 from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of
 from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_through
-from pipeline.measure.measured_table import LENGTH, MeasuredTable, Quantity, numbers_of, read_csv
+from pipeline.measure.measured_table import (
+    LENGTH,
+    NO_FLAGS,
+    ColumnFlags,
+    MeasuredTable,
+    Quantity,
+    numbers_of,
+    read_csv,
+)
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.report import Report
 from sensor.arrays import Floats
@@ -25,12 +33,12 @@ _APART = 0.03  # of one against the others: a dial is less wrong, a tip that tou
 _STEEPEST = 1.5  # E goes at most with this power of all deflections: Hertz
 
 
-def measured_plate(source: Path | str, tips: int) -> MeasuredTable:
+def measured_plate(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
     """Return the press of a sensor of so many tips on a hard plate: travels and counts; raises InputError."""
     form, rows = read_csv(source)
     keys = count_keys(tips)
     quantities = {"travel": Quantity(units=LENGTH, most=100.0), **dict.fromkeys(keys, COUNTS)}
-    return numbers_of(form, rows, quantities, ("travel", *keys), ",".join(["travel_mm", *keys]))
+    return numbers_of(form, rows, flags.applied(quantities), ("travel", *keys), ",".join(["travel_mm", *keys]))
 
 
 def pressed_springs(

@@ -10,7 +10,7 @@ import numpy as np
 from pipeline.measure.compression.force_law import POISSON, ForceLaw, TestGeometry, hertz_law, solved_law
 from pipeline.measure.compression.holds import HeldRelaxation, held_relaxation, hold_of, loading_before
 from pipeline.measure.compression.law_fit import fit_law
-from pipeline.measure.compression.loading import Loading, loading
+from pipeline.measure.compression.loading import Loading, first_loading, loading
 from pipeline.measure.compression.range_choice import RangeFit, choose_range
 from pipeline.measure.compression.specimens import Specimen
 from sensor.quantity import Bounds, validation_error
@@ -83,6 +83,7 @@ def measured_modulus(
     specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False
 ) -> CompressionResult:
     """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit."""
+    specimen = first_loading(specimen)
     hold = hold_of(specimen)
     curve = loading(loading_before(specimen, hold), compression_negative=compression_negative)
     _refuse_long_travel(specimen, curve, geometry)

@@ -91,6 +91,7 @@ def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[st
     mapping: dict[str, object] = {
         "file": result.specimen.file,
         "specimen": result.specimen.name,
+        "read_as": result.specimen.understood,
         "E_MPa": result.E_MPa,
         "E_hertz_MPa": result.E_hertz_MPa,
         "E_over_1_minus_nu2_MPa": result.E_MPa / (1.0 - test.poisson**2),
