@@ -108,6 +108,23 @@ def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loadin
     return curve
 
 
+def without_frame(specimen: Specimen, curve: Loading, compliance: float) -> Loading:
+    """Return a loading without the travel that frame and load cell take, of a compliance [um/N].
+
+    Raises InputError where the rest of the travel does not rise: the compliance is none of this machine.
+    """
+    if compliance == 0.0:
+        return curve
+    travel = curve.travel - 1e-3 * compliance * (curve.force - curve.zero)
+    back = float((np.maximum.accumulate(travel) - travel).max())
+    if back > _JITTER * float(np.ptp(curve.travel)):
+        bound = f"less than the whole test gives, {1e3 * np.ptp(curve.travel) / np.ptp(curve.force):.3g} um/N"
+        name = f"{specimen}: compliance"
+        raise validation_error(name, compliance, "um/N", bound, "measure it with steel on steel")
+    failure = None if curve.failure is None else float(travel[-1])
+    return replace(curve, travel=np.maximum.accumulate(travel), failure=failure)
+
+
 def _refuse_few_rows(specimen: Specimen, rows: int) -> None:
     if rows < LEAST_ROWS:
         hint = "export every point of the test"

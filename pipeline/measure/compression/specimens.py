@@ -5,7 +5,7 @@ by side, each with its own TIME, FORCE and STROKE. What else a file says, of its
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +40,7 @@ class Specimen:
     """One curve: travel [mm], force [N] and time [s] as measured, shape (rows,), and the line of each row.
 
     `labels` are the headers by quantity; `notes` say what was assumed on reading it, `understood` in one line what was
-    read.
+    read. `path` is the file without the name of a sheet.
     """
 
     file: str
@@ -52,6 +52,7 @@ class Specimen:
     labels: dict[str, str]
     notes: tuple[str, ...]
     understood: str = ""
+    path: str = ""
 
     def __str__(self) -> str:
         """Return how an error names it."""
@@ -68,7 +69,8 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     sheets = [(CsvFormat(source=name, delimiter=delimiter), rows) for name, delimiter, rows in sheets_of(source)]
     for form, rows in sheets:
         for table in tables_of(form, rows, quantities, _NEEDED):
-            specimens += _specimens_of_table(form, table, len(specimens))
+            of_table = _specimens_of_table(form, table, len(specimens))
+            specimens += [replace(specimen, path=str(source)) for specimen in of_table]
     if not specimens:
         form, rows = sheets[0]
         raise no_header(form, rows, quantities, sorted(_NEEDED), "force_N,travel_mm")
