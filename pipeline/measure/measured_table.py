@@ -61,7 +61,7 @@ FORCE = {
     "oz": 4.4482216152605 / 16.0,
 }
 """Newtons in one unit of force, or in the weight of one unit of mass; the pound-force is exact (NIST SP 811)."""
-LENGTH = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "nm": 1e-6, "in": 25.4, "ft": 304.8}
+LENGTH = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "nm": 1e-6, "in": 25.4, "mil": 25.4e-3, "ft": 304.8}
 """Millimetres in one unit."""
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
 """Seconds in one unit."""
@@ -148,6 +148,9 @@ class CsvFormat:
             if value is None and is_number(cell):
                 bound = "a number whose comma is surely decimal: commas may part thousands here"
             raise validation_error(name, cell[:40], "", bound, "correct it, or leave the row out")
+        number = as_number(cell)
+        if number is not None and number.unit not in ("", column.unit):
+            raise validation_error(name, cell, "", f"in {column.unit}, as its column", "write one unit in a column")
         if abs(value * column.factor) > column.most:
             bound = f"at most {column.most / column.factor:g}"
             raise validation_error(name, cell, "", bound, "check the unit of the column")
@@ -334,7 +337,7 @@ def _unit_behind(label: str, quantity: Quantity) -> str:
 
 def _split(label: str) -> Iterator[tuple[str, str]]:
     """Yield each way to part a label into words and a tail, brackets first, then the longest words."""
-    label = label[:_LONGEST_LABEL].strip(" :;,\t")
+    label = unicodedata.normalize("NFKC", label[:_LONGEST_LABEL]).strip(" :;,\t")
     in_brackets = _IN_BRACKETS.fullmatch(label)
     if in_brackets:
         yield in_brackets[1].strip(" _/,:;-"), in_brackets[2].strip()
@@ -342,7 +345,7 @@ def _split(label: str) -> Iterator[tuple[str, str]]:
     for separator in reversed(separators):
         words, tail = label[: separator.start()], label[separator.end() :]
         if words and tail:
-            yield words, tail.removeprefix("in ")
+            yield words, re.sub(r"^(in|en|em) ", "", tail)
     last = label.rstrip(")]}>")
     opening = max(map(last.rfind, "([{<"))
     if last != label and opening > 0:
@@ -451,9 +454,8 @@ def tables_of(
         above = rows[start.above].cells if start.above >= 0 else ()
         body = [row for row in rows[start.first : end] if not row.empty]
         below = start.below
-        columns, unit_row = _columns_below(
-            form, start.header, words, below, rows[max(0, start.above + 1 - _MOST_ABOVE) : start.above + 1]
-        )
+        stated = rows[max(0, start.above + 1 - _MOST_ABOVE) : start.above + 1]
+        columns, unit_row = _columns_below(form, start.header, words, [*below, *body[:1]], stated)
         if alone or not body:  # a text among its first rows is none that may be passed over
             body = [row for row in below if row is not unit_row] + body
         tables.append(
@@ -560,7 +562,10 @@ def _columns_below(
     below: Sequence[TableRow],
     above: Sequence[TableRow],
 ) -> tuple[list[Column], TableRow | None]:
-    """Return the columns of a header by their order, and the row of their units, if there is one."""
+    """Return the columns of a header by their order, and the row of their units, if there is one.
+
+    `below` are the rows below it, the last of numbers, behind which units may stand.
+    """
     named = list(words.columns(header))
     quantities = words.quantities
     unit_row = _unit_row(form, named, words, below)
@@ -575,8 +580,7 @@ def _columns_below(
             columns.append(Column(index=index, label=label, name=name))
             continue
         place = place_of(form.source, header.line, label)
-        in_row = "" if unit_row is None or index >= len(unit_row.cells) else unit_row.cells[index]
-        in_row = "" if in_row.lower() in MISSING else in_row
+        in_row = _unit_below(index, unit_row, below)
         told = written or in_row
         unit = _needed_unit(place, quantity, told or quantity.flag_unit or stated.get(name, "") or quantity.default)
         if quantity.flag_unit not in ("", unit):
@@ -596,6 +600,14 @@ def _columns_below(
     return columns, unit_row
 
 
+def _unit_below(index: int, unit_row: TableRow | None, below: Sequence[TableRow]) -> str:
+    """Return what a row of units says of a column, else the unit behind its first number, else ""."""
+    if unit_row is not None and index < len(unit_row.cells) and unit_row.cells[index].lower() not in MISSING:
+        return unit_row.cells[index]
+    number = as_number(below[-1].cells[index]) if below and index < len(below[-1].cells) else None
+    return "" if number is None else number.unit
+
+
 def _unit_row(
     form: CsvFormat, named: Sequence[tuple[int, str, str]], words: HeaderWords, below: Sequence[TableRow]
 ) -> TableRow | None:
@@ -603,19 +615,25 @@ def _unit_row(
 
     So does a text in the place of a unit that would be assumed.
     """
+    unit_row: TableRow | None = None
     for row in below:
+        if any(map(is_number, row.cells)):
+            continue
         cells = [
-            (index, words.quantities[name], written, row.cells[index])
+            (words.quantities[name], written, row.cells[index])
             for index, name, written in named
             if words.quantities[name].units and index < len(row.cells) and row.cells[index].lower() not in MISSING
         ]
-        has_units = any(unit_of(quantity, cell) for _, quantity, _, cell in cells)
-        for _, quantity, written, cell in cells:
-            if has_units or not (written or quantity.flag_unit):
+        has_units = any(unit_of(quantity, cell) for quantity, _, cell in cells)
+        for quantity, written, cell in cells:
+            if unit_row is not None and _is_unit(cell):
+                bound = f"left out below the units of line {unit_row.line}"
+                raise validation_error(place_of(form.source, row.line), cell, "", bound, "write one row of units")
+            if unit_row is None and (has_units or not (written or quantity.flag_unit)):
                 _needed_unit(place_of(form.source, row.line), quantity, cell)
-        if has_units:
-            return row
-    return None
+        if unit_row is None and has_units:
+            unit_row = row
+    return unit_row
 
 
 def _stated_units(form: CsvFormat, words: HeaderWords, above: Sequence[TableRow]) -> dict[str, str]:
@@ -748,6 +766,9 @@ def no_header(
             return error
     text = form.delimiter.join(header.cells)
     numbers = ",".join(f"{name}={index}" for index, name in enumerate(needed, start=1))
+    if not missing:
+        bound = "a header with rows of numbers below it"
+        return validation_error(place_of(form.source, header.line), text, "", bound, "export the table again")
     bound = f"a header that also has {' and '.join(missing)}"
     hint = f"write for instance {example}, or name columns by their header or number: --columns {numbers}"
     return validation_error(place_of(form.source, header.line), text, "", bound, hint)
@@ -874,7 +895,7 @@ def _opened(
     lines: Iterator[tuple[int, str]],
 ) -> TableStream:
     """Return a stream whose first row of numbers has come, None where the lines have ended."""
-    columns, unit_row = _columns_below(form, header, words, below, ())
+    columns, unit_row = _columns_below(form, header, words, [*below, *filter(None, [first])], ())
     begin = [row for row in (*below, first) if row is not None and row is not unit_row]
     columns += _clock_column(begin[0] if begin else header, words.quantities, columns)
 

@@ -35,16 +35,19 @@ _MOST_CELLS = 2_000_000  # of a sheet, from its first cell to its last
 _MOST_TEXT = 2**26  # letters of a sheet whose texts were all as long as the longest
 _SAMPLE = 400  # lines that show what parts cells
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-_ENCODINGS = ("cp932", "gb18030", "cp949", "big5", "cp1252", "cp1250")  # that exports have beside Unicode
+_ENCODINGS = ("cp932", "euc_jp", "gb18030", "cp949", "big5", "cp1252", "cp1250")  # that exports have beside Unicode
+_ANY_BYTES = ("mac_roman", "cp850")  # in which all bytes are letters: only by a word that they say
 _NULS = 0.3  # of every second byte: text of 16 bits without its mark
-_SPACES = re.compile(r"[ \u3000]+(?![ \u3000(\[{<])")  # no unit in brackets is parted from its word
+_SPACES = re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])")  # no unit in brackets is parted from its word
 _WIDE_SPACES = re.compile(r"[ \u3000]{2,}")
 _CLOCK_BEFORE = re.compile(r"\s*((?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)\s*(?:->|→)\s?")
 _COMMENT = re.compile(r"\s*(#|%|//)\s*")
 _GROUPED_BY_SPACE = re.compile(r"([+-]?[0-9]{1,3})((?:[ '\u2019\u00a0\u202f\u2009][0-9]{3})+)(?![0-9])")
 _ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # what colours the lines of a terminal
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x84\x86-\x9f\ufffd\ufffe\uffff]")
-_NUMBER = re.compile(r"[+-]?(?P<digits>[0-9.,]*[0-9][0-9.,]*)(?P<exponent>[eE][+-]?[0-9]{1,4})?")
+_NUMBER = re.compile(
+    r"[+-]?(?P<digits>[0-9.,]*[0-9][0-9.,]*)(?P<exponent>[eEdD][+-]?[0-9]{1,4})?(?: ?(?P<unit>[^\W\d_]{1,4}))?"
+)
 _GROUPS = re.compile(r"[1-9][0-9]{0,2}([.,])[0-9]{3}(?:\1[0-9]{3})*")
 MISSING = frozenset(("", "-", "--", "---", "nan", "na", "n/a", "#n/a", "#na", "null", "none", "#value!", "inf", "-inf"))
 """Cells that hold no number, in lower case."""
@@ -70,18 +73,19 @@ class TableRow(NamedTuple):
 class WrittenNumber(NamedTuple):
     """A cell that is a number: its text without spaces, the decimal sign and the sign between thousands, "" for none.
 
-    It is `unclear` where the one sign in it may be either, as in 1,500.
+    It is `unclear` where the one sign in it may be either, as in 1,500. `unit` is what stands behind it.
     """
 
     text: str
     decimal: str
     grouping: str
     unclear: bool = False
+    unit: str = ""
 
     def plain(self, decimal: str) -> str:
         """Return it as Python writes it, where a sign is the decimal one."""
         grouping = "," if decimal == "." else "."
-        return self.text.replace(grouping, "").replace(decimal, ".")
+        return self.text.replace(grouping, "").replace(decimal, ".").replace("D", "e").replace("d", "e")
 
 
 @functools.lru_cache(maxsize=4096)
@@ -89,26 +93,28 @@ def as_number(cell: str) -> WrittenNumber | None:
     """Return how a cell is written as a number, in digits 0 to 9; None for other text."""
     if not cell or len(cell) > _LONGEST_NUMBER or not any("0" <= letter <= "9" for letter in cell):
         return None
-    text = cell.replace("\u2212", "-")
+    text = cell.replace("\u2212", "-").replace("\u00b5", "u").replace("\u03bc", "u")
     grouped = _GROUPED_BY_SPACE.match(text)
     if grouped:
         text = grouped[1] + re.sub(r"[^0-9]", "", grouped[2]) + text[grouped.end() :]
     match = _NUMBER.fullmatch(text)
-    if match is None:
+    if match is None or (match["unit"] or "N") not in WORDS["units"]:
         return None
+    unit = match["unit"] or ""
+    text = text[: match.start("unit")].strip() if unit else text
     digits = match["digits"]
     signs = [letter for letter in digits if letter in ".,"]
     if not signs:
-        return WrittenNumber(text, "", "")
+        return WrittenNumber(text, "", "", unit=unit)
     if len(set(signs)) == 1 and len(signs) == 1:
         unclear = not match["exponent"] and not grouped and _GROUPS.fullmatch(digits) is not None
-        return WrittenNumber(text, "" if unclear else signs[0], "", unclear)
+        return WrittenNumber(text, "" if unclear else signs[0], "", unclear, unit)
     *groups, last = signs
     grouping = signs[0]
     whole = digits if last == grouping else digits[: digits.rindex(last)]
     if set(groups) != {grouping} or not _GROUPS.fullmatch(whole):
         return None
-    return WrittenNumber(text, "," if grouping == "." else ".", grouping)
+    return WrittenNumber(text, "," if grouping == "." else ".", grouping, unit=unit)
 
 
 def is_number(cell: str) -> bool:
@@ -123,15 +129,28 @@ def place_of(source: str, line: int, label: str = "") -> str:
 
 def row_of(delimiter: str, line: int, text: str) -> TableRow:
     """Return the cells of a line; a quote that stays open and a huge cell are its fault."""
-    clock = _CLOCK_BEFORE.match(text)
-    rest = text[clock.end() :] if clock else text
+    clock, rest = _without_clock(text)
     fault = ""
     try:
         cells = _cells(rest, delimiter)
     except csv.Error as error:
         cells = [rest]
         fault = str(error)
-    return TableRow(line, tuple(cell.strip() for cell in cells), clock[1] if clock else "", fault)
+    return TableRow(line, tuple(_bare(cell) for cell in cells), clock, fault)
+
+
+def _without_clock(text: str) -> tuple[str, str]:
+    """Return the time of day that a serial monitor writes before a line, and the line."""
+    clock = _CLOCK_BEFORE.match(text)
+    return (clock[1], text[clock.end() :]) if clock else ("", text)
+
+
+def _bare(cell: str) -> str:
+    """Return a cell without spaces, single quotes and a spreadsheet's ="" around it."""
+    bare = cell.strip()
+    if bare.startswith('="') and bare.endswith('"'):
+        return bare[2:-1].strip()
+    return bare.strip("'").strip() if bare.startswith("'") else bare
 
 
 def _cells(text: str, delimiter: str) -> list[str]:
@@ -139,7 +158,7 @@ def _cells(text: str, delimiter: str) -> list[str]:
         return _SPACES.split(text.strip())
     if delimiter == "  ":
         return _WIDE_SPACES.split(text.strip())
-    return next(csv.reader([text], delimiter=delimiter, strict=True), [])
+    return next(csv.reader([text], delimiter=delimiter, strict=True, skipinitialspace=True), [])
 
 
 def refuse_fault(source: str, row: TableRow) -> None:
@@ -151,19 +170,16 @@ def refuse_fault(source: str, row: TableRow) -> None:
 
 def delimiter_of(lines: Sequence[str]) -> str:
     """Return what parts the cells: that by which most of them are numbers, else the first that half the lines have."""
-    filled = [_CLOCK_BEFORE.sub("", line, count=1) for line in lines if line.strip()]
-    filled = filled[:: max(1, len(filled) // _SAMPLE)]
+    filled = [line for line in lines if line.strip()]
+    filled = [_without_clock(line[:_LONGEST_LINE])[1] for line in filled[:: max(1, len(filled) // _SAMPLE)]]
     candidates = ("\t", ";", "|", ",", "  ", " ")
     best = ""
-    most = 1  # a single number has nothing beside it
+    most = (1, 0)  # a single number has nothing beside it
     for delimiter in candidates:
-        numbers = 0
-        for line in filled:
-            if delimiter in line:
-                row = row_of(delimiter, 0, line[:_LONGEST_LINE])
-                numbers += sum(map(is_number, row.cells))
-        if numbers > most:
-            best, most = delimiter, numbers
+        cells = [cell for line in filled if delimiter in line for cell in row_of(delimiter, 0, line).cells]
+        numbers = sum(map(is_number, cells))
+        if (numbers, numbers - len(cells)) > most:
+            best, most = delimiter, (numbers, numbers - len(cells))
     if best:
         return best
     for delimiter in candidates:
@@ -196,13 +212,17 @@ def _texts_of(source: Path | str) -> list[tuple[str, list[str]]]:
     content = read_bytes(source, "FILE")
     if content.startswith(b"PK\x03\x04"):
         return _workbook(str(source), content)
-    text = _ANSI.sub("", _decoded(content).rstrip("\x1a")).replace("\r\r\n", "\n")
+    text = _ANSI.sub("", _decoded(content).rstrip("\x1a")).replace("\r\r\n", "\n").replace("\ufeff", "")
     if _NO_TEXT.search(text):
         hint = "export the table as CSV in UTF-8, or as XLSX"
         raise validation_error(str(source), "bytes", "", "a text file, CSV, or a workbook, XLSX", hint)
     lines = [line.rstrip("\n") for line in itertools.islice(io.StringIO(text, newline=None), MOST_LINES + 1)]
     if len(lines) > MOST_LINES:
         raise validation_error(str(source), "its lines", "", f"at most {MOST_LINES}", "export fewer samples a second")
+    long = next((number for number, line in enumerate(lines, start=1) if len(line) >= _LONGEST_LINE), None)
+    if long is not None:
+        bound = f"a line of less than {_LONGEST_LINE} letters"
+        raise validation_error(place_of(str(source), long), lines[long - 1][:40], "", bound, "correct that line")
     return [(str(source), lines)]
 
 
@@ -225,8 +245,24 @@ def _rows(delimiter: str, lines: Sequence[str]) -> list[TableRow]:
                 number += more
         if not comment or not any(map(is_number, row.cells)):
             rows.append(row)
+    rows = list(_without_labels(rows))
     is_double_spaced = all(one.empty or other.empty for one, other in itertools.pairwise(rows))
     return [row for row in rows if not row.empty] if is_double_spaced else rows
+
+
+def _without_labels(rows: Iterable[TableRow]) -> Iterator[TableRow]:
+    """Yield rows; where each cell says what it is, as in `force_N:1.2,travel_mm:3.4`, below a header of that."""
+    header: tuple[str, ...] = ()
+    for row in rows:
+        parts = [cell.rpartition(":") for cell in row.cells]
+        if len(parts) > 1 and all(
+            label and is_number(value.strip()) and not label.isdecimal() for label, _, value in parts
+        ):
+            if header != (header := tuple(label.strip() for label, _, _ in parts)):
+                yield TableRow(row.line, header)
+            yield row._replace(cells=tuple(value.strip() for _, _, value in parts))
+        else:
+            yield row
 
 
 def single_sheet(source: Path | str) -> tuple[str, str, list[TableRow]]:
@@ -272,7 +308,7 @@ def _parts_thousands(column: Sequence[tuple[int, WrittenNumber]]) -> bool:
 
 
 def _whole(number: WrittenNumber) -> str:
-    return re.split(r"[.,eE]", number.text.lstrip("+-"))[0]
+    return re.split(r"[.,eEdD]", number.text.lstrip("+-"))[0]
 
 
 def lines_of(source: Path | str) -> Iterator[str]:
@@ -329,6 +365,8 @@ def _decoded(content: bytes) -> str:
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):
             return content.decode(encoding, "replace")
+    if b"\x1b$" in content:
+        return content.decode("iso2022_jp", "replace")
     half = len(content) // 2
     for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
         if content[start::2].count(0) > _NULS * half:
@@ -344,7 +382,7 @@ def _former_encoding(content: bytes) -> str:
     import charset_normalizer
 
     letters = {}
-    for encoding in _ENCODINGS:
+    for encoding in (*_ENCODINGS, *_ANY_BYTES):
         try:
             text = unicodedata.normalize("NFKC", content.decode(encoding)).casefold()
         except UnicodeDecodeError:
@@ -352,7 +390,8 @@ def _former_encoding(content: bytes) -> str:
         letters[encoding] = sum(len(word) for word in _FOREIGN_WORDS if word in text)
     if any(letters.values()):
         return max(letters, key=letters.__getitem__)
-    best = charset_normalizer.from_bytes(content[:_LONGEST_LINE], cp_isolation=[*letters]).best() if letters else None
+    possible = [encoding for encoding in letters if encoding not in _ANY_BYTES]
+    best = charset_normalizer.from_bytes(content[:_LONGEST_LINE], cp_isolation=possible).best() if possible else None
     return best.encoding if best else "cp1252"
 
 
@@ -404,6 +443,8 @@ def _unpacked(source: str, content: bytes) -> bytes:
         longest = 0
         for member in members:
             part = packed.read(member)
+            if part.count(b"row") > 2 * MOST_LINES:
+                raise validation_error(source, part.count(b"row"), "rows", f"at most {MOST_LINES}", "export fewer")
             rows = re.split(rb"<(?:\w+:)?row\b", part)
             columns = [_column_number(match[1]) for match in re.finditer(rb"\br=[\"']([A-Z]{1,3})[0-9]", part)]
             lines = [int(match[1]) for match in re.finditer(rb"\br=[\"'][A-Z]{0,3}([0-9]{1,9})[\"']", part)]
