@@ -39,6 +39,7 @@ _LONGEST_LABEL = 200
 _SHOWN_LABEL = 60
 _MOST_BELOW = 4  # rows of units or of a second language below a header
 _MOST_ABOVE = 200  # rows above a header that may state units
+_MOST_LOOKS = 50_000  # for a header: after more lines of text none is found
 _MOST_BANNER = 1000  # lines of a stream before its header
 _IN_BRACKETS = re.compile(r"([^(\[{<]*)[(\[{<]([^)\]}>]*)[)\]}>]")
 _SEPARATOR = re.compile(r"[\s_/,:;-]+")
@@ -110,7 +111,7 @@ class Column:
         return f"{self.name} = {self.label[:_SHOWN_LABEL]!r}{unit}"
 
     def cell(self, row: TableRow) -> str:
-        """Return its cell of a row, "" where the row ends before it."""
+        """Return the cell of a row in this column, "" where the row ends before it."""
         if self.index < 0:
             return row.clock
         return row.cells[self.index] if self.index < len(row.cells) else ""
@@ -226,6 +227,7 @@ class HeaderWords:
             if not quantity.chosen:
                 self._names |= dict.fromkeys(map(_folded, (name, *quantity.words)), name)
         self._joined = {words.replace(" ", ""): name for words, name in self._names.items() if " " in words}
+        self._looks = _MOST_LOOKS
         self._read = functools.lru_cache(maxsize=4096)(self._read_label)
 
     def name_of(self, words: str) -> str:
@@ -250,8 +252,9 @@ class HeaderWords:
 
     def is_header(self, row: TableRow, needed: Collection[str]) -> bool:
         """Say whether a row names all that are needed, or any quantity where none is, and no number is among them."""
-        if all(cell[:1] in "+-.,0123456789" for cell in row.cells):
+        if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._looks == 0:
             return False
+        self._looks -= 1
         named = list(self.columns(row))
         names = {name for _, name, _ in named}
         is_named = names.issuperset(needed) and bool(names)

@@ -83,7 +83,7 @@ class WrittenNumber(NamedTuple):
     unit: str = ""
 
     def plain(self, decimal: str) -> str:
-        """Return it as Python writes it, where a sign is the decimal one."""
+        """Return the number as Python writes it, where a sign is the decimal one."""
         grouping = "," if decimal == "." else "."
         return self.text.replace(grouping, "").replace(decimal, ".").replace("D", "e").replace("d", "e")
 

@@ -77,7 +77,7 @@ def execute(arguments: Namespace) -> int:
     try:
         for file in dict.fromkeys(files):
             for specimen in read_specimens(file, quantities):
-                given = {} if sizes is None else sizes.of(specimen)
+                given = {} if sizes is None else sizes.sizes_of(specimen)
                 geometry, sentences = told or _geometry(Namespace(**{**vars(arguments), **given}))
                 results.append(
                     measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative)

@@ -34,7 +34,7 @@ class SpecimenSizes:
         folder = Path(self.source).parent
         return [folder / file for file in dict.fromkeys(file for file, _ in self.rows)]
 
-    def of(self, specimen: Specimen) -> Mapping[str, float]:
+    def sizes_of(self, specimen: Specimen) -> Mapping[str, float]:
         """Return the sizes of a specimen; raises InputError where the table has none."""
         path = Path(specimen.path)
         for file in (specimen.path, path.name, path.stem):
