@@ -22,6 +22,8 @@ PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[0-9][A-Za-z0-9.+!]*)(
 FAST_MARKER = "; sys_platform == 'linux' and platform_machine == 'x86_64'"
 DISTRIBUTION = {
     "OCP": "cadquery",
+    "charset_normalizer": "charset-normalizer",
+    "python_calamine": "python-calamine",
     "skfem": "scikit-fem",
     "vtkmodules": "pyvista",
 }

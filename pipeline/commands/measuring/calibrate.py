@@ -10,11 +10,13 @@ from sensor.verdict import all_passed
 
 if TYPE_CHECKING:
     from pipeline.measure.calibrating.calibration import Calibration
-    from pipeline.measure.measured_table import MeasuredTable
+    from pipeline.measure.measured_table import ColumnFlags, MeasuredTable
     from pipeline.report.report import Report
     from sensor.quantity import Estimate
 
 PURPOSE = "find the springs of a printed unit from what was measured of it"
+NAMES = ("tip", "coupon", "force", "deflection", "travel", "fruit", "firmness", "E")
+"""What the columns of its tables hold, beside forces and counts."""
 EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
 
 
@@ -28,6 +30,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
     pressed = "travel_mm and the counts of each channel: a press on a hard flat plate, all tips on it"
     add("--plate", metavar="PLATE.csv", type=Path, help=f"calibrate deflections, of the columns {pressed}")
+    add("--columns", metavar="NAME=HEADER,...", help="headers or numbers of columns, as in force=Gewicht,counts_l=4")
+    add("--units", metavar="NAME=UNIT,...", help="units where a table gives none, as in force=g,deflection=um")
     add("--out", metavar="unit.toml", type=Path, help="write the unit there, for pipeline read --unit")
     add("--classes", metavar="NAMES", default="", help="ripeness classes of its readings, as in ripe:0.8,unripe")
     add_force_flag(parser)
@@ -37,16 +41,20 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
     from pipeline.measure.calibrating.calibration import measured_print
+    from pipeline.measure.measured_table import ColumnFlags
     from pipeline.measure.unit.ripeness import ripeness_classes
+    from pipeline.measure.unit.signals import count_keys, force_keys
     from pipeline.report.report import read_report
 
     if arguments.classes:
         ripeness_classes(arguments.classes)
     report = read_report(arguments.folder)
-    table = measured_print(arguments.measured, report)
+    tips = len(report.tips)
+    flags = ColumnFlags(arguments.columns, arguments.units, (*NAMES, *force_keys(tips), *count_keys(tips)))
+    table = measured_print(arguments.measured, report, flags)
     if "coupon" in table.texts:
         return _answer_coupon(arguments, report, table)
-    return _answer_unit(arguments, report, table)
+    return _answer_unit(arguments, report, table, flags)
 
 
 def _answer_coupon(arguments: Namespace, report: "Report", table: "MeasuredTable") -> int:
@@ -58,11 +66,12 @@ def _answer_coupon(arguments: Namespace, report: "Report", table: "MeasuredTable
             bound = "left out for a coupon, which tells a modulus and no unit"
             raise validation_error(flag, str(path), "", bound, "leave it out")
     modulus = modulus_of_coupon(table, report)
+    _tell_tables(table)
     _print_modulus(modulus, report.design.process.E_MPa, as_json=arguments.json)
     return PASSED
 
 
-def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable") -> int:
+def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable", flags: "ColumnFlags") -> int:
     """Calibrate a unit, write it where `--out` asks for it, print it; return 1 where it misses its targets."""
     from dataclasses import replace
 
@@ -75,8 +84,8 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable")
     from pipeline.storage.files import write_files
     from sensor.theory.contrast_law import ReadingError
 
-    fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips))
-    plate = None if arguments.plate is None else measured_plate(arguments.plate, len(report.tips))
+    fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
+    plate = None if arguments.plate is None else measured_plate(arguments.plate, len(report.tips), flags)
     try:
         calibration = calibrate_unit(report, table, fruit, plate)
     except ReadingError as error:
@@ -85,6 +94,7 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable")
     if arguments.out is not None:
         unit = replace(calibration.unit, classes=arguments.classes)
         write_files({arguments.out: unit_as_toml(unit).encode()}, "--out", force=arguments.force)
+    _tell_tables(table, fruit, plate)
     for assumed in calibration.assumed:
         print_error(f"note: {assumed}")
     passed = all_passed(calibration.verdicts)
@@ -95,6 +105,13 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable")
             print_answer("calibrating/calibration.txt.j2", failed=passed is False, **vars(calibration))
             print_verdicts("the unit against its design", calibration.verdicts)
     return PASSED if passed else FAILED
+
+
+def _tell_tables(*tables: "MeasuredTable | None") -> None:
+    """Print what was read of each table."""
+    for table in tables:
+        if table is not None:
+            print_error(f"note: {table.understood}")
 
 
 def _as_mapping(calibration: "Calibration") -> dict[str, object]:

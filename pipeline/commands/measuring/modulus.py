@@ -4,12 +4,13 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, number, print_json
+from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, number, print_error, print_json
 from sensor.quantity import InputError, validation_error
 
 if TYPE_CHECKING:
     from pipeline.measure.compression.bodies import CompressedBody, Plunger
     from pipeline.measure.compression.force_law import TestGeometry
+    from pipeline.measure.compression.sizes import SpecimenSizes
 
 PURPOSE = "turn compression tests into the modulus of the fruit"
 EXAMPLE = "pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35"
@@ -26,7 +27,7 @@ _BALL_IN_RADII = {"ball": {"height_mm": 2.0, "radius_across_mm": 1.0}, "ellipsoi
 def add_arguments(parser: ArgumentParser) -> None:
     """Add FILE and the flags on fruit, plates, units and output."""
     add = parser.add_argument
-    add("files", metavar="FILE", nargs="+", type=Path, help="CSV with force and travel, or an export of TRAPEZIUM X")
+    add("files", metavar="FILE", nargs="*", type=Path, help="a table of force and travel, CSV or XLSX, as exported")
     alone = "with --radius alone: a ball, or an ellipsoid"
     add("--body", choices=BODIES, metavar="BODY", help=f"what is pressed, one of {', '.join(BODIES)} ({alone})")
     add("--height", metavar="MM", type=number, help="its height along the press [mm]")
@@ -34,6 +35,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--radius-across", metavar="MM", type=number, help="the other radius of curvature there [mm]")
     add("--length", metavar="MM", type=number, help="length of a cylinder on its side, or of a block [mm]")
     add("--width", metavar="MM", type=number, help="width of a block [mm]")
+    add("--sizes", metavar="FILE", type=Path, help="a table of file, height, radius, ... [mm]: sizes of each specimen")
     add("--plunger", choices=("flat", "ball"), help="end of the plunger that presses instead of a plate")
     add("--plunger-radius", metavar="MM", type=number, help="radius of the plunger, or of its ball [mm]")
     add("--support", choices=tuple(PLATES), help="under the body: a plate, a table, or a seat that gives nothing")
@@ -45,8 +47,10 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=number,
         help="area that the paper's modulus divides by [mm^2] (default 900, or that of a flat end)",
     )
+    add("--compliance", metavar="UM/N", type=number, default=0.0, help="of frame and load cell, as measured [um/N]")
+    add("--compliance-error", metavar="UM/N", type=number, help="how far that may be off (default a tenth of it)")
     add("--strain", metavar="PERCENT", default="5,2,10", help="strains of secant and tangent [%%] (default 5,2,10)")
-    add("--columns", metavar="NAME=HEADER,...", help="headers that are not understood, as in force=Last,travel=Pfad")
+    add("--columns", metavar="NAME=HEADER,...", help="headers, or numbers of columns, as in force=Last,travel=3")
     add("--units", metavar="NAME=UNIT,...", help="units where the file gives none, as in force=kN,travel=um")
     add("--compression-negative", action="store_true", help="the machine counts compression negative: turn the signs")
     add("--per", choices=("file", "folder"), default="file", help="what holds the tests of one fruit (default file)")
@@ -60,19 +64,27 @@ def execute(arguments: Namespace) -> int:
     from pipeline.measure.compression.modulus import measured_modulus
     from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
     from pipeline.measure.compression.summary import design_range, fruit_summaries, print_results, result_mapping
-    from pipeline.measure.measured_table import quantities_by_flags
+    from pipeline.measure.measured_table import ColumnFlags
     from solve.linear import SolveError
 
     _refuse_plot(arguments.plot)
-    geometry, assumed = _geometry(arguments)
-    quantities = quantities_by_flags(QUANTITIES, arguments.columns, arguments.units)
+    sizes = _sizes(arguments)
+    files = arguments.files or ([] if sizes is None else sizes.files)
+    if not files:
+        raise validation_error("FILE", None, "", "given, or named by the table of --sizes", "name a file")
+    told: tuple[TestGeometry, list[str]] | None = None if sizes else _geometry(arguments)
+    quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
     results = []
+    assumed: list[list[str]] = []
     try:
-        for file in dict.fromkeys(arguments.files):
+        for file in dict.fromkeys(files):
             for specimen in read_specimens(file, quantities):
+                given = {} if sizes is None else sizes.sizes_of(specimen)
+                geometry, sentences = told or _geometry(Namespace(**{**vars(arguments), **given}))
                 results.append(
                     measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative)
                 )
+                assumed.append(sentences)
     except SolveError as error:
         raise InputError(str(error)) from error
     if arguments.plot is not None:
@@ -83,11 +95,24 @@ def execute(arguments: Namespace) -> int:
         write_files({arguments.plot: page.encode()}, "--plot", force=arguments.force, renew=True)
     with answering():
         if arguments.json:
-            print_json([result_mapping(result, assumed) for result in results])
+            print_json([result_mapping(*pair) for pair in zip(results, assumed, strict=True)])
         else:
             fruit = fruit_summaries(results, by_folder=arguments.per == "folder")
-            print_results(results, fruit, design_range(results), assumed)
+            sentences = list(dict.fromkeys(sentence for each in assumed for sentence in each))
+            print_results(results, fruit, design_range(results), sentences)
     return PASSED
+
+
+def _sizes(arguments: Namespace) -> "SpecimenSizes | None":
+    """Return the table of --sizes; raises InputError for a size that a flag gives as well."""
+    if arguments.sizes is None:
+        return None
+    from pipeline.measure.compression.sizes import measured_sizes
+
+    names = (*SIZES, "plunger_radius")
+    sizes = measured_sizes(arguments.sizes, [name for name in names if getattr(arguments, name) is not None])
+    print_error(f"note: {sizes.understood}")
+    return sizes
 
 
 def _refuse_plot(path: Path | None) -> None:
@@ -126,6 +151,8 @@ def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
         poisson_error=arguments.poisson_error,
         plate_area_mm2=area,
         strains_percent=_strains(arguments.strain),
+        compliance_um_per_N=arguments.compliance,
+        compliance_error_um_per_N=_compliance_error(arguments),
     )
     return geometry, assumed
 
@@ -156,6 +183,15 @@ def _body(arguments: Namespace, assumed: list[str]) -> "CompressedBody":
         sizes[name] = of_a_ball[name] * sizes["radius_mm"]
         assumed.append(f"no {_flag(name)}: that of a ball, {sizes[name]:g} mm, is assumed")
     return KINDS[kind](**sizes)
+
+
+def _compliance_error(arguments: Namespace) -> float:
+    """Return how far the compliance may be off [um/N]; raises InputError where only that is given."""
+    error: float | None = arguments.compliance_error
+    if error is not None and not arguments.compliance:
+        bound = "given together with --compliance"
+        raise validation_error("--compliance-error", error, "um/N", bound, "give both, or neither")
+    return 0.1 * arguments.compliance if error is None else error
 
 
 def _flag(size: str) -> str:

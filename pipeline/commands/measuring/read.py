@@ -38,6 +38,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     add(
         "--radius", metavar="R1,R2", help="principal radii of the fruit [mm], or its one radius (default: the design's)"
     )
+    add("--columns", metavar="NAME=HEADER,...", help="headers of FILE.csv, or numbers of columns, as in t=1,F_l=Kraft")
+    add("--units", metavar="NAME=UNIT,...", help="units where FILE.csv gives none, as in t=ms,F_l=mN")
     add("--each", action="store_true", help="a reading of the press so far for each sample")
     add("--c-header", metavar="FILE.h", type=Path, help="write the read-out of this unit in C99")
     add("--micropython", metavar="FILE.py", type=Path, help="write the read-out of this unit in MicroPython")
@@ -184,12 +186,15 @@ def _read_moment(arguments: Namespace, sensor: "MeasuringUnit") -> int:
 
 def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     """Read and print every press of a file or of the standard input; return 1 where none tells a modulus."""
-    from pipeline.measure.measured_table import lines_of
+    from pipeline.measure.measured_table import ColumnFlags
+    from pipeline.measure.table_text import lines_of
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.signals import Signal
 
     has_modulus = False
-    signal = Signal(lines_of(arguments.signal), arguments.signal, len(sensor.report.tips))
+    flags = ColumnFlags(arguments.columns, arguments.units)
+    signal = Signal(lines_of(arguments.signal), arguments.signal, len(sensor.report.tips), flags)
+    print_error(f"note: {signal.understood}")
     for note in signal.notes:
         print_error(f"note: {note}")
     if not signal.timed and sensor.report.read_out.signal is None:

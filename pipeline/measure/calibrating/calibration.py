@@ -17,6 +17,9 @@ from pipeline.measure.calibrating.weighing import weighed_springs
 from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
+    NO_FLAGS,
+    ColumnFlags,
+    HeaderWords,
     MeasuredTable,
     Quantity,
     numbers_of,
@@ -63,27 +66,31 @@ class Calibration:
     channels: ChannelCalibration | None = None
 
 
-def measured_print(source: Path | str, report: Report) -> MeasuredTable:
+def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
     """Return what was measured of a print of a design; its column of texts is tip or coupon.
 
     Raises InputError.
     """
     form, rows = read_csv(source)
-    objects = [cell.lower() for cell in rows[0].cells if cell.lower() in _EXAMPLES]
-    if len(objects) != 1:
-        header = form.delimiter.join(rows[0].cells)
+    counts = count_keys(len(report.tips))
+    objects = {name: Quantity(units={}) for name in _EXAMPLES}
+    quantities = flags.applied({**objects, **_WEIGHED, **dict.fromkeys(counts, COUNTS)})
+    words = HeaderWords(quantities)
+    named = [words.names(row) & objects.keys() for row in rows]
+    measured = next((names for names in named if names), {"tip"})
+    header = rows[named.index(measured)] if measured in named else rows[0]
+    if len(measured) != 1 or measured not in named:
+        text = form.delimiter.join(header.cells)
         bound = "a header with one column that is named tip or coupon"
-        raise validation_error(place_of(form.source, 1), header, "", bound, f"for instance {_EXAMPLES['tip']}")
-    measured = objects[0]
-    columns = _WEIGHED
-    needed = (measured, *_WEIGHED)
-    example = _EXAMPLES[measured]
-    counts = dict.fromkeys(count_keys(len(report.tips)), COUNTS)
-    if measured == "tip" and any(cell.lower().startswith("counts") for cell in rows[0].cells):
-        columns = columns | counts
+        raise validation_error(place_of(form.source, header.line), text, "", bound, f"for instance {_EXAMPLES['tip']}")
+    (name,) = measured
+    needed: tuple[str, ...] = (name, *_WEIGHED)
+    example = _EXAMPLES[name]
+    is_counted = any(cell.lower().startswith("counts") for cell in header.cells) or words.names(header) & set(counts)
+    if name == "tip" and is_counted:
         needed = (*needed, *counts)
         example = ",".join([example, *counts])
-    return numbers_of(form, rows, {measured: Quantity(units={}), **columns}, needed, example)
+    return numbers_of(form, rows, {key: quantities[key] for key in needed}, needed, example)
 
 
 def calibrate_unit(

@@ -16,7 +16,17 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 from scipy.special import stdtrit
 
-from pipeline.measure.measured_table import FORCE, MODULUS, MeasuredTable, Quantity, numbers_of, place_of, read_csv
+from pipeline.measure.measured_table import (
+    FORCE,
+    MODULUS,
+    NO_FLAGS,
+    ColumnFlags,
+    MeasuredTable,
+    Quantity,
+    numbers_of,
+    place_of,
+    read_csv,
+)
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.measuring import MeasuringUnit
@@ -51,7 +61,7 @@ class _Points(NamedTuple):
         return np.interp(read, self.read, self.firm)
 
 
-def measured_fruit(source: Path | str, tips: int) -> MeasuredTable:
+def measured_fruit(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
     """Return presses of fruit by a sensor of so many tips, with what another instrument showed; raises InputError."""
     form, rows = read_csv(source)
     keys = force_keys(tips)
@@ -62,7 +72,7 @@ def measured_fruit(source: Path | str, tips: int) -> MeasuredTable:
     }
     quantities |= {key: Quantity(units=FORCE, most=1e3) for key in keys}
     example = ",".join(["fruit", "firmness_N", *(f"{key}_N" for key in keys)])
-    table = numbers_of(form, rows, quantities, ("fruit", *keys), example)
+    table = numbers_of(form, rows, flags.applied(quantities), ("fruit", *keys), example)
     measured = {"firmness", "E"} & set(table.numbers)
     if len(measured) != 1:
         bound = "a header with one of firmness_N (a penetrometer) and E_MPa (a compression test)"

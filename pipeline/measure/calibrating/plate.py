@@ -14,7 +14,16 @@ import numpy as np
 from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of
 from pipeline.measure.calibrating.line_checks import LEAST_SPAN, bend_of, odd_row
 from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_through
-from pipeline.measure.measured_table import LENGTH, MeasuredTable, Quantity, numbers_of, place_of, read_csv
+from pipeline.measure.measured_table import (
+    LENGTH,
+    NO_FLAGS,
+    ColumnFlags,
+    MeasuredTable,
+    Quantity,
+    numbers_of,
+    place_of,
+    read_csv,
+)
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.reading.uncertainty import BOUNDED
 from pipeline.report.report import Report
@@ -29,12 +38,12 @@ _MOST_BENT = 0.1  # of a slope over a press: Hall sensors bend by less, a tip th
 _STEEPEST = 1.5  # E goes at most with this power of all deflections: Hertz
 
 
-def measured_plate(source: Path | str, tips: int) -> MeasuredTable:
+def measured_plate(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
     """Return the press of a sensor of so many tips on a hard plate: travels and counts; raises InputError."""
     form, rows = read_csv(source)
     keys = count_keys(tips)
     quantities = {"travel": Quantity(units=LENGTH, most=100.0), **dict.fromkeys(keys, COUNTS)}
-    return numbers_of(form, rows, quantities, ("travel", *keys), ",".join(["travel_mm", *keys]))
+    return numbers_of(form, rows, flags.applied(quantities), ("travel", *keys), ",".join(["travel_mm", *keys]))
 
 
 def pressed_springs(

@@ -16,6 +16,7 @@ from solve.compression.force_curve import CompressionPress, fitted_curve, force_
 
 _STEPS = 400
 _HERTZ_HOLDS = 0.1  # of the relative radius, on each side that is pressed in: Hertz's strain is small up to there
+_COMPLIANCES = Bounds(at_least=0.0, at_most=1000.0)
 _STRAINS = Bounds(above=0.0, at_most=50.0)
 POISSON = "Poisson's ratio"
 """The name of its share."""
@@ -28,7 +29,8 @@ class TestGeometry:
 
     Without a `plunger` a plate presses. `plates` is 2 for a body that lies on a plate, 1 where its underside lies in a
     rigid seat. `poisson_error` is how far Poisson's ratio may be off. `strains_percent`, of the height, are those of
-    secant and tangent, the first that of the paper's modulus.
+    secant and tangent, the first that of the paper's modulus. `compliance_um_per_N` is that of frame and load cell,
+    which is taken off the travel; `compliance_error_um_per_N` is how far that may be off.
     """
 
     __test__ = False  # no class of tests, though its name begins so
@@ -42,6 +44,8 @@ class TestGeometry:
     poisson_error: float = quantity("", Bounds(at_least=0.0, at_most=0.2), hint="a usual value is 0.05", default=0.05)
     plate_area_mm2: float = quantity("mm^2", Bounds(above=0.0, at_most=1e6), hint="measure the plate", default=900.0)
     strains_percent: tuple[float, ...] = quantity("%", _STRAINS, hint="write for instance 5", default=(5.0, 2.0, 10.0))
+    compliance_um_per_N: float = quantity("um/N", _COMPLIANCES, hint="press steel on steel and measure it", default=0.0)
+    compliance_error_um_per_N: float = quantity("um/N", _COMPLIANCES, hint="a tenth of it is usual", default=0.0)
 
     def __post_init__(self) -> None:
         """Refuse numbers that no test has, and a combination that is not solved."""

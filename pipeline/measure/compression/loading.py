@@ -1,7 +1,7 @@
 """The loading of a compression test: its rows up to the failure of the flesh. What cannot be one is refused."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from sensor.quantity import validation_error
 
 LEAST_ROWS = 12
 _JITTER = 0.02  # of the travel: a machine's reading steps back by less
+_UNLOADS = 0.5  # of the force that a way back sheds on the loading curve: one that sheds less is no unloading
+_FIRST = 0.2  # of the largest force: a first loading to less is a tap before the test
 _BELOW = 0.1  # of the forces' range: a force so far below the first ones is none of a compression
 _NOISE_BELOW = 6.0  # standard deviations of noise
 _CONCAVE = 0.75  # later slope of a load over the earlier one: a convex fruit has more than 1
@@ -37,6 +39,44 @@ class Loading:
     zero: float
     noise: float
     failure: float | None
+
+
+def first_loading(specimen: Specimen) -> Specimen:
+    """Return a curve up to where its plate or probe first turns back, with a note where a later row lies deeper.
+
+    What comes after tells nothing of the flesh as it was: a probe that sticks, a return beyond the start, a second
+    bite. A curve whose force does not fall with its travel is returned as it is.
+    """
+    travel = specimen.travel
+    force = specimen.force
+    if len(travel) < LEAST_ROWS:
+        return specimen
+    peak = int(np.argmax(np.abs(force - np.median(force[:3]))))
+    forwards = 1.0 if travel[peak] >= np.median(travel[:3]) else -1.0
+    pressed = 1.0 if force[peak] >= np.median(force[:3]) else -1.0
+    depth = forwards * travel
+    load = pressed * force
+    deepest = np.maximum.accumulate(depth)
+    span = float(depth.max() - depth[: int(np.argmax(depth)) + 1].min())
+    back = np.flatnonzero(deepest - depth > _JITTER * span)
+    if not back.size:
+        return specimen
+    end = int(back[0])
+    turn = int(np.argmax(depth[:end]))
+    on_loading = float(np.interp(depth[end], deepest[: turn + 1], load[: turn + 1]))
+    unloads = load[end] - on_loading <= (1.0 - _UNLOADS) * (load[turn] - on_loading)
+    if not unloads or load[turn] - load[0] < _FIRST * (load.max() - load[0]):
+        return specimen
+    rows = slice(0, end)
+    columns = {name: getattr(specimen, name)[rows] for name in ("travel", "force", "lines")}
+    time = None if specimen.time is None else specimen.time[rows]
+    notes = specimen.notes
+    if depth[end:].max() > depth[turn]:
+        notes = (
+            *notes,
+            f"{specimen.file}: a later loading goes deeper: the first one, to line {specimen.lines[end - 1]}, is read",
+        )
+    return replace(specimen, **columns, time=time, notes=notes)
 
 
 def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loading:
@@ -66,6 +106,23 @@ def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loadin
         hint = "swap the names of the columns if they are swapped, or cut the table at the failure"
         raise validation_error(str(specimen), columns, "", bound, hint)
     return curve
+
+
+def without_frame(specimen: Specimen, curve: Loading, compliance: float) -> Loading:
+    """Return a loading without the travel that frame and load cell take, of a compliance [um/N].
+
+    Raises InputError where the rest of the travel does not rise: the compliance is none of this machine.
+    """
+    if compliance == 0.0:
+        return curve
+    travel = curve.travel - 1e-3 * compliance * (curve.force - curve.zero)
+    back = float((np.maximum.accumulate(travel) - travel).max())
+    if back > _JITTER * float(np.ptp(curve.travel)):
+        bound = f"less than the whole test gives, {1e3 * np.ptp(curve.travel) / np.ptp(curve.force):.3g} um/N"
+        name = f"{specimen}: compliance"
+        raise validation_error(name, compliance, "um/N", bound, "measure it with steel on steel")
+    failure = None if curve.failure is None else float(travel[-1])
+    return replace(curve, travel=np.maximum.accumulate(travel), failure=failure)
 
 
 def _refuse_few_rows(specimen: Specimen, rows: int) -> None:

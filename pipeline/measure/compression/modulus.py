@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from pipeline.measure.compression.force_law import POISSON, ForceLaw, TestGeometry, hertz_law, solved_law
 from pipeline.measure.compression.holds import HeldRelaxation, held_relaxation, hold_of, loading_before
 from pipeline.measure.compression.law_fit import fit_law
-from pipeline.measure.compression.loading import Loading, loading
+from pipeline.measure.compression.loading import Loading, first_loading, loading, upwards, without_frame
 from pipeline.measure.compression.range_choice import RangeFit, choose_range
 from pipeline.measure.compression.specimens import Specimen
 from sensor.quantity import Bounds, validation_error
@@ -83,8 +83,10 @@ def measured_modulus(
     specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False
 ) -> CompressionResult:
     """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit."""
+    specimen = first_loading(specimen)
     hold = hold_of(specimen)
-    curve = loading(loading_before(specimen, hold), compression_negative=compression_negative)
+    as_measured = loading(loading_before(specimen, hold), compression_negative=compression_negative)
+    curve = without_frame(specimen, as_measured, geometry.compliance_um_per_N)
     _refuse_long_travel(specimen, curve, geometry)
     law = solved_law(geometry)
     chosen = choose_range(curve, law)
@@ -104,6 +106,8 @@ def measured_modulus(
         "force curve": law.error,
         POISSON: bounds.pop(POISSON),
     }
+    if geometry.compliance_error_um_per_N:
+        by_chance["machine compliance"] = _moved_by_frame(specimen, as_measured, chosen, geometry)
     shares = by_chance | bounds
     u_percent = 100.0 * (math.hypot(*by_chance.values()) + sum(bounds.values()))
     _refuse_wide_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
@@ -111,6 +115,11 @@ def measured_modulus(
     hertz = apparent and choose_range(curve, apparent)
     zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
     secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
+    relaxation = None
+    if hold:
+        frame = 1e-3 * geometry.compliance_um_per_N * (upwards(specimen.force) - curve.zero)
+        fruit = replace(specimen, travel=upwards(specimen.travel) - frame) if frame.any() else specimen
+        relaxation = held_relaxation(fruit, hold, chosen.touch.value, zero)
     return CompressionResult(
         specimen=specimen,
         geometry=geometry,
@@ -123,7 +132,7 @@ def measured_modulus(
         follows_hertz=bool(hertz and hertz.follows),
         secants=tuple(secants),
         notes=(*specimen.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
-        relaxation=held_relaxation(specimen, hold, chosen.touch.value, zero) if hold else None,
+        relaxation=relaxation,
     )
 
 
@@ -135,6 +144,20 @@ def _moved_by(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
     if fit is None:
         return abs(other.stiffness / chosen.fit.law.stiffness - 1.0)
     return abs(chosen.fit.modulus.value / fit.modulus.value - 1.0)
+
+
+def _moved_by_frame(specimen: Specimen, curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> float:
+    """Return how far the modulus moves at most where the compliance is off by its error, over the chosen range [1]."""
+    count = int(
+        np.searchsorted(without_frame(specimen, curve, geometry.compliance_um_per_N).travel, chosen.last, "right")
+    )
+    moved = []
+    for error in (geometry.compliance_error_um_per_N, -geometry.compliance_error_um_per_N):
+        other = without_frame(specimen, curve, geometry.compliance_um_per_N + error)
+        drifts = chosen.fit.parameters.drift != 0.0
+        fit = fit_law(chosen.fit.law, other.travel[:count], other.force[:count], other.zero, with_drift=drifts)
+        moved.append(1.0 if fit is None else abs(fit.modulus.value / chosen.fit.modulus.value - 1.0))
+    return max(moved)
 
 
 def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:

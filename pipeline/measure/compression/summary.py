@@ -91,6 +91,7 @@ def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[st
     mapping: dict[str, object] = {
         "file": result.specimen.file,
         "specimen": result.specimen.name,
+        "read_as": result.specimen.understood,
         "E_MPa": result.E_MPa,
         "E_hertz_MPa": result.E_hertz_MPa,
         "E_over_1_minus_nu2_MPa": result.E_MPa / (1.0 - test.poisson**2),
@@ -115,6 +116,8 @@ def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[st
             "plate_area_mm2": test.plate_area_mm2,
             "plates": test.plates,
             "poisson_error": test.poisson_error,
+            "compliance_um_per_N": test.compliance_um_per_N,
+            "compliance_error_um_per_N": test.compliance_error_um_per_N,
             "body": test.body.kind,
             "plunger": None if test.plunger is None else asdict(test.plunger),
         },
@@ -141,9 +144,15 @@ def print_results(
     notes = list(assumed)
     for result in results:
         notes += result.notes
+    shares: dict[str, float] = {}
+    for result in results:
+        shares |= {name: max(share, shares.get(name, 0.0)) for name, share in result.shares_percent.items()}
     print_answer(
         "compression/modulus.txt.j2",
         results=results,
+        shares=shares,
+        per_mm_percent=max(100.0 * result.geometry.body.per_mm for result in results),
+        rigid=any(result.geometry.compliance_um_per_N == 0.0 for result in results),
         summaries=[*fruit, overall_modulus(fruit)],
         design=design,
         notes=dict.fromkeys(notes),

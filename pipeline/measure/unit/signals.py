@@ -2,21 +2,23 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
+    NO_FLAGS,
     TIME,
+    ColumnFlags,
     Quantity,
-    format_of,
     place_of,
-    refuse_other_length,
-    strict_columns,
+    table_stream,
 )
+from pipeline.measure.table_text import WORDS
 from sensor.quantity import validation_error, written_number
 
 COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**31)
+_OF_CHANNELS = r"(f|counts|t) ([lh]|[0-9]+)"  # what headers call those of any sensor
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ def time_keys(tips: int) -> tuple[str, ...]:
 
 
 class Signal:
-    """A signal that is read as its lines come; `notes` say which units were assumed.
+    """A signal that is read as its lines come; `notes` say which units were assumed, `understood` what is read.
 
     A time for each channel may stand in place of the one time of a line, or beside it; that is then of the travel.
 
@@ -59,50 +61,45 @@ class Signal:
     Raises InputError, in one line that names line and column, at the first line that is not as the header says.
     """
 
-    def __init__(self, lines: Iterable[str], source: str, tips: int) -> None:
+    def __init__(self, lines: Iterable[str], source: str, tips: int, flags: ColumnFlags = NO_FLAGS) -> None:
         """Read the header."""
         self.source = source
-        self._lines = enumerate(lines, start=1)
-        _, header = next(self._lines, (1, ""))
-        self.counted = "counts_" in header.lower()
-        keys = count_keys(tips) if self.counted else force_keys(tips)
-        measured = COUNTS if self.counted else Quantity(units=FORCE, default="N")
-        of_channels = time_keys(tips)
-        times = {name: Quantity(units=TIME, default="s") for name in ("t", *of_channels)}
-        quantities = {**times, "x": Quantity(units=LENGTH, default="mm"), **dict.fromkeys(keys, measured)}
-        example = ",".join(["t_s", *(key if self.counted else f"{key}_N" for key in keys)])
-        self._form = format_of(source, [header])
-        header_row = self._form.row(1, header)
-        named = {column.name for column in strict_columns(self._form, header_row, quantities, keys, example)}
-        timed = not named.isdisjoint(of_channels)
-        needed = ("t",) if not timed else ("t", *of_channels) if "x" in named else of_channels
-        columns = strict_columns(self._form, header_row, quantities, (*needed, *keys), example)
-        self._columns = {column.name: column for column in columns}
+        of_forces, of_counts, of_channels = force_keys(tips), count_keys(tips), time_keys(tips)
+        quantities = {name: Quantity(units=TIME, default="s") for name in ("t", *of_channels)}
+        quantities["t"] = replace(quantities["t"], words=tuple(WORDS["words"]["time"]))
+        quantities["x"] = Quantity(units=LENGTH, default="mm", words=tuple(WORDS["words"]["travel"]))
+        quantities |= dict.fromkeys(of_forces, Quantity(units=FORCE, default="N")) | dict.fromkeys(of_counts, COUNTS)
+        example = ",".join(["t_s", *(f"{key}_N" for key in of_forces)])
+        table = table_stream(lines, source, flags.applied(quantities), (of_forces, of_counts), example)
+        self._form = table.form
+        self._rows = table.rows
+        self._columns = {column.name: column for column in table.columns}
+        self.counted = set(of_counts) <= self._columns.keys()
+        keys = of_counts if self.counted else of_forces
+        self.timed = not self._columns.keys().isdisjoint(of_channels)
+        needed = ("t",) if not self.timed else ("t", *of_channels) if "x" in self._columns else of_channels
+        table.refuse_unlike((*needed, *keys), ("t", "x"), _OF_CHANNELS, example)
         self._force_columns = [self._columns[key] for key in keys]
         self._time_columns = [self._columns[key] for key in ("t", *of_channels) if key in self._columns]
-        self.timed = timed
-        self.notes = tuple(f"{source}: {column.note}" for column in columns if column.note)
+        self.understood = table.understood
+        self.notes = tuple(f"{source}: {column.note}" for column in table.columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the samples; blank lines are left out."""
         form = self._form
         travel = self._columns.get("x")
         before = [-math.inf] * len(self._time_columns)
-        for number, line in self._lines:
-            row = form.row(number, line)
-            if row.empty:
-                continue
-            refuse_other_length(form, row, len(self._columns))
+        for row in self._rows:
             times = [form.number(row, column) for column in self._time_columns]
             for column, t, earlier in zip(self._time_columns, times, before, strict=True):
                 if t < earlier or (self.timed and t == earlier):
-                    place = place_of(form.source, number, column.label)
+                    place = place_of(form.source, row.line, column.label)
                     bound = f"{'after' if self.timed else 'at least'} the {earlier:g} s of the line before"
                     raise validation_error(place, t, "s", bound, "sort the lines")
             before = times
             x = form.number(row, travel) if travel else None
             forces = tuple(form.number(row, column) for column in self._force_columns)
-            yield Sample(number, times[0], x, forces, tuple(times[-len(forces) :]) if self.timed else ())
+            yield Sample(row.line, times[0], x, forces, tuple(times[-len(forces) :]) if self.timed else ())
         if before[0] == -math.inf:
             bound = "at least one line of numbers below the header"
             raise validation_error(form.source, 0, "samples", bound, "record a press")

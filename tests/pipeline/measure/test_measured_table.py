@@ -6,15 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.measure.measured_table import (
-    FORCE,
-    LENGTH,
-    Quantity,
-    is_number,
-    numbers_of,
-    quantities_by_flags,
-    read_csv,
-)
+from pipeline.measure.measured_table import FORCE, LENGTH, ColumnFlags, Quantity, numbers_of, read_csv
+from pipeline.measure.table_text import is_number
 from sensor.input_file import MOST_BYTES
 from sensor.quantity import InputError
 
@@ -27,7 +20,7 @@ PLAIN = "tip,force_N,travel_mm\nlow,1.5,0.25\n"
 
 
 def read_table(path):
-    return numbers_of(*read_csv(path), QUANTITIES, (), "tip,force_N,travel_mm")
+    return numbers_of(*read_csv(path), QUANTITIES, ("tip", "force"), "tip,force_N,travel_mm")
 
 
 @pytest.fixture
@@ -88,7 +81,7 @@ def test_numbers_are_those_of_python(value):
         ("tip,force_dyn\n", "line 1, column 'force_dyn'", "dyn"),
         ("tip,force_MN\n", "line 1, column 'force_MN'", "MN"),
         ("tip,force\n", "line 1, column 'force'", ""),
-        ("tip,mass_g\n", "line 1, column 'mass_g'", "mass_g"),
+        ("tip,mass_g\n", "line 1", "tip,mass_g"),
         ("tip,force_N,weight_g\n", "line 1, column 'weight_g'", "weight_g"),
         (PLAIN + "low,abc,1\n", "line 3, column 'force_N'", "abc"),
         (PLAIN + "low,nan,1\n", "line 3, column 'force_N'", "nan"),
@@ -137,14 +130,16 @@ def test_source_has_to_be_a_regular_file_of_some_size(tmp_path):
 
 
 def test_flags_name_headers_and_units():
-    flagged = quantities_by_flags(QUANTITIES, "force=Last,travel=Pfad [mm]", "force=KN")
-    assert [flagged[name].words for name in QUANTITIES] == [(), ("weight", "Last"), ("Pfad",)]
+    flagged = ColumnFlags("force=Last, z,travel=Pfad [mm]", "force=KN").applied(QUANTITIES)
+    assert [flagged[name].chosen for name in QUANTITIES] == ["", "Last, z", "Pfad [mm]"]
     assert [flagged[name].flag_unit for name in QUANTITIES] == ["", "kN", ""]
     for columns, units, field in (
         ("Last", None, "--columns"),
         ("mass=M", None, "--columns"),
+        ("force=", None, "--columns"),
+        ("force=1,force=2", None, "--columns"),
         (None, "force=t", "--units"),
     ):
         with pytest.raises(InputError) as caught:
-            quantities_by_flags(QUANTITIES, columns, units)
+            ColumnFlags(columns, units).applied(QUANTITIES)
         assert caught.value.field == field

@@ -156,3 +156,69 @@ def test_wrong_words_are_one_line_and_write_nothing(words, files, capsys):
     assert out == ""
     assert len(err.splitlines()) == 1
     assert sorted(path.name for path in Path().iterdir()) == files
+
+
+def moduli(capsys, *words):
+    assert main(["modulus", *words, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_compliance_of_the_machine_is_taken_off_and_its_error_counts(files, capsys):
+    """A frame of 4 um/N under the force of the clean curve: the modulus is that of the clean curve."""
+    (clean,) = moduli(capsys, files[1], *SIZES)
+    header, *lines = Path(files[1]).read_text(encoding="utf-8").splitlines()
+    assert header == "travel_mm,force_N"
+    rows = [tuple(map(float, line.split(","))) for line in lines]
+    text = "".join(f"{travel + 4e-3 * force!r},{force!r}\n" for travel, force in rows)
+    Path("frame.csv").write_text(f"{header}\n{text}", encoding="utf-8")
+    (soft,) = moduli(capsys, "frame.csv", *SIZES)
+    assert soft["E_MPa"] < 0.97 * clean["E_MPa"]
+    shares = []
+    for error in ("0", "1"):
+        (mended,) = moduli(capsys, "frame.csv", *SIZES, "--compliance", "4", "--compliance-error", error)
+        assert mended["E_MPa"] == pytest.approx(clean["E_MPa"], rel=2e-3)  # the bar of its scatter
+        shares.append(mended["u_shares_percent"].get("machine compliance", 0.0))
+        assert mended["geometry"]["compliance_um_per_N"] == 4.0
+    (stiffer,) = moduli(capsys, "frame.csv", *SIZES, "--compliance", "5")
+    moved = 100.0 * (stiffer["E_MPa"] / mended["E_MPa"] - 1.0)
+    assert shares == [0.0, pytest.approx(moved, rel=0.1)]  # the range of travel may end elsewhere
+
+
+def test_sizes_are_those_of_each_specimen(files, capsys):
+    Path("sizes.csv").write_text(f"file;height;radius [cm]\n{files[0]};70;3,5\n{files[1]};60;3\n", encoding="utf-8")
+    first, second = moduli(capsys, "--sizes", "sizes.csv")
+    assert (first["geometry"]["height_mm"], first["geometry"]["radius_mm"]) == (70.0, 35.0)
+    assert (second["geometry"]["height_mm"], second["geometry"]["radius_mm"]) == (60.0, 30.0)
+    (alone,) = moduli(capsys, files[1], "--height", "60", "--radius", "30")
+    assert second["E_MPa"] == alone["E_MPa"]
+
+
+@pytest.mark.parametrize(
+    ("table", "words", "field"),
+    [
+        ("file,height,radius\nfruit-0.8.csv,70,35\n", ["fruit-2.0.csv"], "sizes.csv"),
+        ("file,height,radius\nfruit-0.8.csv,70,35\nfruit-0.8.csv,60,30\n", [], "sizes.csv, line 3"),
+        ("file,height,radius\nfruit-0.8.csv,70,wide\n", [], "sizes.csv, line 2, column 'radius'"),
+        ("file,height,radius\nfruit-0.8.csv,70,35\n", ["--radius", "35"], "sizes.csv, line 1, column 'radius'"),
+        ("height,radius\n70,35\n", ["fruit-0.8.csv"], "sizes.csv, line 1"),
+        ("file,height,radius\nnone.csv,70,35\n", [], "FILE"),
+        ("file,height\nfruit-0.8.csv,70\n", [], "--body"),
+    ],
+)
+@pytest.mark.usefixtures("files")
+def test_wrong_sizes_are_one_line(table, words, field, capsys):
+    Path("sizes.csv").write_text(table, encoding="utf-8")
+    assert main(["modulus", *words, "--sizes", "sizes.csv"]) == 2
+    assert f"pipeline: {field}" in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize("words", [["--compliance-error", "1"], ["--compliance", "-1"], ["--compliance", "1e4"]])
+def test_wrong_compliance_is_one_line(words, files, capsys):
+    assert main(["modulus", files[0], *SIZES, *words]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_what_was_understood_is_one_line_of_the_answer(files, capsys):
+    assert main(["modulus", files[0], *SIZES]) == 0
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("read: ")]
+    assert "travel = 'travel_mm' [mm], force = 'force_N' [N]; 600 rows, lines 2 to 601" in line

@@ -145,7 +145,7 @@ BAD = {
     "nothing moves": (TIPS + "low,0,0\nlow,50000,1e-6\nlow,99999,2e-6\n", ": compliance of low", 2.0395e-9),
     "nothing named": ("weight_g,deflection_mm\n1,2\n", ", line 1", "weight_g,deflection_mm"),
     "two things": ("tip,coupon,weight_g,deflection_mm\nlow,a,1,1\n", ", line 1", "tip,coupon,weight_g,deflection_mm"),
-    "unknown column": ("tip,gewicht_g,deflection_mm\nlow,1,1\n", ", line 1, column 'gewicht_g'", "gewicht_g"),
+    "unknown column": ("tip,gewicht_g,deflection_mm\nlow,1,1\n", ", line 1", "tip,gewicht_g,deflection_mm"),
     "far too heavy": (TIPS + "low,1e308,1\n", ", line 2, column 'weight_g'", "1e308"),
     "far too deep": (TIPS + "low,1,101\n", ", line 2, column 'deflection_mm'", "101"),
 }

@@ -1,12 +1,13 @@
 """What of a curve is its loading, to the edge of each limit; a curve that is no compression is refused at its place."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from stand_ins import specimen
 
-from pipeline.measure.compression.loading import loading, noise_of
+from pipeline.measure.compression.loading import first_loading, loading, noise_of, without_frame
 from reference.virtual_compression import VirtualTest
 from sensor.quantity import InputError
 
@@ -123,3 +124,59 @@ def test_noise_is_seen_below_a_curve():
     noise = np.random.default_rng(2).normal(0.0, 0.03, 2000)
     assert noise_of(smooth + noise) == pytest.approx(0.03, rel=0.1)
     assert noise_of(np.round(smooth, 1)) == pytest.approx(0.1 / math.sqrt(12.0), rel=0.01)
+
+
+def tail(travel, force):
+    """Return the clean curve followed by some rows."""
+    return specimen(np.r_[X, travel], np.r_[F, force])
+
+
+TAILS = {
+    "sticks": tail([3.0, 0.2], [40.0, -30.0]),
+    "returns beyond its start": tail([3.0, 0.2, -8.0], [40.0, 0.0, 0.0]),
+    "second bite one micrometre deeper": tail([4.0, 3.0, 4.0, 5.001], [90.0, 40.0, 90.0, 159.0]),
+    "second bite far deeper": tail([3.0, 4.0, 8.0], [40.0, 90.0, 400.0]),
+}
+
+
+@pytest.mark.parametrize("curve", TAILS.values(), ids=TAILS)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_comes_after_the_first_loading_is_left_out(curve, sign):
+    turned = replace(curve, travel=sign * curve.travel, force=sign * curve.force)
+    first = first_loading(turned)
+    np.testing.assert_array_equal(sign * first.travel, X)
+    np.testing.assert_array_equal(loading(first, compression_negative=sign < 0.0).force, F)
+
+
+def test_curve_from_a_preload_ends_where_its_plate_turns_back():
+    """Its last forces lie below the first ones."""
+    start = 300
+    curve = specimen(np.r_[X[start:], 2.0, 0.0], np.r_[F[start:], 10.0, 0.0])
+    np.testing.assert_array_equal(loading(first_loading(curve)).force, F[start:])
+
+
+def test_second_loading_is_noted_where_it_is_deeper():
+    assert len(first_loading(TAILS["second bite one micrometre deeper"]).notes) == 1
+    assert first_loading(TAILS["sticks"]).notes == ()
+
+
+@pytest.mark.parametrize(("reached", "is_first"), [(0.22, True), (0.18, False)])
+def test_tap_before_the_test_is_no_loading(reached, is_first):
+    """It reaches a fifth of the largest force, above which it is a loading of its own."""
+    last = int(np.searchsorted(F, reached * F[-1])) + 1
+    curve = specimen(np.r_[X[:last], X], np.r_[F[:last], F])
+    assert (len(first_loading(curve).travel) == last) == is_first
+
+
+def test_travel_that_goes_back_without_its_force_is_no_end():
+    curve = specimen(moved(X, slice(400, 500), -3.0), F)
+    assert first_loading(curve) is curve
+
+
+def test_travel_of_the_frame_is_taken_off():
+    """A frame of 3 um/N under 160 N."""
+    curve = loading(specimen(X + 3e-3 * F, F))
+    np.testing.assert_allclose(without_frame(specimen(X, F), curve, 3.0).travel, X, atol=1e-12)
+    with pytest.raises(InputError) as caught:
+        without_frame(specimen(X, F), curve, 60.0)
+    assert caught.value.value == 60.0

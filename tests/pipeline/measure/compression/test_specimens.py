@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
-from pipeline.measure.measured_table import quantities_by_flags
+from pipeline.measure.measured_table import ColumnFlags
 from sensor.quantity import InputError
 
 TRAVEL = np.array([0.0, 0.5, 1.0, 1.5])  # [mm]
@@ -24,7 +24,7 @@ SECTIONS = (
 def read(tmp_path, content, columns=None, units=None):
     path = tmp_path / "test.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return read_specimens(path, quantities_by_flags(QUANTITIES, columns, units))
+    return read_specimens(path, ColumnFlags(columns, units).applied(QUANTITIES))
 
 
 def assert_is_the_curve(specimen):

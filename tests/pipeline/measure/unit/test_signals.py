@@ -52,9 +52,11 @@ def test_unit_that_is_not_given_is_noted():
     [
         ("", "press.csv, line 1"),
         (HEAD, "press.csv"),
-        ("0,1,2\n0,1,2\n", "press.csv, line 1, column '0'"),
+        ("0,1,2\n0,1,2\n", "press.csv, line 1"),
         ("t_s,F_l_stone,F_h_N\n", "press.csv, line 1, column 'F_l_stone'"),
-        ("t_s,F_1_N,F_2_N,F_3_N,F_4_N\n", "press.csv, line 1, column 'F_1_N'"),
+        ("t_s,F_1_N,F_2_N,F_3_N,F_4_N\n", "press.csv, line 1"),
+        ("t_s,F_l_N,F_h_N,F_3_N\n", "press.csv, line 1, column 'F_3_N'"),
+        ("t_s,F_l_N,F_h_N,counts_l,counts_h\n", "press.csv, line 1, column 'F_l_N'"),
         ("t_s,F_l_N\n", "press.csv, line 1"),
         ("F_l_N,F_h_N\n", "press.csv, line 1"),
         ("t_s,F_l_N,F_l_mN,F_h_N\n", "press.csv, line 1, column 'F_l_mN'"),

@@ -1,0 +1,65 @@
+"""Hostile tables: each is read or refused in one line, soon, and none that contradicts itself is read."""
+
+import time
+
+import pytest
+from hostile_tables import bombs, contradictory, damaged, invented
+
+from pipeline.measure.compression.loading import loading
+from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
+from pipeline.measure.measured_table import ColumnFlags, numbers_of, read_csv
+from pipeline.measure.table_text import lines_of
+from pipeline.measure.unit.signals import Signal
+from sensor.quantity import InputError
+
+KINDS = {"damaged": damaged, "invented": invented}
+SOON = 20.0  # [s]: the largest table takes 3 s, on a machine that does five other things 15 s
+
+
+def outcome(shape, tmp_path):
+    """Return whether a table is read as a compression test; by each reader it is read, or refused in one line."""
+    path = tmp_path / f"hostile.{shape.suffix}"
+    path.write_bytes(shape.content)
+    flags = ColumnFlags(shape.columns, shape.units)
+    readers = (
+        lambda: list(map(loading, read_specimens(path, flags.applied(QUANTITIES)))),
+        lambda: list(Signal(lines_of(path), str(path), 2)),
+        lambda: numbers_of(*read_csv(path), QUANTITIES, ("force", "travel"), "force_N,travel_mm"),
+    )
+    done = []
+    lines = []
+    for reader in readers:
+        start = time.monotonic()
+        try:
+            done.append(bool(reader()))
+        except InputError as error:
+            done.append(False)
+            lines += str(error).splitlines()[1:]
+        assert time.monotonic() - start < SOON
+    assert lines == []
+    return done[0]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(30))
+def test_damaged_table_is_read_or_refused(kind, seed, tmp_path):
+    outcome(KINDS[kind](seed), tmp_path)
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("hundred", range(10))
+def test_two_thousand_hostile_tables(kind, hundred, tmp_path):
+    for seed in range(1000 + 100 * hundred, 1100 + 100 * hundred):
+        outcome(KINDS[kind](seed), tmp_path)
+
+
+@pytest.mark.parametrize("seed", range(80))
+def test_table_that_contradicts_itself_is_refused(seed, tmp_path):
+    assert not outcome(contradictory(seed), tmp_path)
+
+
+@pytest.mark.slow
+def test_bomb_is_refused_or_read_soon(tmp_path):
+    for shape in bombs().values():
+        outcome(shape, tmp_path)
