@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -135,6 +136,17 @@ def test_answer_fits_one_screen_whatever_failed(result, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) <= MOST_LINES
     assert max(map(len, lines)) <= WIDTH
+
+
+def test_rest_of_the_verdicts_is_counted(capsys):
+    """Those on the part are one row with their number and how many passed; without any there is no such row."""
+    counts = r"│ (\d+) on geometry and print .* (\d+) passed"
+    wrong = [failed(f"geometry.wall_{n}") for n in range(2)]
+    print_summary(with_verdicts(RESULT, *wrong))
+    assert re.findall(counts, capsys.readouterr().out) == [("5", "3")]  # both leaves and the solid passed
+    targets = tuple(verdict for verdict in RESULT.verdicts if verdict.name in ("P_max", "NL"))
+    print_summary(dataclasses.replace(RESULT, verdicts=targets))
+    assert re.findall(counts, capsys.readouterr().out) == []
 
 
 def test_answer_has_targets_values_springs_and_where_files_are(capsys):

@@ -16,6 +16,7 @@ from sensor.theory.contrast_law import (
     lowered_tips,
     plane_through,
     read_modulus,
+    smallest_root,
     stiffened_compliance,
 )
 from sensor.theory.hertz import hertz_factor
@@ -161,3 +162,10 @@ def test_reading_tells_the_plane_of_its_pose():
     law, forces = dome_reading()
     lowered = lowered_tips(law, forces, read_modulus(law, forces))
     assert np.dot(law.weights, lowered) == pytest.approx(0.0, abs=ROUND_OFF)  # no contrast is left at the modulus read
+
+
+@pytest.mark.parametrize("terms", [(0.0, 1.0, 1.0), (0.0, 0.0, 1.0), (1.0, 1.0, 1.0), (1.0, 0.0, 0.0)])
+def test_cubic_without_a_root(terms):
+    """Springs that differ in nothing, and terms of one sign, tell no modulus."""
+    with pytest.raises(ReadingError):
+        smallest_root(*terms)
