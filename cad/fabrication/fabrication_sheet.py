@@ -30,6 +30,7 @@ from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.strain_gauge import GAUGES
 
 _COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupon may use
+_SLICED = (0.99, 1.04)  # of a solid mass: what slicers count at 100 % infill; see the template for its source
 _TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears
 _K_ERROR = 0.01  # of a stiffness (95 %), what rounded readings of a calibration may make of it
 _JIG_FRACTION = 0.9  # of the largest deflection that a calibration presses
@@ -81,6 +82,7 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         bill=bill,
         volume_cm3=volume_cm3,
         mass_g=volume_cm3 * process.density_g_per_cm3,
+        sliced=_SLICED,
         coupon_leaves=[_coupon_leaf(arm, process) for arm in housing.arms],
         cover_mm=COVER_MM,
         cover_plate_mm=PLATE_MM,

@@ -28,6 +28,7 @@ _COLUMNS = (0, 1, 2, 1, 2, 2)
 def write_fields(sensor: Sensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
     """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; with `options.fields` its fields, and fruit.vtu.
 
+    An array without points of flexure.vtu says that it is half a model, and about which plane.
     Fields at the nodes are displacement [mm], stress and its von Mises value [MPa], and the largest principal strain
     [1], with a mark where it is largest on the leaves of each spring. The housing is under the forces at which the root
     strain of each spring is judged, the fruit under those of the scene. Returns the reason for each file that is left
@@ -36,7 +37,7 @@ def write_fields(sensor: Sensor, press: ScenePress, options: RunOptions, folder:
     springs = sensor.springs
     if not options.fields:
         if springs.housing is not None:
-            write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {})
+            write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {}, half_at_y=0.0)
         return ()
     try:
         _write_flexure(springs, folder)
@@ -67,7 +68,7 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
         mark = np.zeros(len(fields.displacement))
         mark[most_strained_node(mesh, leaf_faces(spring.name), fields)] = 1.0
         marks[f"{spring.name}_largest_strain_place"] = mark
-    write_vtu(folder / "flexure.vtu", mesh, {**field_arrays(fields), **marks})
+    write_vtu(folder / "flexure.vtu", mesh, {**field_arrays(fields), **marks}, half_at_y=0.0)
 
 
 def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFields:

@@ -39,12 +39,23 @@ class Mesh(Protocol):
     elem: Any
 
 
-def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats]) -> None:
+HALF_AT_Y = "half_model_mirror_at_y_mm"
+"""Name of the array without points of a mesh that is one half: the plane [mm] about which it is to be mirrored."""
+
+_GRID = b"<UnstructuredGrid>\n"
+_OF_THE_GRID = (
+    '<FieldData>\n<DataArray type="Float64" Name="{name}" NumberOfTuples="1" format="ascii">{value:g}</DataArray>\n'
+    "</FieldData>\n"
+)
+
+
+def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_y: float | None = None) -> None:
     """Write a mesh [mm] with arrays, shape (points,), (points, 3) or (points, 6), as a VTU file.
 
     Points are those of `mesh.doflocs`, without the middles of facets and cells; cells are those of `mesh.t`. Six
     components are a symmetric tensor's xx, yy, zz, xy, yz, xz, as ParaView names them. Values are those to a millionth
-    of the largest of their array. A named boundary becomes a point array of that name, 1 on its nodes. Raises
+    of the largest of their array. A named boundary becomes a point array of that name, 1 on its nodes. A mesh that is
+    one half says so by an array without points, the plane y [mm] of its mirror. Raises
     ValueError for an array of another size, with a value that is not finite or with the name of a boundary, and for
     cells that VTK does not have.
     """
@@ -57,6 +68,9 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats]) -> None:
         msg = f"{path.name}: array {taken[0]!r} has the name of a boundary; give it another name, with its unit"
         raise ValueError(msg)
     meshio.Mesh(points, [(kind, cells)], point_data={**arrays, **marks}).write(path)
+    if half_at_y is not None:  # meshio writes no such arrays
+        told = _OF_THE_GRID.format(name=HALF_AT_Y, value=half_at_y).encode()
+        path.write_bytes(path.read_bytes().replace(_GRID, _GRID + told, 1))
 
 
 def vtu_points(path: Path) -> Floats:

@@ -68,7 +68,7 @@ def _write_housing(housing: Housing, process: Process, row: ResponseReport, fold
     for step, forces in enumerate(zip(row.F_l_N, row.F_h_N, strict=True)):
         u = u_per_N @ np.array([force or 0.0 for force in forces])  # None: the tip is off the fruit
         fields = fields_of(mesh, process.E_MPa, process.poisson, u)
-        write_vtu(folder / f"flexure_{step:02d}.vtu", mesh, field_arrays(fields))
+        write_vtu(folder / f"flexure_{step:02d}.vtu", mesh, field_arrays(fields), half_at_y=0.0)
 
 
 def _write_fruit(report: Report, row: ResponseReport, folder: Path) -> None:

@@ -1,6 +1,8 @@
 import itertools
 import math
 import re
+import shutil
+import subprocess
 from dataclasses import replace
 
 import cadquery as cq
@@ -16,12 +18,14 @@ from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.files.sensor_files import write_sensor
+from cad.files.stl import read_stl
 from cad.parts.coupon import modulus_factor
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
+FILAMENT_MM = 1.75  # as PrusaSlicer has it where nothing is set
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]
 SHEETS = [
     "drawing.dxf", "drawing.svg", "drawing.pdf", "coupon.step", "coupon.stl", "cover.step", "cover.stl", "mount.step",
@@ -94,11 +98,13 @@ PROCESS = {
     "fdm-petg": (
         (
             "Nozzle 0.4 mm", "No brim on leaves", "L leaves are 2 lines, H leaves 3", "assumes solid leaves",
-            "Calibrate each unit", "E = C F / d", "Do not round or sand the tip faces",
+            "Calibrate each unit", "E = C F / d", "Do not round or sand the tip faces", "pattern of the infill",
         ),
         ("isopropanol", "argon", "H900", "powder out", "Two plates", "dowel"),
     ),
-    "sla-resin": (("Wash 10 min in isopropanol", "30 min at 60 C"), ("Nozzle", "No support", "argon", "brim")),
+    "sla-resin": (
+        ("Wash 10 min in isopropanol", "30 min at 60 C"), ("Nozzle", "No support", "argon", "brim", "A slicer counts"),
+    ),
     "sls-pa12": (("powder out of every gap", "2 bar"), ("Nozzle", "isopropanol", "argon", "brim")),
     "dmls-17-4ph": (("H900, 480 C for 1 h", "by wire AFTER the heat"), ("argon", "No support", "brim")),
     "dmls-ti64": (("650 to 750", "argon"), ("H900", "No support", "brim")),
@@ -217,3 +223,26 @@ def test_sheet_of_a_part_has_its_numbers(sensor):
     volume = 1e-3 * sensor.part.shape.Volume()
     factor = f"{modulus_factor(sensor.housing.low):.5g}"
     assert_tells(sheet_of(sensor), ((f"{volume:.2f} cm3, {1.27 * volume:.1f} g", factor), ()))
+    found = re.search(r"A slicer counts ([\d.]+) to ([\d.]+) g", sheet_of(sensor))
+    assert found is not None
+    assert [float(grams) for grams in found.groups()] == pytest.approx(
+        [0.99 * 1.27 * volume, 1.04 * 1.27 * volume], abs=0.05
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("prusa-slicer") is None, reason="prusa-slicer is not installed")
+def test_slicer_counts_a_mass_within_the_range_of_the_sheet(written, tmp_path):
+    """At 100 % infill, which needs another pattern than the slicer's own; without a skirt."""
+    paths, _ = written
+    for name in ("housing", "coupon"):
+        part = paths[0].with_name(f"{name}.stl")
+        settings = ["--fill-density", "100%", "--layer-height", "0.2", "--skirts", "0", "--nozzle-diameter", "0.4"]
+        command = ["prusa-slicer", "--export-gcode", *settings, "--output", str(tmp_path / "part.gcode"), str(part)]
+        refused = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=300, check=False)
+        assert "fill pattern" in refused.stderr + refused.stdout
+        subprocess.run([*command, "--fill-pattern", "rectilinear"], capture_output=True, timeout=300, check=True)
+        length = re.search(r"filament used \[mm\] = ([\d.]+)", (tmp_path / "part.gcode").read_text())
+        assert length is not None
+        laid = float(length[1]) * 0.25 * math.pi * FILAMENT_MM**2
+        assert 0.99 < laid / read_stl(part).volume < 1.04

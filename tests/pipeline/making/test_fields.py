@@ -7,6 +7,7 @@ import pytest
 import pyvista as pv
 
 from pipeline.making.fields import write_fields
+from pipeline.storage.vtu import HALF_AT_Y
 
 QUADRATIC_HEXAHEDRON = 25  # of VTK's file format
 
@@ -43,6 +44,15 @@ def test_names_carry_units_and_cells_are_those_of_the_solve(flexure_and_fruit):
         assert not grid.cell_data
         assert grid["stress_MPa"].shape == (grid.n_points, 6)
     assert set(flexure_and_fruit[0].celltypes) == {QUADRATIC_HEXAHEDRON}
+
+
+def test_half_a_model_is_marked_with_the_plane_of_its_mirror(flexure_and_fruit):
+    """The nodes end at the plane that is told: there the boundary `symmetry` is. The fruit is whole."""
+    flexure, fruit = flexure_and_fruit
+    (plane,) = flexure.field_data[HALF_AT_Y]
+    assert flexure.bounds[2] == plane == 0.0
+    assert np.abs(flexure.points[flexure["symmetry"] == 1, 1] - plane).max() < 1e-9
+    assert HALF_AT_Y not in fruit.field_data
 
 
 def test_marked_strain_is_the_largest_of_the_leaves_and_that_of_the_report(flexure_and_fruit, default_run):

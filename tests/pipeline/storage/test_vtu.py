@@ -161,6 +161,8 @@ def test_points_of_a_damaged_file_are_one_error(damage, tmp_path):
     mesh = box("hex8")
     write_vtu(path, mesh, {})
     assert vtu_points(path) == pytest.approx(mesh.doflocs.T)
+    write_vtu(tmp_path / "half.vtu", mesh, {}, half_at_y=0.0)
+    assert vtu_points(tmp_path / "half.vtu") == pytest.approx(mesh.doflocs.T)
     path.write_text(damage(path.read_text()))
     with pytest.raises(ValueError, match="run the design again"):
         vtu_points(path)
