@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 TRAVEL = np.round(np.arange(26) * 0.12, 2)  # [mm]
-FORCE = np.round(np.where(TRAVEL > 0.35, 3.3 * np.clip(TRAVEL - 0.35, 0.0, None) ** 1.5, 0.0), 4)  # [N]
+DEPTH = np.clip(TRAVEL - 0.35, 0.0, None) / 2.0  # [mm] on each side of a ball between plates
+FORCE = np.round(4.0 / 3.0 / (1.0 - 0.3**2) * np.sqrt(35.0) * DEPTH**1.5, 4)  # [N], Hertz: 1 MPa, a radius of 35 mm
 TIME = np.round(2.0 * TRAVEL, 2)  # [s]
 G = 9.80665e-3  # [N] of a gram
 LB = 4.4482216152605

@@ -41,6 +41,7 @@ _NULS = 0.3  # of every second byte: text of 16 bits without its mark
 _SPACES = re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])")  # no unit in brackets is parted from its word
 _WIDE_SPACES = re.compile(r"[ \u3000]{2,}")
 _CLOCK_BEFORE = re.compile(r"\s*((?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)\s*(?:->|→)\s?")
+_MARKED = ('"', "'", ">", "\u2192")  # what quoted cells and clocks have
 _COMMENT = re.compile(r"\s*(#|%|//)\s*")
 _GROUPED_BY_SPACE = re.compile(r"([+-]?[0-9]{1,3})((?:[ '\u2019\u00a0\u202f\u2009][0-9]{3})+)(?![0-9])")
 _ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # what colours the lines of a terminal
@@ -129,6 +130,8 @@ def place_of(source: str, line: int, label: str = "") -> str:
 
 def row_of(delimiter: str, line: int, text: str) -> TableRow:
     """Return the cells of a line; a quote that stays open and a huge cell are its fault."""
+    if delimiter.strip(" ") and not any(mark in text for mark in _MARKED):  # as most are
+        return TableRow(line, tuple(map(str.strip, text.split(delimiter))))
     clock, rest = _without_clock(text)
     fault = ""
     try:
@@ -254,10 +257,9 @@ def _without_labels(rows: Iterable[TableRow]) -> Iterator[TableRow]:
     """Yield rows; where each cell says what it is, as in `force_N:1.2,travel_mm:3.4`, below a header of that."""
     header: tuple[str, ...] = ()
     for row in rows:
-        parts = [cell.rpartition(":") for cell in row.cells]
-        if len(parts) > 1 and all(
-            label and is_number(value.strip()) and not label.isdecimal() for label, _, value in parts
-        ):
+        is_labelled = len(row.cells) > 1 and ":" in row.cells[0]
+        parts = [cell.rpartition(":") for cell in row.cells] if is_labelled else []
+        if parts and all(label and is_number(value.strip()) and not label.isdecimal() for label, _, value in parts):
             if header != (header := tuple(label.strip() for label, _, _ in parts)):
                 yield TableRow(row.line, header)
             yield row._replace(cells=tuple(value.strip() for _, _, value in parts))

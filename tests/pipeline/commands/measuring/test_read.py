@@ -163,3 +163,63 @@ print(sorted({{"cadquery", "OCP", "gmsh", "skfem", "pyvista", "scipy"}} & set(sy
     command = [sys.executable, "-c", code]
     out = subprocess.run(command, cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=600).stdout
     assert out.splitlines()[-1] == "[]"
+
+
+def rows_of(text):
+    header, *rows = text.splitlines()
+    return header, rows
+
+
+def test_weights_with_notes_and_other_headers_calibrate_alike(paper, capsys, written):
+    header, rows = rows_of(paper.weights(1.2))
+    tables = {
+        "plain": ("\n".join([header, *rows]), []),
+        "notes": ("\n".join([f"{header},note", *(f'{row},"ok, dry"' for row in rows)]), []),
+        "lines above": (
+            "\n".join(["Operator;Smith", "", header.replace(",", ";"), *(row.replace(",", ";") for row in rows)]),
+            [],
+        ),
+        "named": (
+            "\n".join(["tip,Gewicht,b", *rows]),
+            ["--columns", "force=Gewicht,deflection=3", "--units", "force=g,deflection=mm"],
+        ),
+        "no header": ("\n".join(rows), ["--columns", "tip=1,force=2,deflection=3", "--units", "force=g,deflection=mm"]),
+    }
+    answers = []
+    for text, flags in tables.values():
+        assert main(["calibrate", paper.folder, written(text), "--json", *flags]) == 1
+        out, err = capsys.readouterr()
+        assert sum("tip = " in line for line in err.splitlines()) == 1
+        answers.append(json.loads(out)["K_N_per_m"])
+    assert answers == [answers[0]] * len(tables)
+
+
+def test_press_of_a_board_reads_alike(paper, capsys, monkeypatch, written):
+    """The clock of a serial monitor is the time where no column is."""
+    text = paper.press(2.5)
+    header, rows = rows_of(text)
+    clocked = [f"12:34:{float(row.split(',')[0]):06.3f} -> {row.split(',', 1)[1]}" for row in rows]
+    presses = {
+        "plain": (text, []),
+        "banner": (f"boot\nHX711 ready\n\n{text}", []),
+        "other columns": ("\n".join([f"{header},note,Load rate", *(f"{row},a,1" for row in rows)]), []),
+        "clock": ("\n".join(["12:34:00.000 -> F_l_N,F_h_N", *clocked]), []),
+        "no header": ("\n".join(rows), ["--columns", "t=1,F_l=2,F_h=3"]),
+        "named": (
+            "\n".join(["Zeit [s];Kanal A (N);Kanal B (N)", *(row.replace(",", ";") for row in rows)]),
+            ["--columns", "F_l=Kanal A,F_h=3"],
+        ),
+    }
+    for name, (press, flags) in presses.items():
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(press.encode())))
+        for source in (written(press), "-"):
+            assert main(["read", paper.folder, source, "--json", *flags]) == 0, name
+            out, err = capsys.readouterr()
+            assert json.loads(out)["E_MPa"] == pytest.approx(2.5, rel=1e-6)
+            assert sum("F_l = " in line for line in err.splitlines()) == 1
+
+
+def test_flag_for_a_column_that_no_table_has_is_refused(paper, capsys, written):
+    for words in (["--columns", "mass=1"], ["--units", "force=stone"], ["--columns", "force=Gewicht"]):
+        assert main(["calibrate", paper.folder, written(paper.weights(1.0)), *words]) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1
