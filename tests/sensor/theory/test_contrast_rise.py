@@ -242,6 +242,14 @@ def test_presses_that_tell_nothing_are_refused():
     assert flag_of(np.full((20, 4), math.nan)) == "few_samples"
 
 
+def test_largest_noise():
+    """Noise that leaves more than a third of the modulus open is refused; both are in proportion."""
+    law, forces = level_press(3.5, samples=6)
+    per_newton = reading(law, forces, np.full(4, 1e-6)).noise / 1e-6
+    assert reading(law, forces, np.full(4, 0.32 / per_newton)).noise == pytest.approx(0.32)
+    assert flag_of(forces, law, np.full(4, 0.34 / per_newton)) == "no_rise"
+
+
 def test_a_hold_does_not_hide_a_rise():
     law, forces = level_press(1.0, samples=15)
     held = np.concatenate([forces, np.repeat(forces[-1:], 5000, axis=0)])

@@ -39,6 +39,13 @@ def test_small_contacts_are_hertz():
     assert found.edge == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.parametrize(("dome", "fruit", "part"), [(0.02, 0.03, 0.5), (0.03, 0.02, 0.5), (0.2, 0.1, 1.0)])
+def test_error_of_the_fit(dome, fruit, part):
+    """It grows with both curvatures, up to a sum of 0.1 over the contact radius; from there on all of it is open."""
+    found = large_strain(np.array(1.0), 1.0 / dome, np.array(fruit), 0.3)
+    assert (found.error, found.edge_error) == pytest.approx((part * FIT, part * FIT_OF_EDGE))
+
+
 @pytest.mark.parametrize("poisson", POISSONS)
 def test_contact_with_a_flat_plate_is_narrower_by_what_the_skin_moves_inward(poisson):
     """Johnson (1985), equation (3.42): the skin moves under Hertz's pressure, and the edge of the contact with it."""
