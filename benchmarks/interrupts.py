@@ -31,10 +31,15 @@ wanted = ["springs.K_l_N_per_m"]
 [vary]
 "tips.side_mm" = { from = 0.8, to = 1.6 }
 """
+WEIGHTS = "tip,weight_g,deflection_mm\n" + "".join(
+    f"{tip},{grams},{grams * mm_per_g:.4f}\n"
+    for tip, mm_per_g, weights in (("low", 0.013, (5, 10, 15, 20)), ("high", 5.7e-4, (100, 200, 300, 400)))
+    for grams in weights
+)
 COMMANDS = {
     "run": "run --tol 0.1 --nl {nl:.4f} --out {place}/out",
     "watch": "run --watch {place}/mine.toml --out {place}/out",
-    "calibrate": "calibrate {unit} {weights} --out {place}/unit.toml",
+    "calibrate": "calibrate {unit} {place}/weights.csv --out {place}/unit.toml",
     "study": "study {place}/many.toml --out {place}/study --processes 1",
 }
 """What is interrupted, by a name."""
@@ -59,8 +64,8 @@ def interrupted(name: str, number: int, moment: float, unit: Path, place: Path) 
     if name in ("run", "watch"):
         shutil.copytree(unit, place / "out")
     before = whole_report(place / "out") if name in ("run", "watch") else None
-    weights = ROOT / "docs" / "examples" / "weights.csv"
-    words = COMMANDS[name].format(place=place, unit=unit, weights=weights, nl=0.04 + 1e-4 * moment)
+    (place / "weights.csv").write_text(WEIGHTS, encoding="utf-8")
+    words = COMMANDS[name].format(place=place, unit=unit, nl=0.04 + 1e-4 * moment)
     environment = {**os.environ, **ONE_THREAD, "TMPDIR": str(temporary)}
     with subprocess.Popen(
         [sys.executable, "-m", "pipeline", *words.split()],
@@ -91,7 +96,8 @@ def _fault(name: str, number: int, code: int, said: str, start: float, before: b
         return f"said {said.strip()[-300:]}"
     if time.monotonic() - start > AT_ONCE_S:
         return f"ended {time.monotonic() - start:.0f} s after the signal"
-    left = {path.name for path in place.iterdir()} - {"tmp", "mine.toml", "many.toml", "out", "unit.toml", "study"}
+    kept = {"tmp", "mine.toml", "many.toml", "weights.csv", "out", "unit.toml", "study"}
+    left = {path.name for path in place.iterdir()} - kept
     left |= {path.name for path in (place / "tmp").iterdir()}
     if left:
         return f"left behind: {', '.join(sorted(left))}"

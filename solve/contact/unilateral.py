@@ -28,7 +28,8 @@ class IndefiniteCellsError(SolveError):
 
     def __init__(self) -> None:
         """Say what is wrong in one line."""
-        super().__init__("unilateral contact: the compliance of the cells must be positive definite; take larger tips")
+        hint = "take a fruit that is less high over its length and width, or larger tips"
+        super().__init__(f"unilateral contact: the compliance of the cells must be positive definite; {hint}")
 
 
 @dataclass(frozen=True, eq=False)
