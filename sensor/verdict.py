@@ -25,6 +25,8 @@ SENSES: dict[str, Sense] = {
     "geometry.min_wall": "at least",
     "geometry.min_gap": "at least",
     "geometry.overhang": "at most",
+    "geometry.magnet_pockets": "at least",
+    "geometry.sensor_windows": "at least",
 }
 """The sense of a verdict by its name, since report.json holds no sense. Any other value must meet its limit."""
 
