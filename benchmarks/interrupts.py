@@ -88,7 +88,7 @@ def interrupted(name: str, number: int, moment: float, unit: Path, place: Path) 
 
 def _fault(name: str, number: int, code: int, said: str, start: float, before: bytes | None, place: Path) -> str:
     """Return what is wrong with the end of a command and with what it left, empty where nothing is."""
-    if code == -number and not said:  # before Python had begun; a shell says 128 and the number
+    if code == -number and not said:  # before Python began, or after the answer; a shell says 128 and the number
         code = 128 + number
     if code != 128 + number:
         return f"exit code {code}: {said.strip()[-300:]}"

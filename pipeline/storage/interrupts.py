@@ -40,11 +40,12 @@ def ended_by() -> int | None:
     return _Ending.by
 
 
-def ignore_signals() -> None:
-    """Let the process come to its own end: its answer is out, or it is being cleared away."""
+def leave_signals(handler: signal.Handlers) -> None:
+    """Hear no signal any more: the system ends the process by one, or it comes to its own end."""
     signal.setitimer(signal.ITIMER_REAL, 0.0)
     for number in (*SIGNALS, signal.SIGALRM):
-        signal.signal(number, signal.SIG_IGN)
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, handler)
 
 
 @contextmanager

@@ -22,8 +22,8 @@ from pipeline.storage.interrupts import (
     SIGNALS,
     end_by_signals,
     ended_by,
-    ignore_signals,
     interruptible,
+    leave_signals,
     signals_for_this_thread,
     uninterrupted,
 )
@@ -162,14 +162,15 @@ def test_signal_that_a_library_swallows_comes_again():
     assert in_child(work) == 0
 
 
-def test_signal_after_the_answer_is_ignored():
-    def work():
-        ignore_signals()
-        for number in SIGNALS:
-            signal.raise_signal(number)
+@pytest.mark.parametrize("number", SIGNALS)
+def test_signal_after_the_answer_ends_the_process_and_while_it_clears_up_does_not(number):
+    def work(handler):
+        leave_signals(handler)
+        signal.raise_signal(number)
         return 0
 
-    assert in_child(work) == 0
+    assert in_child(lambda: work(signal.SIG_DFL)) == -number
+    assert in_child(lambda: work(signal.SIG_IGN)) == 0
 
 
 def test_gmsh_takes_no_signal_while_it_opens():
