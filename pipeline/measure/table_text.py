@@ -1,5 +1,6 @@
 """From the bytes of a table to rows of cells: encodings, workbooks, what parts cells, how numbers are written."""
 
+import codecs
 import csv
 import datetime
 import functools
@@ -41,6 +42,7 @@ _NULS = 0.3  # of every second byte: text of 16 bits without its mark
 _SPACES = re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])")  # no unit in brackets is parted from its word
 _WIDE_SPACES = re.compile(r"[ \u3000]{2,}")
 _CLOCK_BEFORE = re.compile(r"\s*((?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)\s*(?:->|→)\s?")
+_DIGIT = re.compile("[0-9]")
 _MARKED = ('"', "'", ">", "\u2192")  # what quoted cells and clocks have
 _COMMENT = re.compile(r"\s*(#|%|//)\s*")
 _GROUPED_BY_SPACE = re.compile(r"([+-]?[0-9]{1,3})((?:[ '\u2019\u00a0\u202f\u2009][0-9]{3})+)(?![0-9])")
@@ -92,7 +94,7 @@ class WrittenNumber(NamedTuple):
 @functools.lru_cache(maxsize=4096)
 def as_number(cell: str) -> WrittenNumber | None:
     """Return how a cell is written as a number, in digits 0 to 9; None for other text."""
-    if not cell or len(cell) > _LONGEST_NUMBER or not any("0" <= letter <= "9" for letter in cell):
+    if not cell or len(cell) > _LONGEST_NUMBER or not _DIGIT.search(cell):
         return None
     text = cell.replace("\u2212", "-").replace("\u00b5", "u").replace("\u03bc", "u")
     grouped = _GROUPED_BY_SPACE.match(text)
@@ -386,9 +388,10 @@ def _former_encoding(content: bytes) -> str:
     letters = {}
     for encoding in (*_ENCODINGS, *_ANY_BYTES):
         try:
-            text = unicodedata.normalize("NFKC", content.decode(encoding)).casefold()
+            start = codecs.getincrementaldecoder(encoding)().decode(content[:_LONGEST_LINE])
         except UnicodeDecodeError:
             continue
+        text = unicodedata.normalize("NFKC", start).casefold()
         letters[encoding] = sum(len(word) for word in _FOREIGN_WORDS if word in text)
     if any(letters.values()):
         return max(letters, key=letters.__getitem__)

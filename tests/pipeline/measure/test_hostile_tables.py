@@ -13,7 +13,7 @@ from pipeline.measure.unit.signals import Signal
 from sensor.quantity import InputError
 
 KINDS = {"damaged": damaged, "invented": invented}
-SOON = 20.0  # [s]: the largest table takes 3 s, on a machine that does five other things 15 s
+SOON = 20.0  # [s] of the processor: the largest table takes 5 s
 
 
 def outcome(shape, tmp_path):
@@ -29,13 +29,13 @@ def outcome(shape, tmp_path):
     done = []
     lines = []
     for reader in readers:
-        start = time.monotonic()
+        start = time.process_time()
         try:
             done.append(bool(reader()))
         except InputError as error:
             done.append(False)
             lines += str(error).splitlines()[1:]
-        assert time.monotonic() - start < SOON
+        assert time.process_time() - start < SOON
     assert lines == []
     return done[0]
 
