@@ -21,7 +21,7 @@ STEPS = np.linspace(0.0, 1.0, 41)
 AIR = 4  # samples before and after a press
 KINDS = ("times 1.3", "zero", "sign", "stuck", "full scale", "nudge")
 HELD = 0.99  # of the presses with a bad sample
-AGREES = 1e-4  # of a modulus: single precision, which few samples with all tips on the fruit make ten times worse
+AGREES = 1e-5
 PROGRAM = """
 #include <stdio.h>
 #include "unit.h"
@@ -240,10 +240,9 @@ def test_firmware_leaves_out_what_the_command_does(name, hands, tmp_path):
     left_out = 0
     for _ in range(12):
         rows = np.vstack([hand.spoilt(hand.press(30))[0], np.zeros((3, len(hand.delays)))]).astype(np.float32)
-        try:
-            (expected,) = hand.read(rows.astype(float))
-        except InputError:
+        if (rows < sensor.lowest_forces).any():
             continue
+        (expected,) = hand.read(rows.astype(float))
         ((E, count),) = printed_by_header(tmp_path, sensor, PROGRAM, rows).tolist()
         assert pytest.approx(expected.E or np.nan, rel=AGREES, nan_ok=True) == E
         module = press_of_board()
