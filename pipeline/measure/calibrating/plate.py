@@ -131,7 +131,7 @@ def _bends(table: MeasuredTable, deflections: Floats, forces: Floats, channels: 
 
 @dataclass(frozen=True, kw_only=True)
 class _Disagreement:
-    """How much a plate and weights disagree on the springs, beyond one standard deviation [1].
+    """How much a plate and weights disagree on the springs [1].
 
     `mean` is that of all stiffnesses, `apart` that of each against the mean.
     """
@@ -144,10 +144,8 @@ def _disagreement(stiffnesses: Floats, weighed: Sequence[Estimate]) -> _Disagree
     """Return the disagreement of stiffnesses on a plate [N/mm] with those from weights."""
     ratios = stiffnesses / [spring.value for spring in weighed]
     mean = float(ratios.mean())
-    errors = [spring.relative for spring in weighed]
-    of_mean = float(np.linalg.norm(errors)) / len(errors)
-    apart = [max(0.0, abs(ratio / mean - 1.0) - error) for ratio, error in zip(ratios.tolist(), errors, strict=True)]
-    return _Disagreement(mean=BOUNDED * max(0.0, abs(mean - 1.0) - of_mean), apart=tuple(apart))
+    apart = tuple(np.abs(ratios / mean - 1.0).tolist())
+    return _Disagreement(mean=BOUNDED * abs(mean - 1.0), apart=apart)
 
 
 def _refuse_unlike(table: MeasuredTable, stiffnesses: Floats, weighed: Sequence[Estimate], report: Report) -> None:

@@ -46,6 +46,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "amplifier": "" if signal is None else signal.amplifier,
         "board": "" if signal is None else signal.board,
         "least_forces": sensor.least_forces.tolist(),
+        "lowest_forces": sensor.lowest_forces.tolist(),
         "largest_forces": sensor.largest_forces.tolist(),
         "least_E": least * (1.0 - AT_THE_EDGE),
         "largest_E": largest * (1.0 + AT_THE_EDGE),

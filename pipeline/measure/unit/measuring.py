@@ -28,6 +28,7 @@ LEAST_CURVATURE_SPREAD = 0.25
 The cheek of a mango has principal radii of about 47 and 110 mm, so a mean curvature of 1/66 per mm. Where its design
 says 35 mm, that is 47 % less: two standard deviations.
 """
+_BELOW_OVER_LEAST = 2.0  # a force as far below zero as twice the least one of a touch is no noise
 _ALLOWED_OVER_SCALE = 20.0  # a force beyond so many full scales is none of this sensor's, or in another unit
 
 
@@ -167,6 +168,11 @@ class MeasuringUnit:
     def least_forces(self) -> Floats:
         """Return the force of each channel below which its tip counts as off the fruit [N]."""
         return least_forces(self.force_errors, self.report.read_out.full_scale_N)
+
+    @property
+    def lowest_forces(self) -> Floats:
+        """Return the force of each channel below which it cannot be one of this sensor [N]: no noise makes as much."""
+        return -_BELOW_OVER_LEAST * self.least_forces
 
     @cached_property
     def largest_forces(self) -> Floats:

@@ -118,10 +118,10 @@ def _refuse_saturated(sensor: MeasuringUnit, counts: Sequence[float], place: Cal
 
 def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats, place: Callable[[int], str]) -> None:
     """Raise InputError, which names a tip by its place, for forces [N] below zero or far beyond the scale."""
-    in_scale = (-sensor.least_forces <= np.array(forces)) & (np.array(forces) <= sensor.largest_forces)
+    in_scale = (sensor.lowest_forces <= np.array(forces)) & (np.array(forces) <= sensor.largest_forces)
     if not in_scale.all():
         tip = int(in_scale.argmin())
-        lowest = -sensor.least_forces[tip]
+        lowest = sensor.lowest_forces[tip]
         bound = f"from {lowest:.3g} N, zero less its noise, to {sensor.largest_forces[tip]:.3g} N, 20 full scales"
         hint = "check zero, sign and unit of the channel"
         raise validation_error(place(tip), float(forces[tip]), "N", bound, hint)

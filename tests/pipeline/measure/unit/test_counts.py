@@ -440,6 +440,19 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
     assert module["Tare"]().above(rows[0].tolist())[1] == 16
 
 
+def test_no_pins_are_driven_without_a_read_out(mango, paper, rng, calibrate, tmp_path):
+    """The module of a design without [readout] takes recorded counts alone, and says so."""
+    for measured, pins in ((paper, False), (mango, True)):
+        unit = calibrate(measured.report, weights(measured, 1.0, Electronics(measured, rng))).unit
+        source = micropython(MeasuringUnit(report=measured.report, unit=unit))
+        assert ("machine" in source) is pins
+        if not pins:
+            script = tmp_path / "unit.py"
+            script.write_text(source, encoding="utf-8")
+            ended = subprocess.run([sys.executable, script], capture_output=True, check=True, timeout=600)
+            assert b"no read-out" in ended.stdout
+
+
 @pytest.mark.study
 def test_numbers_of_a_kiwifruit_become_a_sensor_that_three_readers_read_alike(
     rng, calibrate, tmp_path, monkeypatch, capsys
