@@ -64,3 +64,13 @@ def test_fruit_stiffness_of_a_ratio():
     inside = 1.1 * 20.0 / 1.1 / (20.0 / 1.1 + 2.0) * (0.9 + 2.0) / 0.9  # P of K_m 2, the high tip on 1.1 times it
     assert law.fruit_stiffness(inside) == pytest.approx(2.0, rel=1e-9)
     assert (law.fruit_stiffness(1.1), law.fruit_stiffness(20.0 / 0.9)) == (0.0, math.inf)
+
+
+def test_error_of_a_ratio_off_the_middle():
+    """There an error of the fruit parts both tips too: by the slopes of ln P over K_m and over the stiffness ratio."""
+    K_m, ratio, error = 3.0, 1.25, 0.004
+    law = ForceRatioCurve(springs=SPRINGS, K_m_max=K_m, K_m_error=error * K_m, stiffness_ratio=ratio)
+    under_low = K_m / (K_m + SPRINGS.K_l)
+    of_high = SPRINGS.K_h / (ratio * K_m + SPRINGS.K_h)  # d ln F_h over either
+    of_fruit = abs(of_high - (1.0 - under_low))
+    assert law.P_max().relative == pytest.approx(error * (of_fruit + of_high), rel=1e-4)
