@@ -96,9 +96,9 @@ def test_springs_and_gains_move_the_reading_as_is_said(field, tip, paper):
 
 
 def test_force_beyond_zero_or_the_scale_is_refused_at_its_tip(paper):
-    """Four deviations of noise below zero, and twenty full scales, are just allowed."""
+    """Eight deviations of noise below zero, twice the least force of a touch, and twenty full scales are allowed."""
     sensor = paper.measuring()
-    lowest, highest = -4.0 * sensor.noises, 20.0 * np.array(sensor.report.read_out.full_scale_N)
+    lowest, highest = -8.0 * sensor.noises, 20.0 * np.array(sensor.report.read_out.full_scale_N)
     refuse_out_of_scale(sensor, [lowest[0], highest[1]], "{}".format)
     for forces, name in (([1.01 * lowest[0], 0.1], "low"), ([0.1, 1.01 * highest[1]], "high")):
         with pytest.raises(InputError) as caught:
