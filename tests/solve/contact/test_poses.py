@@ -10,7 +10,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
 from sensor.quantity import InputError
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, _less_by_flesh, pose_forces, posed_scene
+from solve.contact.poses import Pose, _softer_flesh_fall, pose_forces, posed_scene
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.split import split_compliance
@@ -48,7 +48,7 @@ def test_fall_on_softer_flesh():
     moduli = np.array([0.5, 2.0, 2.0])
     level = [np.linalg.solve(SPRINGS + S / E, np.full(4, 0.3)) for E in (0.5, 2.0)]
     other = np.array([0.4, 0.0, 0.7, 1.1])
-    found = _less_by_flesh(flesh, SPRINGS, moduli, np.array([*level, other]))
+    found = _softer_flesh_fall(flesh, SPRINGS, moduli, np.array([*level, other]))
     step = 1e-6
 
     def fall(E, travel, on):
