@@ -4,7 +4,7 @@
 # make test-all the slow tests too
 # make test-studies those that take minutes in all: hostile files, odd machines, solids in another solver
 # make bench-peers  the other programs that make bench compares with, in an environment of their own
-# make lint | bench | view | clean | setup | lock      FAST=1 adds the optional direct solver
+# make lint | bench | view | clean | setup | lock
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := run
@@ -12,9 +12,7 @@ SHELL := /bin/bash
 
 BIN := .venv/bin
 WORKERS ?= 2
-FAST ?=
-STAMP := .venv/.set-up$(if $(FAST),-fast)
-LOCKS := requirements.lock $(if $(FAST),requirements-fast.lock)
+STAMP := .venv/.set-up
 
 # Each test worker has one core: numerical libraries that start more threads only wait for each other.
 ONE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
@@ -24,8 +22,8 @@ unexport PYTHONDONTWRITEBYTECODE
 
 setup: $(STAMP)
 
-$(STAMP): pyproject.toml $(LOCKS) .ci/setup
-	@FAST=$(FAST) PYTHON=$(PYTHON) bash .ci/setup
+$(STAMP): pyproject.toml requirements.lock .ci/setup
+	@PYTHON=$(PYTHON) bash .ci/setup
 	@touch $@
 
 run: setup

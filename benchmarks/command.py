@@ -5,7 +5,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.harness import FAST, ROOT, section
+from benchmarks.harness import ROOT, section
 from benchmarks.usage import ONE_THREAD, ResourceUsage, resource_usage
 
 IMPORTS = [sys.executable, "-c", "import cadquery, gmsh, skfem"]
@@ -20,7 +20,7 @@ COMMANDS = {
     "design, cold": ["design", "--nl", "0.05"],
 }
 """The ways to call the command; those of one kind follow each other in one folder with one cache, which start empty."""
-KINDS = {"look, cold": "look", "look, another --nl": "look", "design, cold": "design", "cold, FAST=1": "fast"}
+KINDS = {"look, cold": "look", "look, another --nl": "look", "design, cold": "design"}
 
 REPEATS = 3
 
@@ -45,16 +45,14 @@ def command_section(repeats: int = REPEATS) -> str:
 
 def _measured_usages(repeats: int) -> dict[str, list[ResourceUsage]]:
     """Return by name the usages of the bare imports and of every way to call the command, one for each repeat."""
-    commands = COMMANDS | ({"cold, FAST=1": PAPER} if FAST else {})
-    usages: dict[str, list[ResourceUsage]] = {name: [] for name in ("bare imports", *commands)}
+    usages: dict[str, list[ResourceUsage]] = {name: [] for name in ("bare imports", *COMMANDS)}
     resource_usage(IMPORTS)  # not counted: it fills the page cache
     for _ in range(repeats):
         usages["bare imports"].append(resource_usage(IMPORTS, environment=ONE_THREAD))
         with tempfile.TemporaryDirectory() as name:
-            for label, words in commands.items():
+            for label, words in COMMANDS.items():
                 folder = Path(name) / KINDS.get(label, "run")
                 environment = {**ONE_THREAD, "XDG_CACHE_HOME": str(folder / "cache")}
-                environment |= FAST if label.endswith("FAST=1") else {}
                 command = [sys.executable, "-m", "pipeline", *words, "--out", str(folder / "out")]
                 usages[label].append(resource_usage(command, ROOT, environment))
     return usages

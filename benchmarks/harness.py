@@ -5,7 +5,7 @@ import json
 import math
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -17,9 +17,6 @@ from solve.linear import SolveError
 T = TypeVar("T")
 ROOT = Path(__file__).parents[1]
 OURS = "ours: "  # how the methods of the product begin
-# The environment in which the optional direct solver is found; empty where it is not installed.
-_FAST_PACKAGES = [str(path) for path in (ROOT / ".venv-peers" / "fast").glob("lib/python*/site-packages")]
-FAST = {"PYTHONPATH": _FAST_PACKAGES[0]} if _FAST_PACKAGES else {}
 LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # relative errors at which a winner is named
 
 
@@ -188,10 +185,10 @@ def print_measurements(rows: Iterable[Measurement]) -> None:
     print(json.dumps([dataclasses.asdict(row) for row in rows], allow_nan=False))
 
 
-def measurements_of(module: str, environment: Mapping[str, str] | None = None) -> list[Measurement]:
+def measurements_of(module: str) -> list[Measurement]:
     """Return the measurements of a module, run as a program on one thread; raises RuntimeError when it fails."""
     print(f"{module} ...", file=sys.stderr, flush=True)
-    usage = resource_usage([sys.executable, "-m", module], ROOT, {**ONE_THREAD, **(environment or {})})
+    usage = resource_usage([sys.executable, "-m", module], ROOT, ONE_THREAD)
     if usage.exit_code:
         msg = f"{module} ended with exit code {usage.exit_code}: {usage.last_line}"
         raise RuntimeError(msg)

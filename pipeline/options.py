@@ -30,7 +30,7 @@ CONTACT_METHODS = ("auto", "split", "direct")
 
 TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
 DEFAULT_TOLERANCE = 1e-3  # what the verdicts on K_l and K_h allow: with more they stay undecided
-ROUGH_TOLERANCE = 0.02  # from here on both springs and the contact are solved on one coarse mesh, modes not at all
+ROUGH_TOLERANCE = 0.02  # from here on both springs and the contact are solved on one coarse mesh, no modes
 CONTACT_FRACTION = 0.25  # of the tolerance: the contact is cheap, so the springs, the dear part, may use up the rest
 _BESIDE_CONTACT = ("E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation")
 BESIDE_CONTACT: dict[str, dict[str, Any]] = {

@@ -1,18 +1,12 @@
-"""Sparse symmetric solves with prescribed dofs: factorise once, solve many, check every residual.
+"""Sparse symmetric solves by SciPy's SuperLU with prescribed dofs: factorise once, solve many, check every residual."""
 
-SciPy's SuperLU serves everywhere; where pypardiso is installed (the extra `fast`) its Cholesky factor is used.
-"""
-
-import functools
-import importlib.util
 import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, files
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix, triu
+from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from sensor.arrays import Floats, Ints
@@ -26,7 +20,6 @@ MOST_BYTES = 4.0 * 2**30  # for one factor: what takes more takes minutes
 FACTOR_BYTES = 14.0 * 31.0
 # Columns of the bottom of the elimination tree that SuperLU joins: none, by measurement.
 _RELAXED = 1
-_PARDISO_FROM_DOFS = 8000  # free dofs under which SuperLU is done before pardiso has started
 
 
 class SolveError(RuntimeError):
@@ -100,9 +93,7 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
 
 
 def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
-    """Return the solve of a matrix that is factorised here, by pardiso where it pays; raises SolveError."""
-    if block.shape[0] > _PARDISO_FROM_DOFS and _has_pardiso():
-        return _PardisoFactor(block)
+    """Return the solve of a matrix that is factorised here; raises SolveError."""
     symmetric = {"SymmetricMode": True}
     try:
         factor = splu(block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_RELAXED, options=symmetric)
@@ -110,10 +101,6 @@ def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
         raise SolveError(_singular(error)) from error
     back_substitute: Callable[[Floats], Floats] = factor.solve
     return back_substitute
-
-
-def _has_pardiso() -> bool:
-    return importlib.util.find_spec("pypardiso") is not None
 
 
 def factor_bytes(unknowns: int) -> float:
@@ -131,39 +118,6 @@ def check_cost(unknowns: int) -> None:
             f"{most / 2**30:.3g} GiB; take a smaller fruit, shorter leaves or a larger --tol"
         )
         raise SolveError(msg)
-
-
-class _PardisoFactor:
-    """A Cholesky factor of pypardiso, which keeps its memory until it is told to let go: 200 MB at 16k dofs."""
-
-    def __init__(self, block: csc_matrix) -> None:
-        _name_library()  # before the import, which makes a solver
-        import pypardiso
-
-        self._solver = pypardiso.PyPardisoSolver(mtype=2)
-        self._upper = csr_matrix(triu(block, format="csr"))
-        try:
-            self._solver.factorize(self._upper)
-        except (ValueError, pypardiso.pardiso_wrapper.PyPardisoError) as error:
-            raise SolveError(_singular(error)) from error
-
-    def __call__(self, right: Floats) -> Floats:
-        return np.asarray(self._solver.solve(self._upper, right))
-
-    def __del__(self) -> None:
-        if hasattr(self, "_solver"):
-            self._solver.free_memory(everything=True)
-
-
-@functools.cache
-def _name_library() -> None:
-    """Tell pypardiso where its library is: it would search the whole environment for each solver, half a second."""
-    try:
-        libraries = [path.locate() for path in files("mkl") or () if path.name.startswith("libmkl_rt.")]
-    except PackageNotFoundError:
-        return
-    if libraries:
-        os.environ.setdefault("PYPARDISO_MKL_RT", str(libraries[0]))
 
 
 def _singular(error: Exception | str) -> str:

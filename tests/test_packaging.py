@@ -14,12 +14,10 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline", "twintip")
-LOCKS = ("requirements.lock", "requirements-fast.lock")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
 
-PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[0-9][A-Za-z0-9.+!]*)(?P<marker>; .+)?")
-FAST_MARKER = "; sys_platform == 'linux' and platform_machine == 'x86_64'"
+PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[0-9][A-Za-z0-9.+!]*)")
 DISTRIBUTION = {
     "OCP": "cadquery",
     "charset_normalizer": "charset-normalizer",
@@ -43,9 +41,9 @@ def pins(text):
     return found
 
 
-def locked(*files):
-    """Return what the lock files pin."""
-    return pins("".join((ROOT / file).read_text(encoding="utf-8") for file in files))
+def locked():
+    """Return what the lock pins."""
+    return pins((ROOT / "requirements.lock").read_text(encoding="utf-8"))
 
 
 def make_targets():
@@ -66,9 +64,8 @@ def imported_distributions():
     return {DISTRIBUTION.get(name, name) for name in names - sys.stdlib_module_names - set(PACKAGES)}
 
 
-@pytest.mark.parametrize("file", LOCKS)
-def test_lock_holds_pinned_versions_and_no_address(file):
-    text = (ROOT / file).read_text(encoding="utf-8")
+def test_lock_holds_pinned_versions_and_no_address():
+    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
     assert pins(text)
     assert re.findall(r"https?:|file:|index|find-links| @ |^\s*-", text, flags=re.MULTILINE) == []
 
@@ -81,25 +78,18 @@ def test_planted_line_in_lock_is_refused(line):
         pins(f"scipy==1.17.1\n{line}\n")
 
 
-@pytest.mark.parametrize("text", [*PROJECT["dependencies"], *EXTRAS["dev"], *EXTRAS["fast"]])
+@pytest.mark.parametrize("text", [*PROJECT["dependencies"], *EXTRAS["dev"]])
 def test_dependency_is_locked_inside_its_range(text):
     requirement = Requirement(text)
-    versions = locked(*LOCKS) if text in EXTRAS["fast"] else locked("requirements.lock")
     assert requirement.specifier
-    assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)])
-
-
-def test_fast_lock_is_kept_to_its_platform():
-    lines = (ROOT / "requirements-fast.lock").read_text(encoding="utf-8").splitlines()
-    assert [line for line in lines if not line.startswith("#") and not line.endswith(FAST_MARKER)] == []
-    assert locked("requirements.lock").keys() & locked("requirements-fast.lock").keys() == set()
+    assert requirement.specifier.contains(locked()[canonicalize_name(requirement.name)])
 
 
 def test_own_packages_are_never_asked_of_an_index():
     """The names sensor, cad, solve and pipeline belong to other people's projects there."""
     groups = [PROJECT["dependencies"], *EXTRAS.values()]
     asked = {canonicalize_name(Requirement(text).name) for group in groups for text in group}
-    assert (asked | locked(*LOCKS).keys()) & {*PACKAGES, "twintip"} == set()
+    assert (asked | locked().keys()) & {*PACKAGES, "twintip"} == set()
 
 
 def test_every_import_is_declared():

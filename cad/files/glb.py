@@ -1,16 +1,17 @@
 """Coloured bodies as GLB, the binary form of glTF 2.0, which browsers show: ISO/IEC 12113."""
 
+import json
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from sensor.arrays import Floats
 
-Tree = dict[str, Any]  # JSON of glTF while it is put together
+Tree = dict[str, Any]  # a part of the JSON of glTF
 
 MOTION = "motion"
 """Name of the one animation, of one second, in which every body moves from where it is."""
@@ -18,8 +19,7 @@ MOTION = "motion"
 _MATERIAL = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.7}, "doubleSided": True}
 _UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # glTF has y up: (x, z, -y)
 _METRE = 1e-3  # glTF counts in metres
-_FLOAT = 5126
-_MOVED = "_moved"
+_COMPONENTS = {"<f4": 5126, "<u4": 5125, "|u1": 5121}  # glTF's number of each type of values
 _TOE = 0.04045  # below, colours of a screen are linear
 
 
@@ -46,63 +46,82 @@ def glb_position(points: Floats) -> Floats:
 def glb_of(bodies: Sequence[GlbBody]) -> bytes:
     """Return bodies as the bytes of a GLB file.
 
-    What moves a body is a morph target of its mesh. trimesh writes no such targets: it is given them as an attribute of
-    the vertices, and `_with_targets` makes targets of those.
+    What moves a body is a morph target of its mesh. The weights of all targets go from 0 to 1 in one second.
     """
-    scene: Any = trimesh.Scene()  # its methods have no types that strict mode takes
-    for body in bodies:
-        count = len(body.vertices)
-        mesh = trimesh.Trimesh(
-            vertices=glb_position(body.vertices),
-            faces=body.triangles,
-            vertex_colors=np.broadcast_to(_linear(body.colour), (count, 3)),
-            process=False,
-        )
-        moved = glb_position(np.broadcast_to(body.moved, (count, 3)))
-        mesh.vertex_attributes[_MOVED] = moved.astype(np.float32)
-        scene.add_geometry(mesh, node_name=body.name, geom_name=body.name)
-    return bytes(scene.export(file_type="glb", tree_postprocessor=_with_targets, buffer_postprocessor=_with_motion))
+    arrays = _Arrays()
+    meshes = [_mesh(body, arrays) for body in bodies]
+    ramp = arrays.add(np.array([[0.0], [1.0]], dtype="<f4"), "SCALAR")  # times [s] and the weights at them
+    numbers = range(len(bodies))
+    motion = {
+        "name": MOTION,
+        "samplers": [{"input": ramp, "output": ramp, "interpolation": "LINEAR"}],
+        "channels": [{"sampler": 0, "target": {"node": node, "path": "weights"}} for node in numbers],
+    }
+    buffer = b"".join(arrays.chunks)
+    tree = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": list(numbers)}],
+        "nodes": [{"name": body.name, "mesh": number} for number, body in enumerate(bodies)],
+        "meshes": meshes,
+        "materials": [_MATERIAL],
+        "animations": [motion],
+        "accessors": arrays.accessors,
+        "bufferViews": arrays.views,
+        "buffers": [{"byteLength": len(buffer)}],
+    }
+    text = json.dumps(tree, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+class _Arrays:
+    """The arrays of a file: their bytes, where they are in the buffer, and what they hold."""
+
+    def __init__(self) -> None:
+        self.chunks: list[bytes] = []
+        self.views: list[Tree] = []
+        self.accessors: list[Tree] = []
+        self._length = 0  # of the buffer so far [bytes]
+
+    def add(self, values: NDArray[Any], kind: str, **more: object) -> int:
+        """Add an array (n, m) whose rows take a multiple of four bytes; return its number."""
+        chunk = values.tobytes()
+        accessor = {
+            "bufferView": len(self.views),
+            "componentType": _COMPONENTS[values.dtype.str],
+            "count": len(values),
+            "type": kind,
+            "min": values.min(axis=0).tolist(),
+            "max": values.max(axis=0).tolist(),
+        }
+        self.views.append({"buffer": 0, "byteOffset": self._length, "byteLength": len(chunk)})
+        self.accessors.append(accessor | more)
+        self.chunks.append(chunk)
+        self._length += len(chunk)
+        return len(self.accessors) - 1
+
+
+def _mesh(body: GlbBody, arrays: _Arrays) -> Tree:
+    """Return the mesh of a body, whose arrays are added."""
+    count = len(body.vertices)
+    colour = np.full((count, 4), 255, dtype=np.uint8)  # the last is opacity
+    colour[:, :3] = _linear(body.colour)
+    moved = np.broadcast_to(body.moved, (count, 3))
+    primitive = {
+        "attributes": {
+            "POSITION": arrays.add(glb_position(body.vertices).astype("<f4"), "VEC3"),
+            "COLOR_0": arrays.add(colour, "VEC4", normalized=True),
+        },
+        "indices": arrays.add(body.triangles.reshape(-1, 1).astype("<u4"), "SCALAR"),
+        "targets": [{"POSITION": arrays.add(glb_position(moved).astype("<f4"), "VEC3")}],
+        "material": 0,
+    }
+    return {"name": body.name, "primitives": [primitive], "weights": [0.0]}
 
 
 def _linear(colour: Floats) -> NDArray[np.uint8]:
     """Return colours of a screen as linear ones from 0 to 255, which vertices of glTF have: IEC 61966-2-1."""
     linear = np.where(colour <= _TOE, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
     return np.round(255.0 * linear).astype(np.uint8)
-
-
-def _with_motion(buffers: Any, tree: Tree) -> None:  # noqa: ANN401 - an ordered mapping of trimesh
-    """Add the animation: the weight of each body's target goes from 0 to 1 in one second.
-
-    The same numbers, 0 and 1, are the times [s] and the weights at them. They become one more buffer, which an accessor
-    describes; both are called by their number in glTF.
-    """
-    ramp = np.array([0.0, 1.0], dtype=np.float32)
-    buffer_number = len(buffers)
-    buffers[MOTION] = ramp.tobytes()
-    accessor_number = len(tree["accessors"])
-    tree["accessors"][MOTION] = {
-        "bufferView": buffer_number,
-        "componentType": _FLOAT,
-        "count": len(ramp),
-        "type": "SCALAR",
-        "min": [0.0],
-        "max": [1.0],
-    }
-    nodes = [index for index, node in enumerate(tree["nodes"]) if "mesh" in node]
-    tree["animations"] = [
-        {
-            "name": MOTION,
-            "samplers": [{"input": accessor_number, "output": accessor_number, "interpolation": "LINEAR"}],
-            "channels": [{"sampler": 0, "target": {"node": node, "path": "weights"}} for node in nodes],
-        }
-    ]
-
-
-def _with_targets(tree: Tree) -> None:
-    """Make what each body is moved by a target of its shape, and give all the one material."""
-    tree["materials"] = [_MATERIAL]
-    for mesh in tree["meshes"]:
-        mesh["weights"] = [0.0]
-        for primitive in mesh["primitives"]:
-            primitive["material"] = 0
-            primitive["targets"] = [{"POSITION": primitive["attributes"].pop(_MOVED)}]

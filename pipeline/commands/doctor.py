@@ -104,19 +104,11 @@ def _import(name: str) -> Finding:
 
 
 def _optional() -> list[Finding]:
-    """Return a row for the faster solver and for each program that some tests or comparisons use."""
-    from pipeline.storage.versions import installed_version
-
-    solver = installed_version("pypardiso")
-    rows = [_optional_row("pypardiso", solver, "optional, a faster direct solver: make setup FAST=1")]
-    for program, purpose in OPTIONAL_PROGRAMS.items():
-        rows.append(_optional_row(program, "present" if shutil.which(program) else None, purpose))
-    return rows
-
-
-def _optional_row(name: str, found: str | None, purpose: str) -> Finding:
-    """Return the row of what a run does not need: a note on its purpose where it is absent."""
-    return Finding(name, "absent", "note", purpose) if found is None else Finding(name, found)
+    """Return a row for each program that some tests or comparisons use: a note on its purpose where it is absent."""
+    return [
+        Finding(program, "present") if shutil.which(program) else Finding(program, "absent", "note", purpose)
+        for program, purpose in OPTIONAL_PROGRAMS.items()
+    ]
 
 
 def folder_row(name: str, folder: Path) -> Finding:

@@ -133,7 +133,9 @@ class BehaviourReport:
     gauge_factor: float = report_field("1", "gauge factor that the bridge output assumes")
     gauge_grid_mm: float = report_field("mm", "length of a gauge's grid")
     gauges: str = report_field("", "gauges that are fitted, `none` or `foil`")
-    modes: tuple[ModeReport, ...] = report_field("", "the three lowest modes of the sensor in its mount")
+    modes: tuple[ModeReport, ...] = report_field(
+        "", "the three lowest modes of the sensor in its mount; of `pipeline design` alone"
+    )
     low: ArmBehaviour = report_field("", "the low spring at full travel")
     high: ArmBehaviour = report_field("", "the high spring at full travel")
 

@@ -19,7 +19,8 @@ WORK = {
     "mounts": "what other mounts do to the springs",
     "errors": "what each error is made of",
     "fabrication": "files for fabrication, and the springs across the plate",
-    "behaviour": "modes of vibration",
+    "modes": "modes of vibration",
+    "behaviour": "how the springs tilt, stiffen and ring",
     "fields": "displacement and stress for ParaView",
 }
 """What a stage of a run does, in words."""

@@ -9,7 +9,6 @@ from pathlib import Path
 
 _SOURCES = ("sensor", "cad", "mesh", "solve", "pipeline")
 _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
-_OPTIONAL = ("mkl", "pypardiso")  # another direct solver where they are installed
 _OF_PAGES = (".js", ".css", ".html.j2", ".LICENSE")
 """Endings of files that only show numbers: whoever changes a plot need not solve again."""
 _ROOT = Path(__file__).parents[2]
@@ -31,12 +30,9 @@ def pages_digest() -> str:
     return sources_digest(_ROOT, of_pages=True)
 
 
-def computing_versions() -> dict[str, str | None]:
-    """Return the version of Python and of each package that numbers come from; None for an optional one not there."""
-    found: dict[str, str | None] = {"python": platform.python_version()}
-    found |= {name: version(name) for name in _LIBRARIES}
-    found |= {name: installed_version(name) for name in _OPTIONAL}
-    return found
+def computing_versions() -> dict[str, str]:
+    """Return the version of Python and of each package that numbers come from."""
+    return {"python": platform.python_version()} | {name: version(name) for name in _LIBRARIES}
 
 
 def sources_digest(root: Path, *, of_pages: bool = False) -> str:

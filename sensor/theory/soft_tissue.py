@@ -11,6 +11,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from sensor.arrays import Floats
+
 FleshLawName = Literal["neo-hooke", "hencky", "foam"]
 FLESH_LAWS: tuple[FleshLawName, ...] = ("neo-hooke", "hencky", "foam")
 
@@ -37,9 +39,7 @@ def large_strain_factor(depth: float, poisson: float, law: FleshLawName = "neo-h
     """
     table = _table(law)
     at_poisson = []
-    for row in table.rows:
-        solved_depths = [0.0, *table.depths[: len(row)]]
-        factors = [1.0, *row]
+    for solved_depths, factors in table.rows:
         beyond = max(1.0, depth / solved_depths[-1])
         at_poisson.append(1.0 + (np.interp(depth, solved_depths, factors) - 1.0) * beyond)
     factor = float(np.interp(poisson, table.poissons, at_poisson))
@@ -58,15 +58,20 @@ def constitutive_spread(depth: float, poisson: float) -> float:
 
 
 class _FactorTable(NamedTuple):
-    """Factors of the force [1], a row for each of Poisson's ratios, at depths [tip sides]; a row may end early."""
+    """Depths [tip sides] and factors of the force [1] at them, from first touch on, for each of Poisson's ratios.
+
+    A row may end before the deepest of `depths`.
+    """
 
     depths: list[float]
     poissons: list[float]
-    rows: list[list[float]]
+    rows: list[tuple[Floats, Floats]]
 
 
 @functools.cache
 def _table(law: FleshLawName) -> _FactorTable:
     """Return the table of a law of flesh, read once."""
     data = tomllib.loads(_DATA.read_text(encoding="utf-8"))
-    return _FactorTable(depths=data["depths"], poissons=data["poissons"], rows=data["factors"][law]["rows"])
+    depths = data["depths"]
+    rows = [(np.array([0.0, *depths[: len(row)]]), np.array([1.0, *row])) for row in data["factors"][law]["rows"]]
+    return _FactorTable(depths=depths, poissons=data["poissons"], rows=rows)

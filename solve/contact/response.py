@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter
 
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
@@ -83,8 +82,8 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     coarse_P = np.where(np.isnan(coarse.P), 2.0 * fine.P, coarse.P)
     P_steps = np.nan_to_num(np.abs(fine.P / coarse_P - 1.0))
     # Steps change sign along the table: a step of zero may be an accident, the largest among neighbours counts.
-    force_step = maximum_filter(force_steps.max(axis=2), size=3)
-    P_step = maximum_filter(P_steps, size=3)
+    force_step = _largest_near(force_steps.max(axis=2))
+    P_step = _largest_near(P_steps)
     return replace(
         fine,
         F_error=fine.F_error + SAFETY * force_step + compliance.error_pair,
@@ -92,6 +91,12 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
         P_step=1.0 - coarse.P / fine.P,
         info=replace(fine.info, seconds=time.perf_counter() - start, status=_cell_status(scene, fine.cells)),
     )
+
+
+def _largest_near(table: Floats) -> Floats:
+    """Return a table of two dimensions in which each value is the largest of itself and its neighbours."""
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(table, 1, mode="edge"), (3, 3))
+    return np.asarray(windows.max(axis=(2, 3)))
 
 
 def _cell_status(scene: Scene, cells: int) -> str:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import minimize
 
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
@@ -146,6 +145,8 @@ class Scene:
             # The contact of a level dome on a sphere or a plane lies on its cap: two spheres touch.
             both = dome + radius
             return 0.0 if math.isinf(both) else both - math.sqrt(both**2 - math.hypot(*centre) ** 2)
+
+        from scipy.optimize import minimize  # seldom needed, and slow to load
 
         def onto_face(point: Floats) -> Floats:  # [tip sides]
             if self.tips.tip_shape.is_round:

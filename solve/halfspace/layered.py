@@ -12,12 +12,11 @@ which is smooth. Moduli are over that of the half-space below.
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
 from sensor.arrays import Floats
@@ -96,7 +95,7 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
     k, weight = _panels(DEEPEST / h, 2.0 * math.pi / farthest)
     softening = np.array([layer.surface / math.pi * layer.softening(k * h) for layer in layers])
     added = (softening * weight) @ j0(np.outer(k, table))
-    return np.asarray(CubicSpline(table, added, axis=1)(distances))
+    return np.asarray(_spline(table, added, axis=1)(distances))
 
 
 def base_compliance(thickness: float, poisson: float, distances: Floats) -> Floats:
@@ -148,7 +147,7 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
     # int (T - 1) cos(k t) dk over t: M is the sum of it at |t - s| and at t + s, over pi.
     table = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), DISTANCES))
     k, weight = _panels(DEEPEST / h, math.pi / largest)
-    waves = CubicSpline(table, np.cos(np.outer(table, k)) @ (weight * layer.softening(k * h)))
+    waves = _spline(table, np.cos(np.outer(table, k)) @ (weight * layer.softening(k * h)))
     gauss_points, gauss_weights = legendre.leggauss(EQUATIONS)
     radii = np.geomspace(LEAST_RADIUS * min(h, largest), largest, RADII)
     rows = []
@@ -168,10 +167,18 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
     return RoundContact(radii, *np.array(rows).T)
 
 
+def _spline(x: Floats, y: Floats, axis: int = 0) -> Callable[[Floats], Floats]:
+    """Return the cubic spline through y at x, along an axis of y."""
+    from scipy.interpolate import CubicSpline  # seldom needed, and slow to load
+
+    spline: Callable[[Floats], Floats] = CubicSpline(x, y, axis=axis)
+    return spline
+
+
 def _between(x: Floats, y: Floats, at: Floats, power: float) -> Floats:
     """Return y at points of at least 0 by a cubic spline over logarithms; below the table it is a power of x."""
     inside = np.clip(at, x[0], x[-1])
-    found = np.exp(CubicSpline(np.log(x), np.log(y))(np.log(inside)))
+    found = np.exp(_spline(np.log(x), np.log(y))(np.log(inside)))
     return np.asarray(found * (at / inside) ** power)
 
 

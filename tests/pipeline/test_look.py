@@ -19,7 +19,9 @@ from sensor.quantity import InputError
 
 LOOK = RunOptions(look=True, tolerance=ROUGH.tolerance)
 LOOK_FILES = {"design.toml", "latest.js", "report.html", "report.json", "response.csv"}
-UNLOADED = ("cadquery", "OCP", "vtkmodules", "pyvista", "ezdxf")
+SELDOM = ("scipy.interpolate", "scipy.ndimage", "scipy.optimize", "scipy.stats", "trimesh")
+"""Slow to load, and used by few scenes alone."""
+UNLOADED = ("cadquery", "OCP", "vtkmodules", "pyvista", "ezdxf", *SELDOM)
 
 
 def misses(design) -> np.ndarray:
@@ -53,6 +55,19 @@ def test_numbers_of_a_look_lie_within_its_bars_of_the_run():
 def test_bars_of_a_look_cover_95_percent_of_fifty_random_designs():
     found = np.concatenate(list(islice(_misses_of(22), 50)))
     assert (found <= 1.0).mean() >= 0.95
+
+
+@pytest.mark.slow
+def test_run_loads_here_only_what_its_scene_needs(tmp_path, monkeypatch):
+    """Solids are made in another process; nothing is remembered, so that every solve is done."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    script = (
+        "import sys; from pipeline.cli import main; code = main(sys.argv[1:]); "
+        f"print([name for name in {UNLOADED} if name in sys.modules], code)"
+    )
+    words = [sys.executable, "-c", script, "run", "--nl", "0.05", "--out", str(tmp_path / "run")]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[] 0"
 
 
 def test_look_writes_answer_and_page_and_loads_no_cad_kernel(tmp_path):

@@ -12,14 +12,6 @@ from solve.linear import SolveError, check_cost, factorise
 NONE = np.array([], dtype=np.int64)
 
 
-@pytest.fixture(params=["pardiso", "superlu"])
-def solver(request, monkeypatch):
-    """Run a test with either direct solver, on however few unknowns."""
-    if request.param == "pardiso":
-        pytest.importorskip("pypardiso")
-        monkeypatch.setattr(linear, "_PARDISO_FROM_DOFS", 0)
-
-
 def spd(rng, size=40):
     A = rng.normal(size=(size, size))
     return A @ A.T + size * np.eye(size)
@@ -31,14 +23,12 @@ def cube():
     return stiffness_matrix(basis, 1.0, 0.3), basis
 
 
-@pytest.mark.usefixtures("solver")
 def test_solution_is_that_of_a_dense_solve(rng):
     K, load = spd(rng), rng.normal(size=40)
     found = factorise(csc_matrix(K), NONE).solve(load)
     assert found == pytest.approx(np.linalg.solve(K, load), rel=1e-10, abs=1e-13)
 
 
-@pytest.mark.usefixtures("solver")
 def test_prescribed_values_are_met_and_the_rest_is_in_balance(rng):
     K, load = spd(rng), rng.normal(size=40)
     fixed = np.array([3, 17, 5])
@@ -67,14 +57,12 @@ def test_bad_solver_fails_the_residual_gate(rng, wrong):
         planted.solve(rng.normal(size=40))
 
 
-@pytest.mark.usefixtures("solver")
 def test_exactly_singular_matrix_is_refused():
     with pytest.raises(SolveError):
         factorise(csc_matrix([[1.0, -1.0], [-1.0, 1.0]]), NONE)
 
 
 @pytest.mark.parametrize("held", ["nothing", "one component"])
-@pytest.mark.usefixtures("solver")
 def test_part_that_can_move_freely_is_refused(held):
     K, basis = cube()
     fixed = NONE if held == "nothing" else basis.get_dofs(lambda x: x[0] < 1e-9).all("u^1")

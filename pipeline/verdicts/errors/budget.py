@@ -5,6 +5,7 @@ the numerical error alone, which a finer mesh decides. No mesh takes away the mo
 calibrating the printed unit does.
 """
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -130,14 +131,20 @@ def ratio_budget(
     sensor: LevelSensor, E: float, travel: float, numerical: float, effects: Sequence[Effect]
 ) -> UncertaintyBudget:
     """Return the budget of P at a modulus [MPa] and a travel [mm] by effects that act there."""
+    return budget_of(numerical, effects, change_of_ratio(sensor, E, travel))
+
+
+def change_of_ratio(sensor: LevelSensor, E: float, travel: float) -> Change:
+    """Return the change of P by an effect at a modulus [MPa] and a travel [mm], computed once for each effect."""
     P = ratio_with(sensor, E, travel, NO_EFFECT, 0.0)
 
+    @functools.cache
     def change(effect: Effect, sign: float) -> float:
         factor = _magnified(effect, travel)
         moved = ratio_with(sensor, E, travel, effect, sign * factor)
         return (moved / P - 1.0) / factor if math.isfinite(moved) else sign * LIFTED
 
-    return _budget(numerical, effects, change)
+    return change
 
 
 def ratio_with(sensor: LevelSensor, E: float, travel: float, effect: Effect, times: float) -> float:
@@ -188,7 +195,7 @@ def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget
         moved = (fraction_of_rise(effect, sign * factor) - fraction_of_rise(effect, 0.0)) / factor
         return (moved if math.isfinite(moved) else sign * LIFTED) / scale
 
-    return _budget(NL.relative, effects, change)
+    return budget_of(NL.relative, effects, change)
 
 
 def _magnified(effect: Effect, travel: float) -> float:
@@ -206,15 +213,17 @@ def _spring_budget(sensor: LevelSensor, spring: int, effects: Sequence[Effect]) 
     K = sensor.springs.springs[spring].K
     if K is None:
         return None
-    return _budget(K.relative, effects, lambda effect, sign: sign * effect.springs[spring])
+    return budget_of(K.relative, effects, lambda effect, sign: sign * effect.springs[spring])
 
 
 def _contact_budget(sensor: LevelSensor, effects: Sequence[Effect]) -> UncertaintyBudget:
     """Return the budget of s11 - s12, the reciprocal of the fruit's stiffness, at full travel between rigid springs."""
-    return _budget(sensor.contact.error_pair, effects, lambda effect, sign: 1.0 / (1.0 + sign * effect.fruit[0]) - 1.0)
+    return budget_of(
+        sensor.contact.error_pair, effects, lambda effect, sign: 1.0 / (1.0 + sign * effect.fruit[0]) - 1.0
+    )
 
 
-def _budget(numerical: float, effects: Sequence[Effect], change: Change) -> UncertaintyBudget:
+def budget_of(numerical: float, effects: Sequence[Effect], change: Change) -> UncertaintyBudget:
     """Return the budget of a number from its relative change by each effect; inputs go either way."""
     model: list[Contribution] = []
     inputs: list[Contribution] = []

@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.response.scene_press import ScenePress, spring_fractions
-from pipeline.verdicts.errors.budget import Budgets, effects_at, ratio_budget, uncertainty_budgets
+from pipeline.verdicts.errors.budget import Budgets, budget_of, change_of_ratio, effects_at, uncertainty_budgets
 from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
 from pipeline.verdicts.errors.print_scatter import print_scatter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
@@ -66,6 +66,7 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
     """
     curve = press.curve
     law = sensor.characteristic
+    C = sensor.springs.C
     spring_errors = np.divide(law.spring_errors, law.springs.stiffnesses)
     printed = np.full((*curve.P.shape, 2), np.nan)
     calibrated = np.full((*curve.P.shape, 2), np.nan)
@@ -77,12 +78,13 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
             P = float(curve.P[i, j])
             if i == 0 or not math.isfinite(P):  # the first modulus is no fruit's
                 continue
-            of_springs = float(spring_fractions(sensor.contact, sensor.springs.C, E) @ spring_errors)
+            of_springs = float(spring_fractions(sensor.contact, C, E) @ spring_errors)
             numerical = float(curve.P_error[i, j]) + of_springs
             effects_printed = effects_at(sensor, E, travel)
             effects_calibrated = effects_after_calibration(effects_printed)
-            error_printed = ratio_budget(sensor, E, travel, numerical, effects_printed).total
-            error_calibrated = ratio_budget(sensor, E, travel, numerical, effects_calibrated).total
+            change = change_of_ratio(sensor, E, travel)
+            error_printed = budget_of(numerical, effects_printed, change).total
+            error_calibrated = budget_of(numerical, effects_calibrated, change).total
             printed[i, j] = [modulus_at(P * (1.0 + sign * error_printed)) for sign in (-1.0, 1.0)]
             calibrated[i, j] = [modulus_at(P * (1.0 + sign * error_calibrated)) for sign in (-1.0, 1.0)]
     return ReadingTable(response=curve, printed=printed, calibrated=calibrated)

@@ -15,6 +15,7 @@ from cad.parts.housing import SETBACK_MM
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.leaf_lengths import COARSE, DEFAULT
 from pipeline.springs.mounts import MOUNT_SCALE, attached_to, mount_changes, mount_layers
+from pipeline.verdicts.errors.effects import LARGEST_MOUNT_CHANGES
 from sensor.design.parameters import Design, Print
 from solve.elasticity import vector_basis
 from solve.housing.clamped_half import REDUCED
@@ -128,3 +129,5 @@ def test_change_to_another_mount_is_that_of_solving_it():
     for name in ("screws so loose that they bend", "covers that press near the screws alone"):
         assert max(changes[name]) < 0.0
     assert len(changes) == 3
+    largest = np.abs(list(changes.values())).max(axis=0)
+    assert np.all(largest < np.abs(LARGEST_MOUNT_CHANGES))

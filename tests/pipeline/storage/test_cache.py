@@ -137,11 +137,11 @@ def test_folder_follows_the_environment(monkeypatch, tmp_path):
     assert cache_folder() == tmp_path / ".cache" / "twintip"
 
 
-def test_another_python_or_direct_solver_is_another_code(monkeypatch):
+def test_another_python_or_package_is_another_code(monkeypatch):
     own = computing_versions()
     assert own["python"] == ".".join(map(str, sys.version_info[:3]))
     digests = {code_digest()}
-    for name in ("python", "pypardiso", "mkl"):
+    for name in ("python", "scipy", "gmsh"):
         monkeypatch.setattr(versions, "computing_versions", lambda name=name: {**own, name: "0.0.1"})
         digests.add(code_digest.__wrapped__())
     assert len(digests) == 4

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+import pipeline
 from cad.files.export_error import ExportError
 from pipeline.cli import main
 from pipeline.evaluate import check_targets
@@ -12,6 +13,7 @@ from pipeline.options import RunOptions, load_design
 from pipeline.report.of_result import evaluation_parts
 from pipeline.response.contact import fruit_compliance
 from pipeline.study import execute, read_study, run_study, tasks
+from pipeline.study.points import Point
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.store import stored_study
@@ -199,6 +201,25 @@ wanted = [
 [vary]
 "targets.P_max" = [4.5]
 """
+
+
+@pytest.mark.parametrize(
+    ("key", "fabrication"), [("behaviour.modes.0.frequency_Hz", True), ("behaviour.gauges", False)]
+)
+def test_modes_alone_ask_for_a_design(key, fabrication, written, monkeypatch):
+    """No run solves them."""
+    asked = []
+
+    def run(_, options, **__):
+        asked.append(options.fabrication)
+        msg = "planted"
+        raise InputError(msg)
+
+    monkeypatch.setattr(pipeline, "run", run)
+    study = replace(read_study(written()), samples=1, wanted=(key,), level="files")
+    points = [Point(number=0, settings={})]
+    (found,) = tasks.solve_points(study, None, points)
+    assert (found.status, found.error, asked) == ("refused", "planted", [fabrication])
 
 
 @pytest.mark.slow

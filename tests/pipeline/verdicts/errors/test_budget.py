@@ -13,7 +13,7 @@ from stand_ins import CONTACT, ERRORS, K_M_OVER_E, LENGTHS, sizing_of, springs_o
 
 from pipeline.springs.fitted_springs import GRAVITY
 from pipeline.verdicts.errors.budget import effects_at, ratio_budget, uncertainty_budgets
-from pipeline.verdicts.errors.effects import effects_after_calibration, effects_on, level_sensor
+from pipeline.verdicts.errors.effects import LARGEST_MOUNT_CHANGES, effects_after_calibration, effects_on, level_sensor
 from pipeline.verdicts.rules import target_verdicts
 from pipeline.verdicts.targets import SceneTargets, characteristic
 from sensor.design.fruit import Fruit
@@ -323,6 +323,15 @@ def test_pose_of_a_solved_scene():
     assert size_of(budgets.NL, "pose") == pytest.approx(1.0 - 0.03 / 0.05, rel=1e-9)
     off = [SimpleNamespace(P=np.array([[1.0], [2.9], [math.nan]]))]
     assert size_of(uncertainty_budgets(sensor, reached, SimpleNamespace(tilted=off)).P_max, "pose") == 1.0
+
+
+def test_mounts_that_are_not_solved_count_by_a_bound_that_moves_P_most():
+    """The softer low spring and the stiffer high one both raise P; the level law has no crosstalk, 1.4 % of S."""
+    sensor = dataclasses.replace(sensor_of(Design()), mounts={})
+    soft, stiff = LARGEST_MOUNT_CHANGES
+    budget = ratio_budget(sensor, 3.5, 0.6, 0.0, effects_at(sensor, 3.5, 0.6))
+    moved = force_ratio(Springs(K_l=K_L * (1.0 + soft), K_h=K_H * (1.0 + stiff)), K_M) / force_ratio(SPRINGS, K_M) - 1.0
+    assert size_of(budget, "mount") == pytest.approx(moved, rel=0.02)
 
 
 def test_widest_spring(budgets):
