@@ -72,6 +72,7 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
 def _observed_rate(step_quotient: float, sizes: Sequence[float], expected_rate: float) -> float | None:
     """Return the rate [1] that explains the first step between three meshes over the last one.
 
+    `step_quotient` is (middle - coarse) / (fine - middle), `sizes` the three sizes of elements from coarse to fine.
     None where no rate from 0.05 to 10 times the expected one does.
     """
     first_ratio = sizes[0] / sizes[1]

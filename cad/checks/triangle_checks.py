@@ -11,7 +11,7 @@ import trimesh
 
 from sensor.arrays import Floats
 from sensor.design.processes import Process
-from sensor.verdict import Verdict, at_least, equal, value_verdict
+from sensor.verdict import Verdict, at_least, equal, one_sided, value_verdict
 
 Indices = npt.NDArray[np.int64]
 
@@ -235,7 +235,7 @@ def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterab
     return (
         _distance_verdict("geometry.min_wall", least_wall(mesh), process.min_wall_mm, f"inward rays; {process.name}"),
         _distance_verdict("geometry.min_gap", least_gap(mesh), process.min_gap_mm, f"outward rays; {process.name}"),
-        overhang,
+        one_sided(overhang, "at most"),
     )
 
 

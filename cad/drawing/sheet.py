@@ -61,7 +61,16 @@ class Title:
     @property
     def general_tolerance(self) -> str:
         """Return the tolerance of what no dimension says otherwise [mm]."""
-        return "ISO 2768-1 m" if self.process.kind == "dmls" else f"±{GENERAL_MM:g}"
+        return "ISO 2768-1 m" if self._is_metal else f"±{GENERAL_MM:g}"
+
+    @property
+    def decimals(self) -> int:
+        """Return the decimals of lengths on the drawing: a plastic print keeps no more than its tolerance says."""
+        return DECIMALS if self._is_metal else 1
+
+    @property
+    def _is_metal(self) -> bool:
+        return self.process.kind == "dmls"
 
 
 class Table(NamedTuple):
@@ -137,11 +146,10 @@ def _first_layout_that_fits(
     draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
 ) -> _Layout:
     """Return the first of _CHOICES on which nothing overlaps; else the last one, with the views at its left edge."""
-    decimals = 1 if title.general_tolerance.startswith("±") else DECIMALS
     by_scale: dict[str, _Drawn] = {}
     for size, scale in _CHOICES:
         if scale not in by_scale:
-            canvas = Canvas(SCALES[scale], decimals=decimals)
+            canvas = Canvas(SCALES[scale], decimals=title.decimals)
             by_scale[scale] = _Drawn(canvas, *draw_views(canvas))
         drawn = by_scale[scale]
         corner = _corner_of(SIZES[size], drawn, notes)

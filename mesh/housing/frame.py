@@ -36,7 +36,12 @@ def post_columns(housing: Housing, arm: Arm, count: Counts) -> tuple[float, floa
 class _Wall:
     """One wall: beside the cavity fans and cells, behind them the holes in rings; levels z and columns x [mm].
 
-    A wall that is wider than its post has plain cells in between.
+        cavity | upper fan | plain cells | upper ring  | outside     z up
+        cavity | cells     | plain cells | two columns | outside
+        cavity | lower fan | plain cells | lower ring  | outside
+              wall      fan_end_x   ring_start_x     outer           x, away from the cavity
+
+    There are plain cells only where a wall is wider than its post.
     """
 
     def __init__(self, housing: Housing, arm: Arm, count: Counts) -> None:
@@ -47,7 +52,8 @@ class _Wall:
         self.radius = 0.5 * housing.hole_diameter
         ceiling = housing.cavity_level - arm.flexure.fillet
         self.fans = blocks.fans_between(arm, housing.protrusion, ceiling)
-        levels = [housing.protrusion, *self.fans[0].levels, *self.fans[1].levels]
+        lower_fan, upper_fan = self.fans
+        levels = [housing.protrusion, *lower_fan.levels, *upper_fan.levels]
         levels += [ceiling, housing.cavity_level, housing.top_level]
         lower_hole, upper_hole = arm.holes
         self.lower_ring_top = self._ring_end_level(lower_hole, 1.0, levels)
@@ -56,7 +62,7 @@ class _Wall:
 
         # x where the fans end, and where the rings begin: the same, but in a wall wider than its post
         to_hole = _TO_HOLE * (abs(lower_hole[0] - arm.post) - self.radius)
-        reach = arm.sign * min(max(fan.height for fan in self.fans), to_hole)
+        reach = arm.sign * min(max(lower_fan.height, upper_fan.height), to_hole)
         self.fan_end_x = arm.wall + reach
         self.ring_start_x = arm.post + reach
 

@@ -44,16 +44,10 @@ def execute(arguments: Namespace) -> int:
             _print_list(arguments)
         return PASSED
     entry = entry_of(arguments.name)
-    if folder is None:
-        from pipeline.report.explain.numbers import default_number
+    from pipeline.report.explain.numbers import default_number, number_in
 
-        number = default_number(entry)
-        whose = "the default design"
-    else:
-        from pipeline.report.explain.numbers import number_in
-
-        number = number_in(folder, entry, arguments.name)
-        whose = str(folder)
+    number = default_number(entry) if folder is None else number_in(folder, entry, arguments.name)
+    whose = "the default design" if folder is None else str(folder)
     with answering():
         if arguments.json:
             print_json({**asdict(entry), "number": number})
@@ -77,9 +71,14 @@ def _print_list(arguments: Namespace) -> None:
         print_json([asdict(entry) for entry in entries()])
         return
     for entry in entries():
-        first, stop, _ = entry.meaning.partition(". ")
-        words = first if "?" not in first else first.partition("?")[0] + "?"
-        _print_wrapped(f"{entry.name}: ", words + (stop.strip() if words == first else ""))
+        _print_wrapped(f"{entry.name}: ", _first_sentence(entry.meaning))
+
+
+def _first_sentence(text: str) -> str:
+    """Return the first sentence of a text, or its first question where that ends before."""
+    sentence, stop, _ = text.partition(". ")
+    question, mark, _ = sentence.partition("?")
+    return question + mark if mark else sentence + stop.strip()
 
 
 def _print_wrapped(head: str, text: str) -> None:

@@ -12,7 +12,7 @@ from pipeline.storage.workers import finished_future, submit
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
 
-_SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their checks depend on
+_SHAPES = ("name", "fruit", "tips", "press")  # tables of the design that solids and their checks depend on
 
 
 def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor: Executor | None) -> Future[Verdicts]:
@@ -24,7 +24,9 @@ def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor:
     housing = springs.housing
     if housing is None:
         return finished_future(())
+    # Kept verdicts are those of the same inputs: whatever a check is judged from stands here.
     inputs = {
+        "process": design.process,
         "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
         "housing": housing,
         "seats": seats_of(design, housing),

@@ -143,7 +143,10 @@ class CsvFormat:
         cell = column.cell(row)
         name = place_of(self.source, row.line, column.label)
         plain = self.plain(cell)
-        value = float(plain) if plain is not None else _seconds(cell) if column.unit == "s" else None
+        if plain is not None:
+            value: float | None = float(plain)
+        else:
+            value = _seconds(cell) if column.unit == "s" else None
         if value is None or not math.isfinite(value):
             bound = "a finite number" if cell else "a number, and not an empty cell"
             if value is None and is_number(cell):
@@ -252,7 +255,7 @@ class HeaderWords:
 
     def is_header(self, row: TableRow, needed: Collection[str]) -> bool:
         """Say whether a row names all that are needed, or any quantity where none is, and no number is among them."""
-        if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._looks == 0:
+        if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._looks == 0:  # empty cells too
             return False
         self._looks -= 1
         named = list(self.columns(row))
@@ -355,9 +358,6 @@ def _split(label: str) -> Iterator[tuple[str, str]]:
         yield last[:opening].strip(), last[opening + 1 :].strip()
 
 
-_UNIT_WORDS: set[str] = set()
-
-
 def _folded(words: str) -> str:
     """Return words without case, accents and marks, spaces for underscores and hyphens."""
     letters = unicodedata.normalize("NFKD", words[:_LONGEST_LABEL].replace("\u00df", "ss")).casefold()
@@ -373,9 +373,7 @@ _SPELLINGS = {
     **{_short(name).casefold(): name for units in _MEASURED for name in units},
     **{_short(word).casefold(): name for name, words in WORDS["units"].items() for word in words},
 }
-
-
-_UNIT_WORDS |= set(map(_folded, WORDS["words"]["unit"]))
+_UNIT_WORDS = set(map(_folded, WORDS["words"]["unit"]))
 
 
 def unit_of(quantity: Quantity, text: str) -> str:
@@ -383,6 +381,7 @@ def unit_of(quantity: Quantity, text: str) -> str:
     short = _short(text[:_LONGEST_LABEL])
     if short in quantity.units:
         return short
+    # In another case a symbol may be another unit: Ms is no ms, mPa no MPa. Words as "Newton" have no such case.
     unit = _SPELLINGS.get(short.casefold(), "")
     is_symbol = unit.casefold() == short.casefold()
     is_other = is_symbol and unit in ("m", "ms", "mN") and short[0] == "M"
@@ -491,7 +490,11 @@ def _clock_column(row: TableRow, quantities: Mapping[str, Quantity], columns: Se
 def _next_start(
     form: CsvFormat, rows: Sequence[TableRow], begin: int, words: HeaderWords, needed: Collection[str]
 ) -> _Start | None:
-    """Return where the next table begins, at or after an index; None where there is none."""
+    """Return where the next table begins, at or after an index; None where there is none.
+
+    A header counts once numbers follow in its columns, but for a few rows of units or of a second language. Columns
+    that flags tell by their number need no header: the first row of numbers there begins the table.
+    """
     by_number = words.by_number(needed)
     start: _Start | None = None
     texts: list[TableRow] = []
@@ -585,6 +588,7 @@ def _columns_below(
         place = place_of(form.source, header.line, label)
         in_row = _unit_below(index, unit_row, below)
         told = written or in_row
+        # the nearest word counts: in the header, below it, of a flag, above it; else it is assumed
         unit = _needed_unit(place, quantity, told or quantity.flag_unit or stated.get(name, "") or quantity.default)
         if quantity.flag_unit not in ("", unit):
             bound = f"in {quantity.flag_unit}, as a flag says"
@@ -698,7 +702,7 @@ def _block(
 def _is_footer(row: TableRow) -> bool:
     """Say whether a row is one text, as in `End of test`."""
     texts = list(filter(None, row.cells))
-    return len(texts) == 1 and len(row.cells) >= 1 and not is_number(texts[0]) and texts[0] == row.cells[0]
+    return len(texts) == 1 and not is_number(texts[0]) and texts[0] == row.cells[0]
 
 
 def refuse_other_length(form: CsvFormat, row: TableRow, columns: int) -> None:

@@ -34,6 +34,7 @@ _LONGEST_NUMBER = 64
 _MOST_UNPACKED = 64 * 2**20  # bytes of a workbook
 _MOST_CELLS = 2_000_000  # of a sheet, from its first cell to its last
 _MOST_TEXT = 2**26  # letters of a sheet whose texts were all as long as the longest
+_MOST_JOINED = 5  # lines of a row with a quoted cell
 _SAMPLE = 400  # lines that show what parts cells
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 _ENCODINGS = ("cp932", "euc_jp", "gb18030", "cp949", "big5", "cp1252", "cp1250")  # that exports have beside Unicode
@@ -101,7 +102,7 @@ def as_number(cell: str) -> WrittenNumber | None:
     if grouped:
         text = grouped[1] + re.sub(r"[^0-9]", "", grouped[2]) + text[grouped.end() :]
     match = _NUMBER.fullmatch(text)
-    if match is None or (match["unit"] or "N") not in WORDS["units"]:
+    if match is None or (match["unit"] and match["unit"] not in WORDS["units"]):
         return None
     unit = match["unit"] or ""
     text = text[: match.start("unit")].strip() if unit else text
@@ -109,9 +110,10 @@ def as_number(cell: str) -> WrittenNumber | None:
     signs = [letter for letter in digits if letter in ".,"]
     if not signs:
         return WrittenNumber(text, "", "", unit=unit)
-    if len(set(signs)) == 1 and len(signs) == 1:
+    if len(signs) == 1:
         unclear = not match["exponent"] and not grouped and _GROUPS.fullmatch(digits) is not None
         return WrittenNumber(text, "" if unclear else signs[0], "", unclear, unit)
+    # Of several signs the first ones part thousands; the last is the decimal one if it is another.
     *groups, last = signs
     grouping = signs[0]
     whole = digits if last == grouping else digits[: digits.rindex(last)]
@@ -232,27 +234,34 @@ def _texts_of(source: Path | str) -> list[tuple[str, list[str]]]:
 
 
 def _rows(delimiter: str, lines: Sequence[str]) -> list[TableRow]:
-    """Return the rows of lines; what is commented out holds no numbers, and a quoted cell may go on over some lines."""
+    """Return the rows of lines; without the empty ones where every other line is empty.
+
+    A commented line with numbers is left out, as data that somebody took out. One without may be the header.
+    """
     rows: list[TableRow] = []
-    number = 0
-    while number < len(lines):
-        text = lines[number]
-        number += 1
-        first = number
-        comment = _COMMENT.match(text)
-        row = row_of(delimiter, first, text[comment.end() :] if comment else text)
-        for more in range(1, 5):
-            if not row.fault or text.count('"') % 2 == 0 or first + more > len(lines):
-                break
-            joined = row_of(delimiter, first, " ".join(lines[first - 1 : first + more]))
-            if not joined.fault:
-                row = joined
-                number += more
-        if not comment or not any(map(is_number, row.cells)):
+    index = 0
+    while index < len(lines):
+        row, count = _row_at(delimiter, lines, index)
+        if not _COMMENT.match(lines[index]) or not any(map(is_number, row.cells)):
             rows.append(row)
+        index += count
     rows = list(_without_labels(rows))
     is_double_spaced = all(one.empty or other.empty for one, other in itertools.pairwise(rows))
     return [row for row in rows if not row.empty] if is_double_spaced else rows
+
+
+def _row_at(delimiter: str, lines: Sequence[str], index: int) -> tuple[TableRow, int]:
+    """Return the row that begins at an index of lines, and the number of lines it takes: a quoted cell may go on."""
+    text = lines[index]
+    number = index + 1
+    comment = _COMMENT.match(text)
+    row = row_of(delimiter, number, text[comment.end() :] if comment else text)
+    if row.fault and text.count('"') % 2 == 1:
+        for count in range(2, min(_MOST_JOINED, len(lines) - index) + 1):
+            joined = row_of(delimiter, number, " ".join(lines[index : index + count]))
+            if not joined.fault:
+                return joined, count
+    return row, 1
 
 
 def _without_labels(rows: Iterable[TableRow]) -> Iterator[TableRow]:
@@ -295,13 +304,21 @@ def decimal_sign(source: str, columns: Mapping[str, Sequence[tuple[int, str]]]) 
     sign = "," if of_commas else "."
     is_sure = has_points or bool(of_commas)
     for line, label, number in numbers:
-        if number.unclear and sign not in number.text and not (is_sure and _parts_thousands(written[label])):
+        if _may_be_thousands(number, sign) and not (is_sure and _parts_thousands(written[label])):
             odd.append((line, label, number))
     if odd:
         line, _, number = min(odd, key=lambda place: place[0])
         bound = "a number whose comma or point is surely decimal: commas may part thousands here"
         raise validation_error(place_of(source, line), number.text, "", bound, "export it with decimal points")
     return sign
+
+
+def _may_be_thousands(number: WrittenNumber, sign: str) -> bool:
+    """Say whether the one sign in a number may part its thousands, where `sign` is the decimal one of its table.
+
+    In a table without decimal commas 1,500 may be 1500, while 1.500 is 1.5: points are decimal in most files.
+    """
+    return number.unclear and sign not in number.text
 
 
 def _parts_thousands(column: Sequence[tuple[int, WrittenNumber]]) -> bool:
@@ -330,13 +347,14 @@ def lines_of(source: Path | str) -> Iterator[str]:
             columns.setdefault(f"{index}", []).append((row.line, cell))
     try:
         sign = decimal_sign(name, columns)
-    except InputError:  # in a column that is not used, or where it is read
-        sign = ""
+    except InputError:  # the column may be one that nobody reads; a reader refuses the cell itself
+        sign = ""  # leaves numbers as they are written
     line = 1
     for row in rows:
-        yield from itertools.repeat("", row.line - line)
+        yield from itertools.repeat("", row.line - line)  # so that errors name the lines of the file
         line = row.line + 1
         clock = f"{row.clock} -> " if row.clock else ""
+        # a row whose cells cannot be told goes on as it is, to be refused by its reader
         yield clock + (row.cells[0] if row.fault else tabbed(_with_points(row.cells, sign)))
 
 
@@ -444,6 +462,7 @@ def _unpacked(source: str, content: bytes) -> bytes:
         if "xl/workbook.xml" not in packed.namelist() or size > _MOST_UNPACKED:
             bound = f"a workbook, XLSX, of at most {_MOST_UNPACKED // 2**20} MiB unpacked"
             raise validation_error(source, size, "bytes", bound, "save the table as CSV in UTF-8")
+        # The reader fills a whole rectangle for each sheet, and copies a shared text into every cell that has it.
         texts = cells = 0
         longest = 0
         for member in members:

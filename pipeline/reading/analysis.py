@@ -290,25 +290,29 @@ def _read(
 
 
 def _by_poisson(sensor: Sensor, model: RiseModel, press: Floats) -> float:
-    """Return the standard uncertainty of a reading [1] by Poisson's ratio, whose spread is two of its own.
+    """Return the standard uncertainty of a reading [1] by Poisson's ratio: half its spread, which is two sigma.
 
-    What is felt is E / (1 - nu^2), and under domes also the stone, which flesh of another ratio feels otherwise.
+    Flesh of the ratio nu' that is read with nu gives E read / E = r / b, r = (1 - nu^2) / (1 - nu'^2). A press feels
+    E / (1 - nu^2), so flesh of E and nu' is felt as r E and nu. Domes also feel the base under the flesh: b is the
+    modulus read by a law with the base of nu', over that by the law itself, of one press. A law has compliances times
+    the modulus that is felt: those of the new base are times r E.
     """
     fruit = sensor.design.fruit
     poisson = fruit.poisson
     other = poisson + 0.5 * fruit.poisson_spread
     if other > _LARGEST_POISSON:
         other = poisson - 0.5 * fruit.poisson_spread
-    reduced = (1.0 - poisson**2) / (1.0 - other**2)
+    felt_ratio = (1.0 - poisson**2) / (1.0 - other**2)
     if sensor.design.tips.dome_radius_mm is None:
-        return abs(reduced - 1.0)
+        return abs(felt_ratio - 1.0)
     axes = np.array(sensor.design.tips.places_mm)
     apart = np.linalg.norm(axes[:, None] - axes, axis=-1)
-    change = reduced * base_compliance(fruit.depth_mm, other, apart) - base_compliance(fruit.depth_mm, poisson, apart)
+    base = base_compliance(fruit.depth_mm, poisson, apart)
+    change = felt_ratio * base_compliance(fruit.depth_mm, other, apart) - base
     contrast = model.law.contrast
     law = replace(model.law, contrast=replace(contrast, S=rows_of(np.array(contrast.S) + change)))
-    by_base = replace(model, law=law).modulus(press) / model.modulus(press)
-    return abs(reduced / by_base - 1.0)
+    base_ratio = replace(model, law=law).modulus(press) / model.modulus(press)
+    return abs(felt_ratio / base_ratio - 1.0)
 
 
 def _largest(biases: Sequence[float]) -> int:

@@ -17,8 +17,8 @@ from sensor.theory.contrast_rise import RiseLaw, RiseReading, RisingPress
 from solve.contact.linear_response import travels
 
 LEVEL_MODULI = 9
-SKIN_MODULI = 25  # straight lines between them miss a skin by less than 1e-4
-BEYOND = 1.25  # of the range, under a skin
+MODULI_BEYOND_RANGE = 25  # straight lines between them miss a skin by less than 1e-4
+BEYOND = 1.25  # of both ends of the range
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +69,7 @@ def level_readings(sensor: Sensor, model: RiseModel) -> tuple[LevelReading, ...]
     if sensor.is_exact_seated and not sensor.scene.curved:
         return ()
     design = sensor.design
-    moduli = _level_moduli(design) if sensor.contact.skin is None else _moduli_under_skin(design)
+    moduli = _moduli_over_range(design) if sensor.contact.skin is None else _moduli_beyond_range(design)
     forces = sensor.presses(moduli, [Placement()]).F
     rows = []
     for E, press in zip(moduli, forces[:, 0], strict=True):
@@ -81,7 +81,8 @@ def level_readings(sensor: Sensor, model: RiseModel) -> tuple[LevelReading, ...]
 def seated_level_readings(sensor: Sensor) -> tuple[LevelReading, ...]:
     """Return what the law of a pair tells of level flat tips whose faces are seated; none where that is exact.
 
-    The forces are in closed form, where those of cells are some parts in a thousand off. Domes have no face.
+    The forces are in closed form, where those of cells are some parts in a thousand off. Tips without a flat face have
+    none to seat: theirs are those of `level_readings`.
     """
     if sensor.is_exact_seated:
         return ()
@@ -90,18 +91,18 @@ def seated_level_readings(sensor: Sensor) -> tuple[LevelReading, ...]:
         return level_readings(sensor, model)
     x = travels(sensor.design.press.travel_mm, RISE_TRAVELS)
     rows = []
-    for E in _moduli_under_skin(sensor.design):
+    for E in _moduli_beyond_range(sensor.design):
         of_unit = np.linalg.solve(sensor.C + sensor.contact.at(E).S / E, np.ones(2))
         rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(np.outer(x, of_unit))))
     return tuple(rows)
 
 
-def _level_moduli(design: Design) -> list[float]:
+def _moduli_over_range(design: Design) -> list[float]:
     """Return moduli over the range of a fruit [MPa]."""
     return list(np.geomspace(min(design.fruit.E_MPa), design.fruit.largest_E_MPa, LEVEL_MODULI).tolist())
 
 
-def _moduli_under_skin(design: Design) -> list[float]:
-    """Return moduli over the range of a fruit and beyond [MPa]."""
+def _moduli_beyond_range(design: Design) -> list[float]:
+    """Return moduli over the range of a fruit and beyond both ends [MPa], close enough for the curve of a skin."""
     least, largest = min(design.fruit.E_MPa), design.fruit.largest_E_MPa
-    return list(np.geomspace(least / BEYOND, largest * BEYOND, SKIN_MODULI).tolist())
+    return list(np.geomspace(least / BEYOND, largest * BEYOND, MODULI_BEYOND_RANGE).tolist())

@@ -93,7 +93,8 @@ def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
 def _given_or_sized(design: Design, K_m_max: float, ratio: float, stiffening: tuple[float, ...]) -> Springs:
     """Return the springs that the design gives, else those that its targets need, on fruit of K_m_max [N/mm].
 
-    `ratio` [1] is the fruit's stiffness under the high tip over that under the low one. Raises InputError.
+    `ratio` [1] is the fruit's stiffness under the high tip over that under the low one. `stiffening` [1] is K_m on
+    softer fruit over K_m_max as `fruit_stiffening` gives it, () where K_m is proportional to E. Raises InputError.
     """
     given = design.springs
     targets = design.nominal_targets

@@ -42,6 +42,7 @@ DESIGN = "design.toml"
 RUN = "best"
 FRONT = "front"
 _MEMBERS = 8  # of a generation, for each key that varies
+_UNNUMBERED = -1  # until a point is to be solved: one that is stored has its number already
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,44 +89,14 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
 
     A front is searched value by value, each after the first from the last generation of the one before.
     """
-    results = {_told(result): result for result in store.rows()}
-    taken = {result.number for result in results.values()}
-    numbers = (number for number in count() if number not in taken)
-    solve = partial(solve_points, study, None)
     values = len(study.front)
-    most = study.goal.evaluations * max(1, values)
-    spent: dict[tuple[float, ...], set[str]] = defaultdict(set)  # the candidates of each value of a front
-
-    def costs(fractions: Floats, fixed: Sequence[float]) -> list[float]:
-        """Return the cost of each member of a generation, shape (keys, members); those that are stored are not solved.
-
-        `fixed` are the fractions of the key that the front sets. What comes after the last evaluation is not solved,
-        and costs as what is refused.
-        """
-        asked = {}
-        points = [point_at(study, -1, [*member, *fixed]) for member in fractions.T.tolist()]
-        of_value = spent[tuple(fixed)]
-        for point in points:
-            if len(of_value) == study.goal.evaluations:
-                break
-            of_value.add(_told(point))
-            if _told(point) not in results and _told(point) not in asked:  # members of lists alone are often the same
-                asked[_told(point)] = replace(point, number=next(numbers))
-        with closing(completed_items(engine, solve, [[point] for point in asked.values()], lost_points)) as ended:
-            for _, solved in ended:
-                store.put(solved)
-                results.update({_told(result): result for result in solved})
-                if progress is not None:
-                    progress(len(results), max(most, len(results)))
-        solved_points = [results[_told(point)] if _told(point) in of_value else None for point in points]
-        return [REFUSED_COST if result is None else candidate_of(study, result).cost for result in solved_points]
-
+    generations = _Generations(study, store, engine, progress)
     keys = len(study.vary) - bool(values)
     start = _base_fractions(study)
     members: Literal["latinhypercube"] | Floats = "latinhypercube"
     for fixed in [[(i + 0.5) / values] for i in range(values)] or [[]]:
         ended = differential_evolution(
-            costs,  # type: ignore[arg-type]  # a whole generation at a time, for which there are no stubs
+            generations.costs,  # type: ignore[arg-type]  # a whole generation at a time, for which there are no stubs
             Bounds(np.zeros(keys), np.ones(keys)),
             args=(fixed,),
             maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
@@ -142,8 +113,57 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
         members = ended.population
 
 
-def _told(point: Point) -> str:
-    """Return the settings of a point as its store tells them, which says whether two points are the same."""
+class _Generations:
+    """What a search has solved and spent: it gives each generation its costs, and puts new points into the store."""
+
+    def __init__(self, study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:
+        """Begin with the points that are stored; new ones have the numbers that are free."""
+        self._study = study
+        self._store = store
+        self._engine = engine
+        self._progress = progress
+        self._results = {_settings_key(result): result for result in store.rows()}
+        taken = {result.number for result in self._results.values()}
+        self._numbers = (number for number in count() if number not in taken)
+        # the keys of the candidates that are spent, for each value of a front
+        self._spent: dict[tuple[float, ...], set[str]] = defaultdict(set)
+
+    def costs(self, fractions: Floats, fixed: Sequence[float]) -> list[float]:
+        """Return the cost of each member of a generation, shape (keys, members); those that are stored are not solved.
+
+        `fixed` are the fractions of the key that the front sets. What comes after the last evaluation is not solved,
+        and costs as what is refused.
+        """
+        points = [point_at(self._study, _UNNUMBERED, [*member, *fixed]) for member in fractions.T.tolist()]
+        keys = [_settings_key(point) for point in points]
+        spent = self._spent[tuple(fixed)]
+        to_solve: dict[str, Point] = {}
+        for key, point in zip(keys, points, strict=True):
+            if len(spent) == self._study.goal.evaluations:
+                break
+            spent.add(key)
+            if key not in self._results and key not in to_solve:  # members of lists alone are often the same
+                to_solve[key] = replace(point, number=next(self._numbers))
+        self._solve(list(to_solve.values()))
+        costs = []
+        for key in keys:
+            costs.append(candidate_of(self._study, self._results[key]).cost if key in spent else REFUSED_COST)
+        return costs
+
+    def _solve(self, points: Sequence[Point]) -> None:
+        """Solve points and store each as it comes."""
+        most = self._study.goal.evaluations * max(1, len(self._study.front))
+        solve = partial(solve_points, self._study, None)
+        with closing(completed_items(self._engine, solve, [[point] for point in points], lost_points)) as ended:
+            for _, solved in ended:
+                self._store.put(solved)
+                self._results.update({_settings_key(result): result for result in solved})
+                if self._progress is not None:
+                    self._progress(len(self._results), max(most, len(self._results)))
+
+
+def _settings_key(point: Point) -> str:
+    """Return the settings of a point as one text: two points of the same text are the same candidate."""
     return json.dumps(point.settings)
 
 

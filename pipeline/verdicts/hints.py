@@ -105,12 +105,13 @@ def _level_flat_tips(_verdict: Verdict, design: Design, _springs: FittedSprings)
     tips = design.tips
     if press.tilt_deg != 0.0 or press.roll_deg != 0.0:
         return "press level: `--set press.tilt_deg=0 --set press.roll_deg=0`"
-    if tips.fillet_mm != 0.0:
-        return "take sharp edges: `--set tips.fillet_mm=0`"
+    # The shape first: without its fillet a shape that is not flat stays one.
     if not tips.tip_shape.has_flat_face:
         keys = [key for key in OPTIONAL_KEYS if getattr(tips, key) is not None]
         unset = "".join(f" --set tips.{key}=" for key in keys)
         return f"take flat tips: `--set tips.shape=cube{unset}`"
+    if tips.fillet_mm != 0.0:
+        return "take sharp edges: `--set tips.fillet_mm=0`"
     if design.fruit.shape != "block":
         return "take smaller tips, under which the fruit is flatter: `tips.side_mm`"
     return None

@@ -223,7 +223,7 @@ class Design:
         if tips.socket == "pin" or tips.tip_shape.is_printed:
             return
         hint = "take tips.socket = 'pin', a ground pin of this shape"
-        if tips.fillet_mm:
+        if tips.fillet_mm and dataclasses.replace(tips, fillet_mm=0.0).tip_shape.is_printed:
             bound = f"0 where {self.process.name} prints the tips, whose edges are sharp"
             raise validation_error("tips.fillet_mm", tips.fillet_mm, "mm", bound, hint)
         bound = f"'cube' or 'dome' where {self.process.name} prints the tips"

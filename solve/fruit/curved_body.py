@@ -146,20 +146,27 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
 def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_normals: bool) -> tuple[float, float]:
     """Return the change by the shape under a rigid tip, less that under its smooth load [1/mm], and its bound [1/mm].
 
-    Slope and curvature under the tip act each on its own (`sensor/theory/sloped_skin.py`).
+    Slope and curvature under the tip act each on its own (`sensor/theory/sloped_skin.py`). The slope makes the rigid
+    compliance R and the smooth one S, both on a half-space:
+
+        vertical tips   R f and S f, so the rest is (R - S) (f - 1), f = slope_factor
+        domes           R and S g, so the rest is S (1 - g), g = stretch_factor
+
+    The contact of a dome is round along the skin, so R stays; its load is round as seen from above, so S does not.
     """
     shape = CurvedShape(fruit, Plan(0.0, 0.0))
     slope = shape.slope(tip.x, tip.y)
     curvature = shape.mean_curvature(tip.x, tip.y)
     least = least_deviation(tip)
     rigid = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least  # compliance of the tip on a half-space
-    ratio = least / load.deviation  # compliance under the smooth load over it
+    ratio = least / load.deviation  # S / R
     if along_normals:
-        # the contact of a dome is round along the skin, not as seen from above
-        by_slope = rigid * ratio * (1.0 - stretch_factor(slope))
-        slope = 0.0
+        smooth = rigid * ratio
+        by_slope = smooth * (1.0 - stretch_factor(slope))
+        slope = 0.0  # load and answer are along the normal: seen along it, the skin under a dome is level
     else:
-        by_slope = rigid * (1.0 - ratio) * (slope_factor(fruit.poisson, slope) - 1.0)
+        rigid_less_smooth = rigid * (1.0 - ratio)
+        by_slope = rigid_less_smooth * (slope_factor(fruit.poisson, slope) - 1.0)
     # Curvature acts by the mean of ln(distance) over a load: this is the difference of the two loads.
     log_difference = -math.log(ratio) - LOG_OFFSET
     by_curvature = log_coefficient(fruit.poisson, slope) * curvature * log_difference

@@ -19,7 +19,7 @@ Attached = BondedFoil | ElasticLayer
 
 HOLES = "mounting_holes"
 SIDES = "side_faces"
-BALANCE_LIMIT = 1e-5
+BALANCE_LIMIT = 1e-5  # of the largest work [1], and of the load of 1 N that the mount carries [N]
 REDUCED = 3  # polynomial degree: 2^3 Gauss points
 _GAUSS = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])
 POINTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)])

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from pipeline.measure.measured_table import MeasuredTable, place_of
 from pipeline.measure.unit.signals import count_keys
 from pipeline.report.report import Report
 from sensor.arrays import Floats
-from sensor.quantity import COVERAGE, validation_error
+from sensor.quantity import COVERAGE, Estimate, validation_error
 
 USUAL_SATURATION = 2**23 - 1
 """The largest count of a converter of 24 bits."""
@@ -57,9 +58,7 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
     forces = table.numbers["force"]
     tips = np.array(table.texts["tip"])
     slopes = np.empty((len(names), len(names)))
-    gain_percent = []
-    hysteresis = []
-    drift = []
+    returns = []
     for tip, name in enumerate(names):
         rows = np.flatnonzero(tips == name)
         loads = forces[rows]
@@ -73,23 +72,55 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
         slopes[:, tip] = [line.value for line in lines]
         own = lines[tip]
         shown = counts[rows, tip]
-        span = abs(own.value) * float(np.ptp(loads))
         refuse_odd_row(table, rows, "force", keys[tip], "counts", float(np.ptp(shown)))
         if not COVERAGE * own.error < abs(own.value):
             field = f"{table.source}: {keys[tip]} over the weight on {name}"
             bound = f"known to 100 %, not +- {COVERAGE * own.error:.2g} counts/N"
             raise validation_error(field, own.value, "counts/N", bound, "check the channel and its wires")
-        unlike = max(float(np.ptp(shown[loads == load])) for load in set(loads.tolist()))
-        hysteresis.append(100.0 * unlike / span)
-        without = shown[loads == 0.0]
-        drift.append(100.0 * float(without[-1] - without[0]) / span)
-        # What comes back otherwise lies anywhere within its width (JCGM 100:2008, 4.3.7).
-        gain_percent.append(float(np.hypot(own.percent, 0.5 * hysteresis[-1] / np.sqrt(3.0))))
+        returns.append(_return_of(own, loads, shown))
+    # a channel of another tip shows little: its rows are judged over the span of its own, which is known now
     for name in names:
         rows = np.flatnonzero(tips == name)
         for channel, key in enumerate(keys):
             own_loads = forces[tips == names[channel]]
             refuse_odd_row(table, rows, "force", key, "counts", float(slopes[channel, channel] * np.ptp(own_loads)))
+    return ChannelCalibration(
+        counts_per_N=slopes,
+        zero_counts=counts[forces == 0.0].mean(axis=0),
+        saturation=saturation,
+        gain_percent=tuple(each.gain_percent for each in returns),
+        crosstalk_percent=_crosstalk_percent(table, names, keys, slopes),
+        hysteresis_percent=tuple(each.hysteresis_percent for each in returns),
+        drift_percent=tuple(each.drift_percent for each in returns),
+    )
+
+
+class _Return(NamedTuple):
+    """How well a channel comes back to its counts; each as `ChannelCalibration` has it, of one channel."""
+
+    gain_percent: float
+    hysteresis_percent: float
+    drift_percent: float
+
+
+def _return_of(own: Estimate, loads: Floats, shown: Floats) -> _Return:
+    """Return how well a channel of a slope [counts/N] comes back, by its counts under loads [N] on its own tip."""
+    span = abs(own.value) * float(np.ptp(loads))
+    unlike = max(float(np.ptp(shown[loads == load])) for load in set(loads.tolist()))
+    hysteresis = 100.0 * unlike / span
+    without = shown[loads == 0.0]
+    drift = 100.0 * float(without[-1] - without[0]) / span
+    # What comes back otherwise lies anywhere within its width (JCGM 100:2008, 4.3.7).
+    return _Return(float(np.hypot(own.percent, 0.5 * hysteresis / np.sqrt(3.0))), hysteresis, drift)
+
+
+def _crosstalk_percent(
+    table: MeasuredTable, names: Sequence[str], keys: Sequence[str], slopes: Floats
+) -> tuple[float, ...]:
+    """Return the largest slope of each channel over another tip, of its own one [%].
+
+    Raises InputError where channels do not tell the tips apart.
+    """
     relative = slopes / np.diag(slopes)[:, None]
     others = np.abs(relative - np.eye(len(names))).max(axis=1)
     if not others.max() < 1.0:
@@ -100,15 +131,7 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
     if not np.linalg.cond(relative) < _WORST_CONDITION:
         bound = "a table in which each channel responds most to its own tip"
         raise validation_error(table.source, float(np.linalg.cond(relative)), "", bound, "check order and wires")
-    return ChannelCalibration(
-        counts_per_N=slopes,
-        zero_counts=counts[forces == 0.0].mean(axis=0),
-        saturation=saturation,
-        gain_percent=tuple(gain_percent),
-        crosstalk_percent=tuple((100.0 * others).tolist()),
-        hysteresis_percent=tuple(hysteresis),
-        drift_percent=tuple(drift),
-    )
+    return tuple((100.0 * others).tolist())
 
 
 def counts_of(table: MeasuredTable, keys: Sequence[str], saturation: int) -> Floats:

@@ -7,7 +7,7 @@ Regression Trees, 1984, 3.4.3).
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -61,6 +61,10 @@ class _Points(NamedTuple):
         return np.interp(read, self.read, self.firm)
 
 
+_Curve = Callable[[_Points, Floats], _Points]
+"""From fruit and the ends of their moduli to the points of a curve."""
+
+
 def measured_fruit(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
     """Return presses of fruit by a sensor of so many tips, with what another instrument showed; raises InputError."""
     form, rows = read_csv(source)
@@ -109,15 +113,10 @@ def fitted_scale(source: str, names: tuple[str, ...], read: Floats, firmness: Fl
     ends = np.array([means.read.min(), means.read.max()])
 
     span = np.array([presses.read.min(), presses.read.max()])
-    squares = {}
-    for name, curve in (_CURVES | {"mean": _mean}).items():
-        of_each = []
-        for index, left_out in enumerate(of_fruit):
-            others = _Points(*(np.delete(values, index) for values in means))
-            of_each.append(np.mean((curve(others, span).at(left_out.read) - left_out.firm) ** 2))
-        squares[name] = np.array(of_each)
+    squares = {name: _squares_left_out(curve, of_fruit, means, span) for name, curve in _CURVES.items()}
+    by_mean = math.sqrt(float(_squares_left_out(_mean, of_fruit, means, span).mean()))
     errors = {name: float(each.mean()) for name, each in squares.items()}
-    by_mean = math.sqrt(errors.pop("mean"))
+    # The simplest curve, the first one, that is no worse than the best by more than a standard error.
     best = min(errors, key=errors.__getitem__)
     allowed = errors[best] + float(squares[best].std(ddof=1)) / math.sqrt(len(of_fruit))
     chosen = next(name for name in _CURVES if errors[name] <= allowed)
@@ -136,6 +135,15 @@ def fitted_scale(source: str, names: tuple[str, ...], read: Floats, firmness: Fl
         firmness=tuple(np.exp(points.firm).tolist()),
     )
     return ScaleFit(scale=scale, fruit=len(of_fruit), left_out={name: math.sqrt(each) for name, each in errors.items()})
+
+
+def _squares_left_out(curve: _Curve, of_fruit: Sequence[_Points], means: _Points, span: Floats) -> Floats:
+    """Return the mean square [1] by which the curve of all other fruit misses each fruit, (fruit,)."""
+    of_each = []
+    for index, left_out in enumerate(of_fruit):
+        others = _Points(*(np.delete(values, index) for values in means))
+        of_each.append(np.mean((curve(others, span).at(left_out.read) - left_out.firm) ** 2))
+    return np.array(of_each)
 
 
 def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
@@ -200,4 +208,4 @@ def _rising(fruit: _Points, ends: Floats) -> _Points:
     return _Points(read, np.concatenate([at_ends[:1], centres.firm[inside], at_ends[1:]]))
 
 
-_CURVES: dict[str, Callable[[_Points, Floats], _Points]] = {"factor": _factor, "power": _power, "rising": _rising}
+_CURVES: dict[str, _Curve] = {"factor": _factor, "power": _power, "rising": _rising}

@@ -1,6 +1,7 @@
 """Rows that do not fit a straight line, and lines that are bent: what a table of weights or of a plate may hide."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
@@ -9,6 +10,7 @@ from sensor.arrays import Floats
 
 LEAST_SPAN = 1e-6  # [N] or [mm]: below, a table has one load or one travel
 _UNLIKELY = 1e-4  # probability by which some row of a table without a fault is farther off
+_LEAST_WIDTH = 0.1  # of the rows that draw a line, over that of all
 _LEAST_RESIDUAL = 0.01  # of the span of a line: what is nearer moves a slope by less than the bar tells
 _ROUNDED = 12.0**-0.5  # standard deviation of a rounded number, of its last digit (JCGM 100:2008, F.2.2.1)
 
@@ -27,34 +29,43 @@ def odd_row(x: Floats, shown: Floats, last_digits: Floats, span: float) -> OddRo
     The residual of each row about the line of the others is compared with their scatter by Student's t (R. D. Cook,
     S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.2). It counts where it is a hundredth of a `span`.
     """
-    freedom = len(x) - 3
+    freedom = len(x) - 3  # of a line through the others
     if freedom < 1:
         return None
-    suspect = None
-    least = np.inf
-    for index in range(len(x)):
-        others = np.arange(len(x)) != index
-        if np.ptp(x[others]) < 0.1 * np.ptp(x):
-            continue
-        slope, zero = np.polyfit(x[others], shown[others], 1)
-        squares = float(np.sum((shown[others] - zero - slope * x[others]) ** 2))
-        if squares < least:
-            suspect, least = (index, slope, zero, others), squares
-    if suspect is None:
+    # The suspect is the row without which the others scatter least.
+    lines = [line for index in range(len(x)) if (line := _line_without(x, shown, index)) is not None]
+    if not lines:
         return None
-    index, slope, zero, others = suspect
-    apart = float((x[index] - x[others].mean()) / np.linalg.norm(x[others] - x[others].mean()))
-    deviation = np.hypot(np.sqrt(least / freedom), _ROUNDED * last_digits.max())
-    expected = float(zero + slope * x[index])
-    residual = abs(float(shown[index]) - expected)
-    likely = (
-        float(stdtrit(freedom, 1.0 - 0.5 * _UNLIKELY / len(x)))
-        * deviation
-        * np.sqrt(1.0 + 1.0 / others.sum() + apart**2)
-    )
+    line = min(lines, key=lambda each: each.squares)
+    others = x[np.arange(len(x)) != line.row]
+    apart = float((x[line.row] - others.mean()) / np.linalg.norm(others - others.mean()))
+    deviation = np.hypot(np.sqrt(line.squares / freedom), _ROUNDED * last_digits.max())
+    expected = float(line.zero + line.slope * x[line.row])
+    residual = abs(float(shown[line.row]) - expected)
+    # any of the rows may be the suspect, so the probability is shared by all
+    student = float(stdtrit(freedom, 1.0 - 0.5 * _UNLIKELY / len(x)))
+    likely = student * deviation * np.sqrt(1.0 + 1.0 / len(others) + apart**2)
     if residual > max(likely, _LEAST_RESIDUAL * abs(span)):
-        return OddRow(index=index, expected=expected)
+        return OddRow(index=line.row, expected=expected)
     return None
+
+
+class _LineWithout(NamedTuple):
+    """The line of all rows but one, whose index is `row`: slope, value at x = 0, and the squares that it leaves."""
+
+    row: int
+    slope: float
+    zero: float
+    squares: float
+
+
+def _line_without(x: Floats, shown: Floats, index: int) -> _LineWithout | None:
+    """Return the line of all rows but one; None where the others lie so close together that they draw none."""
+    others = np.arange(len(x)) != index
+    if np.ptp(x[others]) < _LEAST_WIDTH * np.ptp(x):
+        return None
+    slope, zero = np.polyfit(x[others], shown[others], 1)
+    return _LineWithout(index, slope, zero, float(np.sum((shown[others] - zero - slope * x[others]) ** 2)))
 
 
 @dataclass(frozen=True, kw_only=True)

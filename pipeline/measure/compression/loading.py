@@ -56,17 +56,10 @@ def first_loading(specimen: Specimen) -> Specimen:
     pressed = 1.0 if force[peak] >= np.median(force[:3]) else -1.0
     depth = forwards * travel
     load = pressed * force
-    deepest = np.maximum.accumulate(depth)
-    span = float(depth.max() - depth[: int(np.argmax(depth)) + 1].min())
-    back = np.flatnonzero(deepest - depth > _JITTER * span)
-    if not back.size:
+    unloading = _first_unloading(depth, load)
+    if unloading is None:
         return specimen
-    end = int(back[0])
-    turn = int(np.argmax(depth[:end]))
-    on_loading = float(np.interp(depth[end], deepest[: turn + 1], load[: turn + 1]))
-    unloads = load[end] - on_loading <= (1.0 - _UNLOADS) * (load[turn] - on_loading)
-    if not unloads or load[turn] - load[0] < _FIRST * (load.max() - load[0]):
-        return specimen
+    turn, end = unloading
     rows = slice(0, end)
     columns = {name: getattr(specimen, name)[rows] for name in ("travel", "force", "lines")}
     time = None if specimen.time is None else specimen.time[rows]
@@ -77,6 +70,25 @@ def first_loading(specimen: Specimen) -> Specimen:
             f"{specimen.file}: a later loading goes deeper: the first one, to line {specimen.lines[end - 1]}, is read",
         )
     return replace(specimen, **columns, time=time, notes=notes)
+
+
+def _first_unloading(depth: Floats, load: Floats) -> tuple[int, int] | None:
+    """Return the deepest row before a first way back, and the first row that is surely on it; None for no unloading.
+
+    Depth [mm] and load [N] grow with the compression, (rows,). A way back that sheds little of the force which the
+    loading has at that depth is none; nor is one after a load so small that it was a tap before the test.
+    """
+    deepest = np.maximum.accumulate(depth)
+    span = float(depth.max() - depth[: int(np.argmax(depth)) + 1].min())
+    back = np.flatnonzero(deepest - depth > _JITTER * span)
+    if not back.size:
+        return None
+    end = int(back[0])
+    turn = int(np.argmax(depth[:end]))
+    on_loading = float(np.interp(depth[end], deepest[: turn + 1], load[: turn + 1]))
+    unloads = load[end] - on_loading <= (1.0 - _UNLOADS) * (load[turn] - on_loading)
+    is_tap = load[turn] - load[0] < _FIRST * (load.max() - load[0])
+    return (turn, end) if unloads and not is_tap else None
 
 
 def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loading:

@@ -99,18 +99,9 @@ def _fit(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
     if steady is None:
         return None
     idle = int(np.searchsorted(travel, steady.onset))
-    probability = 0.0
-    other = steady
     drifting = fit_law(law, travel, force, curve.zero, with_drift=True) if idle >= _LEAST_IDLE else None
-    if drifting is not None:
-        other = drifting
-        # A drift has to be seen by the fit and in the zero line alone, in standard errors.
-        (slope, _), covariance = np.polyfit(travel[:idle], force[:idle], 1, cov=True)
-        in_zero_line = abs(slope) / max(math.sqrt(covariance[0, 0]), _TINY)
-        by_fit = abs(drifting.parameters.drift) / max(drifting.errors.drift, _TINY)
-        seen = min(in_zero_line, by_fit)
-        odds_against = _RARE * math.sqrt(count) * math.exp(-0.5 * min(seen**2, 1e3))
-        probability = 1.0 / (1.0 + odds_against)
+    other = steady if drifting is None else drifting
+    probability = 0.0 if drifting is None else _drift_probability(drifting, travel[:idle], force[:idle], count)
     fit = other if probability > 0.5 else steady  # noqa: PLR2004 - the more probable of two
     return RangeFit(
         fit=fit,
@@ -120,6 +111,19 @@ def _fit(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
         follows=_is_noise(fit.residual) or bool((np.abs(fit.residual) <= law.error * np.abs(force)).all()),
         idle=idle,
     )
+
+
+def _drift_probability(drifting: LawFit, travel: Floats, force: Floats, count: int) -> float:
+    """Return the probability of a drift [1]: the fit to all `count` points and the points before the touch must see it.
+
+    Travel [mm] and force [N] are of these points, (idle,).
+    """
+    (slope, _), covariance = np.polyfit(travel, force, 1, cov=True)
+    in_zero_line = abs(slope) / max(math.sqrt(covariance[0, 0]), _TINY)
+    by_fit = abs(drifting.parameters.drift) / max(drifting.errors.drift, _TINY)
+    seen = min(in_zero_line, by_fit)  # standard errors
+    odds_against = _RARE * math.sqrt(count) * math.exp(-0.5 * min(seen**2, 1e3))
+    return 1.0 / (1.0 + odds_against)
 
 
 def _mean(probability: float, first: Estimate, second: Estimate) -> Estimate:
@@ -134,7 +138,7 @@ def _is_noise(residual: Floats) -> bool:
     """Say whether the means of groups of residuals are as small as noise makes them."""
     groups = np.array_split(residual, min(_GROUPS, max(3, len(residual) // 4)))
     curvature = residual[2:] - 2.0 * residual[1:-1] + residual[:-2]
-    variance = float(np.mean(curvature**2)) / 6.0
+    variance = float(np.mean(curvature**2)) / 6.0  # of noise: 1 + 4 + 1 times that of one point
     squares = math.fsum(len(group) * group.mean() ** 2 for group in groups)
     freedom = max(1, len(groups) - 4)
     return variance == 0.0 or squares / variance / freedom < _FITS_WELL

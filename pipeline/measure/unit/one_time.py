@@ -50,7 +50,11 @@ class AtOneTime:
             raise validation_error(name, interval, "s", bound, "write the time of each line")
         closer = by_delays and interval < CLOSEST * period
         self._delays = delays if by_delays and not closer else ()
-        self.deviation = 0.0 if self._timed else max(deviation, interval / math.sqrt(12.0)) if closer else deviation
+        self.deviation = deviation
+        if self._timed:
+            self.deviation = 0.0
+        elif closer:  # a time anywhere between two lines (JCGM 100:2008, 4.3.7)
+            self.deviation = max(deviation, interval / math.sqrt(12.0))
         self.lag = 2 if self._timed or self._delays else 1
 
     def __iter__(self) -> Iterator[Sample]:

@@ -183,8 +183,8 @@ class SpikeFilter(Generic[Payload]):
 
     def _begin(self) -> None:
         self._row: list[_Waiting[Payload]] = []
-        self._squares = 0.0  # sum over rows of what they leave without the suspect, over the variance of a sample
-        self._rows = 0
+        self._judged = 0  # rows of this press
+        self._squares = 0.0  # sum of what these rows leave without their suspects, over the variance of a sample
         self._count, self._u, self._y = 0, 0.0, 0.0  # samples of the press that are released, and their means
 
     def add(self, payload: Payload, forces: Floats) -> list[tuple[Payload, Floats]]:
@@ -246,14 +246,15 @@ class SpikeFilter(Generic[Payload]):
         """Leave the suspect of the row out where it is a spike, begins at a place that is decided, and waits."""
         points = [sample.point for sample in self._row]
         rows = [_row_without(points, first, self._several, self._line) for first in range(OTHERS + 1)]
-        first = min(range(OTHERS + 1), key=lambda each: rows[each].squares)
+        first = min(range(OTHERS + 1), key=lambda each: rows[each].squares)  # the suspect
         row = rows[first]
-        scale = max(1.0, self._squares / self._rows) if self._rows else 1.0
+        # variance that this press has shown over that without a touch
+        scale = max(1.0, self._squares / self._judged) if self._judged else 1.0
         slopes = self._slopes(row, scale)
         residual = max(self._residual(point, row, slopes) for point in points[first : first + self._several])
         slope = row.slope(self._line)
         self._squares += row.squares / self._variance(row, slope)
-        self._rows += 1
+        self._judged += 1
         if residual > LARGEST_RESIDUAL * math.sqrt(scale) and first in decided:
             spike = [sample for sample in self._row[first : first + self._several] if sample.waits]
             self.left_out += [sample.payload for sample in spike]
@@ -265,6 +266,7 @@ class SpikeFilter(Generic[Payload]):
 
     def _slopes(self, row: _Row, scale: float) -> tuple[float, float]:
         """Return the least and the largest slope that a row, the press before it and the moduli allow [mm/N]."""
+        # Of three bounds each holds unless it contradicts those before: the moduli, the row itself, the press before.
         line = self._line
         noise = LARGEST_RESIDUAL * math.sqrt(
             scale * max(self._variance(row, line.least), self._variance(row, line.most))
@@ -273,7 +275,7 @@ class SpikeFilter(Generic[Payload]):
         if row.uu > 0.0:
             slope, error = row.uy / row.uu, noise / math.sqrt(row.uu)
             least, most = max(least, slope - error), min(most, slope + error)
-            if least > most:
+            if least > most:  # the row surely shows a slope beyond the moduli
                 least, most = slope - error, slope + error
         if self._count and row.u != self._u:
             chord = (row.y - self._y) / (row.u - self._u)

@@ -84,10 +84,14 @@ def _words(design: Design, failed: set[str]) -> list[Changes]:
     """
     changes: list[Changes] = []
     if failed & _OF_THE_RATIO:
-        changes += [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}, {"tips.fillet_mm": 0.0}]
+        changes += [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}]
+        if design.tips.tip_shape.has_flat_face:
+            changes.append({"tips.fillet_mm": 0.0})
         changes.append({"press.attitude": "side"})
         if not design.tips.tip_shape.has_flat_face:
-            changes.append({"tips.shape": "cube", **_unset(design, [f"tips.{key}" for key in OPTIONAL_KEYS])})
+            sharp = {"tips.fillet_mm": 0.0} if design.tips.fillet_mm else {}
+            unset = _unset(design, [f"tips.{key}" for key in OPTIONAL_KEYS])
+            changes.append({"tips.shape": "cube", **sharp, **unset})
         if design.targets is not None:
             changes.append(dict.fromkeys(_SPRINGS))
     if failed & _OF_THE_SPRINGS or "geometry.made" in failed:

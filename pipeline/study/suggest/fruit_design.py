@@ -37,7 +37,7 @@ _SPACING_STEP_MM = 0.05
 _TRAVEL_STEP_MM = 0.01
 _LESS_TRAVEL_MM = 0.02  # by which both signs of the largest bias shrink
 _SOFTER = 0.9  # factor of both springs that presses less hard
-_BY_BIAS = 1.04  # factor of the radii of the fruit of the design, halved where the largest bias changes its sign
+_BY_BIAS = 1.04  # first factor of the radii of the fruit of the design
 _STIFFER = 1.12  # factor of the high spring that tells firm fruit better
 
 
@@ -153,8 +153,7 @@ def fruit_suggestion(
     seen: set[Design] = set()
     tried: list[Candidate] = []
     result: Evaluation | None
-    centring = _BY_BIAS
-    bias = 0.0  # of the last design whose largest bias failed
+    centring = _Centring()
     while len(seen) < MOST_TRIALS and runs < MOST_RUNS and design not in seen:
         seen.add(design)
         result = _sized(design)
@@ -167,13 +166,7 @@ def fruit_suggestion(
             if result is not None and result.passed:
                 return Suggestion(design=preset, changes=changes, verdicts=result.verdicts, tried=len(seen), runs=runs)
         tried.append(candidate)
-        last_bias = bias
-        bias = _failing_bias(result) or last_bias
-        step = _step(design, result, centring)
-        if bias * last_bias < 0.0:  # neither fruit rounder nor flatter will do: centred finer, and pressed less deep
-            centring = math.sqrt(centring)
-            less = round(design.press.travel_mm - _LESS_TRAVEL_MM, 2)
-            step = {**_step(design, result, centring), "press.travel_mm": max(least_travel(design), less)}
+        step = _next_step(design, result, centring)
         if not step or not fixed.isdisjoint(step):
             break
         progress(f"tries {in_words(step)}")
@@ -183,6 +176,40 @@ def fruit_suggestion(
     reason = f"none found: of {len(seen)} designs around the preset none passes; the nearest has the verdicts below"
     verdicts = nearest.verdicts or ()
     return Suggestion(design=preset, changes=None, verdicts=verdicts, reason=reason, tried=len(seen), runs=runs)
+
+
+class _Centring:
+    """By which factor [1] the fruit of the design becomes flatter or rounder: a bisection by square roots.
+
+    The largest bias has one sign where that fruit is too flat, the other where it is too round. A step that passes over
+    the best radius changes the sign; from then on steps are half as long in the logarithm.
+    """
+
+    def __init__(self) -> None:
+        """Begin with the longest step, before any bias has failed."""
+        self.factor = _BY_BIAS
+        self._last_bias = 0.0
+
+    def passes_over(self, bias: float) -> bool:
+        """Take the failing bias of the next design, 0 for none; say whether its sign changed, and halve the step then.
+
+        A design whose bias does not fail leaves the last sign as it was.
+        """
+        has_changed = bias * self._last_bias < 0.0
+        if has_changed:
+            self.factor = math.sqrt(self.factor)
+        self._last_bias = bias or self._last_bias
+        return has_changed
+
+
+def _next_step(design: Design, result: Evaluation | None, centring: _Centring) -> Changes:
+    """Return the change after a design was judged, `_step`; pressed less deep too where the bias changed its sign."""
+    is_between = centring.passes_over(_failing_bias(result))
+    step = _step(design, result, centring.factor)
+    if not is_between:
+        return step
+    less = round(design.press.travel_mm - _LESS_TRAVEL_MM, 2)
+    return {**step, "press.travel_mm": max(least_travel(design), less)}
 
 
 def _candidate(changes: Changes, result: Evaluation | None) -> Candidate:

@@ -76,7 +76,10 @@ class FruitRange:
 
 
 def fruit_range(text: str) -> FruitRange:
-    """Return the fruits that a text or a file of `pipeline modulus --json` describes; raises InputError."""
+    """Return the fruits that a text or a file of `pipeline modulus --json` describes; raises InputError.
+
+    The name of a fruit that has a preset, which the error offers too, is not for here: `pipeline suggest` takes it.
+    """
     if text.endswith(".json"):
         return _measured_range(Path(text))
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)

@@ -10,7 +10,7 @@ import cad.checks.sensor_checks
 import cad.files.sensor_files
 from cad.files.step import read_step
 from pipeline.making.solids import begin_solids
-from sensor.design.parameters import Design
+from sensor.design.parameters import Design, Print
 
 
 def write_solids(design, springs, folder):
@@ -49,6 +49,17 @@ def test_another_leaf_is_another_solid(tmp_path, monkeypatch):
     monkeypatch.setattr(cad.checks.sensor_checks, "check_sensor", lambda *_: ())
     springs = springs_of(Design(), lengths=(29.9, 14.8))
     write_solids(Design(), springs, tmp_path)
+    assert made == [springs.housing]
+
+
+@pytest.mark.usefixtures("first")
+def test_another_process_is_judged_anew(tmp_path, monkeypatch):
+    """A check may be judged from any number of the process."""
+    made = []
+    monkeypatch.setattr(cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or ())
+    monkeypatch.setattr(cad.checks.sensor_checks, "check_sensor", lambda *_: ())
+    springs = springs_of(Design())
+    write_solids(Design(print=Print(E_MPa=1900.0)), springs, tmp_path)
     assert made == [springs.housing]
 
 

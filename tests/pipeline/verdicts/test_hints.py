@@ -6,11 +6,13 @@ import pytest
 from stand_ins import GOOD, result_of, springs_of
 
 from pipeline.options import RunOptions, load_design
+from pipeline.study.suggest.changes import sweeps
 from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, rounded, shorter_travel, with_hints
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.tips import Press, Tips
 from sensor.quantity import Estimate
+from sensor.tips.flat import Cylinder
 
 ROUGH = RunOptions(tolerance=0.02)
 
@@ -62,6 +64,17 @@ def test_given_springs_that_miss_P_max_are_left_to_the_targets():
 def test_ratio_that_drifts_asks_for_a_level_press_and_flat_tips(changes, flag):
     drifting = dataclasses.replace(GOOD, name="P_displacement_independent", passed=False)
     assert flag in hint(drifting, Design(**changes), springs_of(Design()), ROUGH)
+
+
+def test_shape_that_is_not_flat_is_changed_before_its_edge(monkeypatch):
+    """The keys of a new shape may share `fillet_mm`; without it such a tip is not flat either."""
+    monkeypatch.setattr(Cylinder, "has_flat_face", False)
+    drifting = dataclasses.replace(GOOD, name="P_displacement_independent", passed=False)
+    design = Design(tips=Tips(shape="cylinder", fillet_mm=0.1, socket="pin"))
+    assert "tips.shape=cube" in hint(drifting, design, springs_of(Design()), ROUGH)
+    words = [sweep[0] for sweep in sweeps(design, {"P_monotonic"}, on_cells=False)]
+    assert {"tips.shape": "cube", "tips.fillet_mm": 0.0} in words
+    assert {"tips.fillet_mm": 0.0} not in words
 
 
 def test_travel_under_a_bruise_limit_is_that_of_its_pressure():

@@ -59,6 +59,7 @@ def read_on(reading, fruit=None, tips=DOMES):
         *(({"tips": {"offset_mm": offset}}, "tips.spacing_mm") for offset in (5.6, -5.6)),
         ({"tips": {"side_mm": 2.0}, "fruit": {"width_mm": 1.5}}, "tips.side_mm"),
         ({"tips": {"shape": "cylinder"}}, "tips.shape"),
+        ({"tips": {"shape": "cylinder", "fillet_mm": 0.1}}, "tips.shape"),
         ({"tips": {"shape": "sphere"}}, "tips.shape"),
         ({"tips": {"shape": "cone", "half_angle_deg": 70.0}}, "tips.shape"),
         ({"tips": {**LINE, "shape": "cylinder"}, "springs": SPRINGS}, "tips.shape"),
