@@ -82,7 +82,7 @@ def write_file(place):
     write_files({place / "sub" / "unit.toml": b"new"}, "--out", force=True)
 
 
-@pytest.mark.parametrize("step", [pytest.param(1, marks=pytest.mark.slow), 11])
+@pytest.mark.parametrize("step", [pytest.param(1, marks=pytest.mark.study), 11])
 @pytest.mark.parametrize("write", [write_folder, write_file])
 @pytest.mark.parametrize("there", [False, True])
 def test_signal_at_any_line_leaves_what_was_there_or_what_is_new(there, write, step, tmp_path):
