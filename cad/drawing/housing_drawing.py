@@ -376,7 +376,8 @@ def _draw_from_behind(canvas: Canvas, shown: _Shown, above: Box) -> None:
 def _pad_lengths(housing: Housing, seen: Callable[[float, float], Point]) -> list[Length]:
     """Return the width of the posts of a pad, the height of its bar, and how far its foot lies above the plate's.
 
-    `seen` is where the view has a point x, z of the housing [mm].
+    A pad is an upside-down U on the back of the frame: a post over each wall and a bar over the top. Its edges are set
+    back from the cavity, in which the arms move. `seen` is where the view has a point x, z of the housing [mm].
     """
     foot = max(housing.cover_level, housing.protrusion)
     post = housing.right - housing.wall_width + SETBACK_MM

@@ -11,6 +11,8 @@ from cad.parts.hall_seats import LEDGE_MM, HallSeats
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
 
+_REACH = 1.0  # [mm] of a cut beyond the cover
+
 
 def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     """Return the back cover of a housing as one solid with the faces `rim` and `mounting_holes`.
@@ -53,11 +55,12 @@ def _windows(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
     middle = 0.5 * (housing.left + housing.right)
     boxes = []
     for centre in seats.windows:
+        # The cover is made for the back and turned to the front, so its windows are mirrored.
         left = 2.0 * middle - centre - 0.5 * seats.window_width
         for start, ledge in ((seats.face_out, 0.0), (0.0, LEDGE_MM)):
             corner = cq.Vector(left, face + start, foot + ledge)
             height = seats.window_height - 2.0 * ledge
-            boxes.append(cq.Solid.makeBox(seats.window_width, COVER_MM + 1.0 - start, height, corner))
+            boxes.append(cq.Solid.makeBox(seats.window_width, COVER_MM + _REACH - start, height, corner))
     return boxes
 
 

@@ -290,12 +290,12 @@ def _read(
 
 
 def _by_poisson(sensor: Sensor, model: RiseModel, press: Floats) -> float:
-    """Return the standard uncertainty of a reading [1] by Poisson's ratio: half its spread, which is two sigma.
+    """Return the standard uncertainty of a reading [1] by Poisson's ratio nu.
 
-    Flesh of the ratio nu' that is read with nu gives E read / E = r / b, r = (1 - nu^2) / (1 - nu'^2). A press feels
-    E / (1 - nu^2), so flesh of E and nu' is felt as r E and nu. Domes also feel the base under the flesh: b is the
-    modulus read by a law with the base of nu', over that by the law itself, of one press. A law has compliances times
-    the modulus that is felt: those of the new base are times r E.
+    The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one away. A press feels E / (1 - nu^2):
+    flesh of E and nu' is felt as flesh of r E and nu, where the felt ratio is r = (1 - nu^2) / (1 - nu'^2). Flat tips
+    then read r E. Domes feel the base under the flesh too, S' = S + r base(nu') - base(nu), and read r E / b. The base
+    ratio b is the modulus that a press has by S' over the one it has by S.
     """
     fruit = sensor.design.fruit
     poisson = fruit.poisson

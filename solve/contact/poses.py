@@ -232,23 +232,23 @@ def _grid_steps(F: Floats, finer: Floats, compared: Ints, moduli: Floats) -> tup
 
 
 def _softer_flesh_fall(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
-    """Return by how much forces F (poses, tips) [N] fall on softer flesh, given the modulus of each pose [MPa].
+    """Return by how much forces F (poses, tips) [N] fall for a common error of 1, given the modulus of each pose [MPa].
 
-    At one modulus the flesh is softer by one fraction in all poses. It is so large that the forces of a level press
-    would fall by their own sum.
+    The caller multiplies by an error that all forces have together, as by flesh that is softer than assumed. The
+    softening is the one that takes the whole force off a level press, to first order; poses of one modulus share it.
     """
-    fractions = {}
+    softening = {}
     for E in np.unique(moduli).tolist():
         by_flesh = compliance.S / E
         level = np.linalg.solve(C + by_flesh, np.ones(len(C)))  # forces for a travel of 1
-        fractions[E] = level.sum() / np.linalg.solve(C + by_flesh, by_flesh @ level).sum()
+        softening[E] = level.sum() / np.linalg.solve(C + by_flesh, by_flesh @ level).sum()
 
     # Tips that are off the fruit stay off.
     fall = np.zeros_like(F)
     for row, E, forces in zip(fall, moduli.tolist(), F, strict=True):
         on = np.flatnonzero(forces > 0.0)
         by_flesh = compliance.S[np.ix_(on, on)] / E
-        row[on] = fractions[E] * np.linalg.solve(C[np.ix_(on, on)] + by_flesh, by_flesh @ forces[on])
+        row[on] = softening[E] * np.linalg.solve(C[np.ix_(on, on)] + by_flesh, by_flesh @ forces[on])
     return fall
 
 

@@ -125,16 +125,16 @@ def _level_slopes(sensor: MeasuringUnit, E: float, linear: Floats, domes: Floats
 
 
 class _Row(NamedTuple):
-    """Some samples of a row through which a line is drawn: their means, moments about them, and their squares."""
+    """Some samples of a row through which the line y over u is drawn, u the whole force, y the contrast."""
 
     samples: int
-    u: float
-    y: float
-    uu: float
-    uy: float
-    yy: float
-    yu: float
-    squares: float
+    u: float  # mean [N]
+    y: float  # mean [mm]
+    uu: float  # sum of squares about the mean [N^2]
+    uy: float  # sum of products about the means [N mm]
+    yy: float  # mean variance of the errors of y [mm^2]
+    yu: float  # mean covariance of the errors of y and u [N mm]
+    squares: float  # sum of squares of what the line leaves of y [mm^2]
 
     def slope(self, line: PressLine) -> float:
         """Return the slope of least squares within the bounds of a line [mm/N]."""
@@ -142,7 +142,7 @@ class _Row(NamedTuple):
 
 
 def _row_without(points: Sequence[LinePoint], first: int, several: int, line: PressLine) -> _Row:
-    """Return a row without several points from the first on."""
+    """Return a row without `several` points from the first on; the row has more points than that."""
     others = [point for index, point in enumerate(points) if not first <= index < first + several]
     count = len(others)
     u = sum(point.u for point in others) / count
