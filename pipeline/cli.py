@@ -16,6 +16,7 @@ from pipeline.commands.console import (
     FAILED,
     PASSED,
     WRONG_INPUT,
+    answering,
     drop_output,
     print_error,
     reason_of,
@@ -85,6 +86,12 @@ def _prepare_process() -> None:
         os.environ.pop("COLUMNS", None)  # rich would take any digits for a width
 
 
+def _print_answer(text: str) -> None:
+    """Print a text; raises InputError where it is lost, of which argparse itself would say nothing."""
+    with answering():
+        print(text, end="")
+
+
 def _parsed(words: list[str]) -> argparse.Namespace | None:
     """Return the arguments of the command that the first word names; None where help or the version was printed.
 
@@ -92,19 +99,19 @@ def _parsed(words: list[str]) -> argparse.Namespace | None:
     """
     parser, parsers = command_parsers()
     if not words or words[0] in ("-h", "--help"):
-        print(parser.format_help(), end="")  # argparse would be quiet where it cannot print
+        _print_answer(parser.format_help())
         return None
     if words[0] == "--version":
         from importlib.metadata import version
 
-        print(f"twintip {version('twintip')}")
+        _print_answer(f"twintip {version('twintip')}\n")
         return None
     if words[0] not in parsers:
         kind = "flag" if words[0].startswith("-") else "command"
         raise _unknown(kind, words[0], ("--help", "--version") if kind == "flag" else (*parsers,))
     chosen = parsers[words[0]]
     if "-h" in words or "--help" in words:
-        print(chosen.format_help(), end="")
+        _print_answer(chosen.format_help())
         return None
     arguments, rest = chosen.parse_known_intermixed_args(words[1:])
     if rest and rest[0].startswith("-"):
