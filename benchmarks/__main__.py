@@ -22,18 +22,6 @@ assembles, and SciPy's SuperLU solves for it: in its symmetric mode, like ours, 
 hold the same nodes.
 
 ![error against CPU seconds](benchmarks.svg)"""
-DIRECT_SOLVERS = """\
-## Direct solvers
-
-SuperLU is the only direct solver. CHOLMOD, by cvxopt 1.3.3, was measured on the twelve matrices that the default run
-factorises, on one thread. It was to save at least 10 % of the 9.5 to 11 CPU seconds of that run, and was not adopted.
-
-| direct solver | CPU s | saved of the run |
-| --- | ---: | ---: |
-| SuperLU | 1.38 |  |
-| CHOLMOD, each matrix made from triplets | 1.1 | 3 % |
-| CHOLMOD, four patterns used again | 1.0 | 4 % |
-"""
 
 
 def main() -> None:
@@ -41,7 +29,7 @@ def main() -> None:
     introduction = INTRODUCTION.format(cores=os.cpu_count(), load=os.getloadavg()[0], python=platform.python_version())
     measured = {module.BENCH: measurements_of(module.__name__) for module in (contact, unilateral, flexure)}
     sections = [bench.section(rows) for bench, rows in measured.items()]
-    sections += [DIRECT_SOLVERS, command_section()]
+    sections.append(command_section())
     docs = ROOT / "docs"
     plot = error_over_cost({bench.name: rows for bench, rows in measured.items()})
     (docs / "benchmarks.svg").write_text(plot, encoding="utf-8")

@@ -2,7 +2,6 @@
 
 import shutil
 import subprocess
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -90,10 +89,8 @@ class Board:
             if shutil.which(program) is None:
                 pytest.skip(f"no {program}")
 
-    def said(self, folder: Path, program: str, headers: Sequence[tuple[str, str]]) -> list[str]:
-        """Return the lines that a program says in the emulator, compiled with each warning an error."""
-        for name, text in headers:
-            (folder / name).write_text(text, encoding="utf-8")
+    def said(self, folder: Path, program: str) -> str:
+        """Return what a program says in the emulator, compiled with each warning an error; its headers are there."""
         (folder / "main.c").write_text(program.replace("int main(void)", f"int {self.main}(void)"), encoding="utf-8")
         (folder / "start.c").write_text(self.start_up, encoding="utf-8")
         (folder / "board.ld").write_text(self.linker_script, encoding="utf-8")
@@ -111,7 +108,7 @@ class Board:
             timeout=SECONDS,
             check=True,
         )
-        return (ended.stdout + ended.stderr).splitlines()
+        return ended.stdout + ended.stderr
 
 
 QEMU = ("qemu-system-arm", "-nographic", "-semihosting-config", "enable=on,target=native")

@@ -4,6 +4,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -34,6 +35,22 @@ from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 
 C_FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
+READ_IN_C = """
+#include <stdio.h>
+#include "unit.h"
+int main(void)
+{
+    float f[TWINTIP_TIPS];
+    twintip_press press;
+    twintip_begin(&press);
+    while (fread(f, sizeof f, 1, stdin) == 1) {
+        twintip_add(&press, f);
+    }
+    const twintip_reading found = twintip_end(&press);
+    printf("%.9g %u %u\\n", (double)found.E, (unsigned)found.flags, (unsigned)found.left_out);
+    return 0;
+}
+"""
 EXACT = 1e-9  # [%] of springs that are known
 PAPER = (906.0, 20830.0)  # [N/m] springs that its targets size
 ACROSS = (0.76, 0.21)  # [mm/N] of low and high domes of the mango across their plates
@@ -188,3 +205,17 @@ def printed_by_header(folder, sensor, program, rows):
     subprocess.run([compiler, *C_FLAGS, "main.c", "-o", "read", "-lm"], check=True, cwd=folder, timeout=600)
     out = subprocess.run([folder / "read"], input=rows.tobytes(), capture_output=True, check=True, timeout=600).stdout
     return np.array([line.split() for line in out.decode().splitlines()], dtype=float)
+
+
+class ReadingInC(NamedTuple):
+    """What compiled firmware reads of a press: the modulus [MPa], its flags, and how many samples it left out."""
+
+    E: float
+    flags: int
+    left_out: int
+
+
+def read_in_c(folder, sensor, rows):
+    """Return what the firmware of a unit reads of a press of forces [N], (samples, tips); skips without C."""
+    ((E, flags, left_out),) = printed_by_header(folder, sensor, READ_IN_C, np.asarray(rows, dtype=np.float32)).tolist()
+    return ReadingInC(E, int(flags), int(left_out))

@@ -101,7 +101,8 @@ def test_header_compiles_without_a_warning(compiler, file, standard, press, tmp_
 def test_microcontroller_reads_what_the_command_reads(board, press, tmp_path):
     board.skip_without_programs()
     sensor, forces = press
-    said = "\n".join(board.said(tmp_path, program_of(forces), [("unit.h", c_header(sensor))]))
+    (tmp_path / "unit.h").write_text(c_header(sensor), encoding="utf-8")
+    said = board.said(tmp_path, program_of(forces))
     words = [int(word, 16) for word in re.findall(r"reads ([0-9a-f]{8})", said)]
     assert len(words) == 2
     E = np.array(words[:1], dtype=np.uint32).view(np.float32)[0]

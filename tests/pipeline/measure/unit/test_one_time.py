@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import printed_by_header
+from measured_units import read_in_c
 from scipy.interpolate import PchipInterpolator
 
 from cad.fabrication.bridges import Spring, balanced_order, signal_path
@@ -33,22 +33,6 @@ DURATIONS = (0.6, 3.0)
 """Of presses [s]."""
 CASES = pytest.mark.parametrize("case", PRESSES, ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
 QUICKNESS = pytest.mark.parametrize("duration", DURATIONS)
-MAIN = """
-#include <stdio.h>
-#include "unit.h"
-int main(void)
-{
-    float f[TWINTIP_TIPS];
-    twintip_press press;
-    twintip_begin(&press);
-    while (fread(f, sizeof f, 1, stdin) == 1) {
-        twintip_add(&press, f);
-    }
-    const twintip_reading found = twintip_end(&press);
-    printf("%.9g %u\\n", (double)found.E, (unsigned)found.flags);
-    return 0;
-}
-"""
 
 
 def by_hand(case, duration, skew_ms, interval=LINE, order=HIGH_LATER):
@@ -169,8 +153,8 @@ def test_firmware_takes_the_same_skew_off_and_has_the_same_flag(sensor, tmp_path
         E, _, flags = press.read()
         assert pytest.approx(expected.E, rel=1e-9) == E
         assert bool(flags & 128) == ("too_fast" in expected.flags)
-        found, in_c = printed_by_header(tmp_path, unit, MAIN, rows)[0]
-        assert (found, in_c) == (pytest.approx(expected.E, rel=1e-5), flags)
+        in_c = read_in_c(tmp_path, unit, rows)
+        assert (in_c.E, in_c.flags) == (pytest.approx(expected.E, rel=1e-5), flags)
         if error_ms != 1.0:
             assert bool(flags & 128) == (error_ms > 1.0)
 
@@ -188,10 +172,8 @@ def test_a_pair_is_brought_to_one_time_too(paper, tmp_path):
     at_once = np.linspace(0.0, 1.0, 41)[:, None] * full
     later = np.clip(np.linspace(0.0, 1.0, 41)[:, None] + 0.025 * np.array(signal.delays), None, 1.0) * full
     assert not np.allclose(later, at_once)
-    expected = printed_by_header(tmp_path, plain, MAIN, at_once.astype(np.float32))[0, 0]
-    assert printed_by_header(tmp_path, unit, MAIN, later[:-1].astype(np.float32))[0, 0] == pytest.approx(
-        expected, rel=1e-4
-    )
+    expected = read_in_c(tmp_path, plain, at_once).E
+    assert pytest.approx(expected, rel=1e-4) == read_in_c(tmp_path, unit, later[:-1]).E
     namespace = {}
     exec(micropython(unit), namespace)
     press = namespace["Press"]()
@@ -245,8 +227,8 @@ def test_fastest_press_of_a_pair_is_the_one_that_is_flagged_also_by_firmware(pap
         for row in forces.tolist():
             press.add(row)
         assert press.read()[::2] == (pytest.approx(found.E, rel=1e-9), 128 * too_fast)
-        printed = printed_by_header(tmp_path, on_foil, MAIN, forces)[0]
-        assert printed.tolist() == [pytest.approx(found.E, rel=1e-5), 128 * too_fast]
+        in_c = read_in_c(tmp_path, on_foil, forces)
+        assert (in_c.E, in_c.flags) == (pytest.approx(found.E, rel=1e-5), 128 * too_fast)
 
 
 def test_times_widen_the_bar_of_a_pair_by_what_they_move(paper, on_foil):

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import printed_by_header, random_pose, read_press
+from measured_units import random_pose, read_in_c, read_press
 
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.presses import readings_of
@@ -22,22 +22,6 @@ AIR = 4  # samples before and after a press
 KINDS = ("times 1.3", "zero", "sign", "stuck", "full scale", "nudge")
 HELD = 0.99  # of the presses with a bad sample
 AGREES = 1e-5
-PROGRAM = """
-#include <stdio.h>
-#include "unit.h"
-int main(void)
-{
-    float f[TWINTIP_TIPS];
-    twintip_press press;
-    twintip_begin(&press);
-    while (fread(f, sizeof f, 1, stdin) == 1) {
-        twintip_add(&press, f);
-    }
-    const twintip_reading found = twintip_end(&press);
-    printf("%.9g %u\\n", (double)found.E, (unsigned)found.left_out);
-    return 0;
-}
-"""
 
 
 class Hand:
@@ -243,12 +227,12 @@ def test_firmware_leaves_out_what_the_command_does(name, hands, tmp_path):
         if (rows < sensor.lowest_forces).any():
             continue
         (expected,) = hand.read(rows.astype(float))
-        ((E, count),) = printed_by_header(tmp_path, sensor, PROGRAM, rows).tolist()
-        assert pytest.approx(expected.E or np.nan, rel=AGREES, nan_ok=True) == E
+        in_c = read_in_c(tmp_path, sensor, rows)
+        assert pytest.approx(expected.E or np.nan, rel=AGREES, nan_ok=True) == in_c.E
         module = press_of_board()
         for row in rows.astype(float).tolist():
             module.add(row)
         assert module.read()[0] == pytest.approx(expected.E, rel=1e-9)
-        assert module.left_out == count == len(expected.lines_left_out)
+        assert module.left_out == in_c.left_out == len(expected.lines_left_out)
         left_out += module.left_out
     assert left_out > 0
