@@ -205,7 +205,6 @@ def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
 
 
 # One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
-# One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
 @functools.lru_cache(maxsize=8)
 def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None, grid: _Grid) -> ContactCells:
     """Return the cells of one grid on footprints of a block, under a layer of skin if any; raises SolveError."""
