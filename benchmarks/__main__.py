@@ -12,9 +12,9 @@ from benchmarks.harness import ROOT, measurements_of, write_page
 from benchmarks.plot import error_over_cost
 
 INTRODUCTION = """\
-This page is written by `make bench`, never typed. Each method solves the same task; the tables say how far its answer
-is from a reference and what it cost. CPU seconds are on one thread, imports not counted. Measured on {cores} cores
-(load before it began: {load:.1f}), Python {python}.
+This page is written by `make bench`; only its table of direct solvers is typed. Each method solves the same task; the
+tables say how far its answer is from a reference and what it cost. CPU seconds are on one thread, imports not counted.
+Measured on {cores} cores (load before it began: {load:.1f}), Python {python}.
 
 A peer that is not installed is named. `make bench-peers` installs all but CalculiX; GetFEM comes from Debian, which it
 can install only as root: else root runs `apt-get install --yes --no-install-recommends python3-getfem`. felupe
@@ -27,6 +27,7 @@ DIRECT_SOLVERS = """\
 
 SuperLU is the only direct solver. CHOLMOD, by cvxopt 1.3.3, was measured on the twelve matrices that the default run
 factorises, on one thread. It was to save at least 10 % of the 9.5 to 11 CPU seconds of that run, and was not adopted.
+Cvxopt is no peer that `make bench-peers` installs: these numbers were measured once.
 
 | direct solver | CPU s | saved of the run |
 | --- | ---: | ---: |
