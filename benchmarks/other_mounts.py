@@ -28,7 +28,7 @@ the largest changes of this page with a margin of a quarter. The mesh moves a ch
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """A design in one mount, and the other mount that changes a stiffness most, by how much of it [1]."""
+    """A design in one mount, and the other mount that changes a stiffness most, with both changes [1]."""
 
     preset: str
     process: str
