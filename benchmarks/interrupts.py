@@ -80,7 +80,10 @@ def interrupted(name: str, number: int, moment: float, unit: Path, place: Path) 
             process.wait(moment)
             return Ended(code=None, fault="")
         # A terminal sends Ctrl-C to workers too; a supervisor ends the command.
-        os.killpg(process.pid, number) if number == signal.SIGINT else process.send_signal(number)
+        if number == signal.SIGINT:
+            os.killpg(process.pid, number)
+        else:
+            process.send_signal(number)
         start = time.monotonic()
         _, said = process.communicate(timeout=SECONDS)
     return Ended(code=process.returncode, fault=_fault(name, number, process.returncode, said, start, before, place))
