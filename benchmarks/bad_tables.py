@@ -126,7 +126,10 @@ _SPOILERS: dict[str, Callable[[np.random.Generator, int, list[list[float]], list
 
 
 def outcome(report: Report, unit: PlantedUnit, tables: Tables, folder: Path) -> str:
-    """Return what becomes of tables: named, in the bar, or wrong."""
+    """Return the outcome of a calibration by tables: named, in the bar, or wrong.
+
+    The first is an error before any unit is made, the others say whether both stiffnesses lie within their error bars.
+    """
     weights, plate = tables
     names = [tip.name for tip in report.tips]
     lines = ["tip,weight_g,deflection_mm,counts_l,counts_h"]
@@ -148,7 +151,7 @@ def outcome(report: Report, unit: PlantedUnit, tables: Tables, folder: Path) -> 
 
 
 def outcomes(report: Report, tables: int, seed: int) -> dict[str, Counter[str]]:
-    """Return by fault what becomes of so many tables; those without a fault stand beside as `none`."""
+    """Return the outcomes of so many tables, counted for each fault; those without one stand beside as `none`."""
     rng = np.random.default_rng(seed)
     nominal = np.array([1.0 / row[tip] for tip, row in enumerate(report.read_out.springs_mm_per_N)])
     counted: dict[str, Counter[str]] = {fault: Counter() for fault in ("none", *FAULTS)}
@@ -161,7 +164,7 @@ def outcomes(report: Report, tables: int, seed: int) -> dict[str, Counter[str]]:
 
 
 def main() -> None:
-    """Print what becomes of tables of the folder outputs/paper."""
+    """Print the outcomes of tables for the folder outputs/paper."""
     from pipeline.report.report import read_report
 
     tables = int(sys.argv[1]) if len(sys.argv) > 1 else 300

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from benchmarks.harness import ROOT, section, write_page
@@ -40,7 +41,7 @@ is left; no run takes more than {seconds} s or {memory} MiB."""
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one design: how its run ended, what it used, what it refused, what is wrong with it."""
+    """The outcome of one design: exit code of its run, wall time [s], memory, reason of a refusal, fault if any."""
 
     number: int
     code: int
@@ -52,9 +53,7 @@ class Outcome:
 
 def random_settings(rng: random.Random) -> dict[str, object]:
     """Return settings of a design file, which may contradict each other."""
-
-    def decades(least: float, most: float) -> float:
-        return least * (most / least) ** rng.random()
+    decades = partial(_decades, rng)
 
     def sometimes(chance: float, value: float) -> float:
         return value if rng.random() < chance else 0.0
@@ -110,7 +109,7 @@ def _decades(rng: random.Random, least: float, most: float) -> float:
 
 
 def _of_tips(rng: random.Random, settings: dict[str, object], side: float) -> dict[str, object]:
-    """Return what a cone, a dome or a line of tips needs."""
+    """Return random keys that a cone, a dome or a line of tips has, of a side [mm]."""
     found: dict[str, object] = {}
     if settings["tips.shape"] == "cone":
         found["tips.half_angle_deg"] = rng.uniform(45.0, 89.0)
@@ -126,7 +125,7 @@ def _of_tips(rng: random.Random, settings: dict[str, object], side: float) -> di
 
 
 def _of_flesh(rng: random.Random, E_max: float, side: float) -> dict[str, object]:
-    """Return a skin, relaxation and springs that are given, each sometimes."""
+    """Return random keys of a skin, of relaxation and of springs that are given, each in half of the designs."""
     found: dict[str, object] = {}
     if rng.random() < OFTEN:
         found["fruit.skin_mm"] = _decades(rng, 1e-3, 1.0) * side
@@ -146,7 +145,7 @@ def _of_flesh(rng: random.Random, E_max: float, side: float) -> dict[str, object
 
 
 def _of_reading(rng: random.Random) -> dict[str, object]:
-    """Return what is asked of readings, and what carries their signals, each sometimes."""
+    """Return random keys of `[reading]` and of `[readout]`, each table in half of the designs."""
     found: dict[str, object] = {}
     if rng.random() < OFTEN:
         found |= {
@@ -204,7 +203,7 @@ def outcome(number: int, settings: dict[str, str], folder: Path, flags: Sequence
 
 
 def fault_of(usage: ResourceUsage, out: Path, left: Sequence[str]) -> str:
-    """Return what is wrong with a run, its output folder and the files left beside it; empty where goals are met."""
+    """Return the fault of a run, or of its output folder, or the files left beside it; empty where goals are met."""
     lines_of_errors = 1 if usage.exit_code == REFUSED else 0
     if usage.wall >= SECONDS:
         return f"took more than {SECONDS} s"

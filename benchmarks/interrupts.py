@@ -49,7 +49,7 @@ LATEST = {"run": 1.0, "watch": 1.5, "calibrate": 0.4, "study": 1.0}
 
 @dataclass(frozen=True, kw_only=True)
 class Ended:
-    """How a command ended: its exit code, None where it was over before, and what is wrong with it."""
+    """How a command ended: its exit code, None where it was over before the signal, and its fault, if any."""
 
     code: int | None
     fault: str
@@ -80,14 +80,17 @@ def interrupted(name: str, number: int, moment: float, unit: Path, place: Path) 
             process.wait(moment)
             return Ended(code=None, fault="")
         # A terminal sends Ctrl-C to workers too; a supervisor ends the command.
-        os.killpg(process.pid, number) if number == signal.SIGINT else process.send_signal(number)
+        if number == signal.SIGINT:
+            os.killpg(process.pid, number)
+        else:
+            process.send_signal(number)
         start = time.monotonic()
         _, said = process.communicate(timeout=SECONDS)
     return Ended(code=process.returncode, fault=_fault(name, number, process.returncode, said, start, before, place))
 
 
 def _fault(name: str, number: int, code: int, said: str, start: float, before: bytes | None, place: Path) -> str:
-    """Return what is wrong with the end of a command and with what it left, empty where nothing is."""
+    """Return the fault of how a command ended, or of what it left; empty where there is none."""
     if code == -number and not said:  # before Python began, or after the answer; a shell says 128 and the number
         code = 128 + number
     if code != 128 + number:

@@ -28,13 +28,17 @@ the largest changes of this page with a margin of a quarter. The mesh moves a ch
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """A design in one mount, and the other mount that changes a stiffness most, by how much of it [1]."""
+    """A design in one mount, and the other mount that changes a stiffness most, with both changes [1].
+
+    `largest` are the largest changes of each spring by any other mount [1], in size.
+    """
 
     preset: str
     process: str
     mount: str
     other: str
     changes: tuple[float, ...]
+    largest: tuple[float, ...]
 
 
 def comparisons() -> Iterator[Comparison]:
@@ -56,7 +60,8 @@ def comparison(preset: str, process: str, mount: str) -> Comparison | None:
         return None
     changes = mount_changes(springs.housing, springs.process.E_MPa, springs.process.poisson)
     other = max(changes, key=lambda name: max(map(abs, changes[name])))
-    return Comparison(preset=preset, process=process, mount=mount, other=other, changes=changes[other])
+    largest = tuple(max(map(abs, of_spring)) for of_spring in zip(*changes.values(), strict=True))
+    return Comparison(preset=preset, process=process, mount=mount, other=other, changes=changes[other], largest=largest)
 
 
 def main() -> None:
@@ -66,8 +71,8 @@ def main() -> None:
         [row.preset, row.process, row.mount, row.other, *(f"{100.0 * change:+.2g}" for change in row.changes)]
         for row in found
     ]
-    largest = [max(abs(row.changes[spring]) for row in found) for spring in (0, 1)]
-    note = f"largest: K_l {100.0 * largest[0]:.2g} %, K_h {100.0 * largest[1]:.2g} %"
+    K_l, K_h = (max(of_spring) for of_spring in zip(*(row.largest for row in found), strict=True))
+    note = f"largest by any other mount: K_l {100.0 * K_l:.2g} %, K_h {100.0 * K_h:.2g} %"
     page = section("Changes of stiffness", HEADS, rows, [note])
     write_page(ROOT / "docs" / "other-mounts.md", "Other mounts", INTRODUCTION, [page])
 

@@ -65,7 +65,7 @@ def _error_line(error: Exception) -> str:
     if isinstance(error, BrokenExecutor):
         return "A worker process died, probably out of memory. Free some memory and run the command again."
     message = str(error)
-    if isinstance(error, InputError) or not isinstance(error, OSError) or (error.errno is None and message):
+    if not isinstance(error, OSError) or (error.errno is None and message):
         return message
     name = error.filename or "output"
     return f"{name}: {reason_of(error)}. It must be usable and have room: free some, or choose another."

@@ -266,7 +266,7 @@ class Pressed:
         return moves
 
     def balance(self, unknown: Floats, place: Place, expected: Floats, penalty: float) -> tuple[Floats, Any, Floats]:
-        """Return what is out of balance, its slope, and the pressures, at displacements of the nodes and domes."""
+        """Return the forces out of balance, their slope, and the pressures, at displacements of the nodes and domes."""
         numbers = self.numbers
         u = np.where(numbers.of_nodes < 0, 0.0, unknown[numbers.of_nodes])
         moved = unknown[numbers.of_domes]

@@ -17,7 +17,7 @@ STIFF = 1e7  # of a plane of symmetry, over E [1/mm]
 
 
 def elements(deck):
-    """Return mesh, elements and quadrature of the deck, and the node of the deck at each node of the elements."""
+    """Return mesh, elements and quadrature of the deck, and the number of each of its nodes among the elements'."""
     geometry, fem, rule = KINDS[deck.kind]
     order = np.lexsort(np.array(REFERENCE[deck.cells.shape[1]]).T)
     mesh = getfem.Mesh("empty", 3)
@@ -28,12 +28,14 @@ def elements(deck):
     distance, node = cKDTree(deck.nodes).query(positions.T)
     if distance.max() > 1e-7:
         sys.exit(f"a node is missing by {distance.max():.1e} mm")
-    return mesh, displacement, getfem.MeshIm(mesh, getfem.Integ(rule)), node
+    number = np.empty(len(deck.nodes), dtype=int)
+    number[node] = np.arange(len(node))
+    return mesh, displacement, getfem.MeshIm(mesh, getfem.Integ(rule)), number
 
 
 def solve(deck):
     """Return the answers to all steps."""
-    mesh, displacement, rule, node = elements(deck)
+    mesh, displacement, rule, number = elements(deck)
     data = getfem.MeshFem(mesh, 1)
     data.set_fem(getfem.Fem("FEM_PK(3,0)" if deck.kind == "C3D10" else "FEM_QK(3,0)"))
     ones = np.ones(data.nbdof())
@@ -41,8 +43,6 @@ def solve(deck):
     shear = 0.5 * deck.E / (1.0 + deck.poisson)
     K = getfem.asm_linear_elasticity(rule, displacement, data, first * ones, shear * ones)
     count = displacement.nbdof()
-    number = np.empty(len(deck.nodes), dtype=int)  # of each node of the deck among those of the elements
-    number[node] = np.arange(len(node))
     answers = []
     for step in deck.steps:
         dofs, values = deck.prescribed(step)
@@ -62,7 +62,7 @@ def solve(deck):
 def contact(deck):
     """Return the answer under rigid tips on a plane, by the augmented Lagrangian of Alart and Curnier."""
     (step,) = deck.steps
-    mesh, displacement, rule, node = elements(deck)
+    mesh, displacement, rule, number = elements(deck)
     model = getfem.Model("real")
     model.add_fem_variable("u", displacement)
     first = deck.E * deck.poisson / ((1.0 + deck.poisson) * (1.0 - 2.0 * deck.poisson))
@@ -92,8 +92,6 @@ def contact(deck):
     data.set_fem(getfem.Fem("FEM_PK(3,0)"))
     ones = np.ones(data.nbdof())
     K = getfem.asm_linear_elasticity(rule, displacement, data, first * ones, 0.5 * deck.E / (1.0 + deck.poisson) * ones)
-    number = np.empty(len(deck.nodes), dtype=int)  # of each node of the deck among those of the elements
-    number[node] = np.arange(len(node))
     return count, [deck.answer_of(step, *(values.reshape(-1, 3)[number] for values in (u, K.mult(u))))]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.response.scene_press import refuse_unsolvable, scene_of
+from pipeline.response.scene_press import refuse_unsolvable_scene, scene_of
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
@@ -215,7 +215,7 @@ def refuse_unsolvable_poses(design: Design) -> None:
 
     Solves nothing.
     """
-    refuse_unsolvable(design)
+    refuse_unsolvable_scene(design)
     reading = design.reading
     if reading is None:
         return

@@ -55,7 +55,7 @@ def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: Sid
     )
 
 
-def refuse_unsolvable(design: Design) -> None:
+def refuse_unsolvable_scene(design: Design) -> None:
     """Raise InputError where contact cannot be solved in the scene of a design; solves nothing."""
     scene = scene_of(design)
     check_scene(scene)

@@ -249,5 +249,5 @@ def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
             refuse_unmanaged(old, force=force)
         except OutputError:
             old.rename(target)
-            refuse_unmanaged(target, force=force)
+            refuse_unmanaged(target, force=force)  # once more, for an error that names this folder
     new.rename(target)

@@ -14,15 +14,19 @@ _REPEAT_S = 1.0  # after which the exception is raised again: some libraries tak
 
 
 class InterruptedCommand(KeyboardInterrupt):
-    """The end of a process by a signal: a KeyboardInterrupt itself, raised in exec, ends Python by the signal later."""
+    """The end of this process by a signal.
+
+    It is a class of its own for one reason: a plain KeyboardInterrupt that leaves `exec` is remembered by Python, which
+    then ends itself by Ctrl-C instead of with our exit code.
+    """
 
 
 class _Ending:
     """What the signals of this process have asked for so far."""
 
-    by: int | None = None
+    by: int | None = None  # number of the first signal
     depth = 0  # of the blocks that hold signals
-    waiting = False  # for the end of these blocks
+    waiting = False  # says that an exception is due where these blocks end
 
 
 def end_by_signals() -> None:

@@ -105,6 +105,6 @@ def _load_kernel() -> None:
 
 
 def _prepare_worker() -> None:
-    """Hear SIGTERM, which was blocked to be inherited so; keep quiet about warnings of libraries."""
+    """Unblock SIGTERM, as a worker inherits both signals blocked; keep quiet about warnings of libraries."""
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     warnings.simplefilter("ignore")

@@ -206,7 +206,7 @@ def candidate_of(study: Study, result: PointResult) -> Candidate:
 
 
 def _unit(study: Study, result: PointResult) -> float:
-    """Return what the number to be made least is a multiple of in comparisons: 1 [unit of the number] for most.
+    """Return the unit in which designs are compared by the number to be made least: 1 [unit of the number] for most.
 
     An uncertainty with a limit at each modulus is told at the modulus where it is largest over its limit. That modulus
     is another one from design to design, so the uncertainty jumps; as a multiple of its limit [1] it does not.
@@ -239,7 +239,8 @@ def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force:
     Of a front they are those with the value of the place. The base is run after them, whatever the search makes of it:
     the search leaves out what the plate of printed springs gives. The place holds the outputs of the run and, where
     that passes, the design file. A candidate that a run refuses or cannot solve fails. None where no candidate passes
-    the verdicts of the search. Raises InputError as `write_files`, and OutputError for a folder that cannot be used.
+    the verdicts of the search, and none is the base. Raises InputError as `write_files`, and OutputError for a folder
+    that cannot be used.
     """
     if study.front:
         number = front_number(place.value)
@@ -261,7 +262,7 @@ def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force:
 
 
 def value_of_run(study: Study, proof: Proof) -> float | None:
-    """Return what the run has for the number that is made least [its unit]; None where it has none."""
+    """Return the number that is made least, as the run has it [its unit]; None where it has none."""
     if proof.result is None:
         return None
     try:

@@ -59,10 +59,10 @@ def fillet_covered(radius: float, edge: float, depths: Floats) -> Floats:
 
 
 def fillet_loss(radius: float, edge: float, depths: Floats) -> Floats:
-    """Return what a fillet takes off the force of a sharp tip [1] at depths > 0 [tip sides], at small strain.
+    """Return the fraction of a sharp tip's force that a fillet takes off [1] at depths > 0 [tip sides].
 
-    The slope of the force goes with the radius of the contact, whose mean over the depth falls short of the tip's by
-    edge - 3/5 of what is covered, and from a covered fillet on by the same force.
+    At small strain the slope of the force is proportional to the radius of the contact. Its mean over the depth falls
+    short of the tip's radius by edge - 3/5 of what is covered. Once all is covered, the force that is lost stays.
     """
     whole = math.sqrt(8.0 * radius * edge) / 3.0
     short = edge - 0.6 * fillet_covered(radius, edge, depths)

@@ -135,7 +135,6 @@ def half_cells(cells: ContactCells) -> ContactCells:
 
 
 # Both grids of a scene share it.
-# Both grids of a scene share it.
 @functools.lru_cache(maxsize=4)
 def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: Grading) -> Floats:
     """Return the smooth part of the compliance between all nodes of all footprints, times E [1/mm], (nodes, nodes).

@@ -105,35 +105,24 @@ def linear_response(
     E: Sequence[float] | Floats,
     x: Sequence[float] | Floats,
     height_offsets: Sequence[float] | float = 0.0,
+    groups: SpringGroups = PAIR,
 ) -> SensorResponse:
-    """Return the response of a pair of flat tips, the first on the low spring, as `linear_forces` takes them."""
-    start = time.perf_counter()
-    moduli = np.asarray(E, dtype=np.float64)
-    x = np.asarray(x, dtype=np.float64)
-    forces = linear_forces(S, C, moduli, x, height_offsets)
-    return response_of_forces(moduli, x, forces, PAIR, linear_info(start))
-
-
-def linear_forces(
-    S: Floats, C: Floats, E: Floats, x: Floats, height_offsets: Sequence[float] | float = 0.0
-) -> TipForces:
-    """Return the forces of flat level tips that touch with their whole face or not at all.
+    """Return the response of flat level tips that touch with their whole face or not at all.
 
     S [1/mm] and C [mm/N] have shape (tips, tips), the moduli E [MPa] (moduli,), the travels x [mm] (travels,).
     `height_offsets` [mm] add to the travel of each tip. The forces are exact but for the error of S.
     """
+    start = time.perf_counter()
+    moduli = np.asarray(E, dtype=np.float64)
+    x = np.asarray(x, dtype=np.float64)
     travel = x[:, None] + np.broadcast_to(np.asarray(height_offsets, dtype=np.float64), (len(S),))
-    F = np.zeros((len(E), len(x), len(S)))
+    F = np.zeros((len(moduli), len(x), len(S)))
     rates = np.zeros_like(F)
-    for i, modulus in enumerate(E):
+    for i, modulus in enumerate(moduli):
         F[i], rates[i] = _touching_forces(np.asarray(C) + np.asarray(S) / modulus, travel)
-    return TipForces(F, rates)
-
-
-def linear_info(start: float) -> SolveInfo:
-    """Return how a linear response is computed; its seconds count from `start`, of `time.perf_counter`."""
     status = "flat level faces: exact from the compliance for every modulus and travel"
-    return SolveInfo(method="linear", dofs=0, seconds=time.perf_counter() - start, status=status)
+    info = SolveInfo(method="linear", dofs=0, seconds=time.perf_counter() - start, status=status)
+    return response_of_forces(moduli, x, TipForces(F, rates), groups, info)
 
 
 def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats]:

@@ -13,7 +13,7 @@ from sensor.quantity import validation_error
 from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
-from solve.contact.linear_response import SensorResponse, TipForces, linear_forces, linear_info, response_of_forces
+from solve.contact.linear_response import SensorResponse, TipForces, linear_response, response_of_forces
 from solve.contact.scene import Scene, check_scene, values_in_words
 from solve.contact.scene_cells import SceneCells, naming_the_skin, scene_cells
 from solve.contact.unilateral import UnilateralContact
@@ -43,7 +43,9 @@ def scene_response(
     if compliance.skin is not None:
         return _joined([scene_response(scene, compliance.at(each), C, [each], x) for each in moduli.tolist()])
     if scene.linear:
-        return _flat_response(scene, compliance, C, moduli, x)
+        exact = linear_response(compliance.S, C, moduli, x, scene.height_offsets_mm, scene.tips.spring_groups)
+        error = compliance.error_pair
+        return replace(exact, F_error=exact.F_error + error, P_error=exact.P_error + error)
     if scene.on_domes:
         return _dome_response(scene, compliance, C, moduli, x)
     with naming_the_skin(scene, compliance):
@@ -58,15 +60,6 @@ def _joined(responses: Sequence[SensorResponse]) -> SensorResponse:
         columns[name] = None if values[0] is None else np.concatenate(values)
     seconds = sum(response.info.seconds for response in responses)
     return replace(responses[0], **columns, info=replace(responses[0].info, seconds=seconds))
-
-
-def _flat_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response of flat level faces on flat flesh, whose error is that of the compliance."""
-    start = time.perf_counter()
-    forces = linear_forces(compliance.S, C, moduli, x, scene.height_offsets_mm)
-    exact = response_of_forces(moduli, x, forces, scene.tips.spring_groups, linear_info(start))
-    error = compliance.error_pair
-    return replace(exact, F_error=exact.F_error + error, P_error=exact.P_error + error)
 
 
 def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:

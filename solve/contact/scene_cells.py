@@ -38,8 +38,8 @@ SAMPLES = 201  # points a side of a tip at which its undeformed gap is taken
 MARGIN = 1.02  # side of a footprint over the width that it must hold
 # Of the width over which an undeformed dome would enter the fruit: Hertz touches over 0.707 of it.
 TOUCHED = 0.75
-HALVINGS = 6  # of the way to a skin that is out of bounds
-OF_BOUND = 1.5  # which is told with so much room, as finer cells leave less
+HALVINGS = 6  # of the interval in ln E between a skin that can be solved and one that cannot
+OF_BOUND = 1.5  # margin of the bound on a skin: it is found on rough cells, and finer ones take less
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +130,10 @@ def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
 
 @contextmanager
 def naming_the_skin(scene: Scene, compliance: FruitCompliance) -> Iterator[None]:
-    """Raise InputError, which bounds the modulus of the skin, where the block shows that it is too stiff or too soft.
+    """Turn an IndefiniteCellsError inside the block into InputError where the modulus of the skin is to blame.
 
-    Under each tip the skin lies on a half-space: one that spreads the press over the whole fruit leaves nothing of it.
+    The error has a bound on that modulus. Under each tip the skin lies on a half-space: a skin that spreads the press
+    over the whole fruit leaves nothing of it.
     """
     try:
         yield
@@ -147,9 +148,10 @@ def naming_the_skin(scene: Scene, compliance: FruitCompliance) -> Iterator[None]
 
 
 def _bound_of_skin(scene: Scene, E: float) -> str | None:
-    """Return in words how stiff a skin may be that failed on flesh of modulus E [MPa]; None where that is no matter.
+    """Return in words the bound on the modulus of a skin that cannot be solved on flesh of modulus E [MPa].
 
-    The way to it from a skin that is as stiff in shear as the flesh is halved again and again.
+    It is found by bisection between that skin and one that is as stiff in shear as the flesh. None where that one
+    cannot be solved either: the skin is not to blame.
     """
     fruit = scene.fruit
     layer = layer_on(fruit, E)
@@ -204,7 +206,6 @@ def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
     return scene.fruit_gap(*(cells.points + moved).T) + tip_gap(scene.tips.tip_shape, *local.T) - scene.first_touch_mm
 
 
-# One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
 # One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
 @functools.lru_cache(maxsize=8)
 def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None, grid: _Grid) -> ContactCells:

@@ -121,9 +121,9 @@ def node_remainder(
     """Return the remainder's compliance between all nodes, E = 1 [1/mm], (nodes, nodes), and the dofs of its mesh.
 
     There are `counts.between` nodes a side. It is solved for loads on fewer nodes, `counts.within` a side, and
-    interpolated. The mesh is the box over `lines` [mm], which begin at mirror planes. There
-    a load is the mean of loads even and odd in x and in y: a parity is +1, -1, or 0 on an axis without a plane, and one
-    that is left out of `parities` counts as zero. Raises SolveError when a solve is not exact.
+    interpolated. The mesh is the box over `lines` [mm], which begin at mirror planes. There a load is the mean of loads
+    even and odd in x and in y: a parity is +1, -1, or 0 on an axis without a plane, and one that is left out of
+    `parities` counts as zero. Raises SolveError when a solve is not exact.
     """
     # A node beyond a mirror plane is replaced by its image in the part that is meshed.
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])

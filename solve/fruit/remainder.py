@@ -6,6 +6,8 @@ displacements on the clamped base and nothing on the top. Its value under a load
     v_z^j(x_k) = int_base t^k . u^j - int_sides t^j . u^k - int_sides t^k . v^j + int_base t(v^j) . u^k,
 
 t, u of the half-space: symmetric, no value is read off at a point, and the error is a product of two energy errors.
+On a half or a quarter of the block, u is that of a load and its mirror images, and the theorem holds as it stands: one
+of these loads lies on the part, and two fields of one parity do no work on each other across a mirror plane.
 27-node hexahedra with B-bar dilatation do not lock as nu tends to 0.5. E = 1 throughout.
 """
 
@@ -63,17 +65,22 @@ def remainder_compliance(
     Entry kj is v_z at load k per unit normal load j. `mesh` is the block, or the half or quarter of it that lies at x
     >= 0 or y >= 0, with faces named as `box_mesh` does; `loads` (n, 2) are points on its top [mm]. A parity has one
     sign for x and one for y, which mirrors every load at the plane x = 0 or y = 0: +1, -1, or 0 where the mesh holds
-    both sides. Raises SolveError when a solve is not exact or the compliance is not symmetric.
+    both sides. Raises ValueError where parities differ in their zeros, for they share the mesh and its planes. Raises
+    SolveError when a solve is not exact or the compliance is not symmetric.
     """
+    mirrored = np.abs(parities[0])
+    if (np.abs(parities) != mirrored).any():
+        msg = f"remainder: parities {parities} must all be 0 where the mesh holds both sides, and nowhere else"
+        raise ValueError(msg)
     basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
     stiffness = stiffness_matrix(basis, 1.0, poisson, b_bar=True)
     clamped = basis.get_dofs("base").all()
-    mirror_planes = [plane for plane, sign in zip(PLANES, parities[0], strict=True) if sign]
+    mirror_planes = [plane for plane, has_plane in zip(PLANES, mirrored, strict=True) if has_plane]
     side = _quadrature(basis, {name: normal for name, normal in SIDES.items() if name not in mirror_planes})
     base = _quadrature(basis, BASE)
 
     # The half-space under a load and under each of its mirror images, named by the signs of its x and y.
-    signs = [(1, -1) if sign else (1,) for sign in parities[0]]
+    signs = [(1, -1) if has_plane else (1,) for has_plane in mirrored]
     images = np.array(list(itertools.product(*signs)))
     on_side = [_half_space(loads * image, poisson, side) for image in images]
     on_base = [_half_space(loads * image, poisson, base) for image in images]
@@ -91,9 +98,10 @@ def remainder_compliance(
         factor = factorise(stiffness, np.union1d(clamped, mirror))
         v = factor.solve(load, lift[factor.fixed])
 
-        # Betti's theorem, term by term as above
-        reaction = stiffness @ v - load
+        # Betti's theorem, its four terms in the order of the module's first lines: those of the half-space alone, then
+        # those of v, where the nodal reactions of the base stand for its tractions.
         half_space = _work(base, base_t, base_u) - _work(side, side_t, side_u).T
+        reaction = stiffness @ v - load
         compliances.append(half_space + load.T @ v - lift.T @ reaction)
     _check_reciprocity(compliances)
     return [0.5 * (each + each.T) for each in compliances], int(basis.N)

@@ -44,11 +44,11 @@ LEVELS = (
 )
 LARGEST_ERROR = 1e-3  # relative, of a solve that counts where none meets its tolerance
 MOST_DOFS = 60_000  # of a finer level: 4 GiB
-# Fourth order at 3/4 of the steps leaves 0.46 of the step between both meshes: the bar is twice that.
-# tests/reference/fits/test_fruit.py
+# Error bar over the step between both meshes. The finer one has 4/3 as many elements along a line, so that of fourth
+# order it is off by 0.46 of the step: the bar is about twice that. tests/reference/fits/test_fruit.py
 SAFETY = 0.9
-# A difference of two meshes may vanish by accident: at grading step 0.7 it counts as at least this fraction of the
-# remainder in a value, averaged with the value where that is largest.
+# A step between two meshes may vanish by accident. On the coarsest level that of a value counts as at least this
+# fraction of its remainder, or rather of the mean of that and of the largest remainder of all values.
 LEAST_STEP = 1e-3
 ORDER = 4  # of the remainder's error in the grading step
 # One mesh without a coarser partner, for loose tolerances: the largest error of 280 random scenes over the remainder,
@@ -217,12 +217,12 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
     between = nodes_between(footprints)
     of_nodes = max(footprint.punch(between).error for footprint in footprints) + NODE_ERROR
     half_space = half_space_compliance(tuple(footprints), fruit.poisson)
-    remainder = relative_changes(fine - half_space, fine)  # for each pair and each tip, as all below
+    remainder = relative_changes(fine - half_space, fine)  # of each pair of tips, then of each tip, as all below
     if grading == ROUGH:
         error = ROUGH_ERROR * float(remainder.max()) + of_nodes
         return Errors(error, error)
-    # A step that vanishes by accident counts as at least this, which falls with the mesh as the error does.
-    least = LEAST_STEP * (grading.step / LEVELS[0].step) ** ORDER * 0.5 * (remainder + remainder.max())
+    least_fraction = LEAST_STEP * (grading.step / LEVELS[0].step) ** ORDER  # falls with the mesh as the error does
+    least = least_fraction * 0.5 * (remainder + remainder.max())
     coarse = footprint_compliance(fruit, footprints, grading.coarser()).S
     step = relative_changes(fine - coarse, fine)
     return largest_errors(SAFETY * np.maximum(step, least) + of_nodes, len(footprints))

@@ -63,7 +63,6 @@ def lagrange(nodes: Floats, x: Floats) -> Floats:
 
 
 # One scene takes three tables, of 1 to 25 nodes a side, hundreds of times; each costs 0.1 s.
-# One scene takes three tables, of 1 to 25 nodes a side, hundreds of times; each costs 0.1 s.
 @functools.lru_cache(maxsize=16)
 def square_punch(nodes_per_side: int) -> Punch:
     """Return the punch table of a square of side 1, by Galerkin boundary elements graded to its edges.

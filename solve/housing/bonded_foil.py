@@ -42,7 +42,7 @@ class BondedFoil:
 
 
 def membrane_matrix(basis: CellBasis, foils: Sequence[BondedFoil]) -> csc_matrix:
-    """Return what the foils add to the stiffness matrix [N/mm], shape (dofs, dofs).
+    """Return the stiffness matrix of the foils alone [N/mm], shape (dofs, dofs).
 
     Each adds int B^T D B over its outline, with D of plane stress and B the strains of its level in x and y. Raises
     SolveError where the mesh does not carry all of a foil.

@@ -42,8 +42,8 @@ GLUED = 0.25  # of what gauges stiffen: a judgement, as makers give neither the 
 # leaves of plastic; the long leaves of steel see 6 to 7 times it, 0.005 and 0.04 %.
 # tests/reference/fits/test_housing.py
 FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
-# Largest change of the low and of the high spring by another mount, over presets, processes and mounts, and a quarter.
-# Softer and stiffer, as that moves P most: docs/other-mounts.md
+# Largest change of the low and of the high spring by another mount, over presets, processes and mounts, with a margin
+# of a quarter: docs/other-mounts.md. The low spring counts as softer and the high one as stiffer, which moves P most.
 LARGEST_MOUNT_CHANGES = (-0.0011, 0.0086)
 CALIBRATED = 0.01  # of each stiffness: what weighing a printed unit reaches
 ZEROED_MM = 0.01  # what zeroing on a flat plate leaves between the heights of two tips: a judgement
@@ -164,7 +164,7 @@ def effects_after_calibration(effects: tuple[Effect, ...]) -> tuple[Effect, ...]
 
 
 def _large_deflection(sensor: LevelSensor, deflections: PerTip) -> Iterator[Effect]:
-    """Yield what leaves gain as they bend far."""
+    """Yield the effect of the large deflection of leaves, which stiffens them; none where no housing is made."""
     housing = sensor.springs.housing
     if housing is None:
         return

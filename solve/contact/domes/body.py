@@ -43,7 +43,7 @@ class FruitUnderDomes:
 
 
 def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> FruitUnderDomes:
-    """Return what the fruit adds to a half-space in each pose, given the fruit of each pose (poses,).
+    """Return the fruit under domes as an addition to a half-space, one for each pose, given the fruits (poses,).
 
     The fruits may differ from the scene's in shape or thickness; `compliance` is that of the scene's own. Its change by
     the shape is proportional to the mean curvature of each fruit. Its change by the thickness is that of a layer on a

@@ -250,7 +250,10 @@ class _Law:
     def _layered_hertz(
         self, depth: Floats, approach: DomeApproach, skinned: RoundContact
     ) -> tuple[Floats, Floats, Floats, LargeStrain]:
-        """Return what `_hertz` does, on flesh under a skin: all that large strain does to bare flesh is an error."""
+        """Return forces, slopes, contact radii and large strain, as `_hertz`, on flesh under a skin.
+
+        All that large strain does to bare flesh counts as an error here.
+        """
         contact, force, stiffness = skinned.press(approach.radius * depth)
         bare = self._large_strain(contact, approach)
         one = np.ones_like(contact)
@@ -259,7 +262,7 @@ class _Law:
         return self._E * force / approach.radius, self._E * stiffness / approach.depth_ratio, contact, strain
 
     def _large_strain(self, contact: Floats, approach: DomeApproach) -> LargeStrain:
-        """Return what large strain does to bare flesh at contact radii (poses, tips) [mm]."""
+        """Return the corrections for large strain of bare flesh at contact radii (poses, tips) [mm]."""
         return large_strain(contact, self._poses.dome_radius, self._fruit_curvature(approach), self._body.poisson)
 
     def jacobian(self, state: _DomeState) -> Floats:

@@ -5,7 +5,7 @@ import pytest
 
 from sensor.theory.two_spring_law import Springs, force_ratio
 from sensor.tips.layouts import SpringGroups
-from solve.contact.linear_response import high_over_low, linear_forces, linear_response, spring_compliance, travels
+from solve.contact.linear_response import linear_response, spring_compliance, travels
 
 S = np.array([[0.766603, 0.010526], [0.010526, 0.766603]])
 K_M_OVER_E = 1.0 / (S[0, 0] - S[0, 1])
@@ -47,12 +47,12 @@ def test_four_tips_touch_where_force_and_gap_allow():
         coupling = rng.uniform(-0.1, 0.1, (4, 4))
         compliance = np.diag(rng.uniform(0.5, 1.0, 4)) + coupling @ coupling.T
         springs, ahead = np.diag(rng.uniform(0.1, 2.0, 4)), rng.uniform(-0.6, 0.3, 4)
-        F = linear_forces(compliance, springs, [2.0], X, ahead).F[0]
+        found = linear_response(compliance, springs, [2.0], X, ahead, SpringGroups(low=(0, 2), high=(1, 3)))
+        F = found.F[0]
         gap = F @ (compliance / 2.0 + springs) - (X[:, None] + ahead)
         assert F.min() >= 0.0
         assert gap.min() >= -1e-12
         assert np.abs(F * gap).max() <= 1e-12
         touching = (F > 0.0).all(axis=1)
         expected = (F[:, 1] + F[:, 3]) / np.where(touching, F[:, 0] + F[:, 2], np.nan)
-        P = high_over_low(F, F, SpringGroups(low=(0, 2), high=(1, 3)))
-        np.testing.assert_allclose(P, expected, rtol=1e-14)
+        np.testing.assert_allclose(found.P[0], expected, rtol=1e-14)

@@ -25,6 +25,11 @@ def test_parities_of_the_quarter_add_up_to_the_whole_block():
     assert dofs < whole_dofs
 
 
+def test_parities_of_different_planes_are_refused():
+    with pytest.raises(ValueError, match="parities"):
+        remainder_compliance(box_mesh(QUARTER), POISSON, LOADS, ((1, 1), (1, 0)))
+
+
 @pytest.mark.parametrize("component", [(0, 0), (0, 1), (0, 2), (2, 2)])
 def test_a_halved_half_space_stress_breaks_reciprocity(component, monkeypatch):
     """Betti's theorem holds for true fields only; half of tau_xy moves s11 by no more than 4e-4 and is yet refused."""

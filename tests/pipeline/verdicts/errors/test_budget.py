@@ -2,6 +2,8 @@
 
 import dataclasses
 import math
+import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -332,6 +334,15 @@ def test_mounts_that_are_not_solved_count_by_a_bound_that_moves_P_most():
     budget = ratio_budget(sensor, 3.5, 0.6, 0.0, effects_at(sensor, 3.5, 0.6))
     moved = force_ratio(Springs(K_l=K_L * (1.0 + soft), K_h=K_H * (1.0 + stiff)), K_M) / force_ratio(SPRINGS, K_M) - 1.0
     assert size_of(budget, "mount") == pytest.approx(moved, rel=0.02)
+
+
+def test_bound_of_mounts_is_the_largest_change_of_its_page_with_a_margin_of_a_quarter():
+    """Rounded up to 1e-4; the two digits of the page hide up to 5e-5 of a change."""
+    page = (Path(__file__).parents[4] / "docs" / "other-mounts.md").read_text(encoding="utf-8")
+    largest = re.search(r"^- largest by any other mount: K_l (\S+) %, K_h (\S+) %$", page, re.MULTILINE)
+    margin = np.abs(LARGEST_MOUNT_CHANGES) - 1.25 * 0.01 * np.array(largest.groups(), dtype=float)
+    assert margin.min() >= 0.0
+    assert margin.max() <= 1e-4 + 1.25 * 5e-5
 
 
 def test_widest_spring(budgets):
