@@ -715,11 +715,8 @@ def refuse_other_length(form: CsvFormat, row: TableRow, columns: int) -> None:
 
 def with_decimal_sign(form: CsvFormat, columns: Sequence[Column], rows: Sequence[TableRow]) -> CsvFormat:
     """Return the format with the decimal sign of some columns; raises InputError where it is not clear."""
-    cells = {
-        f"{column.index}": [(row.line, column.cell(row)) for row in rows]
-        for column in columns
-        if column.factor and column.index >= 0
-    }
+    used = [column for column in columns if column.factor and column.index >= 0]
+    cells = [[(row.line, column.cell(row)) for row in rows] for column in used]
     return replace(form, decimal=decimal_sign(form.source, cells))
 
 
