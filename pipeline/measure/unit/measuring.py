@@ -169,7 +169,7 @@ class MeasuringUnit:
         """Return the force of each channel below which its tip counts as off the fruit [N]."""
         return least_forces(self.force_errors, self.report.read_out.full_scale_N)
 
-    @property
+    @cached_property
     def lowest_forces(self) -> Floats:
         """Return the force of each channel below which it cannot be one of this sensor [N]: no noise makes as much."""
         return -_BELOW_OVER_LEAST * self.least_forces
