@@ -23,9 +23,9 @@ from pipeline.measure.measured_table import (
     MeasuredTable,
     Quantity,
     numbers_of,
-    place_of,
     read_csv,
 )
+from pipeline.measure.table_text import place_of
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys

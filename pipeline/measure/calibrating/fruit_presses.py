@@ -24,9 +24,9 @@ from pipeline.measure.measured_table import (
     MeasuredTable,
     Quantity,
     numbers_of,
-    place_of,
     read_csv,
 )
+from pipeline.measure.table_text import place_of
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.measuring import MeasuringUnit

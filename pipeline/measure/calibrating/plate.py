@@ -20,9 +20,9 @@ from pipeline.measure.measured_table import (
     MeasuredTable,
     Quantity,
     numbers_of,
-    place_of,
     read_csv,
 )
+from pipeline.measure.table_text import place_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.reading.uncertainty import BOUNDED
 from pipeline.report.report import Report

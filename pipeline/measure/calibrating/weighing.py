@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.measure.calibrating.line_checks import LEAST_SPAN, ROUNDED, odd_row
-from pipeline.measure.measured_table import MeasuredTable, place_of
+from pipeline.measure.measured_table import MeasuredTable
+from pipeline.measure.table_text import place_of
 from sensor.quantity import COVERAGE, Estimate, validation_error
 
 FEWEST = 3
