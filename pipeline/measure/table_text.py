@@ -53,8 +53,9 @@ _NUMBER = re.compile(
     r"[+-]?(?P<digits>[0-9.,]*[0-9][0-9.,]*)(?P<exponent>[eEdD][+-]?[0-9]{1,4})?(?: ?(?P<unit>[^\W\d_]{1,4}))?"
 )
 _GROUPS = re.compile(r"[1-9][0-9]{0,2}([.,])[0-9]{3}(?:\1[0-9]{3})*")
-MISSING = frozenset(("", "-", "--", "---", "nan", "na", "n/a", "#n/a", "#na", "null", "none", "#value!", "inf", "-inf"))
-"""Cells that hold no number, in lower case."""
+_MISSING = frozenset(
+    ("", "-", "--", "---", "nan", "na", "n/a", "#n/a", "#na", "null", "none", "#value!", "inf", "-inf")
+)
 
 
 class TableRow(NamedTuple):
@@ -125,6 +126,11 @@ def as_number(cell: str) -> WrittenNumber | None:
 def is_number(cell: str) -> bool:
     """Say whether a cell is written as a number, with a decimal point or comma, in digits 0 to 9."""
     return as_number(cell) is not None
+
+
+def is_missing(cell: str) -> bool:
+    """Say whether a cell is empty, or says in a common way that it holds no number."""
+    return cell.lower() in _MISSING
 
 
 def place_of(source: str, line: int, label: str = "") -> str:
