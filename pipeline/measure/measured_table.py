@@ -449,7 +449,10 @@ class TableBlock:
 
 
 class _Start(NamedTuple):
-    """Where a table begins: its header, the index of the row above it, rows below it, that of the first numbers."""
+    """Where a table begins: its header, the rows of text below it, and how many rows there have no numbers.
+
+    `above` is the index of the row above the header, `first` that of the first row of numbers.
+    """
 
     header: TableRow
     above: int
