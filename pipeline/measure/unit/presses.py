@@ -121,7 +121,7 @@ def _refuse_saturated(sensor: MeasuringUnit, counts: Sequence[float], place: Cal
 
 def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats, place: Callable[[int], str]) -> None:
     """Raise InputError, which names a tip by its place, for forces [N] below zero or far beyond the scale."""
-    in_scale = (sensor.lowest_forces <= np.array(forces)) & (np.array(forces) <= sensor.largest_forces)
+    in_scale = sensor.in_scale(forces)
     if not in_scale.all():
         tip = int(in_scale.argmin())
         lowest = sensor.lowest_forces[tip]
