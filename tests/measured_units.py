@@ -16,7 +16,7 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import sensor_times
 from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.measure.unit.signals import Sample
-from pipeline.measure.unit.spikes import SpikeFilter, press_line
+from pipeline.measure.unit.spikes import SpikeFilter
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import error_analysis, reading_constants
 from pipeline.reading.read_out import ReadingConstants
@@ -136,9 +136,8 @@ def read_log(sensor, rows):
     samples = (Sample(number, number * period, None, tuple(row)) for number, row in enumerate(rows.astype(float)))
     at_one_time = sensor_times(sensor, samples, "press.csv")
     press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation)
-    spikes = SpikeFilter(press_line(sensor), sensor.least_forces, at_one_time.lag)
-    released = [each for sample in at_one_time for each in spikes.add(sample, sensor.forces_of_channels(sample.forces))]
-    for sample, forces in [*released, *spikes.end()]:
+    forces_of = ((sample, sensor.forces_of_channels(sample.forces)) for sample in at_one_time)
+    for sample, forces in SpikeFilter(sensor, at_one_time.lag).filtered(forces_of):
         press.add(forces, t=sample.t)
     return press.reading()
 

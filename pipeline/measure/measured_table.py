@@ -20,18 +20,18 @@ from typing import NamedTuple
 import numpy as np
 
 from pipeline.measure.table_text import (
-    MISSING,
     WORDS,
     TableRow,
     as_number,
     decimal_sign,
     delimiter_of,
+    is_missing,
     is_number,
+    place_of,
     refuse_fault,
     row_of,
     single_sheet,
 )
-from pipeline.measure.table_text import place_of as place_of
 from sensor.arrays import Floats
 from sensor.quantity import STANDARD_GRAVITY, InputError, nearest, validation_error
 
@@ -219,6 +219,14 @@ def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterat
     yield from values.items()
 
 
+class NamedColumn(NamedTuple):
+    """A column that a row names: at which index, from 0, its quantity, and the unit in the label, "" for none."""
+
+    at: int
+    name: str
+    unit: str
+
+
 class HeaderWords:
     """What labels say of some quantities."""
 
@@ -238,20 +246,20 @@ class HeaderWords:
         folded = _folded(words)
         return self._names.get(folded) or self._joined.get(folded, "")
 
-    def columns(self, row: TableRow) -> Iterator[tuple[int, str, str]]:
-        """Yield the index, the quantity and the written unit of each column that a row names."""
+    def columns(self, row: TableRow) -> Iterator[NamedColumn]:
+        """Yield the columns that a row names, those that flags choose first."""
         for name, quantity in self.quantities.items():
             for index in _chosen_columns(row.cells, quantity):
-                yield index, name, _unit_behind(row.cells[index], quantity)
+                yield NamedColumn(index, name, _unit_behind(row.cells[index], quantity))
         for index, label in enumerate(row.cells):
             if label and len(label) <= _LONGEST_LABEL:
                 name, unit, is_known = self._read(label)
                 if name and is_known:
-                    yield index, name, unit
+                    yield NamedColumn(index, name, unit)
 
     def names(self, row: TableRow) -> set[str]:
         """Return the quantities that a row names."""
-        return {name for _, name, _ in self.columns(row)}
+        return {column.name for column in self.columns(row)}
 
     def is_header(self, row: TableRow, needed: Collection[str]) -> bool:
         """Say whether a row names all that are needed, or any quantity where none is, and no number is among them."""
@@ -259,32 +267,41 @@ class HeaderWords:
             return False
         self._looks -= 1
         named = list(self.columns(row))
-        names = {name for _, name, _ in named}
+        names = {column.name for column in named}
         is_named = names.issuperset(needed) and bool(names)
-        return is_named and not any(is_number(row.cells[index]) for index, _, _ in named)
+        return is_named and not any(is_number(row.cells[column.at]) for column in named)
 
     def used_cells(self, header: TableRow, row: TableRow) -> list[str]:
         """Return the cells of a row in the columns that hold numbers."""
-        named = [index for index, name, _ in self.columns(header) if self.quantities[name].units]
-        return [row.cells[index] for index in named if index < len(row.cells)]
+        return [row.cells[column.at] for column in self.measured(header) if column.at < len(row.cells)]
+
+    def is_open(self, column: NamedColumn) -> bool:
+        """Say whether neither the label of a column nor a flag tells its unit."""
+        return not column.unit and not self.quantities[column.name].flag_unit
+
+    def measured(self, header: TableRow) -> list[NamedColumn]:
+        """Return the columns of numbers that a header names."""
+        return [column for column in self.columns(header) if self.quantities[column.name].units]
 
     def by_number(self, needed: Collection[str]) -> bool:
         """Say whether flags tell all that are needed by the number of their column."""
         return bool(needed) and all(self.quantities[name].chosen.isdecimal() for name in needed)
 
     def are_numbers(self, row: TableRow) -> bool:
-        """Say whether the cells of a row in the columns that flags tell by number are numbers."""
-        chosen = [quantity.chosen for quantity in self.quantities.values() if quantity.units and quantity.chosen]
+        """Say whether a row has numbers in the columns that flags tell by number."""
         return all(
-            1 <= int(index) <= len(row.cells) and is_number(row.cells[int(index) - 1])
-            for index in chosen
-            if index.isdecimal()
+            0 <= index < len(row.cells) and is_number(row.cells[index]) for index, _ in self._columns_by_number()
         )
 
     def are_units(self, row: TableRow) -> bool:
-        """Say whether a row has units in those columns."""
-        chosen = [quantity for quantity in self.quantities.values() if quantity.units and quantity.chosen.isdecimal()]
-        return all(unit_of(quantity, row.cells[int(quantity.chosen) - 1]) for quantity in chosen)
+        """Say whether a row, at least as long as one of numbers, has units in those columns."""
+        return all(unit_of(quantity, row.cells[index]) for index, quantity in self._columns_by_number())
+
+    def _columns_by_number(self) -> Iterator[tuple[int, Quantity]]:
+        """Yield index and quantity of each column of numbers that a flag tells by its number."""
+        for quantity in self.quantities.values():
+            if quantity.units and quantity.chosen.isdecimal():
+                yield int(quantity.chosen) - 1, quantity
 
     def near(self, row: TableRow, names: Collection[str]) -> tuple[str, str, str] | None:
         """Return label, quantity and tail of the first column that begins as a quantity and ends in no unit."""
@@ -393,9 +410,14 @@ def _needed_unit(place: str, quantity: Quantity, text: str) -> str:
     """Return the unit of a quantity that a text spells; raises InputError that names the place."""
     unit = unit_of(quantity, text)
     if not unit:
-        hint = f"did you mean {nearest(text, [*quantity.units])}?"
-        raise validation_error(place, text[:_SHOWN_LABEL], "", f"in one of {', '.join(quantity.units)}", hint)
+        raise _no_unit(place, quantity, text)
     return unit
+
+
+def _no_unit(place: str, quantity: Quantity, text: str) -> InputError:
+    """Return the error of a text that spells no unit of a quantity."""
+    hint = f"did you mean {nearest(text, [*quantity.units])}?"
+    return validation_error(place, text[:_SHOWN_LABEL], "", f"in one of {', '.join(quantity.units)}", hint)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -427,7 +449,10 @@ class TableBlock:
 
 
 class _Start(NamedTuple):
-    """Where a table begins: its header, the index of the row above it, rows below it, that of the first numbers."""
+    """Where a table begins: its header, the rows of text below it, and how many rows there have no numbers.
+
+    `above` is the index of the row above the header, `first` that of the first row of numbers.
+    """
 
     header: TableRow
     above: int
@@ -521,7 +546,7 @@ def _next_start(
 
 def _row_below(start: _Start, row: TableRow, cells: Sequence[str]) -> _Start | None:
     """Return a start with a row of no numbers below its header; None where it is followed by too many."""
-    if all(cell.lower() in MISSING for cell in cells):
+    if all(map(is_missing, cells)):
         return start._replace(skipped=start.skipped + 1)
     return start._replace(below=[*start.below, row]) if len(start.below) < _MOST_BELOW else None
 
@@ -574,9 +599,9 @@ def _columns_below(
     """
     named = list(words.columns(header))
     quantities = words.quantities
-    unit_row = _unit_row(form, named, words, below)
+    unit_row = _unit_row(form, header, words, below)
     stated: dict[str, str] = {}
-    if any(quantities[name].default and not written and not quantities[name].flag_unit for _, name, written in named):
+    if any(quantities[column.name].default and words.is_open(column) for column in named):
         stated = _stated_units(form, words, above)
     columns = []
     for index, name, written in sorted(named):
@@ -609,36 +634,40 @@ def _columns_below(
 
 def _unit_below(index: int, unit_row: TableRow | None, below: Sequence[TableRow]) -> str:
     """Return what a row of units says of a column, else the unit behind its first number, else ""."""
-    if unit_row is not None and index < len(unit_row.cells) and unit_row.cells[index].lower() not in MISSING:
+    if unit_row is not None and index < len(unit_row.cells) and not is_missing(unit_row.cells[index]):
         return unit_row.cells[index]
     number = as_number(below[-1].cells[index]) if below and index < len(below[-1].cells) else None
     return "" if number is None else number.unit
 
 
-def _unit_row(
-    form: CsvFormat, named: Sequence[tuple[int, str, str]], words: HeaderWords, below: Sequence[TableRow]
-) -> TableRow | None:
-    """Return the row of units below a header; raises InputError where some of its cells are units and others none.
+def _unit_row(form: CsvFormat, header: TableRow, words: HeaderWords, below: Sequence[TableRow]) -> TableRow | None:
+    """Return the row of units below a header, None where there is none.
 
-    So does a text in the place of a unit that would be assumed.
+    Raises InputError where some of its cells are units and others none, and for a second row with units. A text below
+    a column whose unit is open is refused too: it may be a unit that is not known.
     """
     unit_row: TableRow | None = None
     for row in below:
         if any(map(is_number, row.cells)):
             continue
-        cells = [
-            (words.quantities[name], written, row.cells[index])
-            for index, name, written in named
-            if words.quantities[name].units and index < len(row.cells) and row.cells[index].lower() not in MISSING
+        place = place_of(form.source, row.line)
+        filled = [
+            (column, row.cells[column.at])
+            for column in words.measured(header)
+            if column.at < len(row.cells) and not is_missing(row.cells[column.at])
         ]
-        has_units = any(unit_of(quantity, cell) for quantity, _, cell in cells)
-        for quantity, written, cell in cells:
-            if unit_row is not None and _is_unit(cell):
+        if unit_row is not None:
+            second = next((cell for _, cell in filled if _is_unit(cell)), "")
+            if second:
                 bound = f"left out below the units of line {unit_row.line}"
-                raise validation_error(place_of(form.source, row.line), cell, "", bound, "write one row of units")
-            if unit_row is None and (has_units or not (written or quantity.flag_unit)):
-                _needed_unit(place_of(form.source, row.line), quantity, cell)
-        if unit_row is None and has_units:
+                raise validation_error(place, second, "", bound, "write one row of units")
+            continue
+        has_units = any(unit_of(words.quantities[column.name], cell) for column, cell in filled)
+        for column, cell in filled:
+            quantity = words.quantities[column.name]
+            if (has_units or words.is_open(column)) and not unit_of(quantity, cell):
+                raise _no_unit(place, quantity, cell)
+        if has_units:
             unit_row = row
     return unit_row
 
@@ -665,6 +694,7 @@ def _stated_units(form: CsvFormat, words: HeaderWords, above: Sequence[TableRow]
 
 
 def _units_of_all(form: CsvFormat, words: HeaderWords, row: TableRow, texts: Sequence[str]) -> dict[str, str]:
+    """Return by quantity the units in texts, each that of all quantities that have it; raises InputError."""
     stated: dict[str, str] = {}
     for text in filter(None, texts):
         names = [name for name, quantity in words.quantities.items() if unit_of(quantity, text)]
@@ -692,7 +722,7 @@ def _block(
         is_short = len(row.cells) < width and (alone or form.delimiter in (" ", "  "))
         if is_short or any(row.cells[width:]):
             refuse_other_length(form, row, width)
-        if alone or any(column.cell(row).lower() not in MISSING for column in columns if column.index >= 0):
+        if alone or any(not is_missing(column.cell(row)) for column in columns if column.index >= 0):
             rows.append(row)
         else:
             skipped += 1
@@ -715,11 +745,8 @@ def refuse_other_length(form: CsvFormat, row: TableRow, columns: int) -> None:
 
 def with_decimal_sign(form: CsvFormat, columns: Sequence[Column], rows: Sequence[TableRow]) -> CsvFormat:
     """Return the format with the decimal sign of some columns; raises InputError where it is not clear."""
-    cells = {
-        f"{column.index}": [(row.line, column.cell(row)) for row in rows]
-        for column in columns
-        if column.factor and column.index >= 0
-    }
+    used = [column for column in columns if column.factor and column.index >= 0]
+    cells = [[(row.line, column.cell(row)) for row in rows] for column in used]
     return replace(form, decimal=decimal_sign(form.source, cells))
 
 
@@ -767,10 +794,7 @@ def no_header(
     near = words.near(header, missing)
     if near is not None:
         label, name, tail = near
-        try:
-            _needed_unit(place_of(form.source, header.line, label), quantities[name], tail)
-        except InputError as error:
-            return error
+        return _no_unit(place_of(form.source, header.line, label), quantities[name], tail)
     text = form.delimiter.join(header.cells)
     numbers = ",".join(f"{name}={index}" for index, name in enumerate(needed, start=1))
     if not missing:

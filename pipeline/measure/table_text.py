@@ -12,7 +12,7 @@ import tomllib
 import unicodedata
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -53,8 +53,9 @@ _NUMBER = re.compile(
     r"[+-]?(?P<digits>[0-9.,]*[0-9][0-9.,]*)(?P<exponent>[eEdD][+-]?[0-9]{1,4})?(?: ?(?P<unit>[^\W\d_]{1,4}))?"
 )
 _GROUPS = re.compile(r"[1-9][0-9]{0,2}([.,])[0-9]{3}(?:\1[0-9]{3})*")
-MISSING = frozenset(("", "-", "--", "---", "nan", "na", "n/a", "#n/a", "#na", "null", "none", "#value!", "inf", "-inf"))
-"""Cells that hold no number, in lower case."""
+_MISSING = frozenset(
+    ("", "-", "--", "---", "nan", "na", "n/a", "#n/a", "#na", "null", "none", "#value!", "inf", "-inf")
+)
 
 
 class TableRow(NamedTuple):
@@ -125,6 +126,11 @@ def as_number(cell: str) -> WrittenNumber | None:
 def is_number(cell: str) -> bool:
     """Say whether a cell is written as a number, with a decimal point or comma, in digits 0 to 9."""
     return as_number(cell) is not None
+
+
+def is_missing(cell: str) -> bool:
+    """Say whether a cell is empty, or says in a common way that it holds no number."""
+    return cell.lower() in _MISSING
 
 
 def place_of(source: str, line: int, label: str = "") -> str:
@@ -288,26 +294,24 @@ def single_sheet(source: Path | str) -> tuple[str, str, list[TableRow]]:
     return (with_numbers or sheets)[0]
 
 
-def decimal_sign(source: str, columns: Mapping[str, Sequence[tuple[int, str]]]) -> str:
-    """Return the decimal sign of the columns of a table: lines and cells by their label.
+def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> str:
+    """Return the decimal sign of the columns of a table, each a sequence of lines and cells.
 
     Raises InputError where numbers have two decimal signs, and where a sign may part thousands as well.
     """
-    written = {
-        label: [(line, number) for line, cell in cells if (number := as_number(cell))]
-        for label, cells in columns.items()
-    }
-    numbers = [(line, label, number) for label, column in written.items() for line, number in column]
-    of_commas = [(line, label, number) for line, label, number in numbers if number.decimal == ","]
-    has_points = any(number.decimal == "." for _, _, number in numbers)
+    written = [[(line, number) for line, cell in cells if (number := as_number(cell))] for cells in columns]
+    numbers = list(itertools.chain.from_iterable(written))
+    of_commas = [(line, number) for line, number in numbers if number.decimal == ","]
+    has_points = any(number.decimal == "." for _, number in numbers)
     odd = of_commas[:1] if has_points else []
     sign = "," if of_commas else "."
     is_sure = has_points or bool(of_commas)
-    for line, label, number in numbers:
-        if _may_be_thousands(number, sign) and not (is_sure and _parts_thousands(written[label])):
-            odd.append((line, label, number))
+    for column in written:
+        unclear = [(line, number) for line, number in column if _may_be_thousands(number, sign)]
+        if unclear and not (is_sure and _parts_thousands(column)):
+            odd += unclear
     if odd:
-        line, _, number = min(odd, key=lambda place: place[0])
+        line, number = min(odd, key=lambda place: place[0])
         bound = "a number whose comma or point is surely decimal: commas may part thousands here"
         raise validation_error(place_of(source, line), number.text, "", bound, "export it with decimal points")
     return sign
@@ -341,12 +345,12 @@ def lines_of(source: Path | str) -> Iterator[str]:
         yield from lines_of_stream()
         return
     name, _, rows = single_sheet(source)
-    columns: dict[str, list[tuple[int, str]]] = {}
+    columns: dict[int, list[tuple[int, str]]] = {}
     for row in rows:
         for index, cell in enumerate(row.cells):
-            columns.setdefault(f"{index}", []).append((row.line, cell))
+            columns.setdefault(index, []).append((row.line, cell))
     try:
-        sign = decimal_sign(name, columns)
+        sign = decimal_sign(name, columns.values())
     except InputError:  # the column may be one that nobody reads; a reader refuses the cell itself
         sign = ""  # leaves numbers as they are written
     line = 1

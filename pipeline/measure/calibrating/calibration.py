@@ -23,9 +23,9 @@ from pipeline.measure.measured_table import (
     MeasuredTable,
     Quantity,
     numbers_of,
-    place_of,
     read_csv,
 )
+from pipeline.measure.table_text import place_of
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
@@ -76,10 +76,9 @@ def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_F
     objects = {name: Quantity(units={}) for name in _EXAMPLES}
     quantities = flags.applied({**objects, **_WEIGHED, **dict.fromkeys(counts, COUNTS)})
     words = HeaderWords(quantities)
-    named = [words.names(row) & objects.keys() for row in rows]
-    measured = next((names for names in named if names), {"tip"})
-    header = rows[named.index(measured)] if measured in named else rows[0]
-    if len(measured) != 1 or measured not in named:
+    header = next((row for row in rows if words.names(row) & objects.keys()), rows[0])
+    measured = words.names(header) & objects.keys()
+    if len(measured) != 1:
         text = form.delimiter.join(header.cells)
         bound = "a header with one column that is named tip or coupon"
         raise validation_error(place_of(form.source, header.line), text, "", bound, f"for instance {_EXAMPLES['tip']}")

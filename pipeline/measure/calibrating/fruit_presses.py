@@ -24,14 +24,14 @@ from pipeline.measure.measured_table import (
     MeasuredTable,
     Quantity,
     numbers_of,
-    place_of,
     read_csv,
 )
+from pipeline.measure.table_text import place_of
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.signals import force_keys
-from pipeline.measure.unit.spikes import SpikeFilter, press_line
+from pipeline.measure.unit.spikes import SpikeFilter
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 
@@ -153,18 +153,16 @@ def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
         raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
     fruit = table.texts["fruit"]
     sensor.refuse_without_rise_level()
-    presses = {name: ContrastPress(sensor) for name in fruit}
-    law = press_line(sensor)
-    spikes = {name: SpikeFilter[int](law, sensor.least_forces, 1) for name in fruit}
-    forces = np.column_stack([table.numbers[key] for key in force_keys(len(sensor.report.tips))])
-    for number, name, channels in zip(table.lines, fruit, forces.tolist(), strict=True):
-        of_tips = sensor.forces_of_channels(channels)
-        spikes[name].add(number, of_tips)
-        presses[name].add(of_tips)
-    for name, each in spikes.items():
-        each.end()
-        if each.left_out:
-            place = f"{place_of(table.source, each.left_out[0])}: fruit {name}"
+    channels = np.column_stack([table.numbers[key] for key in force_keys(len(sensor.report.tips))]).tolist()
+    presses = {}
+    for name in dict.fromkeys(fruit):
+        rows = [row for row, each in enumerate(fruit) if each == name]
+        spikes = SpikeFilter[int](sensor)
+        presses[name] = ContrastPress(sensor)
+        for _, forces in spikes.filtered((table.lines[row], sensor.forces_of_channels(channels[row])) for row in rows):
+            presses[name].add(forces)
+        if spikes.left_out:
+            place = f"{place_of(table.source, spikes.left_out[0])}: fruit {name}"
             bound = "as the other samples of its press"
             raise validation_error(place, "forces", "", bound, "correct that line, or leave it out")
     readings = {name: press.reading() for name, press in presses.items()}

@@ -9,10 +9,10 @@ from scipy.special import stdtrit
 from sensor.arrays import Floats
 
 LEAST_SPAN = 1e-6  # [N] or [mm]: below, a table has one load or one travel
+ROUNDED = 12.0**-0.5  # standard deviation of a rounded number, of its last digit (JCGM 100:2008, F.2.2.1)
 _UNLIKELY = 1e-4  # probability by which some row of a table without a fault is farther off
 _LEAST_WIDTH = 0.1  # of the rows that draw a line, over that of all
 _LEAST_RESIDUAL = 0.01  # of the span of a line: what is nearer moves a slope by less than the bar tells
-_ROUNDED = 12.0**-0.5  # standard deviation of a rounded number, of its last digit (JCGM 100:2008, F.2.2.1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +39,7 @@ def odd_row(x: Floats, shown: Floats, last_digits: Floats, span: float) -> OddRo
     line = min(lines, key=lambda each: each.squares)
     others = x[np.arange(len(x)) != line.row]
     apart = float((x[line.row] - others.mean()) / np.linalg.norm(others - others.mean()))
-    deviation = np.hypot(np.sqrt(line.squares / freedom), _ROUNDED * last_digits.max())
+    deviation = np.hypot(np.sqrt(line.squares / freedom), ROUNDED * last_digits.max())
     expected = float(line.zero + line.slope * x[line.row])
     residual = abs(float(shown[line.row]) - expected)
     # any of the rows may be the suspect, so the probability is shared by all
@@ -91,6 +91,6 @@ def bend_of(x: Floats, shown: Floats, last_digits: Floats) -> Bend:
     inverse = np.linalg.inv(columns.T @ columns)
     found = inverse @ columns.T @ shown
     scatter = float(np.sum((shown - columns @ found) ** 2)) / freedom
-    deviation = np.sqrt((scatter + (_ROUNDED * float(last_digits.max())) ** 2) * inverse[2, 2])
+    deviation = np.sqrt((scatter + (ROUNDED * float(last_digits.max())) ** 2) * inverse[2, 2])
     student = float(stdtrit(freedom, 0.975)) / 2.0
     return Bend(change=float(2.0 * found[2] / found[1]), deviation=float(2.0 * student * deviation / abs(found[1])))

@@ -6,7 +6,6 @@ flattens of each dome, as Hertz has it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +20,9 @@ from pipeline.measure.measured_table import (
     MeasuredTable,
     Quantity,
     numbers_of,
-    place_of,
     read_csv,
 )
+from pipeline.measure.table_text import place_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.reading.uncertainty import BOUNDED
 from pipeline.report.report import Report
@@ -67,14 +66,15 @@ def pressed_springs(
     flattened = np.column_stack([flattening(report, force) for force in forces.T])
     deflections = travel[:, None] - flattened
 
-    # A travel that is read wrong is so for all tips: what all channels show alike beside their lines is its error.
     for key, deflection, force in zip(keys, deflections.T, forces.T, strict=True):
         _refuse_bad_row(table, deflection, force, key)
     lines = [np.polyfit(deflection, force, 1) for deflection, force in zip(deflections.T, forces.T, strict=True)]
     stiffnesses = np.array([line[0] for line in lines])
-    _refuse_unlike(table, stiffnesses, weighed, report)
+    ratios = stiffnesses / [spring.value for spring in weighed]
+    mean_ratio = float(ratios.mean())
+    _refuse_unlike(table, ratios, weighed, report)
     bends = _bends(table, deflections, forces, channels)
-    disagreement = _disagreement(stiffnesses, weighed)
+    # A travel that is read wrong is so for all tips: what all channels show alike beside their lines is its error.
     shown = (forces - [line[1] for line in lines]) / stiffnesses
     read_wrong = (shown - deflections).mean(axis=1)
     of_travel = line_through(f"{table.source}: travel", travel, travel + read_wrong, table.last_digits["travel"], "1")
@@ -90,10 +90,10 @@ def pressed_springs(
         left_percent.append(100.0 * max(float(np.hypot(line.error, by_modulus)), LEAST_ERROR))
         # Springs count as off apart, by the root of their squares; the travel moves all of them.
         by_travel = _STEEPEST * np.sqrt(len(keys)) * of_travel.error
-        by_scale = _STEEPEST * np.sqrt(len(keys)) * disagreement.mean
+        by_scale = _STEEPEST * np.sqrt(len(keys)) * (BOUNDED * abs(mean_ratio - 1.0))
         causes = [0.01 * channels.gain_percent[tip], 0.01 * left_percent[tip], by_travel, by_scale]
         # Within these bounds each may lie anywhere (JCGM 100:2008, 4.3.7).
-        causes += [BOUNDED * disagreement.apart[tip], BOUNDED * 0.5 * bends[tip]]
+        causes += [BOUNDED * abs(ratios[tip] / mean_ratio - 1.0), BOUNDED * 0.5 * bends[tip]]
         error = float(np.linalg.norm(causes))
         springs.append(Estimate(float(stiffnesses[tip]), float(stiffnesses[tip]) * error, "N/mm"))
     return springs, left_percent
@@ -129,28 +129,11 @@ def _bends(table: MeasuredTable, deflections: Floats, forces: Floats, channels: 
     return bends
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Disagreement:
-    """How much a plate and weights disagree on the springs [1].
+def _refuse_unlike(table: MeasuredTable, ratios: Floats, weighed: Sequence[Estimate], report: Report) -> None:
+    """Raise InputError where stiffnesses on a plate are not those from weights [N/mm], all of them or two of them.
 
-    `mean` is that of all stiffnesses, `apart` that of each against the mean.
+    `ratios` are those on the plate over those from weights [1], (tips,).
     """
-
-    mean: float
-    apart: tuple[float, ...]
-
-
-def _disagreement(stiffnesses: Floats, weighed: Sequence[Estimate]) -> _Disagreement:
-    """Return the disagreement of stiffnesses on a plate [N/mm] with those from weights."""
-    ratios = stiffnesses / [spring.value for spring in weighed]
-    mean = float(ratios.mean())
-    apart = tuple(np.abs(ratios / mean - 1.0).tolist())
-    return _Disagreement(mean=BOUNDED * abs(mean - 1.0), apart=apart)
-
-
-def _refuse_unlike(table: MeasuredTable, stiffnesses: Floats, weighed: Sequence[Estimate], report: Report) -> None:
-    """Raise InputError where stiffnesses on a plate [N/mm] are not those from weights, all of them or two of them."""
-    ratios = stiffnesses / [spring.value for spring in weighed]
     mean = float(ratios.mean())
     hint = "check travel_mm and its unit, the order of the columns, and that all tips stand on the plate in every row"
     if not abs(mean - 1.0) < _UNLIKE:

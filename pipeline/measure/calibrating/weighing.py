@@ -6,8 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.measure.calibrating.line_checks import LEAST_SPAN, odd_row
-from pipeline.measure.measured_table import MeasuredTable, place_of
+from pipeline.measure.calibrating.line_checks import LEAST_SPAN, ROUNDED, odd_row
+from pipeline.measure.measured_table import MeasuredTable
+from pipeline.measure.table_text import place_of
 from sensor.quantity import COVERAGE, Estimate, validation_error
 
 FEWEST = 3
@@ -16,7 +17,6 @@ _STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2
 LEAST_ERROR = 1e-4
 """Of a stiffness: no dial and no weight is better."""
 _LEAST_COMPLIANCE = 1e-6  # [mm/N] of a spring: below, nothing moved
-_ROUNDED = 12.0**-0.5  # standard deviation of a rounded number, of its last digit (JCGM 100:2008, F.2.2.1)
 
 
 def weighed_springs(table: MeasuredTable, column: str, names: Sequence[str]) -> list[Estimate]:
@@ -92,5 +92,5 @@ def line_through(
     freedom = len(forces) - 2
     student = _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else COVERAGE
     scatter = student / COVERAGE * math.sqrt(float(residual @ residual) / freedom)
-    rounding = _ROUNDED * float(last_digits.min())
+    rounding = ROUNDED * float(last_digits.min())
     return Estimate(slope, math.hypot(scatter, rounding) / float(np.linalg.norm(forces - forces.mean())), unit)

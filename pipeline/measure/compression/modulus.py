@@ -107,7 +107,8 @@ def measured_modulus(
         POISSON: bounds.pop(POISSON),
     }
     if geometry.compliance_error_um_per_N:
-        by_chance["machine compliance"] = _moved_by_frame(specimen, as_measured, chosen, geometry)
+        count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
+        by_chance["machine compliance"] = _moved_by_frame(specimen, as_measured, chosen, count, geometry)
     shares = by_chance | bounds
     u_percent = 100.0 * (math.hypot(*by_chance.values()) + sum(bounds.values()))
     _refuse_wide_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
@@ -146,14 +147,16 @@ def _moved_by(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
     return abs(chosen.fit.modulus.value / fit.modulus.value - 1.0)
 
 
-def _moved_by_frame(specimen: Specimen, curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> float:
-    """Return how far the modulus moves at most where the compliance is off by its error, over the chosen range [1]."""
-    count = int(
-        np.searchsorted(without_frame(specimen, curve, geometry.compliance_um_per_N).travel, chosen.last, "right")
-    )
+def _moved_by_frame(
+    specimen: Specimen, as_measured: Loading, chosen: RangeFit, count: int, geometry: TestGeometry
+) -> float:
+    """Return how far the modulus moves at most where the compliance is off by its error [1].
+
+    The first `count` points are those of the chosen range.
+    """
     moved = []
     for error in (geometry.compliance_error_um_per_N, -geometry.compliance_error_um_per_N):
-        other = without_frame(specimen, curve, geometry.compliance_um_per_N + error)
+        other = without_frame(specimen, as_measured, geometry.compliance_um_per_N + error)
         drifts = chosen.fit.parameters.drift != 0.0
         fit = fit_law(chosen.fit.law, other.travel[:count], other.force[:count], other.zero, with_drift=drifts)
         moved.append(1.0 if fit is None else abs(fit.modulus.value / chosen.fit.modulus.value - 1.0))

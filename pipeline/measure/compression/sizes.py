@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pipeline.measure.compression.specimens import Specimen
 from pipeline.measure.measured_table import LENGTH, Quantity, read_csv, strict_table
-from pipeline.measure.table_text import MISSING, place_of
+from pipeline.measure.table_text import is_missing, place_of
 from sensor.quantity import validation_error
 
 _WORDS = {
@@ -63,8 +63,6 @@ def measured_sizes(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
         if not key[0] or key in of_each:
             bound = "a file, and for each of its specimens one row"
             raise validation_error(place_of(form.source, row.line), ", ".join(key), "", bound, "correct that line")
-        given = [
-            column for name, column in columns.items() if name in sizes and column.cell(row).lower() not in MISSING
-        ]
+        given = [column for name, column in columns.items() if name in sizes and not is_missing(column.cell(row))]
         of_each[key] = {column.name: form.number(row, column) for column in given}
     return SpecimenSizes(source=form.source, understood=table.understood(form, table.columns, table.rows), rows=of_each)

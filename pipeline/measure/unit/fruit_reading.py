@@ -112,7 +112,7 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
 def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
     """Return what is wrong with forces [N] by themselves: no numbers, below zero or far too large, or tips off."""
     flags = []
-    if not ((forces >= sensor.lowest_forces) & (forces <= sensor.largest_forces)).all():
+    if not sensor.in_scale(forces).all():
         flags.append("bad_force")
     if not (forces > sensor.least_forces).all():
         flags.append("lift_off")

@@ -14,7 +14,7 @@ from pipeline.reading.read_out import LevelReading, correct_reading
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
 from pipeline.reading.uncertainty import BOUNDED, OF_FRUIT, LeftOpen, by_heat, least_forces
 from pipeline.report.report import Report
-from sensor.arrays import Floats
+from sensor.arrays import Flags, Floats
 from sensor.design.parameters import Design
 from sensor.quantity import validation_error
 from sensor.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened_compliance
@@ -169,7 +169,7 @@ class MeasuringUnit:
         """Return the force of each channel below which its tip counts as off the fruit [N]."""
         return least_forces(self.force_errors, self.report.read_out.full_scale_N)
 
-    @property
+    @cached_property
     def lowest_forces(self) -> Floats:
         """Return the force of each channel below which it cannot be one of this sensor [N]: no noise makes as much."""
         return -_BELOW_OVER_LEAST * self.least_forces
@@ -271,6 +271,10 @@ class MeasuringUnit:
     def forces_of_channels(self, channels: Sequence[float]) -> Floats:
         """Return the forces [N] of readings of the channels [N]."""
         return np.multiply(self.unit.gain, channels)
+
+    def in_scale(self, forces: Sequence[float] | Floats) -> Flags:
+        """Say which forces [N], (tips,), may be of this sensor: not far below zero, and not far beyond full scale."""
+        return (self.lowest_forces <= np.array(forces)) & (np.array(forces) <= self.largest_forces)
 
     def ratio_modulus(self, forces: Floats) -> float:
         """Return the modulus [MPa] that a level pair reads of forces [N] by their ratio; raises ReadingError."""

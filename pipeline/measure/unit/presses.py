@@ -13,7 +13,7 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.one_time import AtOneTime
 from pipeline.measure.unit.relaxing_flesh import Hold, RelaxingFlesh
 from pipeline.measure.unit.signals import Sample, Signal
-from pipeline.measure.unit.spikes import FIRM, SpikeFilter, press_line
+from pipeline.measure.unit.spikes import FIRM, SpikeFilter
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 from sensor.theory.relaxation import Relaxation
@@ -39,15 +39,18 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
         at_one_time = sensor_times(sensor, signal, signal.source)
         samples = iter(at_one_time)
     touches = _Touches(sensor, at_one_time, every_sample=every_sample)
-    spikes: SpikeFilter[Sample] = SpikeFilter(press_line(sensor), sensor.least_forces, at_one_time.lag)
+    spikes = SpikeFilter[Sample](sensor, at_one_time.lag)
+    for sample, forces in spikes.filtered(_in_scale(sensor, signal, samples)):
+        yield from touches.add(sample, forces, spikes.left_out)
+    yield from touches.end(spikes.left_out)
+
+
+def _in_scale(sensor: MeasuringUnit, signal: Signal, samples: Iterable[Sample]) -> Iterator[tuple[Sample, Floats]]:
+    """Yield samples with the forces of their tips [N]; raises InputError as `refuse_out_of_scale`."""
     for sample in samples:
         forces = sensor.forces_of_channels(sample.forces)
         refuse_out_of_scale(sensor, forces, partial(signal.place, sample))
-        for released in spikes.add(sample, forces):
-            yield from touches.add(*released, spikes.left_out)
-    for released in spikes.end():
-        yield from touches.add(*released, spikes.left_out)
-    yield from touches.end(spikes.left_out)
+        yield sample, forces
 
 
 def sensor_times(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -> AtOneTime:
@@ -118,7 +121,7 @@ def _refuse_saturated(sensor: MeasuringUnit, counts: Sequence[float], place: Cal
 
 def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats, place: Callable[[int], str]) -> None:
     """Raise InputError, which names a tip by its place, for forces [N] below zero or far beyond the scale."""
-    in_scale = (sensor.lowest_forces <= np.array(forces)) & (np.array(forces) <= sensor.largest_forces)
+    in_scale = sensor.in_scale(forces)
     if not in_scale.all():
         tip = int(in_scale.argmin())
         lowest = sensor.lowest_forces[tip]

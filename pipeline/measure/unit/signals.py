@@ -11,10 +11,9 @@ from pipeline.measure.measured_table import (
     TIME,
     ColumnFlags,
     Quantity,
-    place_of,
     table_stream,
 )
-from pipeline.measure.table_text import WORDS
+from pipeline.measure.table_text import WORDS, place_of
 from sensor.quantity import validation_error, written_number
 
 COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**31)

@@ -22,7 +22,7 @@ decision waits for two samples more, and the memory does not grow.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
@@ -167,16 +167,16 @@ class _Waiting(Generic[Payload]):
 
 
 class SpikeFilter(Generic[Payload]):
-    """Releases the samples of a signal in their order, but those that contradict their press.
+    """Releases the samples of a signal of a unit in their order, but those that contradict their press.
 
     `several` is how many samples in a row a bad conversion is part of. What is left out is added to `left_out`.
     """
 
-    def __init__(self, line: PressLine, least_forces: Floats, several: int) -> None:
-        """Begin with the tips off; a force above its least one [N], (tips,), is a touch."""
+    def __init__(self, sensor: MeasuringUnit, several: int = 1) -> None:
+        """Begin with the tips off."""
         self.left_out: list[Payload] = []
-        self._line = line
-        self._least = least_forces
+        self._line = press_line(sensor)
+        self._least = sensor.least_forces  # a force above is a touch
         self._several = several
         self._off: list[tuple[Payload, Floats]] = []
         self._begin()
@@ -187,19 +187,25 @@ class SpikeFilter(Generic[Payload]):
         self._squares = 0.0  # sum of what these rows leave without their suspects, over the variance of a sample
         self._count, self._u, self._y = 0, 0.0, 0.0  # samples of the press that are released, and their means
 
-    def add(self, payload: Payload, forces: Floats) -> list[tuple[Payload, Floats]]:
+    def filtered(self, samples: Iterable[tuple[Payload, Floats]]) -> Iterator[tuple[Payload, Floats]]:
+        """Yield the samples of a whole signal that are not left out: what each carries, and its forces [N], (tips,)."""
+        for payload, forces in samples:
+            yield from self._add(payload, forces)
+        yield from self._end()
+
+    def _add(self, payload: Payload, forces: Floats) -> list[tuple[Payload, Floats]]:
         """Take what a sample carries with its forces [N], (tips,); return the samples that are released by it."""
         if not (forces > self._least).all():
             if not self._row:
                 return [(payload, forces)]
             self._off.append((payload, forces))
-            return self.end() if self._is_lift(forces) else []
+            return self._end() if self._is_lift(forces) else []
         released = []
         if self._off and self._were_lost(forces):
             self.left_out += [lost for lost, _ in self._off]
             self._off = []
         elif self._off:
-            released = self.end()
+            released = self._end()
         length = OTHERS + self._several
         self._row = self._row[1 - length :]
         self._row.append(_Waiting(payload, forces, self._line.point(forces.tolist())))
@@ -222,7 +228,7 @@ class SpikeFilter(Generic[Payload]):
         before = any(bool((sample.forces > firm).all()) for sample in self._row[-self._several :])
         return before and (self._several > 1 or bool((forces > firm).all()))
 
-    def end(self) -> list[tuple[Payload, Floats]]:
+    def _end(self) -> list[tuple[Payload, Floats]]:
         """Return the samples that are still to be released: the touch is over, or the signal is."""
         if len(self._row) == OTHERS + self._several:
             self._judge(range(len(self._row)))

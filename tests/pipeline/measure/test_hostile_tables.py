@@ -3,6 +3,7 @@
 import time
 
 import pytest
+from export_shapes import Shape
 from hostile_tables import bombs, contradictory, damaged, invented
 
 from pipeline.measure.compression.loading import loading
@@ -63,3 +64,9 @@ def test_table_that_contradicts_itself_is_refused(seed, tmp_path):
 def test_bomb_is_refused_or_read_soon(tmp_path):
     for shape in bombs().values():
         outcome(shape, tmp_path)
+
+
+def test_many_parted_thousands_are_read_soon(tmp_path):
+    """Every second number may be parted or not: that its column shows it is found once, not for each of them."""
+    rows = [f'{0.001 * row:.3f},"{1 + row // 1000},{row % 1000:03d}{".5" if row % 2 else ""}"' for row in range(40_000)]
+    assert outcome(Shape("\n".join(["travel_mm,force_N", *rows]).encode()), tmp_path)

@@ -13,7 +13,7 @@ from measured_units import random_pose, read_in_c, read_press
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.signals import Signal, force_keys
-from pipeline.measure.unit.spikes import LARGEST_RESIDUAL, SpikeFilter, press_line
+from pipeline.measure.unit.spikes import LARGEST_RESIDUAL, SpikeFilter
 from sensor.quantity import InputError
 from solve.contact.poses import Pose
 
@@ -207,9 +207,8 @@ def test_a_residual_is_normal(hands):
     assert LARGEST_RESIDUAL == 5.0
     hand = hands["paper"]
     for _ in range(20):
-        spikes = SpikeFilter(press_line(hand.sensor), hand.sensor.least_forces, 1)
         rows = hand.press()
-        released = [each for number, row in enumerate(rows) for each in spikes.add(number, row)] + spikes.end()
+        released = SpikeFilter(hand.sensor).filtered(enumerate(rows))
         assert [number for number, _ in released] == list(range(len(rows)))
 
 
