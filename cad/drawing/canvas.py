@@ -57,7 +57,7 @@ _STYLE = "WORKSHOP"
 _BY_LAYER = 256
 _OFF_CORNERS_MM = 0.00271  # on paper: no line of a hatch goes through a corner
 _UPRIGHT_DEG = 45.0
-_LINE_TO_TEXT = 0.8  # from a dimension line to the middle of its text, in heights of the text
+LINE_TO_TEXT = 0.8  # from a dimension line to the middle of its text, in heights of the text
 _LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # to a level text, no centre mark
 _CODES = {"Ø": "%%c", "±": "%%p"}  # that every text font of a DXF viewer knows
 
@@ -299,7 +299,7 @@ class Canvas:
         elif text.rotation:
             self.line((level, end), (level, middle + outwards * half_width), "DIMENSIONS")
         else:
-            under_text = text.at[1] - _LINE_TO_TEXT * self.text_height
+            under_text = text.at[1] - LINE_TO_TEXT * self.text_height
             self.line((level, end), (level, under_text), "DIMENSIONS")
             to_far_end = math.copysign(half_width, text.at[0] - level)
             self.line((level, under_text), (text.at[0] + to_far_end, under_text), "DIMENSIONS")
