@@ -215,7 +215,7 @@ class Canvas:
         return [cast(Dimension, entity) for entity in self.space.query("DIMENSION")]
 
     def texts(self) -> list[tuple[str, Box]]:
-        """Return every text with the box around it [mm]: words, those of the sheet too, and the texts of dimensions."""
+        """Return every text with the box around it [mm]: words, also those of the sheet, and texts of dimensions."""
         placed = []
         of_sheet = [text for sheet in self.space.query("INSERT") for text in cast(Insert, sheet).virtual_entities()]
         for entity in (*self.space, *of_sheet):
@@ -383,8 +383,8 @@ class _Renderer(DimensionRenderer):
 def _new_document(text_height: float) -> Drawing:
     """Return an empty document with our layers, and a style of dimensions: text over the line, as measured.
 
-    `text_height` [mm of the part] is that of dimensions. The names of the style's variables are those of AutoCAD's DXF
-    reference, group DIMSTYLE.
+    `text_height` is the height of the texts of dimensions [mm of the part]. AutoCAD's DXF reference explains the
+    variables of the style, such as `dimtxt`, in its group DIMSTYLE.
     """
     document = new("R2010", setup=["linetypes"])
     document.units = units.MM
