@@ -40,7 +40,7 @@ class Body:
 
 @dataclass(frozen=True, kw_only=True)
 class _Use:
-    """An object that a build item or a component puts in place: row vectors times (4, 3) [mm]."""
+    """An object that a build item or a component puts in place: at (x, y, z, 1) times `placement`, (4, 3) [mm]."""
 
     model: str
     object_id: str

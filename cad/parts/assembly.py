@@ -39,7 +39,7 @@ _HALF_TURN = cq.Location(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180
 
 
 def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
-    """Return a housing as it is made: with domes, with pockets for pins and magnets, a plate with pads and holes."""
+    """Return a housing as it is made: with domes, pockets for pins and magnets, and on a plate pads and holes."""
     part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
     if housing.back_to_back:
         part = named_housing(_with_pads(part.shape, housing), housing)
