@@ -30,6 +30,9 @@ SENSES: dict[str, Sense] = {
 }
 """The sense of a verdict by its name, since report.json holds no sense. Any other value must meet its limit."""
 
+READABLE = "geometry.readable"
+_A_FILE = "a readable file"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
@@ -97,6 +100,16 @@ def value_verdict(name: str, value: float, *, passed: bool, limit: str, unit: st
 def failed_verdict(name: str, limit: float | str, *, unit: str, reference: str) -> Verdict:
     """Return a verdict that fails without a number; the unit is that of the limit."""
     return Verdict(name=name, value=None, unit=unit, limit=limit, tolerance=0.0, reference=reference, passed=False)
+
+
+def readable(reference: str) -> Verdict:
+    """Return the passed verdict geometry.readable; the reference says how a file was read."""
+    return Verdict(name=READABLE, value=None, unit="1", limit=_A_FILE, tolerance=0.0, passed=True, reference=reference)
+
+
+def unreadable(reason: str) -> Verdict:
+    """Return the failed verdict geometry.readable with the reason why a file cannot be read."""
+    return failed_verdict(READABLE, _A_FILE, unit="1", reference=reason)
 
 
 def all_passed(verdicts: Iterable[Verdict]) -> bool | None:

@@ -23,8 +23,8 @@ _TO_THE_STOP = (0.0, 0.5, 1.0)  # fractions of the way
 def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.cover_clearance, _holes and _over_fruit [mm] of a back cover, made or read, and its turned copy.
 
-    With a Hall read-out there is geometry.sensor_windows [mm] too. Clearance is that of shuttles, necks and leaves at
-    rest, half way and at their stops. A plate of a square has a cover on its front alone.
+    A Hall read-out adds geometry.sensor_windows [mm]. Clearance is the least distance of a cover from shuttles, necks
+    and leaves, at rest, half way and at their stops. A plate of a square has a cover on its front alone.
     """
     covers = {} if sensor.housing.back_to_back else {"back": cover}
     covers["front"] = turn_cover(cover, sensor.housing)

@@ -26,11 +26,9 @@ from cad.files.stl import scan_stl, triangles
 from cad.files.threemf import read_3mf
 from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import validation_error
-from sensor.verdict import Verdict, equal, failed_verdict
+from sensor.verdict import Verdict, equal, readable, unreadable
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
-READABLE = "geometry.readable"
-_A_FILE = "a readable file"
 KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
@@ -82,7 +80,7 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
             return _check_3mf(path, process)
         return _check_step(path, process)
     except ValueError as error:
-        return (unreadable(error),)
+        return (unreadable(str(error)),)
 
 
 def existing_file(path: Path) -> Path:
@@ -91,11 +89,6 @@ def existing_file(path: Path) -> Path:
         msg = f"{path.name}: there is no such file; check the path"
         raise FileNotFoundError(msg)
     return path
-
-
-def unreadable(error: ValueError) -> Verdict:
-    """Return the failed verdict geometry.readable with the reason why a file cannot be read."""
-    return failed_verdict(READABLE, _A_FILE, unit="1", reference=str(error))
 
 
 def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:
@@ -119,7 +112,10 @@ def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
 
 
 def _check_triangles(mesh: trimesh.Trimesh, passed_over: tuple[str, ...], process: Process) -> tuple[Verdict, ...]:
-    """Return every verdict on the triangles of a file in print pose, before them what slicers see in another way."""
+    """Return every verdict on the triangles of a file in print pose.
+
+    Before them stands geometry.readable, where slicers pass something over: what the file had, or what is found here.
+    """
     used, spare = without_spare_triangles(mesh)
     notes = [*passed_over]
     if spare:
@@ -129,8 +125,4 @@ def _check_triangles(mesh: trimesh.Trimesh, passed_over: tuple[str, ...], proces
     verdicts = check_mesh(used, process, [AS_IT_STANDS])
     if not notes:
         return verdicts
-    reference = f"read as slicers do: {'; '.join(notes)}"
-    readable = Verdict(
-        name=READABLE, value=None, unit="1", limit=_A_FILE, tolerance=0.0, passed=True, reference=reference
-    )
-    return (readable, *verdicts)
+    return (readable(f"read as slicers do: {'; '.join(notes)}"), *verdicts)

@@ -8,7 +8,7 @@ from cad.checks.assembly_checks import plate_verdicts
 from cad.checks.clearance import clearance_verdicts, stop_verdicts
 from cad.checks.leaf_section import fillet_verdict, leaf_thickness_verdicts
 from cad.checks.line_probe import Lines, mesh_lines, solid_lines
-from cad.checks.part_checks import check_solid, existing_file, unreadable
+from cad.checks.part_checks import check_solid, existing_file
 from cad.checks.seat_checks import pocket_verdicts
 from cad.checks.tip_checks import socket_verdicts, tip_verdict
 from cad.checks.triangle_checks import closed_verdicts
@@ -19,7 +19,7 @@ from cad.files.threemf import read_3mf
 from cad.parts.assembly import assembly_bodies
 from cad.parts.pose import sensor_pose
 from cad.parts.sensor import SensorSolids
-from sensor.verdict import Verdict, equal
+from sensor.verdict import Verdict, equal, unreadable
 
 ROUND_TRIP_TOLERANCE = 1e-9  # Part 21 carries 15 digits
 
@@ -36,7 +36,7 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
         step = read_step(step_path)
         printed = read_stl(stl_path)
     except ValueError as error:
-        return (*check_solid(shape), unreadable(error))
+        return (*check_solid(shape), unreadable(str(error)))
     stl = sensor_pose(printed, sensor.housing.depth, back_up=sensor.housing.back_to_back)
     forms: dict[str, Lines] = {"solid": solid_lines(shape), "STEP": solid_lines(step), "STL": mesh_lines(stl)}
     return (

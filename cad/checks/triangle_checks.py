@@ -72,7 +72,7 @@ def _volume(mesh: trimesh.Trimesh) -> float:
 
 
 def body_verdict(mesh: trimesh.Trimesh) -> Verdict:
-    """Return geometry.one_solid: the number of bodies, each a connected set of triangles that encloses no other's."""
+    """Return geometry.one_solid: the number of connected sets of triangles, without the walls of cavities."""
     shells = shells_of(mesh)
     reference = "connected sets of triangles"
     if shells.cavities:
@@ -105,7 +105,7 @@ def shells_of(mesh: trimesh.Trimesh) -> Shells:
 
 
 def _turns_around(point: Floats, corners: Floats) -> float:
-    """Return how many times triangles (n, 3, 3) go round a point: 1 inside of a body, 0 outside.
+    """Return the winding number of triangles (n, 3, 3) about a point [1]: 1 inside of a body, 0 outside.
 
     A. van Oosterom, J. Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 30, 1983.
     """

@@ -57,7 +57,7 @@ _STYLE = "WORKSHOP"
 _BY_LAYER = 256
 _OFF_CORNERS_MM = 0.00271  # on paper: no line of a hatch goes through a corner
 _UPRIGHT_DEG = 45.0
-_LINE_TO_TEXT = 0.8  # from a dimension line to the middle of its text, in heights of the text
+LINE_TO_TEXT = 0.8  # from a dimension line to the middle of its text, in heights of the text
 _LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # to a level text, no centre mark
 _CODES = {"Ø": "%%c", "±": "%%p"}  # that every text font of a DXF viewer knows
 
@@ -215,7 +215,7 @@ class Canvas:
         return [cast(Dimension, entity) for entity in self.space.query("DIMENSION")]
 
     def texts(self) -> list[tuple[str, Box]]:
-        """Return every text with the box around it [mm]: words, those of the sheet too, and the texts of dimensions."""
+        """Return every text with the box around it [mm]: words, also those of the sheet, and texts of dimensions."""
         placed = []
         of_sheet = [text for sheet in self.space.query("INSERT") for text in cast(Insert, sheet).virtual_entities()]
         for entity in (*self.space, *of_sheet):
@@ -299,7 +299,7 @@ class Canvas:
         elif text.rotation:
             self.line((level, end), (level, middle + outwards * half_width), "DIMENSIONS")
         else:
-            under_text = text.at[1] - _LINE_TO_TEXT * self.text_height
+            under_text = text.at[1] - LINE_TO_TEXT * self.text_height
             self.line((level, end), (level, under_text), "DIMENSIONS")
             to_far_end = math.copysign(half_width, text.at[0] - level)
             self.line((level, under_text), (text.at[0] + to_far_end, under_text), "DIMENSIONS")
@@ -383,8 +383,8 @@ class _Renderer(DimensionRenderer):
 def _new_document(text_height: float) -> Drawing:
     """Return an empty document with our layers, and a style of dimensions: text over the line, as measured.
 
-    `text_height` [mm of the part] is that of dimensions. The names of the style's variables are those of AutoCAD's DXF
-    reference, group DIMSTYLE.
+    `text_height` is the height of the texts of dimensions [mm of the part]. AutoCAD's DXF reference explains the
+    variables of the style, such as `dimtxt`, in its group DIMSTYLE.
     """
     document = new("R2010", setup=["linetypes"])
     document.units = units.MM

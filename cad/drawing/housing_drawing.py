@@ -234,7 +234,8 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDim
 def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension) -> None:
     """Draw the radius of the fillets at the low spring's wall, and at its upper hole the diameter of those for screws.
 
-    `measured` is that of the fillets. The fillet that is shown lies over the lower leaf, in the angle to the wall.
+    `measured` is the row of the measuring table for the fillets. The dimension stands at one of them, in the angle
+    between the wall and the upper side of the lower leaf.
     """
     height = canvas.text_height
     low = housing.arms[0]
@@ -276,7 +277,7 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
 def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None:
     """Draw the view from the left beside the section: its pad and its back to the left, its front to the right.
 
-    In it y = 0 lies at x = `middle`; z is that of the section.
+    The plane y = 0 of the housing is the upright line x = `middle` on the sheet; levels z are those of the section.
     """
     housing = shown.housing
     measured = shown.measured
@@ -351,7 +352,7 @@ def _draw_from_behind(canvas: Canvas, shown: _Shown, above: Box) -> None:
     )
 
     def seen(x: float, z: float) -> Point:
-        """Return where this view has a point of the housing [mm]."""
+        """Return the place on the sheet of a point x, z of the housing [mm]."""
         return at[0] - x, at[1] + z
 
     draw_view(canvas, shown.from_behind, at)
@@ -377,7 +378,7 @@ def _pad_lengths(housing: Housing, seen: Callable[[float, float], Point]) -> lis
     """Return the width of the posts of a pad, the height of its bar, and how far its foot lies above the plate's.
 
     A pad is an upside-down U on the back of the frame: a post over each wall and a bar over the top. Its edges are set
-    back from the cavity, in which the arms move. `seen` is where the view has a point x, z of the housing [mm].
+    back from the cavity, in which the arms move. `seen` gives the place on the sheet of a point of the housing [mm].
     """
     foot = max(housing.cover_level, housing.protrusion)
     post = housing.right - housing.wall_width + SETBACK_MM

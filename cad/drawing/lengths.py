@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from cad.drawing.canvas import MEASURED, Box, Canvas, DimensionText, Point
+from cad.drawing.canvas import LINE_TO_TEXT, MEASURED, Box, Canvas, DimensionText, Point
 
 Side = Literal["top", "bottom", "left", "right"]
 SIDES: tuple[Side, ...] = ("top", "bottom", "left", "right")
@@ -116,7 +116,7 @@ def _draw(canvas: Canvas, placed: _Placed, view: Box) -> None:
     level = {"top": view.top + out, "bottom": view.bottom - out, "left": view.left - out, "right": view.right + out}
     line = level[length.side]
     middle = 0.5 * (placed.text.low + placed.text.high)
-    over = 0.8 * canvas.text_height
+    over = LINE_TO_TEXT * canvas.text_height
     if length.side in ("top", "bottom"):
         text = DimensionText((middle, line + over), length.label)
         canvas.length("x", length.start, length.end, line, text)

@@ -169,7 +169,7 @@ def _revision(canvas: Canvas, title: Title) -> str:
 
 
 def _corner_of(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None:
-    """Return where in the drawing the lower left corner of a sheet lies [mm], or None where something must overlap.
+    """Return the place in the drawing of a sheet's lower left corner [mm], or None where something must overlap.
 
     Three places of the views are tried. Boxes below are in mm of paper, from the lower left corner of the sheet.
     """

@@ -246,7 +246,7 @@ def _displacement_probe(readout: Readout) -> _Transducer:
 
 
 def _self_heating(springs: Sequence[Spring], supply_V: float) -> float:
-    """Return how much the four gauges of a bridge warm the leaf that they are on, whose two faces air cools [K]."""
+    """Return the rise in temperature of the warmest leaf by the four gauges on it [K]; air cools its two faces."""
     per_area = max(1.0 / (2.0 * spring.flexure.length * spring.flexure.depth) for spring in springs)
     return supply_V**2 / RESISTANCE_OHM * per_area / (1e-6 * BRIDGE.film_W_per_m2_K)
 

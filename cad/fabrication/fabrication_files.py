@@ -18,7 +18,7 @@ from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
 from cad.parts.pose import print_pose
 from cad.parts.sensor import STEEL_COLOUR, NamedSolid, SensorSolids
-from sensor.design.readout import Readout
+from sensor.design.readout import AMPLIFIERS
 
 _COUPON_COLOUR = (0.45, 0.62, 0.35)
 
@@ -32,12 +32,10 @@ class MakerFiles:
     mount: cq.Shape
 
 
-def write_fabrication(
-    sensor: SensorSolids, title: Title, read_out: SpringReadOut, folder: Path, readout: Readout | None = None
-) -> MakerFiles:
+def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOut, folder: Path) -> MakerFiles:
     """Write the drawing, coupon, cover, bracket, bom.csv and fabrication.md; return what was written.
 
-    Where a design names its `readout`, whose signal path is in `read_out`, its wiring plan, wiring.svg, is written too.
+    A signal path has its wiring plan, wiring.svg, too.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
@@ -62,11 +60,12 @@ def write_fabrication(
         export_stl(print_pose(body.shape), stl)
         paths += [step, stl]
 
-    if readout is not None:
+    signal = read_out.signal
+    if signal is not None:
         plates = 2 if housing.back_to_back else 1
-        resistor = series_resistor(process, readout.circuit)
+        resistor = series_resistor(process, AMPLIFIERS[signal.amplifier])
         paths.append(folder / "wiring.svg")
-        write_wiring(paths[-1], readout.transducer, sensor.tips.names, plates, resistor)
+        write_wiring(paths[-1], signal.transducer, sensor.tips.names, plates, resistor)
     texts = {
         "bom.csv": bill_csv(bill),
         "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),

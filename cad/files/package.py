@@ -7,7 +7,7 @@ Only build items, components, meshes, transforms and units are read. Every other
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers.expat import ExpatError, ParserCreate
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from sensor.arrays import Floats
 
 Indices = NDArray[np.int64]
+_Start = Callable[[str, dict[str, str]], None]
 
 _MILLIMETRES = {
     "micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8, "meter": 1e3,
@@ -39,7 +40,7 @@ class Body:
 
 @dataclass(frozen=True, kw_only=True)
 class _Use:
-    """An object that a build item or a component puts in place: row vectors times (4, 3) [mm]."""
+    """An object that a build item or a component puts in place: at (x, y, z, 1) times `placement`, (4, 3) [mm]."""
 
     model: str
     object_id: str
@@ -93,6 +94,11 @@ class _Model:
         if _local(element) == "mesh":
             self.in_mesh = False
 
+    @property
+    def uses(self) -> list[_Use]:
+        """Return every use of an object by an item or a component."""
+        return [*self.items, *(use for each in self.objects.values() for use in each.components)]
+
     def _use(self, attributes: Mapping[str, str]) -> _Use:
         placement = _IN_PLACE.copy()
         if "transform" in attributes:
@@ -107,10 +113,9 @@ def read_bodies(path: Path) -> list[Body]:
     try:
         with zipfile.ZipFile(path) as package:
             parts = {_part_name(name): name for name in package.namelist()}
-            models: dict[str, _Model] = {}
-            root = _model(package, parts, models, _root_name(package, parts))
-            for name in _named_models(models, root):
-                _model(package, parts, models, name)
+            root = _read_model(package, parts, _root_name(package, parts))
+            others = {use.model for use in root.uses} - {root.path}
+            models = {name: _read_model(package, parts, name) for name in sorted(others)} | {root.path: root}
         return [body for item in root.items for body in _bodies(models, item, _IN_PLACE)]
     except KeyError as error:
         msg = f"{error.args[0]!r} is missing or is not one that 3MF knows"
@@ -138,9 +143,7 @@ def _root_name(package: zipfile.ZipFile, parts: Mapping[str, str]) -> str:
             targets.append(_part_name(attributes.get("Target", "")))
 
     if "_rels/.rels" in parts:
-        parser = ParserCreate()
-        parser.StartElementHandler = start
-        parser.Parse(package.read(parts["_rels/.rels"]), True)  # noqa: FBT003 - the last piece
+        _parse(package, parts["_rels/.rels"], start)
     models = [target for target in targets if target in parts] or sorted(n for n in parts if n.endswith(".model"))
     if not models:
         msg = "there is no model in the package"
@@ -148,24 +151,20 @@ def _root_name(package: zipfile.ZipFile, parts: Mapping[str, str]) -> str:
     return models[0]
 
 
-def _model(package: zipfile.ZipFile, parts: Mapping[str, str], models: dict[str, _Model], name: str) -> _Model:
-    """Return a model of a package, which is read once; raises KeyError where there is none of the name."""
-    if name not in models:
-        model = _Model(path=name)
-        parser = ParserCreate()
-        parser.StartElementHandler = model.start
-        parser.EndElementHandler = model.end
-        with package.open(parts[name]) as text:
-            parser.ParseFile(text)
-        models[name] = model
-    return models[name]
+def _read_model(package: zipfile.ZipFile, parts: Mapping[str, str], name: str) -> _Model:
+    """Return a model of a package; raises KeyError where there is none of the name."""
+    model = _Model(path=name)
+    _parse(package, parts[name], model.start, model.end)
+    return model
 
 
-def _named_models(models: Mapping[str, _Model], root: _Model) -> Iterator[str]:
-    """Yield the other models that items and components of the root name."""
-    for use in [*root.items, *(use for each in root.objects.values() for use in each.components)]:
-        if use.model not in models:
-            yield use.model
+def _parse(package: zipfile.ZipFile, part: str, start: _Start, end: Callable[[str], None] | None = None) -> None:
+    """Call `start` for each element of a part that is XML, with its attributes, and `end` at its end."""
+    parser = ParserCreate()
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    with package.open(part) as text:
+        parser.ParseFile(text)
 
 
 def _bodies(models: Mapping[str, _Model], use: _Use, outer: Floats, depth: int = 0) -> Iterator[Body]:

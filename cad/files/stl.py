@@ -16,7 +16,6 @@ CHORD_MM = 0.005  # largest distance of a triangle from the face that it stands 
 ANGLE_RAD = 0.1  # a fillet of 0.5 mm then gets 16 facets a quarter turn
 _HEADER_BYTES = 84  # eighty of text, four of the count of triangles
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_NO_COUNTS = (0, 2**32 - 1)  # of programs that write triangles before they know how many
 _FACET_WORD = re.compile(rb"facet\s+normal\s", re.IGNORECASE)
 _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 _LAST_WORD = re.compile(rb"\bend\s?solid\b[^\n]*\s*\Z", re.IGNORECASE)
@@ -89,7 +88,8 @@ def _scan_binary(data: bytes) -> Scan:
     held, rest = divmod(max(0, len(data) - _HEADER_BYTES), _FACET.itemsize)
     count = told
     passed_over = []
-    if told in _NO_COUNTS or told > held:
+    # Programs that write triangles before they know how many leave a count of 0, or one with every bit set.
+    if told == 0 or told > held:
         count = held if rest == 0 else 0
         passed_over.append(f"the count of triangles {told} is passed over for the {count} that are there")
     if after := len(data) - _HEADER_BYTES - _FACET.itemsize * count:

@@ -91,7 +91,7 @@ def read_3mf(path: Path) -> Package:
 
 
 def _faults(path: Path) -> tuple[str, ...]:
-    """Return what lib3mf warns of in a file, and why it refuses it if it does."""
+    """Return the warnings of lib3mf on a file, and its reason where it refuses the file."""
     reader = lib3mf.get_wrapper().CreateModel().QueryReader("3mf")
     refused = []
     try:

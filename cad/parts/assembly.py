@@ -39,7 +39,7 @@ _HALF_TURN = cq.Location(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180
 
 
 def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
-    """Return a housing as it is made: with domes, with pockets for pins and magnets, a plate with pads and holes."""
+    """Return a housing as it is made: with domes, pockets for pins and magnets, and on a plate pads and holes."""
     part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
     if housing.back_to_back:
         part = named_housing(_with_pads(part.shape, housing), housing)
@@ -97,7 +97,7 @@ def _with_pads(plate: cq.Shape, housing: Housing) -> cq.Shape:
 
 def turned_twin(shape: cq.Shape) -> cq.Shape:
     """Return a shape in its place in the sensor [mm] turned half round the press axis: the same of the other plate."""
-    return shape.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)
+    return shape.moved(_HALF_TURN)
 
 
 def assembly_bodies(sensor: SensorSolids) -> tuple[NamedSolid, ...]:
@@ -127,7 +127,7 @@ def _in_both_plates(bodies: list[NamedSolid], housing: Housing) -> list[NamedSol
     for body in bodies:
         shape = in_place(body.shape, housing)
         twins.append(replace(body, name=f"{body.name} 1", shape=shape))
-        twins.append(replace(body, name=f"{body.name} 2", shape=shape.moved(_HALF_TURN)))
+        twins.append(replace(body, name=f"{body.name} 2", shape=turned_twin(shape)))
     return twins
 
 
@@ -139,7 +139,7 @@ def cover_pair(sensor: SensorSolids) -> dict[str, cq.Shape]:
     cover = cover_part(housing, sensor.seats).shape
     if housing.back_to_back:
         front = in_place(turn_cover(cover, housing), housing)
-        return {"front cover": front, "back cover": front.moved(_HALF_TURN)}
+        return {"front cover": front, "back cover": turned_twin(front)}
     about_middle = cq.Location(cq.Vector(housing.left + housing.right, 0.0, 0.0))
     return {"front cover": cover.moved(about_middle * _HALF_TURN), "back cover": cover}
 

@@ -47,7 +47,7 @@ def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
 
 
 def _windows(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
-    """Return what the windows for Hall sensors take from a back cover: a pocket outside, a slot between its ledges."""
+    """Return the boxes that cut the windows of a back cover: a pocket outside, and a slot between its ledges."""
     if seats is None:
         return []
     face = 0.5 * housing.depth

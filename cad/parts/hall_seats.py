@@ -9,7 +9,6 @@ from sensor.design.readout import PROBE
 from sensor.design.tips import Press
 
 LEDGE_MM = 0.9  # height of both ledges under a sensor: under 1 mm, so that they need no support in print
-
 POINT_MM = 0.25  # radius of the flat end of a cone: a kernel divides no tip into triangles
 
 

@@ -120,7 +120,7 @@ def _tip_side(tips: Tips, depth: float) -> float:
 
 
 def _cap_height(tips: Tips, side: float) -> float:
-    """Return how far the corners of a square tip lie above the apex of its dome [mm], up to 0.1; 0 for a flat tip."""
+    """Return the height of the corners of a square tip above the apex of its dome, up to the next 0.1 mm; 0 without."""
     radius = tips.dome_radius_mm or 0.0
     corner = min(radius, math.sqrt(0.5) * side)
     return math.ceil(10.0 * (radius - math.sqrt(radius**2 - corner**2)) - 1e-9) / 10.0

@@ -41,6 +41,6 @@ def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringR
     process = design.process
     sensor = sensor_of(design, housing)
     title = Title(name=design.name, process=process)
-    files = write_fabrication(sensor, title, read_out, folder, design.readout)
+    files = write_fabrication(sensor, title, read_out, folder)
     cover = cover_verdicts(sensor, files.cover, process)
     return files.paths, (*cover, *mount_verdicts(sensor, files.mount, process))

@@ -14,8 +14,8 @@ from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import attached_to
 from pipeline.storage.cache import cached
-from pipeline.storage.kept_files import Verdicts, kept_files, written_once
-from pipeline.storage.workers import finished_future, submit
+from pipeline.storage.kept_files import Verdicts, begin_files
+from pipeline.storage.workers import finished_future
 from pipeline.verdicts.rules import margin_verdict
 from sensor.design.design_file import design_as_mapping
 from sensor.quantity import Estimate
@@ -44,12 +44,9 @@ def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executo
         "springs": to_read,
         "fastest press": fastest_s,
     }
-    kept = kept_files("maker files", inputs, folder)
-    if kept is not None:
-        return finished_future(kept)
     read_out = SpringReadOut(springs=to_read, signal=sensor.signal, fastest_s=fastest_s)
     write = partial(write_fabrication_files, design, housing, read_out, folder)
-    return submit(executor, written_once, "maker files", inputs, write, folder)
+    return begin_files("maker files", inputs, write, folder, executor)
 
 
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:

@@ -7,8 +7,8 @@ from pathlib import Path
 from cad.parts.hall_seats import seats_of
 from pipeline.making.cad_tasks import write_solids
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.storage.kept_files import Verdicts, kept_files, written_once
-from pipeline.storage.workers import finished_future, submit
+from pipeline.storage.kept_files import Verdicts, begin_files
+from pipeline.storage.workers import finished_future
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
 
@@ -32,8 +32,5 @@ def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor:
         "seats": seats_of(design, housing),
         "deflections": springs.deflections,
     }
-    kept = kept_files("solids", inputs, folder)
-    if kept is not None:
-        return finished_future(kept)
     write = partial(write_solids, design, housing, springs.deflections, folder)
-    return submit(executor, written_once, "solids", inputs, write, folder)
+    return begin_files("solids", inputs, write, folder, executor)

@@ -12,7 +12,7 @@ from pipeline.storage.workers import close_workers, open_workers
 from sensor.design.design_file import design_from_mapping, without_former_defaults
 from sensor.design.processes import PROCESSES
 from sensor.input_file import read_toml
-from sensor.verdict import Verdict, equal, failed_verdict
+from sensor.verdict import Verdict, equal, unreadable
 
 SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some seconds
 _MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
@@ -33,9 +33,9 @@ def check_path(path: Path, process: str | None) -> tuple[Verdict, ...]:
         else:
             geometry = executor.submit(file_geometry, path, process).result(SECONDS)
     except BrokenExecutor:
-        geometry = (_unreadable(f"reading {path.name} ended the CAD kernel; export it again"),)
+        geometry = (unreadable(f"reading {path.name} ended the CAD kernel; export it again"),)
     except TimeoutError:
-        geometry = (_unreadable(f"reading {path.name} took more than {SECONDS:g} s; export it again"),)
+        geometry = (unreadable(f"reading {path.name} took more than {SECONDS:g} s; export it again"),)
     finally:
         close_workers(executor)
     return *written, *geometry
@@ -130,13 +130,13 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         return (equal("geometry.made", 0.0, 1.0, 0.0, unit="1", reference="no housing: see printable.*"),)
     missing = ", ".join(name for name in _MEASURED if not is_regular(folder / name))
     if missing:
-        return (_unreadable(f"{missing} cannot be measured, there is no such file; run the design again"),)
+        return (unreadable(f"{missing} cannot be measured, there is no such file; run the design again"),)
     sensor = sensor_of(report.design, report.housing)
     verdicts = list(check_sensor(sensor, report.deflections_mm, folder))
     try:
         verdicts.append(volume_verdict(sensor, folder))
     except ValueError as error:
-        verdicts.append(_unreadable(str(error)))
+        verdicts.append(unreadable(str(error)))
     names = {verdict.name for verdict in verdicts}
     verdicts += [verdict for verdict in check_file(folder / "housing.3mf", process) if verdict.name not in names]
     for name, judge in (("cover.step", cover_verdicts), ("mount.step", mount_verdicts)):
@@ -145,11 +145,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         try:
             shape = read_step(folder / name)
         except ValueError as error:
-            verdicts.append(_unreadable(str(error)))
+            verdicts.append(unreadable(str(error)))
         else:
             verdicts += judge(sensor, shape, process)
     return tuple(verdicts)
-
-
-def _unreadable(reason: str) -> Verdict:
-    return failed_verdict("geometry.readable", "a readable file", unit="1", reference=reason)

@@ -9,10 +9,9 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from pipeline.report.verdict_rule import UNREAD, fails_unread, limit_text, number_text, tolerance_text
-from sensor.verdict import Verdict
+from sensor.verdict import READABLE, Verdict
 
 WIDTH = 132
-_TOLD = ("geometry.readable",)  # verdicts whose reason is told where they pass too
 OUTCOME = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
 
 
@@ -26,7 +25,7 @@ def print_parts(parts: Iterable[RenderableType]) -> None:
 
 def print_verdicts(title: str, verdicts: Sequence[Verdict]) -> None:
     """Print the verdicts on a file or folder as a table, why each that did not pass did not, and how it was read."""
-    told = [verdict for verdict in verdicts if verdict.passed is not True or verdict.name in _TOLD]
+    told = [verdict for verdict in verdicts if verdict.passed is not True or verdict.name == READABLE]
     print_parts([verdict_table(escape(title), verdicts), *reasons(told)])
 
 

@@ -53,7 +53,7 @@ def contact_compliance(
     compliance = dataclasses.replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)
     if is_curved or fruit.skin_mm is not None:
         footprints = contact_footprints(fruit, tips)
-        along_normals = tips.tip_shape.presses_along_normals
+        along_normals = tips.tip_shape.obeys_hertz
         if is_curved:
             compliance = curved_compliance(compliance, fruit, footprints, along_normals)
         if fruit.skin_mm is not None:

@@ -181,7 +181,7 @@ def leaning_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     springs = ideal_springs(design, sizing)
     printable = [spring.printable for spring in springs.springs]
     tips = design.tips
-    if not (tips.tip_layout.has_housing and tips.tip_shape.presses_along_normals):
+    if not (tips.tip_layout.has_housing and tips.tip_shape.obeys_hertz):
         return springs
     if any(verdict.passed is False for verdict in printable):
         return springs
@@ -219,7 +219,7 @@ def fit_springs(
     of_plate = None
     if all(spring.printable.passed is not False for spring in springs):
         lengths = tuple(spring.printable.length_mm for spring in springs)
-        may_lean = design.tips.tip_shape.presses_along_normals or design.fruit.radius_mm is not None
+        may_lean = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
         try:
             guess = housing_for(design, process, lengths, deflections)
             fitted = _fitted_housing(guess, sizing.springs.stiffnesses, process, options, executor)

@@ -3,11 +3,13 @@
 import base64
 import os
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
 
 from cad.files.file_date import NAME
 from pipeline.storage.cache import cached, stored
+from pipeline.storage.workers import finished_future, submit
 from sensor.verdict import Verdict
 
 Inputs = Mapping[str, object]
@@ -31,14 +33,21 @@ class Solids:
             base64.b64decode(text, validate=True)
 
 
-def kept_files(stage: str, inputs: Inputs, folder: Path) -> Verdicts | None:
-    """Write the files of a stage into a folder and return the verdicts on them; None where none are kept."""
+def begin_files(
+    stage: str, inputs: Inputs, write: Callable[[], Written], folder: Path, executor: Executor | None
+) -> Future[Verdicts]:
+    """Begin to write the files of a stage into a folder; the result is the verdicts on them.
+
+    Both are kept by the inputs and the date of files. Those that are kept are written at once, which needs no worker.
+    """
     found = stored(stage, _dated(inputs), Solids)
-    return None if found is None else _placed(found, folder)
+    if found is not None:
+        return finished_future(_placed(found, folder))
+    return submit(executor, _written_once, stage, inputs, write, folder)
 
 
-def written_once(stage: str, inputs: Inputs, write: Callable[[], Written], folder: Path) -> Verdicts:
-    """Return the verdicts of a stage that writes files into a folder, both kept by its inputs and the date of files."""
+def _written_once(stage: str, inputs: Inputs, write: Callable[[], Written], folder: Path) -> Verdicts:
+    """Return the verdicts on the files of a stage, which are written unless another process has kept them since."""
 
     def solids() -> Solids:
         paths, verdicts = write()

@@ -160,7 +160,7 @@ class Tips(ShapeKeys):
 
     @property
     def own_columns(self) -> tuple[int, ...]:
-        """Return the tips whose forces tables list one by one: none of a pair, whose means over a kind say all."""
+        """Return the tips with columns of their own in tables of forces; none of a pair, whose means are its forces."""
         return () if self.tip_layout.is_pair else tuple(range(len(self.springs)))
 
     @property

@@ -512,7 +512,7 @@ class _SlopesAtRoot:
         return self._hertz / self._dG_per_log_E
 
     def per_S(self, change: Floats) -> float:
-        """Return by how much ln E moves [1] where S is another one by this `change`, (channels, channels) [1/mm]."""
+        """Return the change of ln E [1] with a `change` of S, (channels, channels) [1/mm]."""
         return float(self._weights @ change @ self._F) * self._z**3 / self._dG_per_log_E
 
     def per_tip(self) -> _TipSlopes:

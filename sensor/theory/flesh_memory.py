@@ -26,7 +26,7 @@ class Memory:
         """Return `fresh` and `lost` of F = fresh n - lost at the end of a step, with n the elastic forces there [N].
 
         `seconds` (presses,) is the duration of the step; `fresh` [1] has shape (presses, 1), `lost` [N] (presses, tips)
-        or (presses, 1). Elastic forces run straight over a step, so each arm is integrated exactly.
+        or (presses, 1). Elastic forces are linear in time over a step, so each arm is integrated exactly.
         """
         step = (seconds / self._times)[..., None]  # over the time of each arm [1]
         decay = np.exp(-step)

@@ -179,7 +179,7 @@ def size_springs(
     from scipy.optimize import brentq  # seldom needed, and slow to load
 
     def excess(log_r: float) -> float:
-        """Return by how much the nonlinearity of these springs is above NL [1]."""
+        """Return the nonlinearity of the springs of this r, less NL [1]."""
         return nonlinearity(springs(math.exp(log_r)), K_m_max, definition, stiffness_ratio, stiffening) - NL
 
     by_skin_alone = excess(_STIFFEST) + NL

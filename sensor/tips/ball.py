@@ -51,7 +51,6 @@ class Dome(Sphere):
 
     name: ClassVar[str] = "dome"
     obeys_hertz: ClassVar[bool] = True
-    presses_along_normals: ClassVar[bool] = True
     touches_beside_centre: ClassVar[bool] = True
     pressure_exponent: ClassVar[float] = 0.5  # Hertz: force ~ travel^1.5, area ~ travel
 

@@ -61,9 +61,10 @@ class TipShape(ABC):
     has_flat_face: ClassVar[bool] = False
     """The tip ends in a plane that is its outline but for a rounded edge: a level press is that of a flat punch."""
     obeys_hertz: ClassVar[bool] = False
-    """The tip is a shallow cap: forces follow Hertz's law at any tilt."""
-    presses_along_normals: ClassVar[bool] = False
-    """The contact follows the skin: its force is along the normal of the skin, and moves its spring sideways too."""
+    """The tip is a shallow cap: at any tilt its force follows Hertz's law along the normal of the skin.
+
+    Such a force moves its spring sideways too, which the law of domes counts.
+    """
     touches_beside_centre: ClassVar[bool] = False
     """The tip is so wide that on a slope its contact lies beside its centre."""
     pressure_exponent: ClassVar[float] = 1.0

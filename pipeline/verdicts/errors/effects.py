@@ -242,7 +242,7 @@ def _left_out_of_contact(sensor: LevelSensor, depths: PerTip) -> Iterator[Effect
 
 def _left_out_of_motion(sensor: LevelSensor, travel: float, deflections: PerTip) -> Iterator[Effect]:
     """Yield the effects of sideways motion at a travel [mm]: flat tips on a slope, and a whole fruit that lies free."""
-    if not sensor.design.tips.tip_shape.presses_along_normals:  # the law of domes counts their sideways give itself
+    if not sensor.design.tips.tip_shape.obeys_hertz:  # the law of domes counts their sideways give itself
         yield from _sideways_give(sensor, travel, deflections)
     yield from _free_fruit(sensor, travel)
 

@@ -114,4 +114,4 @@ def test_mean_pressure_grows_by_the_power_that_the_shape_says(name, force_power)
 def test_contact_under_a_skin_is_that_of_a_punch_or_of_hertz(name):
     shape = Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).tip_shape
     assert shape.is_solved_under_skin == (name in ("cube", "cylinder", "dome"))
-    assert shape.presses_along_normals == shape.touches_beside_centre == (name == "dome")
+    assert shape.obeys_hertz == shape.touches_beside_centre == (name == "dome")
