@@ -116,8 +116,13 @@ class MeasuredDesign:
         count = len(self.K)
         stiffnesses = (self.K * factors * np.ones(count)).tolist()
         unit = unit_of(self.report, stiffnesses=stiffnesses, percent=(percent,) * count, method="test")
-        unit = replace(unit, gain_percent=(gain_percent,) * count, creep_per_decade=0.0, creep_error=0.0)
+        unit = replace(elastic(unit), gain_percent=(gain_percent,) * count)
         return MeasuringUnit(report=self.report, unit=unit, classes=classes)
+
+
+def elastic(unit):
+    """Return a unit whose springs do not creep."""
+    return replace(unit, creep_per_decade=0.0, creep_error=0.0)
 
 
 def read_press(sensor, forces, travels=None):
