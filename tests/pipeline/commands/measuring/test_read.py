@@ -12,6 +12,7 @@ from stand_ins import CONTACT, result_of
 
 from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
+from sensor.design.processes import PROCESSES
 
 ROOT = Path(__file__).parents[4]
 GRAM = 9.80665e-3  # [N]
@@ -102,7 +103,9 @@ def test_calibrated_unit_is_taken_with_its_classes(paper, capsys, tmp_path, writ
     capsys.readouterr()
     assert main(["calibrate", paper.folder, weights, "--json"]) == 1
     answer = json.loads(capsys.readouterr().out)
-    assert answer["table"][0]["with_design_stiffness_percent"] == pytest.approx(-16.7, abs=0.1)
+    stiffer = 1.2 * answer["K_press_over_weighed"]
+    assert answer["K_press_over_weighed"] == pytest.approx(PROCESSES["fdm-petg"].creep.press_over_weighed(30.0, 3.0))
+    assert answer["table"][0]["with_design_stiffness_percent"] == pytest.approx(100.0 / stiffer - 100.0, abs=0.1)
     assert answer["K_N_per_m"] == pytest.approx((1.2e3 * paper.K).tolist())
     forces = ",".join(map(str, paper.forces(1.5, factor=1.2)))
     assert main(["read", paper.folder, "--unit", unit, "--forces", forces, "--json"]) == 0
