@@ -1,12 +1,17 @@
 """Tables of weights with times: a planted creep comes back, a planted fault is named."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pipeline.cli import main
+from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print
 from pipeline.measure.unit.printed_unit import read_unit, unit_as_toml
 from sensor.design.processes import PROCESSES
 from sensor.quantity import STANDARD_GRAVITY, InputError
+from sensor.theory.creep import NO_CREEP
 
 HEADER = "tip,weight_g,t_s,deflection_mm"
 TIMES = (3.0, 10.0, 30.0, 100.0)
@@ -92,6 +97,21 @@ def test_a_time_that_is_none_is_named(row, cell, paper, calibrate):
         calibrate(paper.report, "\n".join(lines))
     assert f"line {row}, column 't" in caught.value.field
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("after", [None, 600.0])
+def test_times_do_nothing_to_metal(after, paper, tmp_path):
+    design = replace(paper.design, print=replace(paper.design.print, process="dmls-17-4ph"))
+    report = replace(paper.report, design=design)
+    path = tmp_path / "weights.csv"
+    text = table(paper, 0.0, times=(3.0, 30.0))
+    path.write_text(
+        text if after is None else re.sub(r",(t_s|[\d.]+)(,[^,]+)$", r"\2", text, flags=re.M), encoding="utf-8"
+    )
+    found = calibrate_unit(report, measured_print(path, report), after_s=after)
+    assert (found.stiffened, found.weighing.creep) == (1.0, NO_CREEP)
+    assert found.unit.stiffnesses == pytest.approx(paper.K.tolist(), rel=1e-5)
+    assert found.unit.creep_per_decade is None
 
 
 def test_a_spring_that_stiffens_with_time_is_refused(paper, calibrate):
