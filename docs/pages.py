@@ -98,8 +98,9 @@ PROCESS_TAIL = """\
 
 Copy the table of the process that is nearest to yours from `sensor/design/processes.toml` into a file of your own, give
 it a new name, and change what you have measured. Every number needs its source, and one that is out of bounds or
-unknown is refused in a line. `kind` is fdm, sla, sls, dmls or other: it decides what the fabrication sheet says of
-supports, washing, heat and powder. Name the file in the design, with its path from the design file:
+unknown is refused in a line. Without `creep_per_decade` and `creep_scatter` its springs count as elastic. `kind` is
+fdm, sla, sls, dmls or other: it decides what the fabrication sheet says of supports, washing, heat and powder. Name the
+file in the design, with its path from the design file:
 
     [print]
     process_file = "my-printer.toml"

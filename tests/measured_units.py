@@ -112,13 +112,17 @@ class MeasuredDesign:
         return pose_forces(scene, self.contact, share[:, None] * self.C * share, poses).F
 
     def measuring(self, factors=1.0, percent=EXACT, gain_percent=0.0, classes=None):
-        """Return a unit that takes its springs for stiffer by factors than designed."""
+        """Return a unit that takes its springs for stiffer by factors than designed; they do not creep."""
         count = len(self.K)
         stiffnesses = (self.K * factors * np.ones(count)).tolist()
         unit = unit_of(self.report, stiffnesses=stiffnesses, percent=(percent,) * count, method="test")
-        return MeasuringUnit(
-            report=self.report, unit=replace(unit, gain_percent=(gain_percent,) * count), classes=classes
-        )
+        unit = replace(elastic(unit), gain_percent=(gain_percent,) * count)
+        return MeasuringUnit(report=self.report, unit=unit, classes=classes)
+
+
+def elastic(unit):
+    """Return a unit whose springs do not creep."""
+    return replace(unit, creep_per_decade=0.0, creep_error=0.0)
 
 
 def read_press(sensor, forces, travels=None):

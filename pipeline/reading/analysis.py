@@ -140,7 +140,13 @@ def error_analysis(sensor: Sensor, reading: Reading) -> Readings:
     model = rise_model(sensor)
     presses = sensor.presses(read_moduli(design.fruit), tuple(occurring(design, reading)))
     press_s = max(PRESS_S, fastest_press(sensor) or 0.0)  # no faster than its read-out allows
-    channels = Channels(reading=reading, full_scale=presses.full_scale, signal=sensor.signal, press_s=press_s)
+    channels = Channels(
+        reading=reading,
+        full_scale=presses.full_scale,
+        signal=sensor.signal,
+        press_s=press_s,
+        creep=design.process.creep,
+    )
     read, refused = _read(model, presses, channels, design.tips.side_mm)
     analysis = Readings(
         method=model.method,

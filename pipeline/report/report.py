@@ -271,7 +271,8 @@ class ReadingReport:
     sources: dict[str, float] = report_field(
         "%",
         "standard uncertainty by each source: noise, drifts, times of channels in a press by hand of 3 s or the "
-        "fastest of the read-out, springs, gains, shape and pose, thickness of the flesh, Poisson's ratio",
+        "fastest of the read-out, springs, their creep, gains, shape and pose, thickness of the flesh, Poisson's "
+        "ratio",
         each="SOURCE_percent",
     )
     method: str = report_field("", "how forces become a modulus")

@@ -11,7 +11,7 @@ from typing import Literal
 
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES, Process
-from sensor.design.reading import Reading
+from sensor.design.reading import PRESS_S, Reading
 from sensor.design.readout import Readout
 from sensor.design.tips import Press, Tips, check_tips_on_fruit
 from sensor.quantity import (
@@ -309,6 +309,11 @@ class Design:
         """Return when the press stops, from the first touch [s]; 0 where no speed is given."""
         speed = self.press.speed_mm_per_s
         return 0.0 if speed is None else self.press.travel_mm / speed
+
+    @property
+    def press_s(self) -> float:
+        """Return the duration of a press, from the first touch to the deepest point [s]: by hand without a speed."""
+        return self.stop_s or PRESS_S
 
     @property
     def release_s(self) -> float:

@@ -32,6 +32,10 @@ class FruitReading:
     calibration say, and `offset_u` [mm] the half width that holds 95 %. A press of a line or a square tells them.
 
     `lines_left_out` are those of samples of the signal that contradict their press, at most some of them.
+
+    `zero_left` [N] is the force that springs which creep show a second after the lift, at most, of the tip where it is
+    the largest fraction of the least force of a touch, and `zero_left_of_touch` is that fraction [1]; None where they
+    show none.
     """
 
     E: float | None = None
@@ -50,6 +54,8 @@ class FruitReading:
     others: dict[str, float] = field(default_factory=dict)
     relaxation: float | None = None
     firmness: Estimate | None = None
+    zero_left: float | None = None
+    zero_left_of_touch: float | None = None
 
     def with_flag(self, flag: str) -> "FruitReading":
         """Return this reading with one flag more."""
@@ -88,6 +94,9 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
     offset: Plain = {}
     if reading.offset is not None:
         offset = {"offset_mm": reading.offset, "offset_u_mm": reading.offset_u}
+    zero: Plain = {}
+    if reading.zero_left is not None:
+        zero = {"zero_left_N": reading.zero_left, "zero_left_of_touch": reading.zero_left_of_touch}
     firmness: Plain = {}
     if reading.firmness is not None:
         firmness[f"firmness_{reading.firmness.unit}"] = reading.firmness.value
@@ -106,6 +115,7 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
         **firmness,
         **{f"E_{name}_MPa": value for name, value in reading.others.items()},
         **({} if reading.relaxation is None else {"relaxation_ratio": reading.relaxation}),
+        **zero,
     }
 
 

@@ -20,6 +20,8 @@ from sensor.theory.relaxation import Relaxation
 
 TARE_SAMPLES = 10
 """Of a signal of counts, at its start, of a sensor that hangs free."""
+ZERO_AFTER_S = 1.0
+"""Time after the lift of a press at which the zero that it leaves is told [s]."""
 MOST_NAMED = 10
 """Lines of a press that are named as left out; a stream may go on for ever."""
 
@@ -140,6 +142,7 @@ class _Touches:
         self._every_sample = every_sample
         self._flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
         self._press: _Press | None = None
+        self._touched: float | None = None
         self._hardly = FruitReading(flags=("lift_off",))
         self._told = False
 
@@ -147,10 +150,16 @@ class _Touches:
         """Yield what a sample with its forces [N] ends or adds to; samples that were left out are taken."""
         del left_out[MOST_NAMED:]
         channels = forces if self._flesh is None else self._flesh.channels(forces, sample.t)
-        if not (forces > self._sensor.least_forces).all():
+        touching = forces > self._sensor.least_forces
+        if not touching.all():
             yield from self._ended(left_out)
+        if not touching.any():
+            self._touched = None
+        elif self._touched is None:
+            self._touched = sample.t
+        if self._touched is None or not touching.all():
             return
-        self._press = self._press or _Press(self._sensor, self._at_one_time)
+        self._press = self._press or _Press(self._sensor, self._at_one_time, self._touched)
         self._press.add(sample, channels)
         if self._every_sample:
             self._told = True
@@ -172,7 +181,7 @@ class _Touches:
             return
         if press.is_firm:
             self._told = True
-            yield reading
+            yield press.with_zero_left(reading)
         else:
             self._hardly = reading
 
@@ -180,14 +189,19 @@ class _Touches:
 class _Press:
     """One press as it goes on."""
 
-    def __init__(self, sensor: MeasuringUnit, at_one_time: AtOneTime) -> None:
+    def __init__(self, sensor: MeasuringUnit, at_one_time: AtOneTime, touched: float) -> None:
+        """Begin with the first sample of all tips; the first of them touched at a time [s]."""
+        self._sensor = sensor
+        self._touched = touched
+        self._t_last = touched
         hold = None if sensor.design.fruit.relaxation is None else Hold(sensor.design)
         self._press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation, hold=hold)
         self._firm_forces = FIRM * sensor.least_forces
         self._several = at_one_time.lag
         self._firm_left = self._several + 1
         self._largest = 0.0
-        self._t_deepest = 0.0
+        self._deepest = np.zeros(len(sensor.least_forces))
+        self._t_deepest = touched
 
     @property
     def is_firm(self) -> bool:
@@ -204,10 +218,27 @@ class _Press:
         whole = float(forces.sum())
         if whole > self._largest:  # above 0 from the first sample on
             self._largest = whole
+            self._deepest = forces
             self._t_deepest = sample.t
+        self._t_last = sample.t
+
+    @property
+    def _duration(self) -> float | None:
+        """Return the duration from the first touch to the deepest sample [s]; None where times do not tell it."""
+        return self._t_deepest - self._touched or None
+
+    def with_zero_left(self, reading: FruitReading) -> FruitReading:
+        """Return the reading of a press that has ended with the zero that it leaves, where the springs creep."""
+        creep = self._sensor.creep
+        if creep.exponent == 0.0 or self._duration is None:
+            return reading
+        share = creep.left_behind(ZERO_AFTER_S, self._duration, self._t_last - self._touched)
+        of_touch = share * self._deepest / self._sensor.least_forces
+        tip = int(of_touch.argmax())
+        return replace(reading, zero_left=share * float(self._deepest[tip]), zero_left_of_touch=float(of_touch[tip]))
 
     def reading(self, left_out: Sequence[Sample], t: float | None = None) -> FruitReading:
         """Return what the press tells so far, at a time [s], or at that of its deepest sample."""
-        reading = replace(self._press.reading(), t=self._t_deepest if t is None else t)
+        reading = replace(self._press.reading(self._duration), t=self._t_deepest if t is None else t)
         lines = tuple(sample.line for sample in left_out)
         return reading.with_flag("spike").without_lines(lines) if lines else reading

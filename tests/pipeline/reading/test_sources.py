@@ -21,6 +21,7 @@ from reference.flat_square import linear_pose_forces, square_contact, square_des
 from sensor.design.reading import PRESS_SAMPLES, Reading
 from sensor.theory.contrast_law import contrast_weights, stiffened_compliance
 from sensor.theory.contrast_rise import RollingDomes
+from sensor.theory.creep import NO_CREEP, CreepLaw
 from solve.contact.domes import law
 from solve.contact.domes.large_strain import large_strain
 from solve.contact.linear_response import spring_compliance
@@ -65,9 +66,10 @@ class Pressed:
         contrast = dataclasses.replace(known.contrast, C=stiffened_compliance(known.contrast.C, factors))
         return RiseModel(law=dataclasses.replace(known, contrast=contrast)).modulus(forces)
 
-    def sources(self, signal=None, **reading):
+    def sources(self, signal=None, creep=NO_CREEP, **reading):
         """Return the sources of this press; noise is that of its own samples."""
-        channels = Channels(reading=Reading(**QUIET | reading), full_scale=self.full_scale, signal=signal)
+        reading = Reading(**QUIET | reading)
+        channels = Channels(reading=reading, full_scale=self.full_scale, signal=signal, creep=creep)
         found = self.model.reading(self.forces, channels.noises)
         return uncertainty_sources(found, channels, PRESS_SAMPLES, {})
 
@@ -134,6 +136,20 @@ def test_noise_is_that_of_a_press_of_sixty_samples(pressed):
     many = np.stack([np.interp(fine, pressed.travels, tip) for tip in pressed.forces.T], axis=1)
     found = uncertainty_sources(pressed.model.reading(many, channels.noises), channels, PRESS_SAMPLES, {})
     assert 1.0 <= few.contributions["noise_percent"] / found.contributions["noise_percent"] < 1.1
+
+
+def test_creep_moves_readings_as_told(pressed):
+    """A share of a decade that is one standard deviation off: all forces are off alike, deflections are right."""
+    known = CreepLaw(per_decade=0.03, error=0.01)
+    told = pressed.sources(creep=known)
+    assert "creep" not in pressed.sources().contributions
+    by_time = known.exponent / np.sqrt(3.0)  # of the effective time, anywhere within a factor e
+    more = CreepLaw(known.per_decade + 1e-5).press_over_weighed(30.0, 3.0) / known.press_over_weighed(30.0, 3.0)
+    # The springs are stiffer in the press than told, and the forces as much larger.
+    shown = pressed.on_springs(more * np.ones(4)) / more
+    by_share = (pressed.model.modulus(shown) / E - 1.0) * known.error / 1e-5
+    assert told.contributions["creep"] == pytest.approx(np.hypot(by_share, by_time), rel=0.01)
+    assert told.total == pytest.approx(np.hypot(pressed.sources().total, told.contributions["creep"]))
 
 
 def test_springs_gains_and_deflections_that_are_off_move_readings_as_told(pressed):

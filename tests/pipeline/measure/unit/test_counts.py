@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign, printed_by_header, random_pose
+from measured_units import MeasuredDesign, elastic, printed_by_header, random_pose
 
 from pipeline.cli import main
 from pipeline.measure.calibrating import plate as room
@@ -219,7 +219,7 @@ def test_a_plate_takes_off_what_a_dial_is_wrong_by(mango, rng, calibrate):
     rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, E, factors))])
     readings = []
     for calibration in (calibrate(mango.report, table), calibrate(mango.report, table, plate)):
-        readings += read(MeasuringUnit(report=mango.report, unit=calibration.unit), rows)
+        readings += read(MeasuringUnit(report=mango.report, unit=elastic(calibration.unit)), rows)
     by_weights, by_plate = readings
     assert abs(by_weights.E / E - 1.0) > 0.06
     assert by_weights.u < abs(by_weights.E / E - 1.0)  # what a dial hides is in no bar
@@ -403,9 +403,8 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
     measured = request.getfixturevalue(name)
     factors = np.array(measured.design.tips.each(1.19, 1.11))
     electronics = Electronics(measured, rng)
-    sensor = MeasuringUnit(
-        report=measured.report, unit=calibrate(measured.report, weights(measured, factors, electronics)).unit
-    )
+    unit = calibrate(measured.report, weights(measured, factors, electronics)).unit
+    sensor = MeasuringUnit(report=measured.report, unit=elastic(unit))
     script = tmp_path / "unit.py"
     script.write_text(micropython(sensor), encoding="utf-8")
     module = runpy.run_path(str(script))
