@@ -239,7 +239,7 @@ def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension
     """
     height = canvas.text_height
     low = housing.arms[0]
-    radius = housing.low.fillet
+    radius = housing.corner
     root_top = low.levels[0] + 0.5 * low.flexure.thickness
     centre = (low.wall + radius, root_top + radius)
     label = measured.label(f"{len(fillet_corners(housing))}x {MEASURED}")

@@ -69,8 +69,8 @@ def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, Meas
         **_leaves(housing, process),
         "fillet": MeasuredDimension(
             places=("radius, fillets of leaves",),
-            nominal=housing.low.fillet,
-            tolerance=_within(general_mm(process, housing.low.fillet, is_radius=True)),
+            nominal=housing.corner,
+            tolerance=_within(general_mm(process, housing.corner, is_radius=True)),
         ),
         **_stops(housing, process),
         **_tips(sensor, process),

@@ -50,7 +50,7 @@ class _Wall:
         self.arm = arm
         self.count = count
         self.radius = 0.5 * housing.hole_diameter
-        ceiling = housing.cavity_level - arm.flexure.fillet
+        ceiling = housing.cavity_level - housing.corner
         self.fans = blocks.fans_between(arm, housing.protrusion, ceiling)
         lower_fan, upper_fan = self.fans
         levels = [housing.protrusion, *lower_fan.levels, *upper_fan.levels]
@@ -178,13 +178,13 @@ def _on_circle(centre: Point, radius: float, point: Point) -> Point:
 
 def _knuckle(housing: Housing, arm: Arm) -> Point:
     """Return the middle of the fillet between wall and top bar, at 45 degrees."""
-    reach = arm.flexure.fillet * (1.0 - math.sqrt(0.5))
+    reach = housing.corner * (1.0 - math.sqrt(0.5))
     return arm.wall - arm.sign * reach, housing.cavity_level - reach
 
 
 def _half_fillet(housing: Housing, arm: Arm, start: Point, number: int) -> Segment:
     """Return the fillet between wall and top bar from one of its ends to its middle, in a number of elements."""
-    r = arm.flexure.fillet
+    r = housing.corner
     centre = (arm.wall - arm.sign * r, housing.cavity_level - r)
     return Segment(start=start, end=_knuckle(housing, arm), count=number, centre=centre)
 
@@ -195,7 +195,7 @@ def _bar(housing: Housing, count: Counts) -> list[Block]:
     bar = []
     ends = []  # of the block between, each below and above
     for arm in housing.arms:
-        x = arm.wall - arm.sign * arm.flexure.fillet
+        x = arm.wall - arm.sign * housing.corner
         below = (x, housing.cavity_level)
         above = (x, housing.top_level)
         over_wall = (arm.wall, housing.top_level)
