@@ -60,7 +60,12 @@ class _Wall:
         self.upper_ring_bottom = self._ring_end_level(upper_hole, -1.0, levels)
         self.levels = sorted({*levels, self.lower_ring_top, self.upper_ring_bottom})
 
+        self.along = count.sector if arm.clamp is None else count.near + count.far  # elements beside the cavity
         # x where the fans end, and where the rings begin: the same, but in a wall wider than its post
+        if arm.clamp is not None:
+            self.fan_end_x = arm.wall + arm.sign * arm.clamp.reach
+            self.ring_start_x = arm.post
+            return
         to_hole = _TO_HOLE * (abs(lower_hole[0] - arm.post) - self.radius)
         reach = arm.sign * min(max(lower_fan.height, upper_fan.height), to_hole)
         self.fan_end_x = arm.wall + reach
@@ -78,8 +83,12 @@ class _Wall:
 
     def _beside_cavity(self) -> Iterator[Block]:
         """Yield the fans at the roots of the leaves, and the cells between them."""
+        wall = self.arm.wall
         for fan in self.fans:
-            yield blocks.fan_block(self.arm, self.arm.wall, fan, self.fan_end_x - self.arm.wall, self.count)
+            if self.arm.clamp is None:
+                yield blocks.fan_block(self.arm, wall, fan, self.fan_end_x - wall, self.count)
+            else:
+                yield from blocks.slot_blocks(self.arm, wall, fan, ((self.fan_end_x, self.along),), self.count)
         for a, b in pairwise(self.levels):
             if not blocks.in_fan(a, b, self.fans):
                 yield self._cell(a, b)
@@ -139,7 +148,7 @@ class _Wall:
         start = knuckle if a == ceiling else (wall, a)
         end = knuckle if b == ceiling else (wall, b)
         number = self._pieces(a, b)
-        cell = blocks.straight_block(((self.fan_end_x, a), start, end, (self.fan_end_x, b)), self.count.sector, number)
+        cell = blocks.straight_block(((self.fan_end_x, a), start, end, (self.fan_end_x, b)), self.along, number)
         if b != ceiling:
             return cell
         fillet = _half_fillet(self.housing, self.arm, (wall, a), number)

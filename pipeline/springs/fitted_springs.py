@@ -110,8 +110,9 @@ class FittedSprings(Record):
 
     @property
     def monolithic(self) -> bool:
-        """Say whether the springs are of one piece: no gauges glued on, no pins."""
-        return self.housing is None or (self.housing.gauges == "none" and not self.housing.pin_side)
+        """Say whether the springs are of one piece: no gauges glued on, no pins, no strips."""
+        housing = self.housing
+        return housing is None or (housing.gauges == "none" and not housing.pin_side and housing.clamp is None)
 
     @property
     def stiffnesses(self) -> Springs:
@@ -259,7 +260,7 @@ def _fitted_housing(
     }
 
     def fit() -> FittedHousing:
-        if options.rough and guess.gauges == "none":
+        if options.rough and guess.gauges == "none" and guess.clamp is None:
             return fit_roughly(guess, targets, E, poisson)
         return fit_lengths(guess, targets, HousingSolver(E, poisson, executor), options.tolerance)
 

@@ -4,15 +4,16 @@ What differs stands in `Leaves`: the material, the thicknesses, how well they ar
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from sensor.design.parameters import END_ROOM_MM, PRINTED, Design
+from sensor.design.processes import Process
 from sensor.design.sheets import SHEETS, SoldSheet
 from sensor.design.tip_mount import plate_depth
 from sensor.quantity import COVERAGE, validation_error
 from sensor.theory.leaf_spring import pair_length
-from sensor.theory.strip_clamp import StripClamp, unbonded_loss
+from sensor.theory.strip_clamp import StripClamp, StripScatter, clamp_share
 from sensor.theory.two_spring_law import Springs
 
 FREE_LENGTH_MM = 0.1  # two sigma: what the gauge block between frame and shuttle leaves of the free length
@@ -54,6 +55,7 @@ class Leaves:
     strain_factor: float
     least_slenderness: float
     clamp: StripClamp | None = None
+    scatters: tuple[StripScatter, ...] = ()
     gives_mm: tuple[float, float] = (0.0, 0.0)
     sold_mm: tuple[float, float] | None = None
 
@@ -61,6 +63,27 @@ class Leaves:
     def is_printed(self) -> bool:
         """Say whether leaves and frame are of one piece."""
         return self.clamp is None
+
+    @property
+    def is_one_sheet(self) -> bool:
+        """Say whether the strips of both springs are cut from one sheet, so that they are off alike."""
+        return self.sold_mm is not None and self.sold_mm[0] == self.sold_mm[1]
+
+    def causes(self, lengths: Sequence[float]) -> Iterator[tuple[str, tuple[float, float]]]:
+        """Yield each cause of the scatter of strips: its name, and how far it moves both springs, two sigma [1].
+
+        `lengths` are the free ones of the low and of the high spring [mm]. Printed leaves have none here.
+        """
+        each = [
+            list(scatter.causes(length, give))
+            for scatter, length, give in zip(self.scatters, lengths, self.gives_mm, strict=bool(self.scatters))
+        ]
+        for low, high in zip(*each, strict=True):
+            if low.is_common or (low.name == "sheet thickness" and self.is_one_sheet):
+                yield low.name, (low.size, high.size)
+            else:
+                yield f"low {low.name}", (low.size, 0.0)
+                yield f"high {low.name}", (0.0, high.size)
 
 
 def leaves_of(design: Design, springs: Springs) -> Leaves:
@@ -115,6 +138,7 @@ def strip_leaves(design: Design, springs: Springs) -> Leaves:
         used.append(weighed or thickness)
         known.append(sheet.tolerance(thickness) if weighed is None else sheet.weighed * weighed)
         gives.append(clamp.give(thickness, process.E_MPa, process.poisson))
+    scatters = [strip_scatter(design, sheet, off / thickness) for off, thickness in zip(known, used, strict=True)]
     return Leaves(
         kind=sheet.name,
         material=sheet.material,
@@ -131,12 +155,25 @@ def strip_leaves(design: Design, springs: Springs) -> Leaves:
         strain_factor=SHOULDER_STRAIN,
         least_slenderness=SHORTEST_STRIP,
         clamp=strip_clamp(design, sheet, min(sold)),
+        scatters=tuple(scatters),
         gives_mm=(gives[0], gives[1]),
         sold_mm=(sold[0], sold[1]),
     )
 
 
 KINDS: dict[str, Callable[[Design, Springs], Leaves]] = {PRINTED: printed_leaves} | dict.fromkeys(SHEETS, strip_leaves)
+
+
+def check_clamps(design: Design) -> None:
+    """Raise InputError where the clamps of a design cannot hold strips of the thicknesses that it names, or of any."""
+    asked = design.print
+    if asked.leaves == PRINTED:
+        return
+    sheet = SHEETS[asked.leaves]
+    process = design.process
+    thinnest = min(sheet.thicknesses_mm)
+    for thickness in (asked.leaf_thickness_low_mm or thinnest, asked.leaf_thickness_high_mm or thinnest):
+        strip_clamp(design, sheet, thickness).check_length(thickness, process.E_MPa, process.poisson)
 
 
 def strip_clamp(design: Design, sheet: SoldSheet, thinnest: float) -> StripClamp:
@@ -179,24 +216,12 @@ def _scatter_weighed(design: Design, sheet: SoldSheet, thickness: float, K: floa
     process = design.process
     clamp = strip_clamp(design, sheet, thickness)
     give = clamp.give(thickness, process.E_MPa, process.poisson)
-    depth = plate_depth(design, process)
-    length = free_length(sheet.E_MPa, depth, thickness, K, give)
-    fits = length <= design.print.max_length_mm and length > SHORTEST_STRIP * thickness and length > clamp.length
-    try:
-        clamp.check_length(thickness, process.E_MPa, process.poisson)
-    except ValueError:
-        fits = False
-    if not fits:
+    length = free_length(sheet.E_MPa, plate_depth(design, process), thickness, K, give)
+    longest = design.print.max_length_mm
+    if not max(SHORTEST_STRIP * thickness, clamp.length) < length <= longest or not clamp.holds(give):
         return None
-    known = StripScatter(
-        thickness=sheet.weighed,
-        modulus=COVERAGE * sheet.E_scatter,
-        width=sheet.width_mm / depth,
-        length=FREE_LENGTH_MM,
-        glue_edge=GLUE_EDGE_MM,
-        print_modulus=COVERAGE * process.E_scatter,
-    )
-    return math.hypot(*(size for _, size in known.causes(length, give)))
+    known = strip_scatter(design, sheet, sheet.weighed)
+    return math.hypot(*(cause.size for cause in known.causes(length, give)))
 
 
 def free_length(E: float, depth: float, thickness: float, K: float, give: float) -> float:
@@ -204,27 +229,28 @@ def free_length(E: float, depth: float, thickness: float, K: float, give: float)
     return pair_length(E, depth, thickness, K) - 2.0 * give
 
 
-@dataclass(frozen=True, kw_only=True)
-class StripScatter:
-    """How well the numbers of a strip are known, each two sigma: fractions [1], but lengths [mm]."""
+def strip_scatter(design: Design, sheet: SoldSheet, thickness: float) -> StripScatter:
+    """Return how well the strips of a design are known, their thickness as a fraction of it, all two sigma."""
+    return StripScatter(
+        thickness=thickness,
+        modulus=COVERAGE * sheet.E_scatter,
+        width=sheet.width_mm / plate_depth(design, design.process),
+        length=FREE_LENGTH_MM,
+        glue_edge=GLUE_EDGE_MM,
+        print_modulus=COVERAGE * design.process.E_scatter,
+        glue_modulus=GLUE_SCATTER,
+    )
 
-    thickness: float
-    modulus: float
-    width: float
-    length: float
-    glue_edge: float
-    print_modulus: float
 
-    def causes(self, length: float, give: float) -> Iterator[tuple[str, float]]:
-        """Yield the name and the size [1] of each cause of the scatter of K, for a free length and a give [mm].
+def stiffness_per_K(leaves: Leaves, process: Process, lengths: Sequence[float]) -> float | None:
+    """Return the largest change of a spring's stiffness by the temperature [1/K], for its leaves' lengths [mm].
 
-        K is proportional to (length + 2 give)^-3, and the give to the cube root of strip over print: the two shoulders
-        are independent of each other.
-        """
-        whole = length + 2.0 * give
-        yield "thickness", 3.0 * self.thickness
-        yield "modulus", self.modulus
-        yield "width", self.width
-        yield "free length", 3.0 * self.length / whole
-        yield "glue edge", math.sqrt(2.0) * 0.5 * unbonded_loss(length, give, self.glue_edge)
-        yield "clamp", 2.0 * give / whole * self.print_modulus
+    Strips change as their steel does, and by their share as the print does, whose glue is taken alike.
+    """
+    if leaves.clamp is None or leaves.E_per_K is None or process.E_per_K is None:
+        return leaves.E_per_K
+    changes = []
+    for length, give in zip(lengths, leaves.gives_mm, strict=True):
+        share = clamp_share(length, give)
+        changes.append((1.0 - share) * leaves.E_per_K + share * process.E_per_K)
+    return max(changes, key=abs)

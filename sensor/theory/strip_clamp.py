@@ -4,7 +4,10 @@ M. Hetenyi, Beams on Elastic Foundation, 1946, chapter II: the end of a long bea
 if it were 1 / beta longer, beta = (k / 4 EI)^(1/4).
 """
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sensor.quantity import MODULUS, Bounds, check_fields, quantity, validation_error
 
@@ -12,6 +15,7 @@ _POSITIVE = Bounds(above=0.0)
 _POISSON = Bounds(above=-1.0, below=0.5)
 _HINT = "take print.leaves = 'printed', or another print.clamp_mm"
 LEAST_LENGTH = 4.0  # clamped length over 1 / beta: e^-4 of what bends a strip at the shoulder is left at its end
+GLUE_FRACTION = 0.45  # of what clamps give, in the glue: 0.31 to 0.43 by FE of two designs
 _STEPS = 60  # of the iteration for beta, which halves its error with each
 
 
@@ -64,10 +68,15 @@ class StripClamp:
             give = (4.0 * bending / foundation) ** 0.25
         return give
 
+    def holds(self, give: float) -> bool:
+        """Say whether the end of a strip whose clamp has this 1 / beta [mm] is not felt at the shoulder."""
+        return self.length >= LEAST_LENGTH * give
+
     def check_length(self, thickness: float, E: float, poisson: float) -> None:
         """Raise InputError for a clamped length in which the end of a strip would still be felt."""
-        least = LEAST_LENGTH * self.give(thickness, E, poisson)
-        if self.length < least:
+        give = self.give(thickness, E, poisson)
+        least = LEAST_LENGTH * give
+        if not self.holds(give):
             bound = f"at least {least:.2g} mm to hold a strip {thickness:g} mm thick"
             raise validation_error("print.clamp_mm", self.length, "mm", bound, "take a thinner sheet, or clamp more")
 
@@ -89,3 +98,48 @@ def clamped_stiffness_factor(length: float, give: float) -> float:
 def _compliance(half: float, give: float) -> float:
     """Return the deflection of half a leaf under a unit force at its middle, over 1 / EI [mm^3]."""
     return half**3 / 3.0 + half**2 * give + half * give**2 + 0.5 * give**3
+
+
+def clamp_share(length: float, give: float) -> float:
+    """Return d ln K / d ln E of what clamps a strip [1], print and glue, for a free length and a give [mm].
+
+    FE of two designs has 0.88 to 1.0 of it, three parts of five or more of them in the print.
+    """
+    return 2.0 * give / (length + 2.0 * give)
+
+
+class ScatterCause(NamedTuple):
+    """A cause of the scatter of K: its name, two sigma as a fraction of K, and whether both springs share it."""
+
+    name: str
+    size: float
+    is_common: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class StripScatter:
+    """How well the numbers of a strip are known, each two sigma: fractions [1], but lengths [mm]."""
+
+    thickness: float
+    modulus: float
+    width: float
+    length: float
+    glue_edge: float
+    print_modulus: float
+    glue_modulus: float
+
+    def causes(self, length: float, give: float) -> Iterator[ScatterCause]:
+        """Yield each cause of the scatter of K for a free length and a give [mm].
+
+        K is proportional to (length + 2 give)^-3, and the give to the cube root of the print's modulus over the
+        strip's. The two shoulders are independent of each other.
+        """
+        in_clamps = clamp_share(length, give)
+        yield ScatterCause("sheet thickness", 3.0 * self.thickness, is_common=False)
+        yield ScatterCause("modulus", self.modulus, is_common=True)
+        yield ScatterCause("strip width", self.width, is_common=False)
+        yield ScatterCause("free length", 3.0 * self.length / (length + 2.0 * give), is_common=False)
+        at_one_shoulder = 0.5 * unbonded_loss(length, give, self.glue_edge)
+        yield ScatterCause("glue edge", math.sqrt(2.0) * at_one_shoulder, is_common=False)
+        yield ScatterCause("print in the clamps", in_clamps * self.print_modulus, is_common=True)
+        yield ScatterCause("glue in the clamps", GLUE_FRACTION * in_clamps * self.glue_modulus, is_common=True)
