@@ -29,8 +29,8 @@ ROUND_TRIP_TOLERANCE = 1e-9  # Part 21 carries 15 digits
 def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: Path) -> tuple[Verdict, ...]:
     """Return every geometry verdict on a sensor and on housing.step and housing.stl in a folder.
 
-    With leaves of sheet strips.step is measured too. The deflections [mm] of low and high spring are those at full travel. Raises FileNotFoundError; a file that
-    cannot be read fails geometry.readable.
+    With leaves of sheet strips.step is measured too. The deflections [mm] of low and high spring are those at full
+    travel. Raises FileNotFoundError; a file that cannot be read fails geometry.readable.
     """
     bodies = sensor.printed_bodies()
     shape = sensor.printed_shape()

@@ -19,6 +19,7 @@ from cad.parts.spacer import HANDLE_MM, RAIL, block_levels, block_name
 from cad.parts.strips import cut_strips, pieces_of_stock
 from sensor.design.leaves import SHOULDER_STRAIN
 from sensor.design.processes import Process
+from sensor.design.sheets import SoldSheet
 from sensor.theory.leaf_spring import root_strain
 from sensor.verdict import Verdict, at_least, equal, failed_verdict, one_sided
 
@@ -42,25 +43,23 @@ def strip_verdicts(
     deflections [mm] of low and high spring are those at full travel.
     """
     housing = sensor.housing
-    if not housing.strips:
+    if housing.clamp is None or sensor.sheet is None:
         return ()
     lines = forms["solid"]
     return (
-        _slots(housing, forms),
-        _ends(housing, strips, lines),
+        _slots(housing, housing.clamp.gap, forms),
+        _ends(housing, housing.clamp.end_room, strips, lines),
         *(_free_length(housing, arm, forms) for arm in housing.arms),
         _clearance(housing, lines, deflections),
-        _stock(sensor),
+        _stock(housing, sensor.sheet),
     )
 
 
-def _slots(housing: Housing, forms: Mapping[str, Lines]) -> Verdict:
+def _slots(housing: Housing, declared: float, forms: Mapping[str, Lines]) -> Verdict:
     """Return geometry.strip_slots [mm]: the layer of glue on each face of a strip that is farthest from the declared.
 
     Each slot is measured at nine places from the faces of its strip, in every form.
     """
-    assert housing.clamp is not None
-    declared = housing.clamp.gap
     worst, place = declared, ""
     for (form, lines), (strip, point) in itertools.product(forms.items(), list(_in_slots(housing))):
         half = 0.5 * (strip.z[1] - strip.z[0])
@@ -84,14 +83,12 @@ def _in_slots(housing: Housing) -> Iterator[tuple[Strip, Vector]]:
             yield strip, (start + along * (end - start), across * housing.depth, level)
 
 
-def _ends(housing: Housing, strips: cq.Shape, lines: Lines) -> Verdict:
-    """Return geometry.strip_ends [mm]: the room beyond an end of a strip in its slot that is farthest from the declared.
+def _ends(housing: Housing, declared: float, strips: cq.Shape, lines: Lines) -> Verdict:
+    """Return geometry.strip_ends [mm]: the room beyond an end of a strip that is farthest from the declared.
 
     The ends are those of the solids of the strips; the slot is measured from the shoulder.
     """
-    assert housing.clamp is not None
     name = "geometry.strip_ends"
-    declared = housing.clamp.end_room
     boxes = [solid.BoundingBox() for solid in strips.Solids()]
     found = {}
     for strip in housing.strips:
@@ -152,18 +149,17 @@ def _clearance(housing: Housing, lines: Lines, deflections: Sequence[float]) -> 
     return at_least(name, least, LEAF_GAP_MM, 0.0, unit="mm", reference=reference)
 
 
-def _stock(sensor: SensorSolids) -> Verdict:
+def _stock(housing: Housing, sheet: SoldSheet) -> Verdict:
     """Return geometry.strip_stock [1]: how many strips of one kind a piece of sheet yields over how many are needed."""
-    assert sensor.sheet is not None
     yields = {}
-    for strips in cut_strips(sensor.housing):
-        best = max(sensor.sheet.stock, key=lambda piece: pieces_of_stock(strips, piece))
+    for strips in cut_strips(housing):
+        best = max(sheet.stock, key=lambda piece: pieces_of_stock(strips, piece))
         count = pieces_of_stock(strips, best)
         yields[f"{strips.spring}: {count} strips of {strips.size} mm from {best[0]:g} x {best[1]:g} mm"] = (
             count / strips.count
         )
     worst = min(yields, key=yields.__getitem__)
-    reference = f"strips that the best piece of {sensor.sheet.name} on the shelf yields, over those needed; {worst}"
+    reference = f"strips that the best piece of {sheet.name} on the shelf yields, over those needed; {worst}"
     return at_least("geometry.strip_stock", yields[worst], 1.0, 0.0, unit="1", reference=reference)
 
 

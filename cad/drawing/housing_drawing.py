@@ -175,7 +175,7 @@ def _spring_lengths(housing: Housing, measured: Measured) -> list[Length]:
 
 
 def _slot_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the widths of the slots of both springs, and their common depth from a shoulder; none of printed leaves."""
+    """Return the widths of the slots of both springs, and their depth from a shoulder; none for printed leaves."""
     lengths = []
     for arm, side in zip(housing.arms, _SIDES_OF_ARMS, strict=True):
         if not arm.strips:
@@ -467,7 +467,7 @@ def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: floa
 def _glue_note(housing: Housing) -> str:
     """Return the note on the glue in the slots; nothing where leaves are printed."""
     clamp = housing.clamp
-    return "" if clamp is None else f"Glued with epoxy, {clamp.gap:g} on both faces, {clamp.length:g} from each shoulder."
+    return f"Glued with epoxy, {clamp.gap:g} on both faces, {clamp.length:g} from each shoulder." if clamp else ""
 
 
 def _notes(shown: _Shown, process: Process) -> list[str]:

@@ -1,4 +1,4 @@
-"""The DXF from which strips are cut: the outline of each different strip, with its thickness and count beside it [mm]."""
+"""The DXF from which strips are cut [mm]: the outline of each different strip, its thickness and count beside it."""
 
 from collections.abc import Sequence
 

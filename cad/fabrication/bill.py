@@ -71,7 +71,7 @@ def bill_of_materials(
 
 @dataclass(frozen=True, kw_only=True)
 class SheetToBuy:
-    """A piece of sheet for the strips of one thickness [mm]: its width and the least length [mm], and what it is for."""
+    """A piece of sheet for strips of one thickness: thickness, width and least length [mm], and the springs."""
 
     thickness: float
     width: float

@@ -129,7 +129,8 @@ def outwards(body: NamedSolid) -> float:
         return APART * float(box.ymin) - float(box.ylen)
     out = APART * float(box.center.y)
     if "strip" in body.name.split():  # out of its slots, and no farther than a cover
-        return out + math.copysign(_STRIP_APART * float(box.ylen), box.center.y if abs(box.center.y) > NEAR_MM else -1.0)
+        side = float(box.center.y) if abs(box.center.y) > NEAR_MM else -1.0
+        return out + math.copysign(_STRIP_APART * float(box.ylen), side)
     return out
 
 
