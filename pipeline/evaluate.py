@@ -31,6 +31,7 @@ from pipeline.verdicts.sensor import (
     tip_verdicts,
 )
 from pipeline.verdicts.targets import reached_targets
+from sensor.design.leaves import check_clamps
 from sensor.design.parameters import Design
 from sensor.design.tip_mount import plate_depth
 from sensor.verdict import Verdict
@@ -41,10 +42,14 @@ PARTS: tuple[Part, ...] = ("response", "reading")
 
 
 def refuse_unsolvable(design: Design) -> None:
-    """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate; solves nothing."""
+    """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate; solves nothing.
+
+    So are strips of sheet that no clamp holds.
+    """
     refuse_unsolvable_poses(design)
     refuse_unsolvable_time(design)
     plate_depth(design, design.process)
+    check_clamps(design)
 
 
 def fitted_sensor(

@@ -13,13 +13,13 @@ from solve.displacement_basis import DisplacementBasis, scalar_gradients
 Quantity = TypeVar("Quantity", float, Floats)
 
 
-def lame_parameters(E: Quantity, poisson: float) -> tuple[Quantity, Quantity]:
+def lame_parameters(E: Quantity, poisson: Quantity) -> tuple[Quantity, Quantity]:
     """Return Lame's lambda and mu [unit of E]."""
     return E * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), 0.5 * E / (1.0 + poisson)
 
 
-def stress(gradient: Floats, E: float, poisson: float) -> Floats:
-    """Return sigma [unit of E] of a displacement gradient, shape (3, 3, ...)."""
+def stress(gradient: Floats, E: Quantity, poisson: Quantity) -> Floats:
+    """Return sigma [unit of E] of a displacement gradient, shape (3, 3, ...); E is one number, or one for each."""
     lam, mu = lame_parameters(E, poisson)
     dilatation = np.multiply.outer(np.eye(3), np.trace(gradient))
     return np.asarray(mu * (gradient + gradient.swapaxes(0, 1)) + lam * dilatation, dtype=np.float64)
@@ -42,10 +42,13 @@ def vector_basis(mesh: Mesh, element: Element, order: int) -> CellBasis:
     return DisplacementBasis(mesh, element, order)
 
 
-def stiffness_matrix(basis: CellBasis, E: float | Floats, poisson: float, *, b_bar: bool = False) -> csc_matrix:
+def stiffness_matrix(
+    basis: CellBasis, E: float | Floats, poisson: float | Floats, *, b_bar: bool = False
+) -> csc_matrix:
     """Return the stiffness matrix of isotropic elasticity, shape (dofs, dofs) [E times mm].
 
-    It is that of a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v). E is one number, or one for each element.
+    It is that of a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v). E and Poisson's ratio are each one number, or
+    one for each element.
 
     `skfem.models.elasticity.linear_elasticity` assembles the same matrix, ten times slower. Here the products of scalar
     gradients are formed for all elements at once: M_iajb = int d_a N_i d_b N_j, with nodes i, j and axes a, b. The
@@ -57,7 +60,8 @@ def stiffness_matrix(basis: CellBasis, E: float | Floats, poisson: float, *, b_b
     doi:10.1007/978-3-642-36519-5.
     """
     moduli = np.reshape(np.asarray(E, dtype=np.float64), (-1, 1, 1, 1, 1))
-    lam, mu = lame_parameters(moduli, poisson)
+    ratios = np.reshape(np.asarray(poisson, dtype=np.float64), (-1, 1, 1, 1, 1))
+    lam, mu = lame_parameters(moduli, ratios)
     gradients = scalar_gradients(basis)
     nodes, dim, elements, points = gradients.shape
     size = nodes * dim

@@ -13,7 +13,7 @@ from sensor.arrays import Floats, Ints
 
 RESIDUAL_LIMIT = 1e-9
 DIGITS = 1e-4  # of the largest displacement: what round-off may leave unknown of a solution
-CONDITION_LIMIT = DIGITS / float(np.finfo(np.float64).eps)
+EPSILON = float(np.finfo(np.float64).eps)
 MOST_BYTES = 4.0 * 2**30  # for one factor: what takes more takes minutes
 # 14 bytes for each nonzero of a factor, of which there are about 31 n^(4/3): bricks of a housing at 1e5 unknowns.
 # Tetrahedra of a fruit have 19 at 2e5 and 50 at 3e4, where it does not matter.
@@ -65,10 +65,11 @@ class Factor:
         return u
 
 
-def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
+def factorise(matrix: csc_matrix, fixed: Ints, digits: float = DIGITS) -> Factor:
     """Factorise a symmetric positive definite matrix, shape (dofs, dofs), with the given dofs (n,) prescribed.
 
-    Raises SolveError as `check_cost`, and when the matrix is singular, as it is where a part is not clamped.
+    `digits` is what round-off may leave unknown, as a fraction of the largest displacement. Raises SolveError as
+    `check_cost`, and when the matrix is singular, as it is where a part is not clamped.
     """
     check_cost(matrix.shape[0])
     fixed = np.unique(fixed)
@@ -87,8 +88,9 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     # round-off hides too many digits of the displacements.
     probe = np.cos(np.arange(len(free), dtype=np.float64))
     condition = float(np.abs(back_substitute(probe)).max()) * float(abs(block).sum(axis=0).max())
-    if not condition <= CONDITION_LIMIT:
-        raise SolveError(_singular(f"condition number {condition:.0e} must be at most {CONDITION_LIMIT:.0e}"))
+    limit = digits / EPSILON
+    if not condition <= limit:
+        raise SolveError(_singular(f"condition number {condition:.0e} must be at most {limit:.0e}"))
     return Factor(matrix, block, free, fixed, back_substitute)
 
 

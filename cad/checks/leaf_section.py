@@ -68,7 +68,7 @@ def fillet_verdict(housing: Housing, forms: Mapping[str, Lines]) -> Verdict:
         radii[f"in the {form} at x = {x:.3f}, z = {z:.3f} mm"] = _radius(forms[form], (x, beside_middle, z))
     place = min(radii, key=radii.__getitem__)
     reference = f"diagonals through {len(corners)} corners; least {place}"
-    limit = housing.low.fillet  # all corners of a housing have the fillet of its process
+    limit = housing.corner  # all corners of a housing have the fillet of its process
     return at_least("geometry.fillets", radii[place], limit, _RADIUS_TOLERANCE_MM, unit="mm", reference=reference)
 
 

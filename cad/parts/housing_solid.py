@@ -20,7 +20,10 @@ _BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip or a face
 
 
 def housing_part(housing: Housing) -> Part:
-    """Return the housing as one solid with its faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`."""
+    """Return the housing as one solid with its faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`.
+
+    With leaves of sheet it is what print, glue and strips fill together.
+    """
     back = cq.Workplane("XZ", origin=(0.0, 0.5 * housing.depth, 0.0))
     plate = back.polyline(profile(housing)).close().extrude(housing.depth)  # a workplane XZ looks along -y
 
@@ -33,7 +36,7 @@ def housing_part(housing: Housing) -> Part:
 
     screw_holes = back.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(housing.depth)
     plate = plate.cut(screw_holes)
-    plate = round_upright_edges(plate, fillet_corners(housing), housing.low.fillet)
+    plate = round_upright_edges(plate, fillet_corners(housing), housing.corner)
 
     if housing.depth - housing.tip_side > 2.0 * NEAR_MM:
         plate = plate.cut(_beside_tips(housing))
@@ -48,7 +51,7 @@ def _beside_tips(housing: Housing) -> cq.Workplane:
     shoulder = (tip, housing.tip_height)
     neck_end = (face, housing.neck_level)
     section = [(tip, -_REACH), shoulder, neck_end, (outside, housing.neck_level), (outside, -_REACH)]  # (y, z)
-    reach = 0.5 * (housing.spacing + housing.shuttle_width) + 0.25 * housing.low.fillet
+    reach = 0.5 * (housing.spacing + housing.shuttle_width) + 0.25 * housing.corner
     wedge = cq.Workplane("YZ", origin=(-reach, 0.0, 0.0)).polyline(section).close().extrude(2.0 * reach)
     return wedge.union(wedge.mirror("XZ"))
 

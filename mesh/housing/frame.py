@@ -50,7 +50,7 @@ class _Wall:
         self.arm = arm
         self.count = count
         self.radius = 0.5 * housing.hole_diameter
-        ceiling = housing.cavity_level - arm.flexure.fillet
+        ceiling = housing.cavity_level - housing.corner
         self.fans = blocks.fans_between(arm, housing.protrusion, ceiling)
         lower_fan, upper_fan = self.fans
         levels = [housing.protrusion, *lower_fan.levels, *upper_fan.levels]
@@ -60,7 +60,12 @@ class _Wall:
         self.upper_ring_bottom = self._ring_end_level(upper_hole, -1.0, levels)
         self.levels = sorted({*levels, self.lower_ring_top, self.upper_ring_bottom})
 
+        self.along = count.sector if arm.clamp is None else count.near + count.far  # elements beside the cavity
         # x where the fans end, and where the rings begin: the same, but in a wall wider than its post
+        if arm.clamp is not None:
+            self.fan_end_x = arm.wall + arm.sign * arm.clamp.reach
+            self.ring_start_x = arm.post
+            return
         to_hole = _TO_HOLE * (abs(lower_hole[0] - arm.post) - self.radius)
         reach = arm.sign * min(max(lower_fan.height, upper_fan.height), to_hole)
         self.fan_end_x = arm.wall + reach
@@ -78,8 +83,12 @@ class _Wall:
 
     def _beside_cavity(self) -> Iterator[Block]:
         """Yield the fans at the roots of the leaves, and the cells between them."""
+        wall = self.arm.wall
         for fan in self.fans:
-            yield blocks.fan_block(self.arm, self.arm.wall, fan, self.fan_end_x - self.arm.wall, self.count)
+            if self.arm.clamp is None:
+                yield blocks.fan_block(self.arm, wall, fan, self.fan_end_x - wall, self.count)
+            else:
+                yield from blocks.slot_blocks(self.arm, wall, fan, ((self.fan_end_x, self.along),), self.count)
         for a, b in pairwise(self.levels):
             if not blocks.in_fan(a, b, self.fans):
                 yield self._cell(a, b)
@@ -139,7 +148,7 @@ class _Wall:
         start = knuckle if a == ceiling else (wall, a)
         end = knuckle if b == ceiling else (wall, b)
         number = self._pieces(a, b)
-        cell = blocks.straight_block(((self.fan_end_x, a), start, end, (self.fan_end_x, b)), self.count.sector, number)
+        cell = blocks.straight_block(((self.fan_end_x, a), start, end, (self.fan_end_x, b)), self.along, number)
         if b != ceiling:
             return cell
         fillet = _half_fillet(self.housing, self.arm, (wall, a), number)
@@ -178,13 +187,13 @@ def _on_circle(centre: Point, radius: float, point: Point) -> Point:
 
 def _knuckle(housing: Housing, arm: Arm) -> Point:
     """Return the middle of the fillet between wall and top bar, at 45 degrees."""
-    reach = arm.flexure.fillet * (1.0 - math.sqrt(0.5))
+    reach = housing.corner * (1.0 - math.sqrt(0.5))
     return arm.wall - arm.sign * reach, housing.cavity_level - reach
 
 
 def _half_fillet(housing: Housing, arm: Arm, start: Point, number: int) -> Segment:
     """Return the fillet between wall and top bar from one of its ends to its middle, in a number of elements."""
-    r = arm.flexure.fillet
+    r = housing.corner
     centre = (arm.wall - arm.sign * r, housing.cavity_level - r)
     return Segment(start=start, end=_knuckle(housing, arm), count=number, centre=centre)
 
@@ -195,7 +204,7 @@ def _bar(housing: Housing, count: Counts) -> list[Block]:
     bar = []
     ends = []  # of the block between, each below and above
     for arm in housing.arms:
-        x = arm.wall - arm.sign * arm.flexure.fillet
+        x = arm.wall - arm.sign * housing.corner
         below = (x, housing.cavity_level)
         above = (x, housing.top_level)
         over_wall = (arm.wall, housing.top_level)

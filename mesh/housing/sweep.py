@@ -1,7 +1,7 @@
 """The half y >= 0 of the housing in curved quadratic hexahedra: its profile swept over the depth.
 
 Boundaries: low_tip, high_tip, mounting_holes, side_faces, symmetry, and low_leaves, high_leaves, the surfaces that
-strain most.
+strain most. Subdomains, where leaves are strips of sheet: strips, glue.
 """
 
 import dataclasses
@@ -14,7 +14,7 @@ from skfem.refdom import RefHex
 
 from cad.parts.housing import Housing, PartSize
 from mesh.cells import cell_jacobian, determinant, facets_area
-from mesh.housing.blocks import counts
+from mesh.housing.blocks import counts, straight_ends
 from mesh.housing.frame import housing_blocks, post_columns
 from mesh.housing.profile import Profile, meshed_profile
 from mesh.quality import compare, named_facets
@@ -52,6 +52,9 @@ def flexure_mesh(housing: Housing, scale: float = 1.0, layers: int | None = None
     nodes[1] *= _depth_fraction(housing, nodes[0], nodes[2])  # necks and tips are less deep than the housing
     mesh = dataclasses.replace(quadratic, doflocs=nodes)
     mesh = mesh.with_boundaries(_boundaries(housing, profile, straight))
+    if profile.regions:
+        first = np.arange(layers)[:, None] * profile.quads.shape[1]  # cell of each layer over the first quadrilateral
+        mesh = mesh.with_subdomains({name: (first + quads).ravel() for name, quads in profile.regions.items()})
     check_jacobian(mesh)
     return mesh
 
@@ -189,9 +192,10 @@ def _knots(housing: Housing) -> list[float]:
 
     These are the straight leaves, and the plain cells of a wall that is wider than its post.
     """
-    ends = []
+    ends: list[float] = []
     for arm in housing.arms:
-        ends += [arm.wall - arm.sign * arm.flexure.fillet, arm.shuttle + arm.sign * arm.flexure.fillet]
-        if arm.post != arm.wall:
-            ends += post_columns(housing, arm, counts(housing, 1.0))
+        ends += straight_ends(arm)
+        start, end = post_columns(housing, arm, counts(housing, 1.0))
+        if start != end:
+            ends += (start, end)
     return [housing.left, *sorted(ends), housing.right]

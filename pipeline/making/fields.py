@@ -17,7 +17,7 @@ from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
 from solve.elasticity import NodalFields
 from solve.housing.clamped_half import ClampedHalf, clamped_half
-from solve.housing.fields import fields_of, most_strained_node
+from solve.housing.fields import fields_in, most_strained_node
 from solve.housing.stiffness import displacements, leaf_faces
 from solve.linear import SolveError
 
@@ -78,8 +78,7 @@ def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFie
     """
     pairs = zip(springs.springs, springs.deflections, strict=True)
     forces = np.array([spring.stiffness * deflection for spring, deflection in pairs])
-    process = springs.process
-    return fields_of(half.basis.mesh, process.E_MPa, process.poisson, displacements(half) @ forces)
+    return fields_in(half.basis.mesh, half.material, displacements(half) @ forces)
 
 
 def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:

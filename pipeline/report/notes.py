@@ -1,5 +1,6 @@
 """What a user must know beside the verdicts, each a sentence with its number."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,10 +10,13 @@ from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
 from sensor.design.parameters import Design
+from sensor.design.sheets import SHEETS
 from sensor.theory.free_fruit import roll, table_share
 from sensor.theory.hertz import equivalent_radius
 from sensor.theory.soft_tissue import FLESH_LAWS, deepest_solved, large_strain_factor
+from sensor.theory.strip_clamp import unbonded_loss
 
+UNBONDED_MM = 1.0  # of the glue at each shoulder, in the bound that is told
 ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et al. (2012), doi:10.1007/s11947-011-0528-4
 
 
@@ -35,6 +39,8 @@ def notes(result: SensorResult) -> list[str]:
 def _housing(result: SensorResult) -> str:
     """Return the note on calibrating a print, or the one on a line of tips, which has no housing."""
     if result.design.tips.tip_layout.has_housing:
+        if not result.springs.leaves.is_printed:
+            return _strips(result)
         process = result.springs.process
         # A leaf's stiffness is proportional to the third power of its thickness.
         moved_l, moved_h = (100.0 * (3.0 * process.accuracy_mm / leaf) for leaf in process.leaf_thicknesses_mm)
@@ -45,6 +51,27 @@ def _housing(result: SensorResult) -> str:
     return (
         "three tips in a line have no housing: no verdict is on springs or parts. The springs have exactly the "
         "stiffnesses of [springs] and are not coupled. Calibrate the sensor that you build"
+    )
+
+
+def _strips(result: SensorResult) -> str:
+    """Return the note on strips of sheet: what they are, how well they are known, and what a bad clamp would lose."""
+    springs = result.springs
+    leaves = springs.leaves
+    process = springs.process
+    lengths = [spring.printable.length_mm for spring in springs.springs]
+    sizes = [sizes for _, sizes in leaves.causes(lengths)]
+    scatter = " and ".join(f"{100.0 * math.hypot(*of_spring):.2g}" for of_spring in zip(*sizes, strict=True))
+    sheets = " and ".join(f"{thickness:g}" for thickness in leaves.sold_mm or ())
+    lost = " and ".join(
+        f"{100.0 * unbonded_loss(length, give, UNBONDED_MM):.2g}"
+        for length, give in zip(lengths, leaves.gives_mm, strict=True)
+    )
+    weigh = "weigh them, and give print.leaf_measured_low_mm and _high_mm"
+    known = f"; sheets as sold, {weigh}" if leaves.scatters[0].thickness > SHEETS[leaves.kind].weighed else ""
+    return (
+        f"leaves of {leaves.kind} {sheets} mm thick in {process.name}: K_l and K_h as made within {scatter} % (two "
+        f"sigma){known}. Glue that misses the last {UNBONDED_MM:g} mm at each shoulder would cost {lost} % of them"
     )
 
 

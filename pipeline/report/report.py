@@ -22,9 +22,11 @@ from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
 from sensor.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
+from sensor.design.leaves import Leaves, leaves_of
 from sensor.design.parameters import Design
 from sensor.quantity import InputError, report_field, validation_error
 from sensor.theory.leaf_spring import Flexure
+from sensor.theory.two_spring_law import Springs
 from sensor.verdict import Verdict
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
@@ -478,6 +480,12 @@ class Report:
         if self.housing is not None and len(self.deflections_mm) != len(self.housing.arms):
             bound = f"one number for each of {len(self.housing.arms)} springs"
             raise validation_error("deflections_mm", list(self.deflections_mm), "mm", bound, "run the design again")
+
+    @property
+    def leaves(self) -> Leaves:
+        """Return the leaves of the springs that were sized."""
+        springs = self.springs
+        return leaves_of(self.design, Springs(K_l=1e-3 * springs.K_l_N_per_m, K_h=1e-3 * springs.K_h_N_per_m))
 
     @property
     def moduli(self) -> tuple[ModulusReport, ...]:

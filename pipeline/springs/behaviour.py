@@ -9,7 +9,6 @@ from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.cache import cached
-from sensor.design.processes import Process
 from sensor.record import Record
 from sensor.theory.elastica import large_deflection_stiffening
 from sensor.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
@@ -86,7 +85,7 @@ def _arm_behaviour(springs: FittedSprings, fitted: FittedHousing, i: int, forces
     return ArmBehaviour(
         tilt_at_full_force_rad=float(stiffness.tilt_per_N[i]) * max(forces),
         large_deflection_stiffening=stiffening(arm.flexure, springs.deflections[i]),
-        natural_frequency_Hz=_frequency(fitted.housing, arm, K, springs.process),
+        natural_frequency_Hz=_frequency(fitted.housing, arm, K, springs),
         bridge_mV_per_V=outputs,
         bridge_error_percent=None if stiffness.gauge_error is None else 100.0 * stiffness.gauge_error[i],
     )
@@ -109,7 +108,7 @@ def bridge_output(strain: float) -> float:
     return 1e3 * GAUGE_FACTOR * strain
 
 
-def _frequency(housing: Housing, arm: Arm, K: float, process: Process) -> float:
+def _frequency(housing: Housing, arm: Arm, K: float, springs: FittedSprings) -> float:
     """Return the first frequency [Hz] of a shuttle of block, tapered neck and tip on its leaves."""
     section = housing.shuttle_width * housing.depth
     tip_face = housing.tip_side**2
@@ -119,7 +118,8 @@ def _frequency(housing: Housing, arm: Arm, K: float, process: Process) -> float:
     neck_height = housing.neck_level - housing.tip_height
     neck_volume = neck_height * (section + tip_face + (section * tip_face) ** 0.5) / 3.0
     leaf = arm.flexure
-    density = 1e-3 * process.density_g_per_cm3  # g/mm^3
+    density = 1e-3 * springs.process.density_g_per_cm3  # g/mm^3
+    leaf_density = 1e-3 * springs.leaves.density_g_per_cm3
     shuttle_mass = density * (block_volume + neck_volume + tip_volume)
-    leaf_mass = density * leaf.thickness * leaf.length * leaf.depth
+    leaf_mass = leaf_density * leaf.thickness * leaf.length * leaf.depth
     return natural_frequency(K, shuttle_mass, leaf_mass)

@@ -19,6 +19,7 @@ from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from sensor.arrays import Floats
+from sensor.design.leaves import Leaves, leaves_of
 from sensor.design.parameters import Design
 from sensor.design.printability import Printable, check_printable
 from sensor.design.processes import Process
@@ -80,7 +81,7 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class FittedSprings(Record):
-    """The springs, low first, their process, the deflection of each at full travel [mm], and the housing that has them.
+    """The springs, low first, process, leaves, the deflection of each at full travel [mm], and the housing with them.
 
     Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized; nothing is made,
     and `ideal_offsets_mm` are the heights of their tips over the foremost one. `of_plate` is the sideways compliance of
@@ -89,6 +90,7 @@ class FittedSprings(Record):
 
     springs: tuple[FittedSpring, ...]
     process: Process
+    leaves: Leaves
     deflections: tuple[float, ...]
     fitted: FittedHousing | None
     tips: Tips = field(default_factory=Tips)
@@ -108,8 +110,9 @@ class FittedSprings(Record):
 
     @property
     def monolithic(self) -> bool:
-        """Say whether the springs are of one piece: no gauges glued on, no pins."""
-        return self.housing is None or (self.housing.gauges == "none" and not self.housing.pin_side)
+        """Say whether the springs are of one piece: no gauges glued on, no pins, no strips."""
+        housing = self.housing
+        return housing is None or (housing.gauges == "none" and not housing.pin_side and housing.clamp is None)
 
     @property
     def stiffnesses(self) -> Springs:
@@ -165,6 +168,7 @@ def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     return FittedSprings(
         springs=springs_as_sized(design, sizing),
         process=design.process,
+        leaves=leaves_of(design, sizing.springs),
         deflections=sizing.deflections(design.full_travels_mm),
         fitted=None,
         tips=design.tips,
@@ -188,7 +192,7 @@ def leaning_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     process = design.process
     lengths = tuple(verdict.length_mm for verdict in printable)
     try:
-        housing = housing_for(design, process, lengths, springs.deflections)
+        housing = housing_for(design, process, lengths, springs.deflections, springs.leaves)
         K = springs.stiffnesses.stiffnesses
         return replace(springs, of_plate=sideways_give(housing, process.E_MPa, process.poisson, K, rough=True))
     except (InputError, MeshError, SolveError) as error:
@@ -213,6 +217,7 @@ def fit_springs(
     if not design.tips.tip_layout.has_housing:
         return ideal_springs(design, sizing)
     process = design.process
+    leaves = leaves_of(design, sizing.springs)
     deflections = sizing.deflections(design.full_travels_mm)
     springs = springs_as_sized(design, sizing)
     fitted = None
@@ -221,7 +226,7 @@ def fit_springs(
         lengths = tuple(spring.printable.length_mm for spring in springs)
         may_lean = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
         try:
-            guess = housing_for(design, process, lengths, deflections)
+            guess = housing_for(design, process, lengths, deflections, leaves)
             fitted = _fitted_housing(guess, sizing.springs.stiffnesses, process, options, executor)
             if may_lean:
                 of_plate = _kept_sideways_give(fitted, process, rough=options.rough)
@@ -232,6 +237,7 @@ def fit_springs(
     return FittedSprings(
         springs=springs,
         process=process,
+        leaves=leaves,
         deflections=deflections,
         fitted=fitted,
         tips=design.tips,
@@ -254,7 +260,7 @@ def _fitted_housing(
     }
 
     def fit() -> FittedHousing:
-        if options.rough and guess.gauges == "none":
+        if options.rough and guess.gauges == "none" and guess.clamp is None:
             return fit_roughly(guess, targets, E, poisson)
         return fit_lengths(guess, targets, HousingSolver(E, poisson, executor), options.tolerance)
 
@@ -300,17 +306,18 @@ def springs_to_read(design: Design, springs: FittedSprings) -> tuple[Spring, ...
     Springs that are not made have leaves by the beam law, at least as long as two gauge grids with their fillets.
     """
     process = springs.process
+    leaves = springs.leaves
     strains = None if springs.fitted is None else springs.fitted.stiffness.gauge_strain_per_N
     to_read = []
     for i, spring in enumerate(springs.springs):
-        thickness = process.leaf_thicknesses_mm[i]
+        thickness = leaves.thicknesses_mm[i]
         shortest = 2.0 * (FOIL.grid_length_mm + process.fillet_mm)
         as_sized = Flexure(
             thickness=thickness,
             length=max(spring.printable.length_mm, shortest),
             depth=plate_depth(design, process),
             separation=thickness + 3.0 * process.fillet_mm,  # no number of a read-out depends on it
-            fillet=process.fillet_mm,
+            fillet=leaves.fillet_mm,
         )
         read = Spring(
             name=spring.name,

@@ -32,7 +32,7 @@ STRESS = "stress_MPa"
 VON_MISES = Field(array="von_mises_MPa", title="von Mises stress [MPa]")
 TOTAL_DISPLACEMENT = Field(array="total_displacement_mm", title="displacement [mm]")
 LARGEST_STRAIN = Field(array=STRAIN, title="largest principal strain [1]")
-STRAIN_OVER_LIMIT = Field(array="strain_over_limit", title="strain / limit of the process [1]")
+STRAIN_OVER_LIMIT = Field(array="strain_over_limit", title="strain / limit of the leaves [1]")
 VERTICAL_PRESSURE = Field(array="vertical_pressure_MPa", title="pressure along the press [MPa]")
 
 _ZZ = 2  # of xx, yy, zz, xy, yz, xz
@@ -71,7 +71,7 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
     """Return the housing on the side of each spring, cut off midway between the tips."""
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
-    data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.design.process.strain_limit
+    data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.leaves.strain_limit
     node_x = np.asarray(mesh.points)[:, 0]
     cell_x = np.asarray(mesh.cell_centers().points)[:, 0]
     tip_x = {spring: node_x[np.asarray(data[tip_face(spring)]) == 1].mean() for spring in SPRINGS}

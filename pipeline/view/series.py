@@ -18,7 +18,7 @@ from sensor.quantity import validation_error
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
 from solve.housing.clamped_half import clamped_half
-from solve.housing.fields import fields_of
+from solve.housing.fields import fields_in
 from solve.housing.stiffness import displacements
 
 FLAG = "--pvd"
@@ -64,10 +64,11 @@ def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Pat
 def _write_housing(housing: Housing, process: Process, row: ResponseReport, folder: Path) -> None:
     """Write the half housing y >= 0 [mm] under the forces of each travel; it is linear, so it is solved once."""
     mesh = flexure_mesh(housing)
-    u_per_N = displacements(clamped_half(mesh, process.E_MPa, process.poisson, attached_to(housing)))
+    half = clamped_half(mesh, process.E_MPa, process.poisson, attached_to(housing))
+    u_per_N = displacements(half)
     for step, forces in enumerate(zip(row.F_l_N, row.F_h_N, strict=True)):
         u = u_per_N @ np.array([force or 0.0 for force in forces])  # None: the tip is off the fruit
-        fields = fields_of(mesh, process.E_MPa, process.poisson, u)
+        fields = fields_in(mesh, half.material, u)
         write_vtu(folder / f"flexure_{step:02d}.vtu", mesh, field_arrays(fields), half_at_y=0.0)
 
 

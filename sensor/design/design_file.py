@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from sensor.design.fruit import Fruit
-from sensor.design.parameters import TABLES, Design, GivenSprings, Print, Targets
+from sensor.design.parameters import PRINTED, TABLES, Design, GivenSprings, Print, Targets
 from sensor.design.processes import (
     PROCESSES,
     Process,
@@ -254,6 +254,8 @@ def parsed_setting(text: str) -> object:
         return text if number is None else number
 
 
+# A key that came after 0.2 is written only where it is not the default: the digest in a unit.toml is of this text.
+_UNWRITTEN = ("print.leaves", PRINTED)
 _TIPS_FIRST = (
     *("layout", "order", "outer_mm", "shape", "dome_radius_mm", "side_mm", "fillet_mm"),
     *("spacing_mm", "offset_mm", "gap_mm", "socket"),
@@ -276,7 +278,7 @@ def design_as_mapping(design: Design) -> dict[str, Any]:
         tables[table] = {}
         for key in keys:
             value = getattr(record, key)
-            if value is not None:
+            if value is not None and (f"{table}.{key}", value) != _UNWRITTEN:
                 tables[table][key] = list(value) if isinstance(value, tuple) else value
     # A read-out computes the noise: typed beside it, the default would be refused when the mapping is read back.
     if design.readout is not None and "reading" in tables:

@@ -7,12 +7,13 @@ designs/paper.toml.
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES, Process
 from sensor.design.reading import PRESS_S, Reading
 from sensor.design.readout import Readout
+from sensor.design.sheets import SHEETS
 from sensor.design.tips import Press, Tips, check_tips_on_fruit
 from sensor.quantity import (
     LENGTH,
@@ -36,6 +37,8 @@ _STIFFNESS = Bounds(at_least=1e-6, at_most=1e9)
 _FORCE_RATIO = Bounds(at_least=1.001, at_most=100.0)
 _NONLINEARITY = Bounds(at_least=1e-5, at_most=0.4999)
 _LONGEST_NAME = 64
+_SHORTEST_CLAMP_MM = 2.0  # of a strip in its slot: shorter, it would not guide a strip while the glue sets
+_USUAL_CLAMP_MM = 4.5
 _ROUND_OFF = 1e-9  # of a time, by which it may lie outside its bounds
 
 
@@ -109,6 +112,20 @@ class GivenSprings:
         return self.K_l_N_per_m is not None
 
 
+PRINTED = "printed"
+"""The leaves that are of one piece with the frame; others are of a sheet, by its name."""
+END_ROOM_MM = 0.5  # in a slot beyond the end of its strip
+OF_STRIPS = (
+    *("leaf_thickness_low_mm", "leaf_thickness_high_mm", "leaf_measured_low_mm", "leaf_measured_high_mm"),
+    "clamp_mm",
+)
+
+
+def _of_strips(meaning: str) -> Any:  # noqa: ANN401 - stands where a field's value will stand
+    """Declare a key of [print] that only strips of sheet have."""
+    return quantity("mm", LENGTH, default=None, hint="give what the sheet has", meaning=meaning)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Print:
     """How the housing is made, which strain gauges are glued on its leaves, and what the screws clamp it between.
@@ -150,15 +167,58 @@ class Print:
         default="covers",
         meaning=("what the screws clamp the frame between: the two covers, or a washer on each side of each hole"),
     )
+    leaves: str = choice(
+        (PRINTED, *SHEETS),
+        default=PRINTED,
+        meaning="what the leaves are: printed with the frame, or strips of sheet glued into its slots",
+    )
+    leaf_thickness_low_mm: float | None = _of_strips(
+        "thickness of the sheet of the low spring, of those that dealers list; left out, the best is taken"
+    )
+    leaf_thickness_high_mm: float | None = _of_strips("thickness of the sheet of the high spring, likewise")
+    leaf_measured_low_mm: float | None = _of_strips(
+        "thickness of that very sheet by weighing it, in place of what it is sold as; needs leaf_thickness_low_mm"
+    )
+    leaf_measured_high_mm: float | None = _of_strips("the same of the high spring; needs leaf_thickness_high_mm")
+    clamp_mm: float | None = _of_strips("length that is glued at each end of a strip; left out, 4.5 mm or what fits")
 
     def __post_init__(self) -> None:
         """Check each field; the process is checked with the design, which may have one of its own."""
         check_fields(self, "print", but=("process",))
+        self._check_strips()
         if self.process_file is not None:
             bound = "left out here: a design file is read with the process file beside it"
             raise validation_error(
                 "print.process_file", self.process_file, "", bound, "call load_design, or give Design.printer"
             )
+
+    def _check_strips(self) -> None:
+        """Refuse keys of strips beside printed leaves, sheets that no dealer lists, and foil on strips."""
+        if self.leaves == PRINTED:
+            for key in OF_STRIPS:
+                bound = f"left out where print.leaves = {PRINTED!r}"
+                if getattr(self, key) is not None:
+                    name = f"print.{key}"
+                    hint = "drop it, or take print.leaves = 'spring-steel'"
+                    raise validation_error(name, getattr(self, key), "mm", bound, hint)
+            return
+        if self.gauges != "none":
+            bound = f"'none' where print.leaves = {self.leaves!r}: foil would stiffen thin strips"
+            raise validation_error("print.gauges", self.gauges, "", bound, "take readout.transducer = 'displacement'")
+        self._check_sheet("low", self.leaf_thickness_low_mm, self.leaf_measured_low_mm)
+        self._check_sheet("high", self.leaf_thickness_high_mm, self.leaf_measured_high_mm)
+
+    def _check_sheet(self, spring: str, thickness: float | None, measured: float | None) -> None:
+        """Refuse a thickness [mm] that no dealer lists, and a measured one [mm] that such a sheet cannot have."""
+        sheet = SHEETS[self.leaves]
+        name = f"print.leaf_thickness_{spring}_mm"
+        measured_name = f"print.leaf_measured_{spring}_mm"
+        if thickness is not None:
+            sheet.check_listed(name, thickness)
+            if measured is not None:
+                sheet.check_measured(measured_name, measured, thickness)
+        elif measured is not None:
+            raise validation_error(name, None, "mm", f"given with {measured_name}", "say as what the sheet was sold")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,6 +247,7 @@ class Design:
             bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
             raise validation_error("name", self.name, "", bound, "choose a name that can be part of a file name")
         self._check_process()
+        self._check_leaves()
         self._check_tip_shape()
         check_tips_on_fruit(self.fruit, self.tips)
         depth = self.fruit.depth_mm
@@ -210,6 +271,40 @@ class Design:
             raise validation_error(
                 "print.process", name, "", bound, "give both the same new name, or drop the own process"
             )
+
+    def _check_leaves(self) -> None:
+        """Refuse strips of sheet in a process that prints metal, or longer clamps than a shuttle holds."""
+        leaves = self.print.leaves
+        if leaves == PRINTED:
+            return
+        if self.process.kind == "dmls":
+            bound = f"{PRINTED!r} where {self.process.name} prints metal"
+            raise validation_error("print.leaves", leaves, "", bound, "print the leaves too, or take a plastic")
+        if not self.tips.tip_layout.has_housing:
+            bound = f"{PRINTED!r} for tips.layout = {self.tips.layout!r}, which has no housing"
+            raise validation_error("print.leaves", leaves, "", bound, "drop it")
+        most = self.longest_clamp_mm
+        clamp = self.print.clamp_mm
+        if most < _SHORTEST_CLAMP_MM:
+            bound = (
+                f"{PRINTED!r} where tips.spacing_mm = {self.tips.spacing_mm:g} mm leaves no shuttle to glue strips in"
+            )
+            raise validation_error("print.leaves", leaves, "", bound, "move the tips apart")
+        if clamp is not None and not _SHORTEST_CLAMP_MM <= clamp <= most:
+            bound = f"at least {_SHORTEST_CLAMP_MM:g} mm and at most {most:g} mm, what a shuttle between the tips holds"
+            raise validation_error("print.clamp_mm", clamp, "mm", bound, "leave it out, or move the tips apart")
+
+    @property
+    def longest_clamp_mm(self) -> float:
+        """Return the longest part of a strip that a shuttle holds beside its end room and a wall, down to 0.1 mm."""
+        process = self.process
+        room = self.tips.spacing_mm - process.min_gap_mm - process.min_wall_mm - END_ROOM_MM
+        return math.floor(10.0 * room + _ROUND_OFF) / 10.0
+
+    @property
+    def clamp_mm(self) -> float:
+        """Return the length that is glued at each end of a strip [mm]."""
+        return self.print.clamp_mm or min(_USUAL_CLAMP_MM, self.longest_clamp_mm)
 
     @property
     def process(self) -> Process:

@@ -12,6 +12,7 @@ from sensor.arrays import Floats, Ints
 from solve.displacement_basis import scalar_gradients
 from solve.elasticity import NodalFields, stress, vector_basis
 from solve.housing.clamped_half import POINTS, REDUCED
+from solve.housing.inset import CellMaterial
 from solve.housing.stiffness import SPRINGS, leaf_faces
 from solve.surface import nodal_dofs, patch_inside, surface_facets
 
@@ -22,17 +23,43 @@ _NEAR = 1e-9  # of the side of a cell
 def fields_of(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
     """Return displacement, stress and strain at the nodes, from displacements u (dofs,) [mm] of 20-node cells.
 
-    E is in [MPa]. The nodes are the first of `mesh.doflocs`: corners, then the middles of edges. Named boundaries other
-    than leaves carry a load or a support. The rest of the surface is taken to carry none, where foils are glued on too.
+    The material is the same in all cells, E in [MPa]; `fields_in` takes others.
+    """
+    return fields_in(mesh, CellMaterial(E, poisson), u)
+
+
+def fields_in(mesh: Mesh, material: CellMaterial, u: Floats) -> NodalFields:
+    """Return displacement, stress and strain at the nodes, from displacements u (dofs,) [mm] of 20-node cells.
+
+    A node between materials has what its stiffest cells have. The nodes are the first of `mesh.doflocs`: corners, then
+    the middles of edges. Named boundaries other than leaves carry a load or a support. The rest of the surface is taken
+    to carry none, where foils are glued on too.
     """
     leaves = [leaf_faces(spring) for spring in SPRINGS]
     loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
     free = np.setdiff1d(mesh.boundary_facets(), np.concatenate(loaded))
     basis = vector_basis(mesh.with_boundaries({_FREE: free}), ElementHexS2(), order=REDUCED)
-    strain = nodal_strain(basis, u, poisson, _FREE)
+    strain = nodal_strain(basis, u, material, _FREE)
     displacement = u[np.hstack([basis.nodal_dofs, basis.edge_dofs]).T]
     # `stress` takes a gradient; of a strain, its own symmetric part, it is the same
+    E, poisson = _at_nodes(basis, material)
     return NodalFields(displacement=displacement, stress=stress(strain, E, poisson), strain=strain)
+
+
+def _nodes_of(basis: CellBasis) -> Ints:
+    """Return the 20 nodes of each cell, shape (20, cells), the first of the mesh's 27."""
+    return np.asarray(basis.mesh.dofs.element_dofs[: len(basis.elem.elem.doflocs)])
+
+
+def _at_nodes(basis: CellBasis, material: CellMaterial) -> tuple[Floats, Floats]:
+    """Return E [MPa] and Poisson's ratio at the nodes, each (nodes,): those of the stiffest cells there."""
+    nodes = _nodes_of(basis)
+    moduli = np.zeros(1 + int(nodes.max()))
+    np.maximum.at(moduli, nodes, np.broadcast_to(material.E, nodes.shape))
+    stiffest = moduli[nodes] == np.broadcast_to(material.E, nodes.shape)
+    ratios = np.zeros(len(moduli))
+    ratios[nodes[stiffest]] = np.broadcast_to(material.poisson, nodes.shape)[stiffest]
+    return moduli, ratios
 
 
 def most_strained_node(mesh: Mesh, surface: str, fields: NodalFields) -> int:
@@ -42,17 +69,21 @@ def most_strained_node(mesh: Mesh, surface: str, fields: NodalFields) -> int:
     return int(nodes[fields.largest_principal_strain[nodes].argmax()])
 
 
-def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floats:
+def nodal_strain(basis: CellBasis, u: Floats, material: CellMaterial, free: str) -> Floats:
     """Return the strain [1] of displacements u, shape (dofs,), at the nodes, shape (3, 3, nodes).
 
     `basis` is that of 20-node cells with 2^3 Gauss points. At nodes on the boundary `free`, which carries no load, only
     its facets count: over the thickness of a leaf strain is curved at a fillet, and a line through two points of a cell
-    misses its peak.
+    misses its peak. Between materials only the stiffest cells of a node count.
     """
     corners = basis.elem.elem.doflocs  # nodes of the unit cube
-    nodes = basis.mesh.dofs.element_dofs[: len(corners)]  # (20, cells), the first of the mesh's 27
+    nodes = _nodes_of(basis)
     count = 1 + int(nodes.max())
-    weights = 1.0 / basis.dx.sum(axis=1)  # what is extrapolated over a small cell is off by less
+    # What is extrapolated over a small cell is off by less.
+    weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)
+    moduli, _ = _at_nodes(basis, material)
+    weights = weights * (moduli[nodes] == np.broadcast_to(material.E, nodes.shape))
+    ratios = np.broadcast_to(material.poisson, (nodes.shape[1],))
 
     total, weight = _cell_strain(basis, u, nodes, weights)
     surface_total = np.zeros((count, 3, 3))
@@ -61,7 +92,7 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
         inside = facet.inside(POINTS)
         patch = patch_inside(basis, facet.elements, inside, np.ones((len(facet.elements), POINTS.shape[1])))
         gradient = np.einsum("nic,njcq->ijcq", u[patch.dofs], patch.gradients)
-        strain = _without_load(gradient, facet.normals(basis.mesh, POINTS), poisson)
+        strain = _without_load(gradient, facet.normals(basis.mesh, POINTS), ratios[facet.elements])
 
         # The nodes of the unit cube in the plane of this facet, and their coordinates along its two edges
         from_corner = corners - facet.corner
@@ -69,7 +100,7 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
         facet_coordinates = np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
         at_nodes = np.einsum("nq,ijcq->ncij", _extrapolation(facet_coordinates, POINTS), strain)
         of_facet = nodes[on_facet][:, facet.elements]
-        _add_weighted(surface_total, surface_weight, of_facet, at_nodes, weights[facet.elements])
+        _add_weighted(surface_total, surface_weight, of_facet, at_nodes, weights[on_facet][:, facet.elements])
 
     on_surface = surface_weight > 0.0
     total[on_surface] = surface_total[on_surface]
@@ -80,7 +111,7 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
 def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> tuple[Floats, Floats]:
     """Return the weighted sum of the cells' strains at each node, (nodes, 3, 3), and the sum of the weights, (nodes,).
 
-    `nodes` (20, cells) are those of the cells, `weights` (cells,) theirs.
+    `nodes` (20, cells) are those of the cells, `weights` theirs.
     """
     # indices: node n, axes i and j, cell c, Gauss point q
     cells = np.arange(basis.mesh.nelements)
@@ -95,22 +126,23 @@ def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> t
 
 
 def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, weights: Floats) -> None:
-    """Add strains (n, cells, 3, 3) at nodes (n, cells) to their weighted sums, and the weights of the cells."""
-    np.add.at(total, nodes, strain * weights[:, None, None])
-    np.add.at(weight, nodes, np.broadcast_to(weights, nodes.shape))
+    """Add strains (n, cells, 3, 3) at nodes (n, cells) to their weighted sums, and the weights (n, cells)."""
+    np.add.at(total, nodes, strain * weights[..., None, None])
+    np.add.at(weight, nodes, weights)
 
 
-def _without_load(gradient: Floats, normal: Floats, poisson: float) -> Floats:
+def _without_load(gradient: Floats, normal: Floats, poisson: Floats) -> Floats:
     """Return the strain of a displacement gradient on a surface that carries no load, as a strain gauge is read.
 
     Its part in the surface is kept; the stress on the surface is zero, so the strain across it is
-    -nu / (1 - nu) (e_1 + e_2) and its shear is zero. Shapes (3, 3, ...) and, of any length, `normal` (3, ...).
+    -nu / (1 - nu) (e_1 + e_2) and its shear is zero. Shapes (3, 3, facets, points) and, of any length, `normal` (3,
+    facets, points); Poisson's ratio is that of each facet, shape (facets,).
     """
     n = normal / np.linalg.norm(normal, axis=0)
     across = np.einsum("i...,j...->ij...", n, n)
     tangent = np.eye(3).reshape(3, 3, *([1] * (n.ndim - 1))) - across
     within = np.einsum("ik...,kl...,lj...->ij...", tangent, 0.5 * (gradient + gradient.swapaxes(0, 1)), tangent)
-    return np.asarray(within - poisson / (1.0 - poisson) * np.trace(within) * across)
+    return np.asarray(within - (poisson / (1.0 - poisson))[:, None] * np.trace(within) * across)
 
 
 def _extrapolation(nodes: Floats, gauss: Floats) -> Floats:

@@ -56,7 +56,7 @@ def modes_of(half: ClampedHalf, solid: Solid, stiffness: PerTip) -> Modes:
     `stiffness` is that of each tip on finer meshes [N/mm]. Both symmetries about the plane y = 0 are solved. Raises
     SolveError when a mode is not exact.
     """
-    mass = mass_matrix(half.basis, _TONNES * solid.density)
+    mass = mass_matrix(half.basis, _TONNES * solid.density * half.material.relative_density)
     # Frequencies along the press are proportional to the root of the stiffness, which finer meshes know better. Each
     # factor has the name of the mode that it corrects.
     corrections = {}
@@ -72,10 +72,13 @@ def modes_of(half: ClampedHalf, solid: Solid, stiffness: PerTip) -> Modes:
     return Modes(frequencies_Hz=frequencies, errors=errors, shapes=shapes)
 
 
-def mass_matrix(basis: CellBasis, density: float) -> csc_matrix:
-    """Return the consistent mass matrix of a displacement basis [t from t/mm^3, mm], shape (dofs, dofs)."""
+def mass_matrix(basis: CellBasis, density: float | Floats) -> csc_matrix:
+    """Return the consistent mass matrix of a displacement basis [t from t/mm^3, mm], shape (dofs, dofs).
+
+    The density is one number, or one for each cell.
+    """
     shapes = scalar_shapes(basis)
-    blocks = density * np.einsum("ap,bp,ep->eab", shapes, shapes, basis.dx, optimize=True)
+    blocks = np.reshape(density, (-1, 1, 1)) * np.einsum("ap,bp,ep->eab", shapes, shapes, basis.dx, optimize=True)
     dofs = basis.element_dofs
     total = csc_matrix((basis.N, basis.N))
     for axis in range(3):

@@ -180,7 +180,7 @@ def compliance_of(half: ClampedHalf, foils: Sequence[BondedFoil] = (), start: fl
     basis = half.basis
     mean = tip_means(basis, PRESS)
     # Loads on the half: 0.5 of a mean is 1 N on a whole tip; then the weight along the press and along x.
-    loads = [0.5 * mean, weight_load(basis, PRESS), weight_load(basis, LENGTHWISE)]
+    loads = [0.5 * mean, weight_load(half, PRESS), weight_load(half, LENGTHWISE)]
     solution = half.factor.solve(np.column_stack(loads))
     u = solution[:, : len(SPRINGS)]
     sag, lengthwise_sag = solution[:, len(SPRINGS) :].T @ mean

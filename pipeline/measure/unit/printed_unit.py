@@ -12,11 +12,11 @@ from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.report.report import Report
 from pipeline.storage.plain import from_plain, to_plain
 from sensor.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
-from sensor.design.parameters import Design
+from sensor.design.parameters import PRINTED, Design
 from sensor.design.processes import Process
 from sensor.design.reading import CALIBRATED_BY, WEIGHED_AFTER_S, Reading
 from sensor.input_file import read_toml
-from sensor.quantity import Bounds, InputError, check_fields, choice, quantity, validation_error
+from sensor.quantity import COVERAGE, Bounds, InputError, check_fields, choice, quantity, validation_error
 from sensor.theory.creep import CreepLaw
 
 _HINT = "take the numbers that pipeline calibrate wrote"
@@ -130,15 +130,22 @@ def design_digest(design: Design) -> str:
 def nominal_unit(report: Report) -> PrintedUnit:
     """Return the unit that is exactly as designed, its springs as uncertain as the process prints them.
 
-    A leaf's stiffness is proportional to its modulus and the third power of its
-    thickness, whose scatters are the process's. No weight was read, so the scatter of
-    the modulus holds its creep too.
+    A leaf's stiffness is proportional to its modulus and the third power of its thickness, whose scatters are the
+    process's. Strips of sheet have the causes of their own. No weight was read, so the scatter of the modulus holds
+    its creep too.
     """
-    process = report.design.process
+    design = report.design
+    process = design.process
     percent = []
-    for thickness in report.design.tips.each(*process.leaf_thicknesses_mm):
-        by_thickness = 3.0 * 0.5 * process.accuracy_mm / thickness
-        percent.append(100.0 * (by_thickness**2 + process.E_scatter**2) ** 0.5)
+    if design.print.leaves == PRINTED:
+        for thickness in design.tips.each(*process.leaf_thicknesses_mm):
+            by_thickness = 3.0 * 0.5 * process.accuracy_mm / thickness
+            percent.append(100.0 * (by_thickness**2 + process.E_scatter**2) ** 0.5)
+    else:
+        lengths = [flexure.dimensions_mm.length for flexure in report.flexures.values() if flexure.dimensions_mm]
+        sizes = [sizes for _, sizes in report.leaves.causes(lengths)]
+        low, high = (100.0 / COVERAGE * math.hypot(*of_spring) for of_spring in zip(*sizes, strict=True))
+        percent += design.tips.each(low, high)
     unit = unit_of(
         report,
         stiffnesses=[1.0 / row[tip] for tip, row in enumerate(report.read_out.springs_mm_per_N)],

@@ -54,6 +54,11 @@ def print_scatter(sensor: LevelSensor) -> ScatterBands | None:
     process = springs.process
     if housing is None:
         return None
+    law = characteristic(sensor.contact, sensor.sizing, springs.stiffnesses)
+    targets = sensor.design.nominal_targets
+    if not springs.leaves.is_printed:
+        lengths = [arm.flexure.length for arm in housing.arms]
+        return strip_bands([sizes for _, sizes in springs.leaves.causes(lengths)], law, targets)
 
     def coarse(changed: Housing) -> tuple[float, ...]:
         mesh = flexure_mesh(changed, COARSE)
@@ -65,8 +70,7 @@ def print_scatter(sensor: LevelSensor) -> ScatterBands | None:
         lambda: fit_surrogate(housing, process.accuracy_mm, coarse),
         StiffnessSurrogate,
     )
-    law = characteristic(sensor.contact, sensor.sizing, springs.stiffnesses)
-    return scatter_bands(housing, process, law, sensor.design.nominal_targets, surrogate)
+    return scatter_bands(housing, process, law, targets, surrogate)
 
 
 def thicken_leaves(housing: Housing, offsets: Sequence[float]) -> Housing:
@@ -118,15 +122,33 @@ def scatter_bands(
 
     P is the one that each print shows on fruit of the largest stiffness; its modulus is read with the nominal springs.
     """
-    from scipy.stats import qmc  # a tenth of all imports, and only fabrication needs it
-
-    points = qmc.Sobol(2, seed=1).random(SAMPLES)
-    normal = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))
+    normal = _normal_sample(2)
     thickness_offset = normal[:, 0] * process.accuracy_mm / COVERAGE
     modulus_factor = 1.0 + process.E_scatter * normal[:, 1]
     shifts = np.stack([np.log1p(thickness_offset / arm.flexure.thickness) for arm in housing.arms])
-    factors = modulus_factor * surrogate.factors(shifts)
+    return _bands_of(modulus_factor * surrogate.factors(shifts), law, targets, surrogate.corner_error)
 
+
+def strip_bands(causes: Sequence[tuple[float, float]], law: ForceRatioCurve, targets: Targets) -> ScatterBands:
+    """Return the bands of sensors with strips of sheet over a Sobol sample of the causes of their scatter.
+
+    Each cause moves the logarithms of both stiffnesses, by two sigma [1].
+    """
+    moves = np.array(causes) / COVERAGE
+    return _bands_of(np.exp((_normal_sample(len(moves)) @ moves).T), law, targets, 0.0)
+
+
+def _normal_sample(count: int) -> Floats:
+    """Return a Sobol sample of standard normal numbers, shape (samples, count)."""
+    from scipy.stats import qmc  # a tenth of all imports, and only fabrication needs it
+
+    points = qmc.Sobol(count, seed=1).random(SAMPLES)
+    normal: Floats = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))
+    return normal
+
+
+def _bands_of(factors: Floats, law: ForceRatioCurve, targets: Targets, surrogate_error: float) -> ScatterBands:
+    """Return the bands of sensors whose springs are as stiff as nominal times factors, shape (springs, samples)."""
     K_m_max = law.K_m_max
     prints = [law.springs.scaled(pair) for pair in factors.T.tolist()]
     P_max = [force_ratio(springs, K_m_max, law.stiffness_ratio) for springs in prints]
@@ -138,7 +160,7 @@ def scatter_bands(
         NL=_band(NL),
         modulus_error=_band([law.modulus_fraction(law.fruit_stiffness(P)) - 1.0 for P in P_max]),
         calibrated_modulus_error=calibrated_error(law),
-        surrogate_error=surrogate.corner_error,
+        surrogate_error=surrogate_error,
     )
 
 

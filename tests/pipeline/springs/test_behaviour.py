@@ -10,6 +10,7 @@ from stand_ins import DEFLECTIONS, PETG, default_housing, fitted_housing, housin
 from pipeline.springs.behaviour import LONGEST_FRACTION, spring_behaviour, stiffening
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import bonded_foils
+from sensor.design.leaves import printed_leaves
 from sensor.design.parameters import Design, Print
 from sensor.design.tips import Tips
 from sensor.theory.leaf_spring import natural_frequency
@@ -21,7 +22,13 @@ def springs(gauges="none", **changes):
     """Return springs of 1 N/mm that were never solved, their gauges under a given strain per newton."""
     housing = default_housing(Design(print=Print(gauges=gauges)), LENGTHS)
     stiffness = housing_stiffness((1.0, 1.0), **changes)
-    return FittedSprings(springs=(), process=PETG, deflections=DEFLECTIONS, fitted=fitted_housing(housing, stiffness))
+    return FittedSprings(
+        springs=(),
+        process=PETG,
+        leaves=printed_leaves(Design()),
+        deflections=DEFLECTIONS,
+        fitted=fitted_housing(housing, stiffness),
+    )
 
 
 def forces(low, high):

@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sensor.design.fruit import Fruit
+from sensor.design.leaves import FILLET_STRAIN, SHORTEST_LEAF
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
-from sensor.design.printability import SHORTEST, STRAIN_FACTOR, check_printable
+from sensor.design.printability import check_printable
 from sensor.design.processes import PROCESSES
 from sensor.design.tips import Press, Tips
 from sensor.theory.leaf_spring import pair_length, pair_stiffness
@@ -59,9 +60,9 @@ def test_numbers_are_those_of_the_beam_law_and_strain_is_that_of_the_stiffest_fr
     for scene, K_m in ((design, K_M), (beyond, 2.0 * K_M)):
         for verdict, K, t in zip(_verdicts(scene), springs.stiffnesses, (0.8, 1.2), strict=True):
             assert pair_stiffness(PETG.E_MPa, PETG.depth_mm, t, verdict.length_mm) == pytest.approx(K)
-            assert verdict.shortest_mm == SHORTEST * t
+            assert verdict.shortest_mm == SHORTEST_LEAF * t
             deflection = 0.6 * K_m / (K_m + K)  # spring and fruit in series share the travel
-            strain = STRAIN_FACTOR * 3.0 * t * deflection / verdict.length_mm**2
+            strain = FILLET_STRAIN * 3.0 * t * deflection / verdict.length_mm**2
             assert verdict.root_strain == pytest.approx(strain)
 
 
