@@ -61,6 +61,7 @@ white, as behind a filter, must be thinned out before. mm, N, MPa.
 import math
 from collections import deque
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -138,13 +139,27 @@ class RollingDomes:
         )
 
     def S(self, offset: float = 0.0) -> Floats:
-        """Return the compliance between the contacts, times E [1/mm], (tips, tips), on a saddle of an offset [mm]."""
+        """Return the compliance between the contacts, times E [1/mm], (tips, tips), on a saddle of an offset [mm].
+
+        Feet are the positions by the inverse of [[c, r k_xy], [r k_xy, c]].
+        """
         along = self.rolling_factor
         across = self.dome_radius * (self.saddle(offset) if offset else 0.0)
-        feet = np.array(self.positions) @ np.linalg.inv([[along, across], [across, along]])
-        apart = np.linalg.norm(feet[:, None] - feet[None], axis=-1)
+        x, y = self._apart
+        apart = np.hypot(along * x - across * y, along * y - across * x) / (along**2 - across**2)
         np.fill_diagonal(apart, math.inf)
         return np.asarray((1.0 - self.poisson**2) / (math.pi * apart))
+
+    @cached_property
+    def level_S(self) -> Floats:
+        """Return S without an offset, which every step to an offset starts from."""
+        return self.S()
+
+    @cached_property
+    def _apart(self) -> Floats:
+        """Return how far the axes stand from each other along x and y [mm], (2, tips, tips)."""
+        positions = np.array(self.positions).T
+        return np.asarray(positions[:, :, None] - positions[:, None])
 
     def law(self, C: Matrix) -> "RiseLaw":
         """Return the law of these domes on springs of a compliance C [mm/N], (tips, tips)."""
@@ -173,9 +188,15 @@ class RiseLaw:
         """Return the contrast law with the S of an offset [mm]: what the body adds to a half-space stays."""
         if self.rolling is None:
             return self.contrast
-        S = np.array(self.contrast.S)
-        _of_flesh(S, self.rolling)[:] += self.rolling.S(offset) - self.rolling.S()
-        return replace(self.contrast, S=rows_of(S))
+        return replace(self.contrast, S=rows_of(self.S(offset)))
+
+    def S(self, offset: float) -> Floats:
+        """Return the S of an offset [mm], (tips, tips), times E [1/mm]."""
+        S = self.contrast.arrays[2]
+        if self.rolling is not None:
+            S = S.copy()
+            _of_flesh(S, self.rolling)[:] += self.rolling.S(offset) - self.rolling.level_S
+        return S
 
     def per_offset(self, offset: float) -> Floats:
         """Return the slope of S, times E, over the offset [1/mm^2], of the shape of S."""
@@ -373,15 +394,25 @@ class RisingPress:
         A `whole` press has to rise far enough after its last tip touched. What is read of a part of one need not: its
         uncertainty tells how far it rose.
         """
-        sums = self._to_deepest
+        touch = self._checked_touch(whole=whole)
+        return replace(rise_reading(self._law, self._to_deepest, self._noises), touch=touch)
+
+    def modulus(self) -> float:
+        """Return the modulus [MPa] of a whole press alone, as `reading` has it without noise; raises RiseError."""
+        self._checked_touch(whole=True)
+        return _solve(self._law, self._to_deepest).E
+
+    def _checked_touch(self, *, whole: bool) -> float:
+        """Return the whole force where the last tip touches over the largest [1]; raises RiseError as `reading`."""
+        count = self._to_deepest.count
         touch = float(self._touch_of_deepest / self._largest) if self._largest > 0.0 else 1.0
-        if sums.count < FEWEST:
+        if count < FEWEST:
             hint = "press farther, or more slowly"
-            message = f"samples with all tips on the fruit = {sums.count}: must be at least {FEWEST}; {hint}"
+            message = f"samples with all tips on the fruit = {count}: must be at least {FEWEST}; {hint}"
             raise RiseError("few_samples", message)
         if whole:
             self._refuse_short_rise(touch)
-        return replace(rise_reading(self._law, sums, self._noises), touch=touch)
+        return touch
 
     def _refuse_short_rise(self, touch: float) -> None:
         if touch > LARGEST_TOUCH_FORCE:
@@ -445,20 +476,23 @@ def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
     Domes alone need more than one step: the offset changes S by some per cent, and S the root. Each step leaves that
     fraction of the error of the step before. Raises RiseError.
     """
-    offset = 0.0
-    contrast = law.contrast
+    weights, _, S = law.contrast.arrays
+    rise_rigid, rise_dome, _ = _terms(law.contrast, sums.with_instrument)
+    rigid, dome, _ = _terms(law.contrast, sums.means)
+    rise_F, mean_F = (moments[0].astype(np.float64) for moments in (sums.with_instrument, sums.means))
+    known_gaps = float(np.dot(law.contrast.weights, law.contrast.gaps))
+    offset = 0.0  # that S belongs to
     for _ in range(MOST_STEPS):
+        of_S = weights @ S
         try:
-            z = smallest_root(*_terms(contrast, sums.with_instrument))  # E^(-1/3)
+            z = smallest_root(rise_rigid, rise_dome, float(of_S @ rise_F))  # E^(-1/3)
         except ReadingError as error:
             raise RiseError("out_of_range", str(error)) from error
-        rigid, dome, body = _terms(contrast, sums.means)
-        known_gaps = float(np.dot(contrast.weights, contrast.gaps))
-        before = offset
-        offset = -(rigid + known_gaps + z * z * (dome + body * z))
-        if law.rolling is None or abs(offset - before) <= SETTLED * abs(rigid):
-            return _Solution(1.0 / (z * z * z), offset, contrast)
-        contrast = law.with_offset(offset)
+        found = -(rigid + known_gaps + z * z * (dome + float(of_S @ mean_F) * z))
+        if law.rolling is None or abs(found - offset) <= SETTLED * abs(rigid):
+            return _Solution(1.0 / (z * z * z), found, law.with_offset(offset))
+        offset = found
+        S = law.S(offset)
     message = "the offset of the contrast does not settle: must be a press of this sensor on a fruit; calibrate it anew"
     raise RiseError("out_of_range", message)
 
