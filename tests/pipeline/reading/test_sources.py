@@ -339,7 +339,7 @@ def bias_on(sensor, fruit, modulus):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("row", [0, -1])
+@pytest.mark.parametrize("row", [pytest.param(0, marks=pytest.mark.study), -1])
 def test_flesh_of_another_ratio_moves_a_square_of_domes_as_told(gentle, row, monkeypatch):
     """By presses on flesh of that ratio: within what a piece that ends at its sides differs by from a layer.
 
@@ -356,7 +356,7 @@ def test_flesh_of_another_ratio_moves_a_square_of_domes_as_told(gentle, row, mon
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("row", [0, -1])
+@pytest.mark.parametrize("row", [0, pytest.param(-1, marks=pytest.mark.study)])
 def test_flesh_of_another_thickness_moves_a_square_of_domes_as_told(gentle, row):
     """By presses on both ends of the range: the larger of both.
 
