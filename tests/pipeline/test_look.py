@@ -118,6 +118,7 @@ def test_watch_refuses_a_second_design_and_a_file_that_is_none(capsys):
         assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_watch_looks_again_at_each_change_and_survives_a_bad_file(tmp_path):
     file = tmp_path / "mine.toml"
     text = (DESIGNS / "paper.toml").read_text()
