@@ -73,7 +73,7 @@ def test_springs_of_a_line_are_those_it_gives_and_do_not_move_each_other(line):
     assert (report["springs"]["K_l_N_per_m"], report["springs"]["K_h_N_per_m"]) == (753.0, 17300.0)
 
 
-@pytest.mark.parametrize("limit", ["bias", "uncertainty"])
+@pytest.mark.parametrize("limit", ["bias", pytest.param("uncertainty", marks=pytest.mark.slow)])
 def test_line_that_reads_badly_fails_by_that_reading(limit, tmp_path):
     """It is off by per cents: a limit of a thousandth is planted."""
     planted = {f"reading.{limit}_limit": 1e-3}
@@ -115,7 +115,7 @@ def test_pins_of_a_line_need_no_room_for_feet():
 @pytest.mark.parametrize(
     ("words", "code"),
     [
-        (["check", "{line}"], 0),
+        pytest.param(["check", "{line}"], 0, marks=pytest.mark.slow),
         (["explain", "K_l", "--out", "{line}"], 0),
         (["explain", "leaf", "--out", "{line}"], 0),
         (["view", "{line}", "--png", "{out}"], 2),

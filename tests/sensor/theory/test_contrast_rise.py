@@ -326,7 +326,7 @@ def least_spread(law, forces, E, noises):
     return 3.0 / z / math.sqrt(information)
 
 
-@pytest.mark.parametrize("tilt", [0.0, 0.03])
+@pytest.mark.parametrize("tilt", [pytest.param(0.0, marks=pytest.mark.slow), 0.03])
 @pytest.mark.parametrize(("E", "noise"), [(0.5, 0.006), (3.5, 0.001), (3.5, 0.006)])
 def test_noise_leaves_no_bias_and_nearly_the_least_spread(E, noise, tilt):
     law, true = level_press(E, tilt=tilt)

