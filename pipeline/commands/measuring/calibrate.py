@@ -85,7 +85,7 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable",
     from sensor.theory.contrast_law import ReadingError
 
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
-    plate = None if arguments.plate is None else measured_plate(arguments.plate, len(report.tips), flags)
+    plate = None if arguments.plate is None else measured_plate(arguments.plate, report, table, flags)
     try:
         calibration = calibrate_unit(report, table, fruit, plate)
     except ReadingError as error:

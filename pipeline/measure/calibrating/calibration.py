@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from cad.parts.coupon import modulus_factor
-from pipeline.measure.calibrating.channels import ChannelCalibration, weighed_channels
+from pipeline.measure.calibrating.channels import ChannelCalibration, saturation_of, weighed_channels
 from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
 from pipeline.measure.calibrating.plate import pressed_springs
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
@@ -26,6 +26,7 @@ from pipeline.measure.measured_table import (
     read_csv,
 )
 from pipeline.measure.table_text import place_of
+from pipeline.measure.unit.count_codes import with_signed_counts
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
@@ -89,7 +90,8 @@ def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_F
     if name == "tip" and is_counted:
         needed = (*needed, *counts)
         example = ",".join([example, *counts])
-    return numbers_of(form, rows, {key: quantities[key] for key in needed}, needed, example)
+    table = numbers_of(form, rows, {key: quantities[key] for key in needed}, needed, example)
+    return table if counts[0] not in table.numbers else with_signed_counts(table, counts, saturation_of(report))
 
 
 def calibrate_unit(

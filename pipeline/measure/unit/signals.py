@@ -16,7 +16,7 @@ from pipeline.measure.measured_table import (
 from pipeline.measure.table_text import WORDS, place_of
 from sensor.quantity import validation_error, written_number
 
-COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**31)
+COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**32)
 _OF_CHANNELS = r"(f|counts|t) ([lh]|[0-9]+)"  # what headers call those of any sensor
 
 
