@@ -29,6 +29,7 @@ class ContrastPress:
     ) -> None:
         """Begin a press."""
         self._sensor = sensor
+        self._lag = lag
         self._time_deviation = time_deviation_s
         self._hold = hold
         self._law = sensor.rise_law if hold is None else sensor.rise_law.over_time
@@ -68,6 +69,7 @@ class ContrastPress:
         u = half_width(sensor, E, [found.noise, *left_open.values(), *_by_shape(sensor, found.slopes)])
         deepest = self._press.deepest[: self._tips]
         reading = self._with_pose(found, E, u).of_samples(found.samples, sensor.steepness(E) * found.noise)
+        reading = reading.with_shift(self._shift_by_one(E, load))
         if self._stroke is not None:
             reading = self._stroke.beside(with_force_ratio(sensor, reading, found, deepest), load)
         if left_open["times"] > LARGEST_BY_TIME:
@@ -75,6 +77,11 @@ class ContrastPress:
         if self._hold is None:
             return reading
         return self._hold.beside(reading, sensor.rise_law.with_offset(found.offset), found.offset)
+
+    def _shift_by_one(self, E: float, load: int) -> float:
+        """Return the largest change of E [1] by leaving out what one bad conversion is part of; all of it for no E."""
+        moduli = [self._sensor.corrected(found) for found in self._press.moduli_without(load, self._lag)]
+        return max((1.0 if math.isnan(found) else abs(found / E - 1.0) for found in moduli), default=0.0)
 
     def _with_pose(self, found: RiseReading, E: float, u: float) -> FruitReading:
         """Return a reading E [MPa] +- u [1] with the tilt of the deepest sample, of a line or a square its offset too.
