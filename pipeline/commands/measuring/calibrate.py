@@ -10,7 +10,8 @@ from sensor.verdict import all_passed
 
 if TYPE_CHECKING:
     from pipeline.measure.calibrating.calibration import Calibration
-    from pipeline.measure.measured_table import ColumnFlags, MeasuredTable
+    from pipeline.measure.tables.headers import ColumnFlags
+    from pipeline.measure.tables.measured_table import MeasuredTable
     from pipeline.report.report import Report
     from sensor.quantity import Estimate
 
@@ -41,7 +42,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
     from pipeline.measure.calibrating.calibration import measured_print
-    from pipeline.measure.measured_table import ColumnFlags
+    from pipeline.measure.tables.headers import ColumnFlags
     from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.measure.unit.signals import count_keys, force_keys
     from pipeline.report.report import read_report

@@ -186,8 +186,8 @@ def _read_moment(arguments: Namespace, sensor: "MeasuringUnit") -> int:
 
 def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     """Read and print every press of a file or of the standard input; return 1 where none tells a modulus."""
-    from pipeline.measure.measured_table import ColumnFlags
-    from pipeline.measure.table_text import lines_of
+    from pipeline.measure.tables.headers import ColumnFlags
+    from pipeline.measure.tables.rows import lines_of
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.signals import Signal
 

@@ -14,18 +14,11 @@ from pipeline.measure.calibrating.plate import pressed_springs
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import weighed_springs
-from pipeline.measure.measured_table import (
-    FORCE,
-    LENGTH,
-    NO_FLAGS,
-    ColumnFlags,
-    HeaderWords,
-    MeasuredTable,
-    Quantity,
-    numbers_of,
-    read_csv,
-)
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.columns import read_csv
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags, HeaderWords
+from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
+from pipeline.measure.tables.units import FORCE, LENGTH, Quantity
 from pipeline.measure.unit.count_codes import with_signed_counts
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pipeline.measure.calibrating.weighing import line_through, refuse_odd_row
-from pipeline.measure.measured_table import MeasuredTable
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.measured_table import MeasuredTable
 from pipeline.measure.unit.signals import count_keys
 from pipeline.report.report import Report
 from sensor.arrays import Floats

@@ -13,16 +13,11 @@ import numpy as np
 from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of, saturation_of
 from pipeline.measure.calibrating.line_checks import LEAST_SPAN, bend_of, odd_row
 from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_through
-from pipeline.measure.measured_table import (
-    LENGTH,
-    NO_FLAGS,
-    ColumnFlags,
-    MeasuredTable,
-    Quantity,
-    numbers_of,
-    read_csv,
-)
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.columns import read_csv
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
+from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
+from pipeline.measure.tables.units import LENGTH, Quantity
 from pipeline.measure.unit.count_codes import with_signed_counts
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.reading.uncertainty import BOUNDED

@@ -11,8 +11,8 @@ from enum import Enum
 
 import numpy as np
 
-from pipeline.measure.measured_table import MeasuredTable
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.measured_table import MeasuredTable
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 
