@@ -53,13 +53,18 @@ curved. The offset tells the saddle, and the saddle the distances of the contact
 solved anew until gamma rests. An error of a tip's height is mistaken for a saddle there. It moves E through S alone,
 by `RiseSlopes.offset` per mm.
 
-Only means and co-moments are kept, each from its mean: a press of any length needs the same memory, and single
-precision is enough. W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is not
-white, as behind a filter, must be thinned out before. mm, N, MPa.
+**One bad sample.** It moves E by its residual times how far its instrument is off the mean, the more the fewer the
+samples are. The moduli without each one tell by how much, of whatever kind it is: the jackknife, J. W. Tukey, Ann.
+Math. Stat. 29 (1958) 614. So the first samples of a press are kept.
+
+Of all others only means and co-moments are kept, each from its mean: a press of any length needs the same memory, and
+single precision is enough. W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is
+not white, as behind a filter, must be thinned out before. mm, N, MPa.
 """
 
 import math
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -77,6 +82,7 @@ LEAST_RISE = 5.0  # of the instrument over its noise, which then costs less than
 LARGEST_NOISE = 1.0 / 3.0  # of E: beyond, the root of the cubic scatters too far for its slope
 LARGEST_BY_TIME = 0.02  # of E, one standard deviation: a standard uncertainty of 5 % becomes 5.4 % by it
 SETTLED = 1e-12  # relative change at which the offset has settled: round-off
+MOST_LEFT_OUT_EACH = 32  # samples of a press whose moduli without each are told: of more a single one moves E little
 MOST_STEPS = 50  # of the offset, each of which leaves some per cent of the error of the one before
 STEP = 1e-4  # of an offset [mm], for its slope
 
@@ -346,12 +352,14 @@ class RisingPress:
         self._law = law
         self._noises = noises
         self._least = least_forces
-        # Since all tips touched: the sums, and the total force [N] at which the last of them did.
+        # Since all tips touched: the sums, the total force [N] at which the last of them did, and the first samples.
         self._sums = RiseSums()
         self._touch = 0.0
+        self._first: list[tuple[float, Samples, Samples]] = []
         # The same up to the deepest sample, which has the largest total force [N].
         self._to_deepest = RiseSums()
         self._touch_of_deepest = 0.0
+        self._first_of_deepest = self._first
         self._largest = 0.0
         self.deepest: Samples | None = None
         # Total forces [N] of the samples before, the oldest of which is the instrument; forces of the last one.
@@ -380,11 +388,15 @@ class RisingPress:
         instrument = self._before[0]
         if self._sums.count == 0:
             self._touch = instrument
+            self._first = []
         rates = (forces - self._forces_before) / elapsed if elapsed else 0.0 * forces
         self._sums = self._sums.with_sample(instrument, forces, rates)
+        if len(self._first) <= MOST_LEFT_OUT_EACH:
+            self._first.append((instrument, forces, rates))
         if total >= self._largest:
             self._largest = total
             self._to_deepest = self._sums
+            self._first_of_deepest = self._first
             self._touch_of_deepest = self._touch
             self.deepest = forces
 
@@ -413,6 +425,23 @@ class RisingPress:
         if whole:
             self._refuse_short_rise(touch)
         return touch
+
+    def moduli_without(self, several: int = 1) -> Iterator[float]:
+        """Yield the modulus of a press [MPa] without each `several` samples in a row, nan where it has none.
+
+        A press of more than `MOST_LEFT_OUT_EACH` samples yields none.
+        """
+        count = self._to_deepest.count
+        if count > MOST_LEFT_OUT_EACH:
+            return
+        for start in range(count - several + 1):
+            sums = RiseSums()
+            for sample in (*self._first_of_deepest[:start], *self._first_of_deepest[start + several : count]):
+                sums = sums.with_sample(*sample)
+            try:
+                yield _solve(self._law, sums).E
+            except RiseError:
+                yield math.nan
 
     def _refuse_short_rise(self, touch: float) -> None:
         if touch > LARGEST_TOUCH_FORCE:

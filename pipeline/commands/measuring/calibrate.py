@@ -19,7 +19,8 @@ from sensor.verdict import all_passed
 
 if TYPE_CHECKING:
     from pipeline.measure.calibrating.calibration import Calibration
-    from pipeline.measure.measured_table import ColumnFlags, MeasuredTable
+    from pipeline.measure.tables.headers import ColumnFlags
+    from pipeline.measure.tables.measured_table import MeasuredTable
     from pipeline.report.report import Report
     from sensor.quantity import Estimate
 
@@ -52,7 +53,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
     from pipeline.measure.calibrating.calibration import measured_print
-    from pipeline.measure.measured_table import ColumnFlags
+    from pipeline.measure.tables.headers import ColumnFlags
     from pipeline.measure.unit.printed_unit import WEIGHED_AFTER
     from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.measure.unit.signals import count_keys, force_keys
@@ -100,7 +101,7 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable",
     from sensor.theory.contrast_law import ReadingError
 
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
-    plate = None if arguments.plate is None else measured_plate(arguments.plate, len(report.tips), flags)
+    plate = None if arguments.plate is None else measured_plate(arguments.plate, report, table, flags)
     try:
         calibration = calibrate_unit(report, table, fruit, plate, arguments.after)
     except ReadingError as error:

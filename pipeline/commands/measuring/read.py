@@ -181,7 +181,7 @@ def _read_moment(arguments: Namespace, sensor: "MeasuringUnit") -> int:
         flag = "--counts"
         counts = numbers_of_text(arguments.counts, len(tips), "--counts", "counts")
         tare = None if arguments.tare is None else numbers_of_text(arguments.tare, len(tips), "--tare", "counts")
-        channels = forces_of_counts(sensor, counts, tare)
+        channels = forces_of_counts(sensor, counts, tare, lambda told: print_error(f"note: --counts: {told}"))
     refuse_out_of_scale(sensor, channels, lambda tip: f"{flag}: tip {tips[tip].name}")
     reading = single_reading(sensor, sensor.forces_of_channels(channels))
     print_error("note: one reading of a pair is its force ratio, right only for a level press; read a press instead")
@@ -192,8 +192,8 @@ def _read_moment(arguments: Namespace, sensor: "MeasuringUnit") -> int:
 
 def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     """Read and print every press of a file or of the standard input; return 1 where none tells a modulus."""
-    from pipeline.measure.measured_table import ColumnFlags
-    from pipeline.measure.table_text import lines_of
+    from pipeline.measure.tables.headers import ColumnFlags
+    from pipeline.measure.tables.rows import lines_of
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.signals import Signal
 
@@ -205,7 +205,11 @@ def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
         print_error(f"note: {note}")
     if not signal.timed and sensor.report.read_out.signal is None:
         print_error("note: no time for each channel, and no [readout]: all channels of a line are taken as at once")
-    for reading in readings_of(sensor, signal, every_sample=arguments.each):
+
+    def say(told: str) -> None:
+        print_error(f"note: {signal.source}: {told}")
+
+    for reading in readings_of(sensor, signal, every_sample=arguments.each, say=say):
         has_modulus = has_modulus or reading.E is not None
         _print_reading(reading, indent=None, as_json=arguments.json)
     return PASSED if has_modulus else FAILED

@@ -8,26 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from cad.parts.coupon import modulus_factor
-from pipeline.measure.calibrating.channels import ChannelCalibration, weighed_channels
+from pipeline.measure.calibrating.channels import ChannelCalibration, saturation_of, weighed_channels
 from pipeline.measure.calibrating.creep import Weighing, weighing
 from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
 from pipeline.measure.calibrating.plate import pressed_springs
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import weighed_springs
-from pipeline.measure.measured_table import (
-    FORCE,
-    LENGTH,
-    NO_FLAGS,
-    TIME,
-    ColumnFlags,
-    HeaderWords,
-    MeasuredTable,
-    Quantity,
-    numbers_of,
-    read_csv,
-)
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.columns import read_csv
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags, HeaderWords
+from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
+from pipeline.measure.tables.units import FORCE, LENGTH, TIME, Quantity
+from pipeline.measure.unit.count_codes import with_signed_counts
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import WEIGHED_AFTER, PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
@@ -99,7 +92,8 @@ def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_F
         example = ",".join([example, *counts])
     if name == "tip" and "t" in words.names(header):
         needed = (*needed, "t")
-    return numbers_of(form, rows, {key: quantities[key] for key in needed}, needed, example)
+    table = numbers_of(form, rows, {key: quantities[key] for key in needed}, needed, example)
+    return table if counts[0] not in table.numbers else with_signed_counts(table, counts, saturation_of(report))
 
 
 def calibrate_unit(

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.measure.calibrating.line_checks import ROUNDED
-from pipeline.measure.measured_table import MeasuredTable
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.measured_table import MeasuredTable
 from pipeline.measure.unit.signals import count_keys
 from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats

@@ -29,6 +29,7 @@ class ContrastPress:
     ) -> None:
         """Begin a press."""
         self._sensor = sensor
+        self._lag = lag
         self._time_deviation = time_deviation_s
         self._hold = hold
         self._law = sensor.rise_law if hold is None else sensor.rise_law.over_time
@@ -71,6 +72,7 @@ class ContrastPress:
         stiffened = sensor.press_over_weighed(press_s)
         reading = self._with_pose(found, E, u, stiffened)
         reading = reading.of_samples(found.samples, sensor.steepness(E) * found.noise)
+        reading = reading.with_shift(self._shift_by_one(E, load, press_s))
         if self._stroke is not None:
             reading = with_force_ratio(sensor, reading, found, deepest, press_s)
             reading = self._stroke.beside(reading, load, press_s)
@@ -80,6 +82,14 @@ class ContrastPress:
             return reading
         contrast = sensor.rise_law.with_offset(found.offset)
         return self._hold.beside(reading, contrast, found.offset, stiffened)
+
+    def _shift_by_one(self, E: float, load: int, press_s: float | None) -> float:
+        """Return the largest change of E [1] by leaving out what one bad conversion is part of; all of it for no E.
+
+        `press_s` [s] is as `reading` has it.
+        """
+        moduli = [self._sensor.corrected(found, press_s) for found in self._press.moduli_without(load, self._lag)]
+        return max((1.0 if math.isnan(found) else abs(found / E - 1.0) for found in moduli), default=0.0)
 
     def _with_pose(self, found: RiseReading, E: float, u: float, stiffened: float) -> FruitReading:
         """Return a reading E [MPa] +- u [1] with the tilt of the deepest sample, of a line or a square its offset too.

@@ -65,6 +65,17 @@ class FruitReading:
         """Return this reading as one of so many samples, whose noise leaves it a standard deviation [1]."""
         return replace(self, samples=count, noise=COVERAGE * deviation)
 
+    def with_shift(self, shift: float) -> "FruitReading":
+        """Return this reading, which moves by a fraction `shift` where one of its samples is left out.
+
+        Where that is beyond the half width, the sample may be a bad one, and nothing tells: the half width of the
+        reading then holds that of the reading without the sample.
+        """
+        if self.u is None or shift <= self.u:
+            return self
+        flags = [] if self.u > UNCERTAIN or self.u + shift <= UNCERTAIN else ["uncertain"]
+        return replace(self, u=self.u + shift, flags=(*self.flags, *flags, "one_sample"))
+
     def with_offset(self, offset: float, u: float) -> "FruitReading":
         """Return this reading as one in which the high tips stand nearer to the skin by an offset +- u [mm]."""
         return replace(self, offset=offset, offset_u=u)

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from pipeline.measure.unit.contrast_press import ContrastPress
+from pipeline.measure.unit.count_codes import SignedSamples
 from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.one_time import AtOneTime
@@ -26,15 +27,18 @@ MOST_NAMED = 10
 """Lines of a press that are named as left out; a stream may go on for ever."""
 
 
-def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False) -> Iterator[FruitReading]:
+def readings_of(
+    sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False, say: Callable[[str], None] = lambda _: None
+) -> Iterator[FruitReading]:
     """Yield one reading for each press of a signal as it ends, or the press so far at each sample of it.
 
-    A signal without a press yields one reading, flagged as lifted off. Raises InputError at a line that is no sample,
-    and for a line or a square whose report has no readings of whole presses.
+    `say` hears what counts are read as where they are no signed ones. A signal without a press yields one reading,
+    flagged as lifted off. Raises InputError at a line that is no sample, and for a line or a square whose report has no
+    readings of whole presses.
     """
     sensor.refuse_without_rise_level()
     if signal.counted:
-        tare, counts = tare_of(sensor, signal)
+        tare, counts = tare_of(sensor, signal, say)
         at_one_time = sensor_times(sensor, counts, signal.source)
         samples = counted_in_newtons(sensor, at_one_time, tare)
     else:
@@ -66,8 +70,10 @@ def counted_in_newtons(sensor: MeasuringUnit, samples: Iterable[Sample], tare: S
         yield replace(sample, forces=sensor.unit.forces_of_counts(sample.forces, tare))
 
 
-def tare_of(sensor: MeasuringUnit, signal: Signal) -> tuple[list[float], Iterator[Sample]]:
+def tare_of(sensor: MeasuringUnit, signal: Signal, say: Callable[[str], None]) -> tuple[list[float], Iterator[Sample]]:
     """Return the tare of a signal of counts, its first ten samples, of a free sensor, and the samples behind them.
+
+    Their counts are signed, as the zero of the calibration tells; `say` hears so where those of the file are not.
 
     Raises InputError for a unit whose counts were not calibrated, for counts at the end of the converter's range, and
     for a tare that is no free sensor's: unsteady, or more than a full scale off that of the calibration.
@@ -76,9 +82,14 @@ def tare_of(sensor: MeasuringUnit, signal: Signal) -> tuple[list[float], Iterato
     _refuse_uncalibrated(sensor, "FILE.csv")
 
     def whole() -> Iterator[Sample]:
-        for sample in signal:
-            _refuse_saturated(sensor, sample.forces, partial(signal.place, sample))
-            yield sample
+        written = iter(signal)
+        first = list(itertools.islice(written, TARE_SAMPLES))
+        code = SignedSamples([sample.forces for sample in first], unit.zero_counts, unit.saturation_counts, say)
+        for sample in itertools.chain(first, written):
+            place = partial(signal.place, sample)
+            signed = replace(sample, forces=code.signed(sample.forces, place))
+            _refuse_saturated(sensor, signed.forces, place)
+            yield signed
 
     samples = whole()
     free = list(itertools.islice(samples, TARE_SAMPLES))
@@ -99,12 +110,24 @@ def tare_of(sensor: MeasuringUnit, signal: Signal) -> tuple[list[float], Iterato
     return tare, samples
 
 
-def forces_of_counts(sensor: MeasuringUnit, counts: Sequence[float], tare: Sequence[float] | None) -> tuple[float, ...]:
-    """Return the forces [N] of `--counts`, above a tare or the zero of the calibration; raises InputError."""
+def forces_of_counts(
+    sensor: MeasuringUnit,
+    counts: Sequence[float],
+    tare: Sequence[float] | None,
+    say: Callable[[str], None] = lambda _: None,
+) -> tuple[float, ...]:
+    """Return the forces [N] of `--counts`, above a tare or the zero of the calibration; raises InputError.
+
+    `say` hears what counts are read as where they are no signed ones.
+    """
     _refuse_uncalibrated(sensor, "--counts")
-    _refuse_saturated(sensor, counts, lambda _: "--counts")
-    _refuse_saturated(sensor, tare or (), lambda _: "--tare")
-    return sensor.unit.forces_of_counts(counts, tare or sensor.unit.zero_counts)
+    unit = sensor.unit
+    code = SignedSamples([tare or counts], unit.zero_counts, unit.saturation_counts, say)
+    signed_tare = code.signed(tare, lambda _: "--tare") if tare else unit.zero_counts
+    signed = code.signed(counts, lambda _: "--counts")
+    _refuse_saturated(sensor, signed, lambda _: "--counts")
+    _refuse_saturated(sensor, signed_tare, lambda _: "--tare")
+    return unit.forces_of_counts(signed, signed_tare)
 
 
 def _refuse_uncalibrated(sensor: MeasuringUnit, name: str) -> None:

@@ -8,8 +8,10 @@ from hostile_tables import bombs, contradictory, damaged, invented
 
 from pipeline.measure.compression.loading import loading
 from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
-from pipeline.measure.measured_table import ColumnFlags, numbers_of, read_csv
-from pipeline.measure.table_text import lines_of
+from pipeline.measure.tables.columns import read_csv
+from pipeline.measure.tables.headers import ColumnFlags
+from pipeline.measure.tables.measured_table import numbers_of
+from pipeline.measure.tables.rows import lines_of
 from pipeline.measure.unit.signals import Signal
 from sensor.quantity import InputError
 

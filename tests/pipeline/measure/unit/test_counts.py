@@ -18,7 +18,7 @@ from measured_units import MeasuredDesign, elastic, printed_by_header, random_po
 
 from pipeline.cli import main
 from pipeline.measure.calibrating import plate as room
-from pipeline.measure.calibrating.calibration import WITHOUT_PLATE
+from pipeline.measure.calibrating.calibration import WITHOUT_PLATE, measured_print
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, readings_of
@@ -389,6 +389,76 @@ def test_counts_that_tell_no_force_are_refused(mango, rng, calibrate):
     assert pytest.approx(last.E, rel=1e-12) == read(sensor, held)[0].E
     assert above_tare == pytest.approx(forces[-1].tolist(), rel=0.01)
     assert pytest.approx(1.5, rel=0.05) == read(sensor, rows)[0].E
+
+
+HALF = 2**23
+UNSIGNED = {"without sign": lambda count: count % (2 * HALF), "offset": lambda count: count + HALF}
+"""Counts of 24 bits as a log without a sign has them, by the name of their code."""
+
+
+def coded(text, code, first):
+    """Return a table whose counts, from the column `first` on, are written by a code."""
+    head, *rows = [line.split(",") for line in text.splitlines()]
+    rows = [[*row[:first], *(str(UNSIGNED[code](int(cell))) for cell in row[first:])] for row in rows]
+    return "\n".join(map(",".join, [head, *rows]))
+
+
+@pytest.mark.parametrize("zero", [(-2e5, -3e5, 1e5, -1e5), (1e5, 1e5, 1e5, 1e5)])
+@pytest.mark.parametrize("code", UNSIGNED)
+def test_unsigned_counts_are_read_as_signed_ones(code, zero, mango, rng, calibrate):
+    """Of weights, plate and press: where channels pass 0 or the middle of the range, and where none does."""
+    electronics = Electronics(mango, rng)
+    electronics.zero = np.array(zero)
+    tables = weights(mango, 1.0, electronics), plate_press(mango, 1.0, electronics)
+    unit = calibrate(mango.report, *tables).unit
+    assert calibrate(mango.report, coded(tables[0], code, 3), coded(tables[1], code, 1)).unit == unit
+    sensor = MeasuringUnit(report=mango.report, unit=unit)
+    rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, 1.5))])
+    unsigned = UNSIGNED[code](rows)
+    told = []
+    (found,) = readings_of(sensor, Signal(signal_of(unsigned), "press.csv", 4), say=told.append)
+    (expected,) = read(sensor, rows)
+    assert (found.E, found.u) == (expected.E, expected.u)
+    assert len(told) == (unsigned != rows).any()
+    tare, last = unsigned[:TARE_SAMPLES].mean(axis=0).tolist(), unsigned[-1].tolist()
+    if code == "offset":  # counts of a free sensor that passes 0 have no mean without their sign
+        of_signed = forces_of_counts(sensor, rows[-1].tolist(), rows[:TARE_SAMPLES].mean(axis=0).tolist())
+        assert forces_of_counts(sensor, last, tare) == pytest.approx(of_signed, rel=1e-12)
+
+
+def test_counts_are_refused_where_their_code_is_not_sure(mango, rng, calibrate):
+    """A free sensor far from 0, one count of another kind, and a sign after counts without one."""
+    electronics = Electronics(mango, rng)
+    electronics.zero = np.full(4, -3e6)  # no load of this table brings a channel up to 0
+    with pytest.raises(InputError):
+        calibrate(mango.report, coded(weights(mango, 1.0, electronics), "without sign", 3))
+    electronics.zero = np.full(4, 1e5)
+    plain = weights(mango, 1.0, electronics)
+    *rows, last = plain.splitlines()
+    with pytest.raises(InputError):
+        calibrate(mango.report, "\n".join([*rows, f"{last.rpartition(',')[0]},9000000"]))
+    sensor = MeasuringUnit(report=mango.report, unit=calibrate(mango.report, plain).unit)
+    press = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, 1.5))])
+    for wrong in ((9000000,), (-20, 9000000), (16777210, -20), (40000000,)):
+        bad = press.copy()
+        bad[12 : 12 + len(wrong), 1] = wrong
+        with pytest.raises(InputError) as refused:
+            read(sensor, bad)
+        assert "line" in refused.value.field
+
+
+@pytest.mark.parametrize("code", UNSIGNED)
+def test_a_table_says_what_its_counts_were_read_as(code, mango, rng, tmp_path):
+    electronics = Electronics(mango, rng)
+    path = tmp_path / "counts.csv"
+    table = weights(mango, 1.0, electronics)
+    path.write_text(table, encoding="utf-8")
+    plain = measured_print(path, mango.report)
+    path.write_text(coded(table, code, 3), encoding="utf-8")
+    found = measured_print(path, mango.report)
+    zero = {"without sign": f"{2 * HALF - 1} is -1", "offset": f"{HALF} is 0"}[code]
+    assert found.understood.startswith(plain.understood)
+    assert found.understood.endswith(zero)
 
 
 def in_c(folder, sensor, rows):
