@@ -426,7 +426,7 @@ class Report:
     )
     level: LevelReport = report_field("", "a level sensor by the two-spring law", level="contact")
     verdicts: tuple[Verdict, ...] = report_field("", "the verdicts on the design")
-    remedy: str | None = report_field("", "the remedy of the first verdict that did not pass; null where all pass")
+    remedy: str | None = report_field("", "the hint of the first verdict that did not pass; null where all pass")
     errors: dict[str, BudgetReport | None] = report_field(
         "", "what the error of each number is made of; null where it has none", level="files", each="NUMBER"
     )

@@ -135,14 +135,16 @@ class Print:
     """
 
     process: str = choice(
-        tuple(PROCESSES), default="fdm-petg", meaning="how the housing is made, see [processes](processes.md)"
+        tuple(PROCESSES),
+        default="fdm-petg",
+        meaning="how the housing is made, see [processes](design-file.md#print-processes)",
     )
     process_file: str | None = text_field(
         default=None,
         hint="the path of a TOML file",
         meaning=(
             "a TOML file with a printer of your own, its path from the design file, see "
-            "[processes](processes.md#a-printer-of-your-own)"
+            "[processes](design-file.md#a-printer-of-your-own)"
         ),
     )
     max_length_mm: float = quantity(

@@ -44,7 +44,8 @@ GLUED = 0.25  # of what gauges stiffen: a judgement, as makers give neither the 
 # tests/reference/fits/test_housing.py
 FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
 # Largest change of the low and of the high spring by another mount, over presets, processes and mounts, with a margin
-# of a quarter: docs/other-mounts.md. The low spring counts as softer and the high one as stiffer, which moves P most.
+# of a quarter: docs/measurements.md#other-mounts. The low spring counts as softer and the high one as stiffer, which
+# moves P most.
 LARGEST_MOUNT_CHANGES = (-0.0011, 0.0086)
 CALIBRATED = 0.01  # of each stiffness: what weighing a printed unit reaches
 ZEROED_MM = 0.01  # what zeroing on a flat plate leaves between the heights of two tips: a judgement
@@ -225,7 +226,7 @@ def _other_mount(mounts: Mapping[str, PerTip]) -> Effect:
         worst = LARGEST_MOUNT_CHANGES
         percents = " and ".join(f"{100.0 * abs(change):.2g}" for change in worst)
         told = (
-            f"at most {percents} % over presets, processes and mounts (docs/other-mounts.md); pipeline design solves it"
+            f"at most {percents} % over presets, processes and mounts (docs/measurements.md); pipeline design solves it"
         )
     return Effect(name="mount", reason=f"another mount than the sheet's: {told}", springs=worst, calibrated=True)
 

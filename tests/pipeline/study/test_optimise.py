@@ -412,7 +412,7 @@ evaluations = 24
     out = tmp_path / "out"
     assert main(["optimise", str(written(text)), "--out", str(out), "--processes", "1", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert answer["value"] <= 0.12312  # of mango, docs/layouts.md
+    assert answer["value"] <= 0.12312  # of mango, docs/presets.md#layouts-of-tips
     report = json.loads((out / "best" / "report.json").read_text(encoding="utf-8"))
     assert report["reading"]["uncertainty_percent"] == pytest.approx(100.0 * answer["value"], rel=0.02)
     assert (out / "best-designs" / "base.toml").is_file()
