@@ -28,7 +28,6 @@ SCENES = {
     "thin layer, nu 0.45": (Fruit(length_mm=16.0, width_mm=10.0, height_mm=2.0, poisson=0.45), TIPS),
     "near a side": (Fruit(length_mm=14.0, width_mm=8.0), Tips(spacing_mm=8.0, offset_mm=1.0)),
 }
-QUICKEST = "thin layer, nu 0.45"
 
 
 solved = functools.cache(contact_compliance)
@@ -39,15 +38,13 @@ def paired(S):
     return 0.5 * (S[0][0] + S[1][1]) - 0.5 * (S[0][1] + S[1][0])
 
 
-@pytest.fixture(
-    scope="module", params=[pytest.param(name, marks=pytest.mark.study if name != QUICKEST else ()) for name in SCENES]
-)
+@pytest.fixture(scope="module", params=SCENES)
 def both(request):
     fruit, tips = SCENES[request.param]
     return contact_compliance(fruit, tips, "auto"), contact_compliance(fruit, tips, "direct")
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_split_and_direct_agree_within_their_error_bars(both):
     split, direct = both
     assert split.info.method == "split"
