@@ -24,6 +24,7 @@ from sensor.theory.creep import CreepLaw
 LEAST_RATIO = 1.5
 """Of two times of one weight, from which on they tell creep."""
 _ROUNDS = 4  # of Gauss-Newton, each of which squares the error of the exponent
+_MOST = math.log10(2.0)  # exponent of a compliance that doubles in a decade
 _FEWEST = 4  # rows of a tip for a zero, a compliance and an exponent
 _UNSEEN = 0.5
 """Of the scatter of a process: what of it stays where a unit's own creep is taken to times before those weighed.
@@ -93,7 +94,7 @@ def refuse_bad_times(table: MeasuredTable) -> None:
 def _own_creep(table: MeasuredTable, report: Report, after: float) -> CreepLaw | None:
     """Return the creep that rows of one weight at several times tell; None where no weight has them.
 
-    Raises InputError for a compliance that falls with time.
+    Raises InputError for a compliance that falls with time, or doubles in a decade.
     """
     found = list(_exponents(table, report, after))
     if not found:
@@ -103,10 +104,10 @@ def _own_creep(table: MeasuredTable, report: Report, after: float) -> CreepLaw |
     mean = float(np.average(values, weights=weights))
     scatter = float(weights @ (values - mean) ** 2) / max(len(found) - 1, 1)
     error = math.sqrt(max(scatter, 1.0) / float(weights.sum()))
-    if mean + 2.0 * error < 0.0:
+    if not (mean + 2.0 * error >= 0.0 and mean < _MOST):
         field = f"{table.source}: growth of the deflection in a decade of time"
         hint = "check t_s, and that each weight hung alone on a spring that had rested"
-        raise validation_error(field, float(f"{10.0**mean - 1.0:.3g}"), "", "at least 0", hint)
+        raise validation_error(field, float(f"{10.0**mean - 1.0:.3g}"), "", "at least 0 and less than 1", hint)
     per_decade = 10.0 ** max(mean, 0.0) - 1.0
     return CreepLaw(per_decade, math.log(10.0) * (1.0 + per_decade) * error)
 
@@ -123,7 +124,8 @@ def _exponents(table: MeasuredTable, report: Report, after: float) -> Iterator[E
         for column in ("deflection", key):
             if column in table.numbers:
                 shown, digits = table.numbers[column][rows], table.last_digits[column][rows]
-                yield _exponent(forces, times / after, shown, ROUNDED * digits)
+                if np.ptp(shown) > 0.0:  # a dead channel is refused later
+                    yield _exponent(forces, times / after, shown, ROUNDED * digits)
 
 
 def _has_several_times(forces: Floats, times: Floats) -> bool:
@@ -144,11 +146,11 @@ def _exponent(forces: Floats, since: Floats, shown: Floats, rounding: Floats) ->
         grown = forces * np.exp(exponent * logs)
         columns = np.column_stack([np.ones(len(forces)), grown, grown * logs])
         inverse = np.linalg.pinv(columns)
-        zero, compliance, slope = (inverse @ shown).tolist()
+        zero, compliance, slope = inverse @ shown
         left = shown - columns @ [zero, compliance, slope]
         scatter = left @ left / max(len(forces) - columns.shape[1], 1)
-        deviation = float(np.linalg.norm(inverse[2] * np.sqrt(scatter + rounding**2))) / abs(compliance)
-        exponent += slope / compliance
+        deviation = float(np.linalg.norm(inverse[2] * np.sqrt(scatter + rounding**2)) / abs(compliance))
+        exponent = float(np.clip(exponent + slope / compliance, -1.0, 1.0))
     return Estimate(exponent, deviation)
 
 

@@ -114,10 +114,22 @@ def test_times_do_nothing_to_metal(after, paper, tmp_path):
     assert found.unit.creep_per_decade is None
 
 
-def test_a_spring_that_stiffens_with_time_is_refused(paper, calibrate):
+@pytest.mark.parametrize("per_decade", [-0.05, 1.5])
+def test_a_spring_that_stiffens_or_flows_is_refused(per_decade, paper, calibrate):
     with pytest.raises(InputError) as caught:
-        calibrate(paper.report, table(paper, -0.05))
-    assert caught.value.value == pytest.approx(-0.05, abs=1e-3)
+        calibrate(paper.report, table(paper, per_decade))
+    assert caught.value.value == pytest.approx(per_decade, abs=1e-3)
+
+
+def test_a_dead_channel_and_a_spring_that_stays_are_named_beside_times(paper, calibrate):
+    """By the checks that name them without times: nothing divides by what did not move."""
+    head, *rows = table(paper, 0.025, counts=True).splitlines()
+    cells = [row.split(",") for row in rows]
+    for column, name in ((4, "counts_l"), (3, "low")):
+        dead = [[*row[:column], "5", *row[column + 1 :]] for row in cells]
+        with pytest.raises(InputError) as caught:
+            calibrate(paper.report, "\n".join([head, *map(",".join, dead)]))
+        assert name in caught.value.field
 
 
 def test_unit_of_an_earlier_version_creeps_as_its_process(paper, calibrate, tmp_path):
