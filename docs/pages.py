@@ -64,6 +64,11 @@ DESIGN_TAIL = """\
 - A square is printed as two equal plates back to back: `tips.spacing_mm` holds a plate as deep as a tip is wide, and
   the pads between the plates, 0.4 or 0.5 mm.
 - A line of three has no housing: its springs are those of `[springs]`, and `pipeline design` refuses it.
+- `print.leaves = "spring-steel"` takes strips of sold sheet, glued into slots of a plastic print; a process of metal, a
+  line of three and gauges are refused beside it. The sheet is the thinnest whose stiffness scatters by at most 5 % once
+  it is weighed, or the one that `leaf_thickness_low_mm` and `leaf_thickness_high_mm` name: 0.1, 0.15, 0.2, 0.25, 0.3
+  or 0.4 mm. Weigh each sheet, give what it measures as `leaf_measured_low_mm` and `leaf_measured_high_mm`, and print
+  the frame anew: its free lengths are fitted to the sheet at hand.
 
 A pair lies along the length of the fruit, the low tip at -x, the high tip at +x; a line too, in its order. A square
 goes round from (-x, -y): low, high, low, high. With tilt, roll, curved fruit, fillets or spheres a tip may touch in

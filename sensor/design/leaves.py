@@ -67,7 +67,8 @@ class Leaves:
     @property
     def is_one_sheet(self) -> bool:
         """Say whether the strips of both springs are cut from one sheet, so that they are off alike."""
-        return self.sold_mm is not None and self.sold_mm[0] == self.sold_mm[1]
+        low, high = zip(self.sold_mm or (0.0, 1.0), self.thicknesses_mm, self.accuracies_mm, strict=True)
+        return low == high
 
     def causes(self, lengths: Sequence[float]) -> Iterator[tuple[str, tuple[float, float]]]:
         """Yield each cause of the scatter of strips: its name, and how far it moves both springs, two sigma [1].

@@ -130,29 +130,35 @@ def design_digest(design: Design) -> str:
 def nominal_unit(report: Report) -> PrintedUnit:
     """Return the unit that is exactly as designed, its springs as uncertain as the process prints them.
 
-    A leaf's stiffness is proportional to its modulus and the third power of its thickness, whose scatters are the
-    process's. Strips of sheet have the causes of their own. No weight was read, so the scatter of the modulus holds
-    its creep too.
+    No weight was read, so the scatter of the modulus holds its creep too.
     """
-    design = report.design
-    process = design.process
-    percent = []
-    if design.print.leaves == PRINTED:
-        for thickness in design.tips.each(*process.leaf_thicknesses_mm):
-            by_thickness = 3.0 * 0.5 * process.accuracy_mm / thickness
-            percent.append(100.0 * (by_thickness**2 + process.E_scatter**2) ** 0.5)
-    else:
-        lengths = [flexure.dimensions_mm.length for flexure in report.flexures.values() if flexure.dimensions_mm]
-        sizes = [sizes for _, sizes in report.leaves.causes(lengths)]
-        low, high = (100.0 / COVERAGE * math.hypot(*of_spring) for of_spring in zip(*sizes, strict=True))
-        percent += design.tips.each(low, high)
     unit = unit_of(
         report,
         stiffnesses=[1.0 / row[tip] for tip, row in enumerate(report.read_out.springs_mm_per_N)],
-        percent=percent,
+        percent=percent_as_made(report),
         method="nominal: not calibrated, springs as uncertain as their process prints them",
     )
     return replace(unit, creep_per_decade=0.0, creep_error=0.0)
+
+
+def percent_as_made(report: Report) -> list[float]:
+    """Return the standard deviation of each tip's spring as it is made [%].
+
+    A leaf's stiffness is proportional to its modulus and the third power of its thickness, whose scatters are the
+    process's. Strips of sheet have causes of their own.
+    """
+    design = report.design
+    process = design.process
+    if design.print.leaves != PRINTED:
+        lengths = [spring.dimensions_mm.length for spring in report.flexures.values() if spring.dimensions_mm]
+        sizes = [sizes for _, sizes in report.leaves.causes(lengths)]
+        low, high = (100.0 / COVERAGE * math.hypot(*of_spring) for of_spring in zip(*sizes, strict=True))
+        return list(design.tips.each(low, high))
+    percent = []
+    for thickness in design.tips.each(*process.leaf_thicknesses_mm):
+        by_thickness = 3.0 * 0.5 * process.accuracy_mm / thickness
+        percent.append(100.0 * (by_thickness**2 + process.E_scatter**2) ** 0.5)
+    return percent
 
 
 def channel_noises(report: Report) -> Sequence[float]:

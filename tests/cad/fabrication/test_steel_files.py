@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import pytest
 import trimesh
@@ -97,9 +98,13 @@ def test_bill_has_strips_sheet_glue_and_tool():
 
 def test_sheet_to_buy_is_long_enough_for_both_springs_of_one_thickness():
     """Two pairs of strips of 24.5 and 25 mm, 10 mm wide: one beside another has no room on 12.7 mm."""
-    one, other = sheets_to_buy(steel_sensor())
+    sensor = steel_sensor()
+    one, other = sheets_to_buy(sensor)
     assert (one.springs, other.springs) == (("low",), ("high",))
     assert (one.length, other.length) == (60.0, 60.0)  # 2 x 25.5 and 2 x 26 mm, up to the next 10
+    weighed = replace(sensor.housing.high, thickness=0.098)  # sold as 0.1 mm
+    (both,) = sheets_to_buy(replace(sensor, housing=sensor.housing.with_flexures({"high": weighed})))
+    assert (both.springs, both.thickness, both.length) == (("low", "high"), 0.1, 120.0)
 
 
 @pytest.mark.parametrize("design", [PAIR, SQUARE])

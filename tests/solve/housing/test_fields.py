@@ -8,7 +8,8 @@ from skfem import ElementHexS2, MeshHex1, MeshHex2
 from mesh.housing.sweep import flexure_mesh
 from solve.elasticity import stress, vector_basis
 from solve.housing.clamped_half import clamped_half
-from solve.housing.fields import fields_of, most_strained_node
+from solve.housing.fields import fields_in, fields_of, most_strained_node
+from solve.housing.inset import CellMaterial
 from solve.housing.stiffness import STRAIN_ERROR_SHARE, displacements, tip_compliance
 
 PETG = (2000.0, 0.38)
@@ -89,3 +90,19 @@ def test_free_surface_carries_no_load_and_a_loaded_one_what_it_has():
     ends = (np.abs(z) < 1.0) & (x == 0.0) & (mesh.doflocs[1, : len(z)] == 0.0)
     lam, mu = 2000.0 * 0.3 / (1.3 * 0.4), 2000.0 / 2.6
     np.testing.assert_allclose(found.stress[2, 2, ends], 1e-3 * (lam + 2.0 * mu), rtol=1e-9)
+
+
+def test_node_between_two_materials_has_the_stress_of_the_stiffer_one():
+    """A bar of two materials in series, pulled along x: one stress everywhere, a strain in each, no mean of the two."""
+    mesh, basis, _ = bent_bar(0.0)
+    joint, pull = 3.5, 1.0
+    cell_x = mesh.p[0, mesh.t].mean(axis=0)
+    E = np.where(cell_x < joint, 200.0, 20000.0)
+    u = np.zeros(basis.N)
+    of_x = np.concatenate([basis.nodal_dofs[0], basis.edge_dofs[0]])
+    x = basis.doflocs[0, of_x]
+    u[of_x] = pull * (np.minimum(x, joint) / 200.0 + np.maximum(x - joint, 0.0) / 20000.0)
+    found = fields_in(mesh, CellMaterial(E, np.zeros_like(E)), u)
+    np.testing.assert_allclose(found.stress[0, 0], pull, rtol=1e-9)
+    at_joint = np.abs(mesh.doflocs[0, : len(found.displacement)] - joint) < 1e-9
+    np.testing.assert_allclose(found.strain[0, 0, at_joint], pull / 20000.0, rtol=1e-9)

@@ -1,13 +1,17 @@
 """A unit comes back from its file; a file that is none, or of another design, is refused by field."""
 
+import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
-from pipeline.measure.unit.printed_unit import design_digest, nominal_unit, read_unit, unit_as_toml
+from pipeline.measure.unit.printed_unit import design_digest, nominal_unit, percent_as_made, read_unit, unit_as_toml
 from pipeline.measure.unit.ripeness import ripeness_classes
-from sensor.design.parameters import Design
+from sensor.design.leaves import leaves_of
+from sensor.design.parameters import Design, Print
 from sensor.quantity import InputError
+from sensor.theory.two_spring_law import Springs
 
 
 @pytest.fixture
@@ -56,6 +60,17 @@ def test_nominal_unit_is_as_uncertain_as_its_process_prints(paper):
     for thickness in process.leaf_thicknesses_mm:
         expected.append(100.0 * (process.E_scatter**2 + (1.5 * process.accuracy_mm / thickness) ** 2) ** 0.5)
     assert nominal_unit(paper.report).K_percent == pytest.approx(expected)
+
+
+def test_strips_are_as_uncertain_as_their_causes(paper):
+    design = replace(paper.design, print=Print(leaves="spring-steel"))
+    leaves = leaves_of(design, Springs(K_l=0.9057, K_h=20.831))
+    lengths = {"low": 16.0, "high": 15.0}
+    flexures = {name: SimpleNamespace(dimensions_mm=SimpleNamespace(length=length)) for name, length in lengths.items()}
+    found = percent_as_made(SimpleNamespace(design=design, leaves=leaves, flexures=flexures))
+    causes = [sizes for _, sizes in leaves.causes(list(lengths.values()))]
+    assert found == pytest.approx([50.0 * math.hypot(*of_spring) for of_spring in zip(*causes, strict=True)])
+    assert max(found) < 0.6 * min(nominal_unit(paper.report).K_percent)
 
 
 def test_unit_of_version_0_1_is_one_of_its_design():
