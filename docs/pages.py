@@ -96,8 +96,9 @@ the high one three. These are the first and a middle layer in the slicer:
 
 ![the paths of the nozzle in the first and in a middle layer of the housing](slices.png)
 
-Sources that begin with "typical" are values in common use that were not checked against a data sheet. All others were
-read where they say. They set the first print: calibrate each printed unit before its numbers are trusted.
+Sources that begin with "typical" are values in common use that were not checked against a data sheet. All other numbers
+were read at the source that is named. They set the first print: calibrate each printed unit before you trust its
+numbers.
 """
 
 PROCESS_TAIL = """\

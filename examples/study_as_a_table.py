@@ -13,6 +13,7 @@ STUDY = Path(__file__).with_name("springs.toml")
 OUT = Path("outputs/springs")
 TABLE = Path("outputs/springs.csv")
 
+OUT.parent.mkdir(exist_ok=True)
 command = [sys.executable, "-m", "pipeline", "study", STUDY, "--out", OUT, "--export", TABLE, "--force"]
 subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 

@@ -74,7 +74,7 @@ def add_run_flags(parser: ArgumentParser) -> None:
     add("--contact-method", metavar=methods, default="auto", help="how the contact is solved (default auto)")
     add("--tol", metavar="TOL", help=f"relative error allowed to both stiffnesses (default {DEFAULT_TOLERANCE:g})")
     add("--fields", action="store_true", help="write displacement [mm] and stress [MPa] fields too (VTU)")
-    add("--verbose", action="store_true", help="print every verdict, error and cost, not one screen")
+    add("--verbose", action="store_true", help="print every verdict, error and note, not one screen")
     add_json_flag(parser)
 
 
