@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from cad.files.file_date import NAME as FILE_DATE
-from pipeline.storage.versions import code_digest, declared_packages, installed_version, pages_digest
+from pipeline.storage.versions import code_digest, pages_digest, run_packages
 from sensor.design.design_file import (
     design_as_mapping,
     design_from_mapping,
@@ -178,7 +178,7 @@ def run_key(design: Design, options: RunOptions) -> str:
         "design": design_as_mapping(design),
         "options": asdict(replace(options, out=None, force=False)),
         "date": os.environ.get(FILE_DATE),
-        "packages": {name: installed_version(name) for name in ("twintip", *declared_packages())},
+        "packages": run_packages(),
         "code": code_digest(),
         "pages": pages_digest(),
     }

@@ -15,7 +15,7 @@ from skfem.refdom import RefHex
 
 from cad.parts.housing import Housing, PartSize
 from mesh.cells import cell_jacobian, determinant, facets_area
-from mesh.housing.blocks import counts, straight_ends
+from mesh.housing.blocks import Counts, counts, straight_ends
 from mesh.housing.frame import housing_blocks, post_columns
 from mesh.housing.profile import Profile, meshed_profile
 from mesh.quality import compare, named_facets
@@ -43,12 +43,16 @@ def flexure_mesh(housing: Housing, scale: float = 1.0, layers: int | None = None
     """
     if layers is None:
         layers = 2 if scale >= 1.0 else 1 + round(1.0 / scale)
-    return _meshed(housing, scale, layers)
+    return mesh_of_counts(housing, counts(housing, scale), layers)
 
 
 @functools.lru_cache(maxsize=3)  # what the fit solves on is written as a file, and other loads are solved on it
-def _meshed(housing: Housing, scale: float, layers: int) -> MeshHex2:
-    profile = meshed_profile(housing_blocks(housing, counts(housing, scale)))
+def mesh_of_counts(housing: Housing, count: Counts, layers: int) -> MeshHex2:
+    """Return the mesh [mm] of the half y >= 0 from the numbers of elements along its curves; raises as `flexure_mesh`.
+
+    `layers` is how many elements stand over the half depth.
+    """
+    profile = meshed_profile(housing_blocks(housing, count))
     # Levels from the plane of symmetry to the side face, closer towards the face.
     steps = _LAYER_GROWTH ** -np.arange(layers)
     levels = 0.5 * housing.depth * np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])

@@ -25,6 +25,7 @@ def code_digest() -> str:
     return digest.hexdigest()
 
 
+@functools.cache
 def pages_digest() -> str:
     """Return the digest of every file that pages are made of, beside the code."""
     return sources_digest(_ROOT, of_pages=True)
@@ -58,6 +59,12 @@ def declared_packages() -> tuple[str, ...]:
         return ()
     matches = (_NAME.match(text) for text in texts if "extra ==" not in text)
     return tuple(match[0] for match in matches if match)
+
+
+@functools.cache
+def run_packages() -> dict[str, str | None]:
+    """Return the versions of the program and of the packages that every run needs; None for one that is absent."""
+    return {name: installed_version(name) for name in ("twintip", *declared_packages())}
 
 
 def installed_version(name: str) -> str | None:

@@ -110,7 +110,7 @@ class RollingDomes:
     mean_curvature: float
     poisson: float
 
-    @property
+    @cached_property
     def rolling_factor(self) -> float:
         """Return 1 + r H, by which domes stand farther from each other than their contacts on a ball [1]."""
         return 1.0 + self.dome_radius * self.mean_curvature
@@ -125,7 +125,7 @@ class RollingDomes:
         """Say whether the contrast holds the saddle k_xy: that of a square does; a line holds k_xx and k_yy alone."""
         return abs(self.contrast_of_xy) > SETTLED * float(np.abs(self.positions).max()) ** 2
 
-    @property
+    @cached_property
     def contrast_of_xy(self) -> float:
         """Return the contrast of x y under the axes [mm^2]."""
         return float(np.dot(self.weights, np.prod(self.positions, axis=1)))

@@ -74,7 +74,7 @@ class Scene:
         along, across = self.off_centre_mm
         return tuple((x + along, y + across) for x, y in self.tips.places_mm)
 
-    @property
+    @cached_property
     def height_offsets_mm(self) -> tuple[float, ...]:
         """Return the height offset of each tip from the level plane of the sensor, by design and by its spring [mm]."""
         springs = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
@@ -83,12 +83,12 @@ class Scene:
     @property
     def slopes_deg(self) -> tuple[float, ...]:
         """Return the slope of the fruit along the tips under each of them [deg]; it falls where positive."""
-        return tuple(float(np.degrees(np.arctan(self._fruit_slope(centre)[0]))) for centre in self.centres)
+        return tuple(float(np.degrees(np.arctan(along))) for along, _ in _fruit_slopes(self.fruit, self.centres))
 
     @property
     def steepest_deg(self) -> float:
         """Return the largest angle between a tip's face and the fruit's top under its centre [deg]."""
-        slopes = np.array([self._fruit_slope(centre) for centre in self.centres]) - self.turn
+        slopes = np.array(_fruit_slopes(self.fruit, self.centres)) - self.turn
         return float(np.degrees(np.arctan(np.hypot(*slopes.T))).max())
 
     @cached_property
@@ -116,9 +116,6 @@ class Scene:
     def curved(self) -> bool:
         """Say whether the fruit's skin is curved."""
         return self.fruit.radius_mm is not None
-
-    def _fruit_slope(self, point: Point) -> Point:
-        return fruit_slope(self.fruit, *point) if self.curved else (0.0, 0.0)
 
     def fruit_gap(self, x: Floats, y: Floats) -> Floats:
         """Return the gap from the fruit to the plane at its apex [mm]; infinity beyond the fruit."""
@@ -148,6 +145,11 @@ class Scene:
             return 0.0 if math.isinf(both) else both - math.sqrt(both**2 - math.hypot(*centre) ** 2)
 
         return _least_on_face(self.fruit, self.tips, centre)
+
+
+@functools.lru_cache(maxsize=256)  # a press is tilted in many ways on one fruit
+def _fruit_slopes(fruit: Fruit, centres: tuple[Point, ...]) -> tuple[Point, ...]:
+    return tuple((0.0, 0.0) if fruit.radius_mm is None else fruit_slope(fruit, x, y) for x, y in centres)
 
 
 @functools.lru_cache(maxsize=256)

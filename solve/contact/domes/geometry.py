@@ -222,18 +222,22 @@ def _standing(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePose
     between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
     level = np.eye(3)[:2] - axis[:, :2, None] * between[:, None]
 
+    # Many poses are on one fruit.
+    fruits = {id(scene.fruit): scene.fruit for scene in scenes}
+    place_of = {each: place for place, each in enumerate(fruits)}
+    places = [place_of[id(scene.fruit)] for scene in scenes]
     semi_axes = []
-    principal = np.tile(np.eye(3), (len(scenes), 1, 1))
-    for directions, scene in zip(principal, scenes, strict=True):
-        along, across = scene.fruit.radii_mm
+    principal = np.tile(np.eye(3), (len(fruits), 1, 1))
+    for directions, fruit in zip(principal, fruits.values(), strict=True):
+        along, across = fruit.radii_mm
         semi_axes.append((along, math.sqrt(along * across), along))
-        directions[0, :2] = scene.fruit.from_principal(1.0, 0.0)
-        directions[1, :2] = scene.fruit.from_principal(0.0, 1.0)
+        directions[0, :2] = fruit.from_principal(1.0, 0.0)
+        directions[1, :2] = fruit.from_principal(0.0, 1.0)
     return DomePoses(
         dome_radius=radius,
         centres=origin[:, None] + (centres - middle[:, None]) @ level + height[..., None] * axis[:, None],
         frame=np.concatenate([level, axis[:, None]], axis=1),
-        semi_axes=np.array(semi_axes),
-        principal=principal if any(scene.fruit.azimuth_deg for scene in scenes) else None,
+        semi_axes=np.array(semi_axes)[places],
+        principal=principal[places] if any(fruit.azimuth_deg for fruit in fruits.values()) else None,
         sideways=scenes[0].sideways,
     )
