@@ -66,10 +66,18 @@ SIZES = {"thickness": 0.8, "length": 28.3, "depth": 10.0, "separation": 14.0, "f
 
 
 @pytest.mark.parametrize("field", list(SIZES))
-@pytest.mark.parametrize("value", [0.0, math.inf, "1"])
-def test_each_size_must_be_a_positive_number(field, value):
+@pytest.mark.parametrize("value", [-0.1, math.inf, "1"])
+def test_each_size_must_be_a_number_that_is_not_negative(field, value):
     with pytest.raises(InputError) as error:
         Flexure(**{**SIZES, field: value})
+    assert error.value.field == f"flexure.{field}"
+
+
+@pytest.mark.parametrize("field", [name for name in SIZES if name != "fillet"])
+def test_only_a_fillet_may_be_zero_as_that_of_a_strip_is(field):
+    assert Flexure(**{**SIZES, "fillet": 0.0}).fillet == 0.0
+    with pytest.raises(InputError) as error:
+        Flexure(**{**SIZES, field: 0.0})
     assert error.value.field == f"flexure.{field}"
 
 

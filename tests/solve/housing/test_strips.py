@@ -159,10 +159,12 @@ def test_bar_holds_the_stiffness_of_a_mesh_of_twice_the_dofs(coarse, monkeypatch
     attached = attached_to(STRIP_HOUSING)
     fine = tip_compliance(flexure_mesh(STRIP_HOUSING, 1.0), *PETG, attached)
     found = stiffness_on(STRIP_PAIR, STRIP_HOUSING, fine, coarse)
-    more = {"near": 10, "far": 6, "beside_slot": 6, "glue": 3, "root": 4, "along_leaf": 20}
+    more = {"near": 10, "far": 6, "beside_slot": 6, "glue": 3, "root": 4, "along_leaf": 20, "leaf_end": 6}
     finer = dataclasses.replace(counts(STRIP_HOUSING, 1.0), **more)
     monkeypatch.setattr(mesh.housing.sweep, "counts", lambda *_: finer)
     truth = tip_compliance(flexure_mesh(STRIP_HOUSING, 1.0), *PETG, attached)
     assert truth.dofs > 1.7 * fine.dofs
     for K, exact, bar in zip(found.K, truth.K, found.error, strict=True):
         assert abs(K / exact - 1.0) < bar < 1.5e-3
+    strains = zip(found.strain_per_N, truth.strain_per_N, found.strain_error, strict=True)
+    assert all(abs(strain / exact - 1.0) < bar for strain, exact, bar in strains)
