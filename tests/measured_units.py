@@ -29,6 +29,7 @@ from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
+from sensor.theory.creep import CreepLaw
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 from solve.contact.scene import SidewaysGive
@@ -68,6 +69,11 @@ class ReportOfUnits:
     moduli: tuple[ModulusReport, ...]
     housing: Housing | None = None
 
+    @property
+    def creep(self) -> CreepLaw:
+        """Return the creep of printed leaves."""
+        return self.design.process.creep
+
 
 class MeasuredDesign:
     """A design with its contact and springs: its stored report, and the forces of its units on fruit."""
@@ -90,7 +96,7 @@ class MeasuredDesign:
             self.sideways = SidewaysGive(give, 0.0)
         sizing = spring_sizing(design, self.contact, RunOptions())
         ideal = ideal_springs(design, sizing)
-        springs = SimpleNamespace(**{**vars(ideal), "C": self.C, "sideways": self.sideways})
+        springs = SimpleNamespace(**{**vars(ideal), "C": self.C, "sideways": self.sideways, "creep": ideal.creep})
         self.sensor = Sensor(design=design, contact=self.contact, sizing=sizing, springs=springs)
         readings = error_analysis(self.sensor, design.reading) if assessed and design.reading else None
         level = self.forces([Pose(E=design.fruit.largest_E_MPa, travel=design.press.travel_mm)])

@@ -139,7 +139,12 @@ def with_compliance(
 ) -> Sensor:
     """Return a sensor on springs of which the compliance [mm/N] is all that is known."""
     springs = SimpleNamespace(
-        C=C, sideways=sideways, ideal=True, ideal_offsets_mm=height_offsets, process=design.process
+        C=C,
+        sideways=sideways,
+        ideal=True,
+        ideal_offsets_mm=height_offsets,
+        process=design.process,
+        creep=design.process.creep,
     )
     return Sensor(design=design, contact=contact, sizing=None, springs=springs)
 

@@ -145,7 +145,7 @@ def error_analysis(sensor: Sensor, reading: Reading) -> Readings:
         full_scale=presses.full_scale,
         signal=sensor.signal,
         press_s=press_s,
-        creep=design.process.creep,
+        creep=sensor.springs.creep,
     )
     read, refused = _read(model, presses, channels, design.tips.side_mm)
     analysis = Readings(

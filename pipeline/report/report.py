@@ -22,9 +22,10 @@ from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
 from sensor.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
-from sensor.design.leaves import Leaves, leaves_of
+from sensor.design.leaves import Leaves, leaf_creep, leaves_of
 from sensor.design.parameters import Design
 from sensor.quantity import InputError, report_field, validation_error
+from sensor.theory.creep import CreepLaw
 from sensor.theory.leaf_spring import Flexure
 from sensor.theory.two_spring_law import Springs
 from sensor.verdict import Verdict
@@ -486,6 +487,16 @@ class Report:
         """Return the leaves of the springs that were sized."""
         springs = self.springs
         return leaves_of(self.design, Springs(K_l=1e-3 * springs.K_l_N_per_m, K_h=1e-3 * springs.K_h_N_per_m))
+
+    @property
+    def leaf_lengths(self) -> tuple[float, ...]:
+        """Return the lengths of the leaves [mm], of the low spring first; none where springs are not made."""
+        return tuple(spring.dimensions_mm.length for spring in self.flexures.values() if spring.dimensions_mm)
+
+    @property
+    def creep(self) -> CreepLaw:
+        """Return the creep of the springs as they are made."""
+        return leaf_creep(self.leaves, self.design.process, self.leaf_lengths)
 
     @property
     def moduli(self) -> tuple[ModulusReport, ...]:

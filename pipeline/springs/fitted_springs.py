@@ -19,7 +19,7 @@ from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from sensor.arrays import Floats
-from sensor.design.leaves import Leaves, leaves_of
+from sensor.design.leaves import Leaves, leaf_creep, leaves_of
 from sensor.design.parameters import Design
 from sensor.design.printability import Printable, check_printable
 from sensor.design.processes import Process
@@ -27,6 +27,7 @@ from sensor.design.tip_mount import plate_depth
 from sensor.design.tips import Attitude, Tips
 from sensor.quantity import STANDARD_GRAVITY, Estimate, InputError
 from sensor.record import Record
+from sensor.theory.creep import CreepLaw
 from sensor.theory.leaf_spring import Flexure
 from sensor.theory.strain_gauge import FOIL
 from sensor.theory.two_spring_law import Springs
@@ -124,6 +125,11 @@ class FittedSprings(Record):
     def errors(self) -> tuple[float, ...]:
         """Return the error of each stiffness [N/mm]; 0 for a target."""
         return tuple(spring.error for spring in self.springs)
+
+    @property
+    def creep(self) -> CreepLaw:
+        """Return the creep of the springs."""
+        return leaf_creep(self.leaves, self.process, [spring.printable.length_mm for spring in self.springs])
 
     @property
     def per_spring(self) -> "FittedSprings":

@@ -12,6 +12,7 @@ from sensor.design.processes import Process
 from sensor.design.sheets import SHEETS, SoldSheet
 from sensor.design.tip_mount import plate_depth
 from sensor.quantity import COVERAGE, validation_error
+from sensor.theory.creep import CreepLaw
 from sensor.theory.leaf_spring import pair_length
 from sensor.theory.strip_clamp import StripClamp, StripScatter, clamp_share
 from sensor.theory.two_spring_law import Springs
@@ -255,3 +256,16 @@ def stiffness_per_K(leaves: Leaves, process: Process, lengths: Sequence[float]) 
         share = clamp_share(length, give)
         changes.append((1.0 - share) * leaves.E_per_K + share * process.E_per_K)
     return max(changes, key=abs)
+
+
+def leaf_creep(leaves: Leaves, process: Process, lengths: Sequence[float]) -> CreepLaw:
+    """Return the creep of a spring, for the lengths of its leaves [mm].
+
+    Steel does not creep. The print that holds a strip does, which moves K by the share of the clamps: the largest of
+    both springs. Glue is taken to creep as the print does, so this law may be off by the whole of it.
+    """
+    of_print = process.creep
+    if leaves.clamp is None:
+        return of_print
+    share = max(clamp_share(length, give) for length, give in zip(lengths, leaves.gives_mm, strict=True))
+    return CreepLaw(share * of_print.per_decade, share * math.hypot(of_print.error, of_print.per_decade))

@@ -52,7 +52,7 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
 
     Raises InputError for times that are none, for both of them, and for a compliance that falls with time.
     """
-    creep = report.design.process.creep
+    creep = report.creep
     if "t" not in table.numbers:
         after = WEIGHED_AFTER_S if after_s is None else after_s
         return Weighing(table=table, after_s=after, creep=creep, own=False)

@@ -153,7 +153,7 @@ class MeasuringUnit:
     @property
     def creep(self) -> CreepLaw:
         """Return the creep of its springs."""
-        return self.unit.creep_on(self.design.process)
+        return self.unit.creep_or(self.report.creep)
 
     def press_over_weighed(self, press_s: float | None = None) -> float:
         """Return the stiffness of its springs in a press over that of the weighing [1].

@@ -13,7 +13,6 @@ from pipeline.report.report import Report
 from pipeline.storage.plain import from_plain, to_plain
 from sensor.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
 from sensor.design.parameters import PRINTED, Design
-from sensor.design.processes import Process
 from sensor.design.reading import CALIBRATED_BY, WEIGHED_AFTER_S, Reading
 from sensor.input_file import read_toml
 from sensor.quantity import COVERAGE, Bounds, InputError, check_fields, choice, quantity, validation_error
@@ -106,10 +105,10 @@ class PrintedUnit:
             for row in self.newtons_per_count
         )
 
-    def creep_on(self, process: Process) -> CreepLaw:
-        """Return the creep of the unit: its own, or that of its process."""
+    def creep_or(self, as_made: CreepLaw) -> CreepLaw:
+        """Return the creep of the unit: its own, or that of its leaves as they are made."""
         if self.creep_per_decade is None or self.creep_error is None:
-            return process.creep
+            return as_made
         return CreepLaw(self.creep_per_decade, self.creep_error)
 
     @property
@@ -150,8 +149,7 @@ def percent_as_made(report: Report) -> list[float]:
     design = report.design
     process = design.process
     if design.print.leaves != PRINTED:
-        lengths = [spring.dimensions_mm.length for spring in report.flexures.values() if spring.dimensions_mm]
-        sizes = [sizes for _, sizes in report.leaves.causes(lengths)]
+        sizes = [sizes for _, sizes in report.leaves.causes(report.leaf_lengths)]
         low, high = (100.0 / COVERAGE * math.hypot(*of_spring) for of_spring in zip(*sizes, strict=True))
         return list(design.tips.each(low, high))
     percent = []

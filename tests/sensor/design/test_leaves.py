@@ -3,7 +3,7 @@ import math
 import pytest
 
 from sensor.design.design_file import design_as_toml, design_from_mapping
-from sensor.design.leaves import TARGET_SCATTER, leaves_of, stiffness_per_K
+from sensor.design.leaves import TARGET_SCATTER, leaf_creep, leaves_of, stiffness_per_K
 from sensor.design.parameters import Design, Print
 from sensor.design.sheets import SHEETS
 from sensor.quantity import InputError
@@ -92,6 +92,23 @@ def test_springs_of_steel_hardly_feel_the_temperature():
     assert abs(SHEET.E_per_K) < abs(found) < 2.0 * abs(SHEET.E_per_K) < 0.2 * abs(design.process.E_per_K)
     printed = leaves_of(Design(), SOFT)
     assert stiffness_per_K(printed, design.process, (20.0, 10.0)) == design.process.E_per_K
+
+
+def test_springs_of_steel_creep_by_their_clamps_alone():
+    """K is proportional to the cube of 1 / (length + 2 give), and a give to the cube root of 1 / E of the print."""
+    design = strips()
+    leaves = leaves_of(design, SOFT)
+    lengths = lengths_of(leaves)
+    of_print = design.process.creep
+    grown = []
+    for length, give in zip(lengths, leaves.gives_mm, strict=True):
+        softer = give * (1.0 + of_print.per_decade) ** (1.0 / 3.0)
+        grown.append(((length + 2.0 * softer) / (length + 2.0 * give)) ** 3 - 1.0)
+    found = leaf_creep(leaves, design.process, lengths)
+    assert found.per_decade == pytest.approx(max(grown), rel=0.02)  # of the second order: c^2
+    assert found.error > found.per_decade
+    assert found.error < 0.2 * of_print.error
+    assert leaf_creep(leaves_of(Design(), SOFT), design.process, (20.0, 10.0)) == of_print
 
 
 @pytest.mark.parametrize(

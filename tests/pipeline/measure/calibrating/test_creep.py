@@ -74,7 +74,7 @@ def test_one_time_for_each_weight_is_a_time_and_no_creep(paper, calibrate):
 def test_creep_widens_what_a_unit_leaves_open(paper, calibrate):
     """A spread that is unknown moves E as much: K alone is told to 0.01 %."""
     unit = calibrate(paper.report, table(paper, 0.025))
-    left = unit.unit.creep_on(paper.design.process).deviation(unit.unit.weighed_after_s, 3.0)
+    left = unit.unit.creep_or(paper.design.process.creep).deviation(unit.unit.weighed_after_s, 3.0)
     assert [row.u for row in unit.table] == pytest.approx(7 * [2.0 * left], rel=0.02)
 
 
@@ -141,7 +141,7 @@ def test_unit_of_an_earlier_version_creeps_as_its_process(paper, calibrate, tmp_
     keys = ("weighed_after_s", "creep_per_decade", "creep_error")
     path.write_text("\n".join(line for line in text.splitlines() if not line.startswith(keys)), encoding="utf-8")
     old = read_unit(path, paper.report)
-    assert (old.weighed_after_s, old.creep_on(paper.design.process)) == (30.0, PROCESSES["fdm-petg"].creep)
+    assert (old.weighed_after_s, old.creep_or(paper.design.process.creep)) == (30.0, PROCESSES["fdm-petg"].creep)
     path.write_text(text.replace("creep_error", "creep_errors"), encoding="utf-8")
     with pytest.raises(InputError) as caught:
         read_unit(path, paper.report)

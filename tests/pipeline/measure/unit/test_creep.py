@@ -99,7 +99,7 @@ def test_only_weights_tell_a_stiffness_with_a_time(paper):
     _, sensor = weighed(paper)
     assert sensor.left_open().creep == PROCESSES["fdm-petg"].creep.deviation(30.0, 3.0)
     for name, process in PROCESSES.items():
-        assert (sensor.unit.creep_on(process).per_decade == 0.0) == name.startswith("dmls")
+        assert (sensor.unit.creep_or(process.creep).per_decade == 0.0) == name.startswith("dmls")
 
 
 def test_a_unit_that_was_weighed_later_takes_a_larger_step(paper):
