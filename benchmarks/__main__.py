@@ -1,6 +1,6 @@
 """Speed against error: contact, unilateral contact and flexures beside peers, and the cost of the whole command.
 
-`python -m benchmarks` writes docs/benchmarks.md and docs/benchmarks.svg.
+`python -m benchmarks` writes docs/measurements.md and docs/benchmarks.svg.
 """
 
 import os
@@ -8,11 +8,11 @@ import platform
 
 from benchmarks import contact, flexure, unilateral
 from benchmarks.command import command_section
-from benchmarks.harness import ROOT, measurements_of, write_page
+from benchmarks.harness import ROOT, measurements_of, write_section
 from benchmarks.plot import error_over_cost
 
 INTRODUCTION = """\
-This page is written by `make bench`, never typed. Each method solves the same task; the tables say how far its answer
+Written by `make bench`, never typed. Each method solves the same task; the tables say how far its answer
 is from a reference and what it cost. CPU seconds are on one thread, imports not counted. Measured on {cores} cores
 (load before it began: {load:.1f}), Python {python}.
 
@@ -33,7 +33,7 @@ def main() -> None:
     docs = ROOT / "docs"
     plot = error_over_cost({bench.name: rows for bench, rows in measured.items()})
     (docs / "benchmarks.svg").write_text(plot, encoding="utf-8")
-    write_page(docs / "benchmarks.md", "Speed against error", introduction, sections)
+    write_section("Speed against error", introduction, sections)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Do the error bars hold: random contact scenes, presses and springs, each against a finer or an independent solve.
 
-`python -m benchmarks.coverage [--count 100] [--seed 1]` writes docs/coverage.md, and exits with 1 where fewer than 95 %
-of the numbers lie inside their bars.
+`python -m benchmarks.coverage [--count 100] [--seed 1]` writes docs/measurements.md, and exits with 1 where
+fewer than 95 % of the numbers lie inside their bars.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from benchmarks.hard.contact import compliance_checks
 from benchmarks.hard.flexure import process_checks
 from benchmarks.hard.press import press_checks
 from benchmarks.hard.reference_check import REFUSALS, ReferenceCheck
-from benchmarks.harness import ROOT, percent, section, write_page
+from benchmarks.harness import percent, section, write_section
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES
 from sensor.design.tips import Press, Tips
@@ -93,7 +93,7 @@ def main() -> int:
         numbers = [str(scenes), str(refused), str(len(checks)), f"{100.0 * inside:.1f} %", f"{worst:.2f}", percent(bar)]
         rows.append([kind, *numbers])
     introduction = INTRODUCTION.format(count=asked.count, seed=asked.seed)
-    write_page(ROOT / "docs" / "coverage.md", "Do the error bars hold?", introduction, [section("Table", HEADS, rows)])
+    write_section("Do the error bars hold?", introduction, [section("Table", HEADS, rows)])
     return 0 if all_hold else 1
 
 

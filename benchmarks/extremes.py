@@ -1,6 +1,6 @@
 """Whole runs of random extreme designs: each ends in verdicts or in one line, with finite numbers.
 
-`python -m benchmarks.extremes [--count 200] [--seed 1]` writes docs/extremes.md, and exits with 1 where a
+`python -m benchmarks.extremes [--count 200] [--seed 1]` writes docs/measurements.md, and exits with 1 where a
 run ends otherwise. Ctrl-C ends it with the designs that were run. `--rough` runs them to a tolerance of 0.1, for what
 ends them; it writes no page.
 """
@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from benchmarks.harness import ROOT, section, write_page
+from benchmarks.harness import ROOT, section, write_section
 from benchmarks.usage import ONE_THREAD, ResourceUsage, resource_usage
 from pipeline.options import load_design
 from sensor.design.processes import PROCESSES
@@ -31,7 +31,7 @@ ROUGH_FLAGS = ("--tol", "0.1")
 REFUSED = 2
 OUTCOMES = {0: "every verdict passed", 1: "a verdict failed or undecided", REFUSED: "refused in one line"}
 INTRODUCTION = """\
-`python -m benchmarks.extremes {flags}` writes this page. It draws designs at random that a design file may hold: force
+`python -m benchmarks.extremes {flags}` writes this. It draws designs at random that a design file may hold: force
 ratios from 1.001 to 100, nonlinearities up to 0.5, every process, fruit, tip shape and layout, skins, relaxation,
 readings and read-outs, tilt, mount and gauge, lengths and moduli over decades. Each is run by `pipeline run`.
 
@@ -265,7 +265,7 @@ def main() -> int:
         return 1 if any(one.fault for one in outcomes) else 0
     flags = f"--count {len(outcomes)} --seed {asked.seed}"
     introduction = INTRODUCTION.format(flags=flags, seconds=SECONDS, memory=MOST_MIB)
-    write_page(ROOT / "docs" / "extremes.md", "Extreme designs", introduction, sections(outcomes))
+    write_section("Extreme designs", introduction, sections(outcomes))
     return 1 if any(one.fault for one in outcomes) else 0
 
 

@@ -1,6 +1,7 @@
 """How wall time, processor time and memory grow with the size of each kind of work.
 
-`python -m benchmarks.growth` writes docs/growth.md; with the name of a work and a size it does that one and prints it.
+`python -m benchmarks.growth` writes docs/measurements.md; with the name of a work and a size it does that one
+and prints it.
 """
 
 import functools
@@ -17,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.harness import ROOT, section, write_page
+from benchmarks.harness import ROOT, section, write_section
 from benchmarks.usage import ONE_THREAD, resource_usage
 from pipeline import RunOptions, load_design
 from pipeline.response.contact import contact_compliance
@@ -31,7 +32,7 @@ from solve.contact.poses import Pose, pose_forces
 from solve.contact.response import scene_response
 
 INTRODUCTION = """\
-This page is written by `python -m benchmarks.growth`, never typed. Each size is done once in a process of its own, one
+Written by `python -m benchmarks.growth`, never typed. Each size is done once in a process of its own, one
 thread a worker, imports and a first small call not counted; memory is that of the largest process. The exponent is that
 of processor time between the two largest sizes, where fixed costs weigh least.
 
@@ -182,4 +183,4 @@ if __name__ == "__main__":
     if sys.argv[1:]:
         print_cost(sys.argv[1], int(sys.argv[2]))
     else:
-        write_page(ROOT / "docs" / "growth.md", "Growth", INTRODUCTION, [section("Cost over size", HEADS, rows())])
+        write_section("Growth", INTRODUCTION, [section("Cost over size", HEADS, rows())])

@@ -1,6 +1,6 @@
 """Hard cases: each ends in a right answer inside its error bar, or in a refusal that names the cause; nothing else.
 
-`python -m benchmarks.hard_cases` runs all, writes docs/hard-cases.md and exits with 1 where one is wrong.
+`python -m benchmarks.hard_cases` runs all, writes docs/measurements.md and exits with 1 where one is wrong.
 """
 
 import sys
@@ -13,7 +13,7 @@ from benchmarks.hard.contact import compliance_checks, paper_checks
 from benchmarks.hard.flexure import design_checks, grounded_checks, jittered_checks, leaf_checks
 from benchmarks.hard.press import level_checks, press_checks
 from benchmarks.hard.reference_check import ending
-from benchmarks.harness import ROOT, percent, section, write_page
+from benchmarks.harness import percent, section, write_section
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Targets
 from sensor.design.tips import Press, Tips
@@ -31,7 +31,7 @@ CHECKS = {
 ANSWERABLE = ("paper", "level press")
 TABLES = {"fruit": Fruit, "tips": Tips, "press": Press, "targets": Targets}
 INTRODUCTION = """\
-This page is written by `python -m benchmarks.hard_cases`, never typed. The cases are meant to break the solvers:
+Written by `python -m benchmarks.hard_cases`, never typed. The cases are meant to break the solvers:
 nearly incompressible flesh, tips that almost touch, thin fruit, extreme springs, damaged meshes, a part that is hardly
 held. Each must end in a right answer, one that lies within its error bar of an independent reference, or in a refusal
 that says why."""
@@ -73,7 +73,7 @@ def main():
         rows.append([name, *numbers, found.verdict, found.reason])
     title = ", ".join(f"{number} {verdict}" for verdict, number in count.items())
     table = section(title, HEADS, rows, NOTES)
-    write_page(ROOT / "docs" / "hard-cases.md", "Hard cases", INTRODUCTION, [table])
+    write_section("Hard cases", INTRODUCTION, [table])
     return 1 if count["WRONG"] else 0
 
 

@@ -16,6 +16,7 @@ from solve.linear import SolveError
 
 T = TypeVar("T")
 ROOT = Path(__file__).parents[1]
+MEASUREMENTS = ROOT / "docs" / "measurements.md"
 OURS = "ours: "  # how the methods of the product begin
 LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # relative errors at which a winner is named
 
@@ -198,7 +199,7 @@ def measurements_of(module: str) -> list[Measurement]:
 
 def section(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]], notes: Sequence[str] = ()) -> str:
     """Return a table under its title with notes below it, as Markdown."""
-    return "\n".join([f"## {title}", "", table(heads, rows), "", *(f"- {note}" for note in notes), ""])
+    return "\n".join([f"### {title}", "", table(heads, rows), "", *(f"- {note}" for note in notes), ""])
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -207,11 +208,15 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (heads, rule, *rows))
 
 
-def write_page(path: Path, title: str, introduction: str, sections: Sequence[str]) -> None:
-    """Write a page of Markdown and print it."""
-    text = "\n".join([f"# {title}", "", introduction, "", *sections])
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
+def write_section(title: str, introduction: str, sections: Sequence[str]) -> None:
+    """Write one section of docs/measurements.md in the place of the one of that title, and print it."""
+    text = "\n".join([f"## {title}", "", introduction, "", *sections])
+    page = MEASUREMENTS.read_text(encoding="utf-8")
+    before, heading, rest = page.partition(f"## {title}\n")
+    if not heading:
+        raise ValueError(title)
+    _, following, after = rest.partition("\n## ")
+    MEASUREMENTS.write_text(f"{before}{text.rstrip()}\n{following}{after}", encoding="utf-8")
     print(text)
 
 

@@ -1,6 +1,6 @@
 """The largest error of one reading by tilt, for each layout of tips on a round fruit.
 
-`python -m benchmarks.layouts` (a minute) writes the table of docs/layouts.md.
+`python -m benchmarks.layouts` (a minute) writes the table of docs/presets.md.
 """
 
 import dataclasses
@@ -127,7 +127,7 @@ def main() -> None:
                 cells.append("none" if math.isinf(max(sizes)) else f"{max(sizes):.3g}")
         rows.append([row.name, row.reading, *cells])
         print(rows[-1], flush=True)
-    page = ROOT / "docs" / "layouts.md"
+    page = ROOT / "docs" / "presets.md"
     head = page.read_text(encoding="utf-8").partition("<!-- table -->")[0]
     page.write_text(f"{head}<!-- table -->\n\n{table(heads, rows)}\n", encoding="utf-8")
 

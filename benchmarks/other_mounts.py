@@ -1,13 +1,13 @@
 """How far another mount than the sheet's moves the stiffness of the springs, over presets, processes and mounts.
 
-`python -m benchmarks.other_mounts` writes docs/other-mounts.md, from which the bound of an error bar is taken.
+`python -m benchmarks.other_mounts` writes docs/measurements.md, from which the bound of an error bar is taken.
 """
 
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from benchmarks.harness import ROOT, section, write_page
+from benchmarks.harness import section, write_section
 from pipeline import RunOptions, load_design
 from pipeline.evaluate import fitted_sensor
 from pipeline.options import ROUGH_TOLERANCE
@@ -18,12 +18,12 @@ PRESETS = ("paper", "mango", "paper-on-mango", "apple", "avocado", "kiwi", "peac
 MOUNTS = ("covers", "washers")
 HEADS = ["preset", "process", "mount", "the other mount that moves them most", "K_l, %", "K_h, %"]
 INTRODUCTION = """\
-This page is written by `python -m benchmarks.other_mounts`, never typed. Each preset is made by each process and held
+Written by `python -m benchmarks.other_mounts`, never typed. Each preset is made by each process and held
 by each mount. Its springs are then solved in every other mount, on one mesh. A row has the other mount that moves a
 stiffness most; springs that a process cannot make have no row.
 
 A run does not solve other mounts. Its error bars take `LARGEST_MOUNT_CHANGES` of `pipeline/verdicts/errors/effects.py`:
-the largest changes of this page with a margin of a quarter. The mesh moves a change by a tenth of it."""
+the largest changes of this section with a margin of a quarter. The mesh moves a change by a tenth of it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +74,7 @@ def main() -> None:
     K_l, K_h = (max(of_spring) for of_spring in zip(*(row.largest for row in found), strict=True))
     note = f"largest by any other mount: K_l {100.0 * K_l:.2g} %, K_h {100.0 * K_h:.2g} %"
     page = section("Changes of stiffness", HEADS, rows, [note])
-    write_page(ROOT / "docs" / "other-mounts.md", "Other mounts", INTRODUCTION, [page])
+    write_section("Other mounts", INTRODUCTION, [page])
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Every process that can make the default sensor: fitted leaves, FE against its targets, CalculiX on the same mesh.
 
-`python -m benchmarks.processes` writes docs/process-springs.md, and exits with 1 where a goal is missed.
+`python -m benchmarks.processes` writes docs/measurements.md, and exits with 1 where a goal is missed.
 """
 
 import sys
@@ -8,7 +8,7 @@ from functools import partial
 
 from benchmarks.calculix import is_installed
 from benchmarks.flexure import peer_stiffness
-from benchmarks.harness import ROOT, percent, section, signed_percent, timed, write_page
+from benchmarks.harness import percent, section, signed_percent, timed, write_section
 from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
 from pipeline.response.contact import fruit_compliance
@@ -66,7 +66,7 @@ def main() -> int:
             missed.append(name)
     goals = f"goals: {percent(TARGET)} against target, {percent(SAME_MESH)} between CalculiX and FE; missed: {missed}"
     page = section("Default design", HEADS, table, [goals])
-    write_page(ROOT / "docs" / "process-springs.md", "Springs of each process", INTRODUCTION, [page])
+    write_section("Springs of each process", INTRODUCTION, [page])
     return 1 if missed else 0
 
 

@@ -1,4 +1,4 @@
-"""Write design-file.md, processes.md, words.md and the tables of report-json.md from the program's own data.
+"""Write design-file.md, words.md and the tables of report-json.md from the program's own data.
 
 `python docs/pages.py` writes them. The meaning of a key stands beside its field.
 """
@@ -41,7 +41,8 @@ Use it with `pipeline run --design mine.toml`. One key can also be set on the co
 `peach`, `avocado` and `tomato`, and that of all six, `fruit`, are the files in [designs](../designs), each number with
 its source; `--design mango` uses one, and [presets](presets.md) says which to take. Every output folder holds a
 `design.toml` that repeats its run. Three tips in a line have no housing, as [fouly.toml](examples/fouly.toml). They are
-judged by their readings, or by their force ratio where the design has no `[reading]`; [layouts](layouts.md) says more.
+judged by their readings, or by their force ratio where the design has no `[reading]`, see
+[layouts](presets.md#layouts-of-tips).
 
 `name` is text of 1 to 64 letters, digits, `-` or `_`; it names the output folder and is engraved in the part. A file
 without a name is named after the file.
@@ -82,12 +83,13 @@ on P. With `[readout]` the noise of the forces is computed: `reading.noise_perce
 """
 
 PROCESS_HEAD = """\
-# Print processes
+## Print processes
 
-*Written by `docs/pages.py` from the program's own data.* The terminal shows the same with
+The terminal shows the same with
 `pipeline design --list-processes`.
 
-Each can make the default design; how exactly is shown in [springs of each process](process-springs.md).
+Each can make the default design; how exactly is shown in
+[springs of each process](measurements.md#springs-of-each-process).
 
 Leaf thicknesses of the filament processes are multiples of the printer's line: the low leaf is two lines of 0.4 mm,
 the high one three. These are the first and a middle layer in the slicer:
@@ -99,12 +101,13 @@ read where they say. They set the first print: calibrate each printed unit befor
 """
 
 PROCESS_TAIL = """\
-## A printer of your own
+### A printer of your own
 
 Copy the table of the process that is nearest to yours from `sensor/design/processes.toml` into a file of your own, give
 it a new name, and change what you have measured. Every number needs its source, and one that is out of bounds or
-unknown is refused in a line. `kind` is fdm, sla, sls, dmls or other: it decides what the fabrication sheet says of
-supports, washing, heat and powder. Name the file in the design, with its path from the design file:
+unknown is refused in a line. Without `creep_per_decade` and `creep_scatter` its springs count as elastic. `kind` is
+fdm, sla, sls, dmls or other: it decides what the fabrication sheet says of supports, washing, heat and powder. Name the
+file in the design, with its path from the design file:
 
     [print]
     process_file = "my-printer.toml"
@@ -160,11 +163,11 @@ def design_page() -> str:
     for name, items in tables.items():
         rows = [design_row(item) for item in items]
         parts += [f"## [{name}]\n", table(heads, rows) + "\n"]
-    return "\n".join([*parts, DESIGN_TAIL])
+    return "\n".join([*parts, DESIGN_TAIL, process_section()])
 
 
-def process_page() -> str:
-    """Return the page on the print processes."""
+def process_section() -> str:
+    """Return the section on the print processes."""
     numbers = {item.name: item.metadata for item in dataclasses.fields(Process) if "unit" in item.metadata}
     heads = ("", *PROCESSES, "meaning")
     rows: list[tuple[str, ...]] = [("material", *(process.material for process in PROCESSES.values()), "")]
@@ -173,7 +176,7 @@ def process_page() -> str:
         cells = ("-" if value is None else f"{value:g}" for value in values)
         rows.append((f"`{key}`", *cells, declared["meaning"]))
     sources = [(f"`{key}`", sources_of(key)) for key in numbers]
-    parts = [PROCESS_HEAD, table(heads, rows) + "\n", "## Where each number comes from\n"]
+    parts = [PROCESS_HEAD, table(heads, rows) + "\n", "### Where each number comes from\n"]
     return "\n".join([*parts, table(("number", "source"), sources) + "\n", PROCESS_TAIL])
 
 
@@ -228,7 +231,6 @@ def first_sentence(text: str) -> str:
 
 PAGES = {
     "design-file.md": design_page,
-    "processes.md": process_page,
     "words.md": words_page,
     "report-json.md": report_page,
 }

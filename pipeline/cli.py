@@ -146,10 +146,12 @@ class _Parser(argparse.ArgumentParser):
 
 def command_parsers() -> tuple[_Parser, dict[str, _Parser]]:
     """Return the parser of the command line, which prints its help, and by name the parser of each command."""
+    codes = [f"{code:d} {meaning}" for code, meaning in EXIT_CODES.items()]
+    told_codes = f"exit code: {', '.join(codes[:3])},\n           {', '.join(codes[3:])}"
     parser = _Parser(
         prog="pipeline",
         description="Design a two-spring tactile sensor for fruit and prove it by finite elements.",
-        epilog=f"example: pipeline run --nl 0.05 --p-max 5      each command has its own -h\n{EXIT_CODES}",
+        epilog=f"example: pipeline run --nl 0.05 --p-max 5      each command has its own -h\n{told_codes}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="store_true", help="print the version")
@@ -160,7 +162,7 @@ def command_parsers() -> tuple[_Parser, dict[str, _Parser]]:
             name,
             help=command.PURPOSE,
             description=f"{command.PURPOSE[0].upper()}{command.PURPOSE[1:]}.",
-            epilog=f"example: {command.EXAMPLE}\n{EXIT_CODES}",
+            epilog=f"example: {command.EXAMPLE}\n{told_codes}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )

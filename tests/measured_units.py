@@ -112,13 +112,17 @@ class MeasuredDesign:
         return pose_forces(scene, self.contact, share[:, None] * self.C * share, poses).F
 
     def measuring(self, factors=1.0, percent=EXACT, gain_percent=0.0, classes=None):
-        """Return a unit that takes its springs for stiffer by factors than designed."""
+        """Return a unit that takes its springs for stiffer by factors than designed; they do not creep."""
         count = len(self.K)
         stiffnesses = (self.K * factors * np.ones(count)).tolist()
         unit = unit_of(self.report, stiffnesses=stiffnesses, percent=(percent,) * count, method="test")
-        return MeasuringUnit(
-            report=self.report, unit=replace(unit, gain_percent=(gain_percent,) * count), classes=classes
-        )
+        unit = replace(elastic(unit), gain_percent=(gain_percent,) * count)
+        return MeasuringUnit(report=self.report, unit=unit, classes=classes)
+
+
+def elastic(unit):
+    """Return a unit whose springs do not creep."""
+    return replace(unit, creep_per_decade=0.0, creep_error=0.0)
 
 
 def read_press(sensor, forces, travels=None):
@@ -196,14 +200,29 @@ def random_pose(design, rng, E, travel):
 
 def printed_by_header(folder, sensor, program, rows):
     """Return the numbers that a C program prints with the header of a unit, fed rows of numbers; skips without C."""
+    key = (c_header(sensor), program)
+    if key not in _COMPILED:
+        _COMPILED[key] = _compiled(folder, *key)
+    command = _COMPILED[key]
+    out = subprocess.run([command], input=rows.tobytes(), capture_output=True, check=True, timeout=600).stdout
+    return np.array([line.split() for line in out.decode().splitlines()], dtype=float)
+
+
+_COMPILED = {}
+"""Programs by header and source: folders of tests stay until the session ends."""
+
+
+def _compiled(folder, header, program):
+    """Return the path of a program that is compiled with a header, in a folder of its own below a test's."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         pytest.skip("no C compiler")
-    (folder / "unit.h").write_text(c_header(sensor), encoding="utf-8")
-    (folder / "main.c").write_text(program, encoding="utf-8")
-    subprocess.run([compiler, *C_FLAGS, "main.c", "-o", "read", "-lm"], check=True, cwd=folder, timeout=600)
-    out = subprocess.run([folder / "read"], input=rows.tobytes(), capture_output=True, check=True, timeout=600).stdout
-    return np.array([line.split() for line in out.decode().splitlines()], dtype=float)
+    place = folder / f"c-{len(_COMPILED)}"
+    place.mkdir()
+    (place / "unit.h").write_text(header, encoding="utf-8")
+    (place / "main.c").write_text(program, encoding="utf-8")
+    subprocess.run([compiler, *C_FLAGS, "main.c", "-o", "read", "-lm"], check=True, cwd=place, timeout=600)
+    return place / "read"
 
 
 class ReadingInC(NamedTuple):

@@ -139,7 +139,13 @@ def with_compliance(
 ) -> Sensor:
     """Return a sensor on springs of which the compliance [mm/N] is all that is known."""
     springs = SimpleNamespace(
-        C=C, sideways=sideways, ideal=True, ideal_offsets_mm=height_offsets, process=design.process
+        leaves=printed_leaves(design),
+        springs=(),
+        C=C,
+        sideways=sideways,
+        ideal=True,
+        ideal_offsets_mm=height_offsets,
+        process=design.process,
     )
     return Sensor(design=design, contact=contact, sizing=None, springs=springs)
 

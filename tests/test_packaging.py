@@ -126,6 +126,25 @@ def test_workflow_checks_each_push_and_runs_studies_each_night():
     assert "    if: github.event_name == 'schedule'" in lines
 
 
+def test_version_is_the_same_wherever_it_stands():
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest, date = re.findall(r"^## \[([\d.]+)\] - ([\d-]+)$", changes, flags=re.MULTILINE)[0]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert newest == PROJECT["version"]
+    assert f'\nversion: "{newest}"\ndate-released: "{date}"\n' in citation
+
+
+def test_hooks_before_a_commit_are_the_checks_of_make_lint():
+    text = (ROOT / "Makefile").read_text(encoding="utf-8")
+    (recipe,) = re.findall(r"^lint: setup\n((?:\t.+\n)+)", text, flags=re.MULTILINE)
+    (workers,) = re.findall(r"^WORKERS \?= (\d+)$", text, flags=re.MULTILINE)
+    checks = re.findall(r"^\t\$\(BIN\)/(.+)$", recipe.replace("$(WORKERS)", workers), flags=re.MULTILINE)
+    hooks = (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8")
+    assert re.findall(r"entry: \.venv/bin/(.+)", hooks) == checks
+    assert hooks.count("language: system") == hooks.count("- id:") == len(checks)
+    assert "http" not in hooks
+
+
 def test_only_the_quick_tests_of_make_leave_slow_ones_out():
     """`make test` is for the desk, `make test-all`, which .ci/run calls, for what is accepted, studies by hand."""
     text = (ROOT / "Makefile").read_text(encoding="utf-8")

@@ -101,7 +101,7 @@ def read_press(report: Report, file: str | Path, unit: str | Path | None = None)
     `unit` is the unit.toml of `pipeline calibrate`; without it the springs are taken as designed. Forces that tell no
     modulus give a reading with flags and without E. Raises InputError for a file that is no signal of the sensor.
     """
-    from pipeline.measure.table_text import lines_of
+    from pipeline.measure.tables.rows import lines_of
     from pipeline.measure.unit.measuring import MeasuringUnit
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.printed_unit import nominal_unit, read_unit

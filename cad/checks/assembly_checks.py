@@ -6,6 +6,7 @@ import cadquery as cq
 import numpy as np
 
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
+from cad.checks.near_faces import least_distance
 from cad.checks.seat_checks import window_verdicts
 from cad.checks.tip_checks import PLACE_TOLERANCE_MM
 from cad.parts.assembly import turned_twin
@@ -31,7 +32,7 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
     distances = {}
     for pose, arm in _arm_poses(sensor):
         for side, shape in covers.items():
-            distances[f"{side}, {pose}"] = float(shape.distance(arm))
+            distances[f"{side}, {pose}"] = least_distance(arm, shape)
     nearest = min(distances, key=distances.__getitem__)
     clearance = at_least(
         "geometry.cover_clearance",
@@ -93,7 +94,7 @@ def _plates(sensor: SensorSolids) -> Verdict:
     if apart > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not meet: screws would bend the plates by {apart:.3g} mm"
         return failed_verdict(name, PLATES_GAP_MM, unit="mm", reference=reference)
-    distances = {pose: float(in_place(arm, sensor.housing).distance(twin)) for pose, arm in _arm_poses(sensor)}
+    distances = {pose: least_distance(in_place(arm, sensor.housing), twin) for pose, arm in _arm_poses(sensor)}
     nearest = min(distances, key=distances.__getitem__)
     reference = f"plates meet at their pads; least distance of what moves in one from the other, {nearest}"
     return at_least(name, distances[nearest], PLATES_GAP_MM, PLACE_TOLERANCE_MM, unit="mm", reference=reference)

@@ -13,6 +13,7 @@ _ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # shares of the straight part of a leaf
 _BESIDE_MIDDLE = 0.03  # share of the depth, not on the plane of symmetry, where triangles share an edge
 _ACROSS = (-0.42, _BESIDE_MIDDLE, 0.42)  # shares of the depth
 _RADIUS_TOLERANCE_MM = 0.02  # a chord of a mesh, 0.005 mm, moves the radius by 1 / (sqrt 2 - 1) of it
+_DIGITS = 9  # of a radius [mm]
 _INSIDE = 0.05  # [mm] behind the sharp corner, where there is material with or without a fillet
 _HALF = math.sqrt(0.5)
 _DIAGONALS = tuple((x, 0.0, z) for x in (-_HALF, _HALF) for z in (-_HALF, _HALF))
@@ -66,7 +67,7 @@ def fillet_verdict(housing: Housing, forms: Mapping[str, Lines]) -> Verdict:
     radii = {}
     for form, (x, z) in itertools.product(forms, corners):
         radii[f"in the {form} at x = {x:.3f}, z = {z:.3f} mm"] = _radius(forms[form], (x, beside_middle, z))
-    place = min(radii, key=radii.__getitem__)
+    place = min(radii, key=lambda place: round(radii[place], _DIGITS))  # the first of equal ones, whatever round-off
     reference = f"diagonals through {len(corners)} corners; least {place}"
     limit = housing.corner  # all corners of a housing have the fillet of its process
     return at_least("geometry.fillets", radii[place], limit, _RADIUS_TOLERANCE_MM, unit="mm", reference=reference)

@@ -16,6 +16,7 @@ from sensor.arrays import Floats
 
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
+_EDGE = 1e-9  # of a triangle: a line that passes by no more than this meets its edge
 
 
 class Chord(NamedTuple):
@@ -43,14 +44,27 @@ def solid_lines(shape: cq.Shape) -> Lines:
 
 
 def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
-    """Return the spans of lines inside a closed mesh of triangles [mm]."""
-    before = 2.0 * float(mesh.extents.sum()) + float(np.abs(mesh.bounds).sum())
+    """Return the spans of lines inside a closed mesh of triangles [mm].
+
+    T. Moller, B. Trumbore, J. Graphics Tools 2 (1997) 21; a line through an edge meets both of its triangles.
+    """
+    corners = np.asarray(mesh.triangles)
+    corner = corners[:, 0]
+    first = corners[:, 1] - corner
+    second = corners[:, 2] - corner
 
     def spans(start: Vector, direction: Vector) -> tuple[Chord, ...]:
         unit = np.array(direction)
-        origin = np.array(start) - before * unit
-        hits, _, _ = mesh.ray.intersects_location(origin[None], unit[None])
-        return _paired((np.asarray(hits).reshape(-1, 3) - np.array(start)) @ unit)
+        from_corner = np.array(start) - corner
+        across = np.cross(unit, second)
+        volume = np.einsum("ij,ij->i", first, across)
+        with np.errstate(divide="ignore", invalid="ignore"):  # of triangles along the line
+            u = np.einsum("ij,ij->i", from_corner, across) / volume
+            along = np.cross(from_corner, first)
+            v = along @ unit / volume
+            crossings = np.einsum("ij,ij->i", second, along) / volume
+            is_met = (u >= -_EDGE) & (v >= -_EDGE) & (u + v <= 1.0 + _EDGE) & np.isfinite(crossings)
+        return _paired(crossings[is_met])
 
     return spans
 

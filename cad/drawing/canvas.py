@@ -130,6 +130,11 @@ class Canvas:
         self.space.add_blockref("SHEET", corner, dxfattribs={"xscale": 1.0 / self.scale, "yscale": 1.0 / self.scale})
         return paper
 
+    def add_layer(self, layer: str, colour: int) -> None:
+        """Add a layer with a colour, by AutoCAD's index, and thin lines; nothing where it is there."""
+        if layer not in self.document.layers:
+            self.document.layers.add(layer, color=colour, lineweight=THICK // 2)
+
     def count(self) -> int:
         """Return the number of entities."""
         return len(self.space)
@@ -161,6 +166,10 @@ class Canvas:
     def rectangle(self, box: Box, layer: str = "PART") -> None:
         """Draw the four sides of a box."""
         self.polyline((*box.corners, box.corners[0]), layer)
+
+    def closed_outline(self, points: Sequence[Point], layer: str = "PART") -> None:
+        """Draw the closed outline through points as one entity, as machines that cut want it."""
+        self.space.add_lwpolyline(points, close=True, dxfattribs=self._look(layer))
 
     def circle(self, centre: Point, radius: float, layer: str = "PART") -> None:
         """Draw a circle."""

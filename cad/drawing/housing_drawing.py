@@ -11,15 +11,16 @@ from dataclasses import dataclass
 import cadquery as cq
 
 from cad.drawing.canvas import MEASURED, SMALL_MM, Box, CalloutText, Canvas, DimensionText, Point, text_width
-from cad.drawing.lengths import Length, draw_lengths
+from cad.drawing.lengths import Length, Side, draw_lengths
 from cad.drawing.measuring_table import HEADS, STEP_MM, MeasuredDimension, measuring_table
 from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, on_sheet
 from cad.drawing.view import draw_view, view_of
 from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, Housing, fillet_corners
-from cad.parts.part import NEAR_MM
+from cad.parts.part import NEAR_MM, one_shape
 from cad.parts.sensor import SensorSolids
+from cad.parts.strips import cut_strips
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.theory.strain_gauge import GAUGES, FoilGauge, LeafInterval, gauge_spans
@@ -33,6 +34,8 @@ _NAME = 0.8  # height of the name of a spring, likewise
 _ROOM_BEHIND_MM = 14.0  # on paper, above it for one row of them
 _NAME_BELOW_MM = 9.0  # on paper, from it to its name
 _SPOT_MM = 0.8  # on paper, radius of what marks the middle of a sensor
+_STEEL, _STEEL_COLOUR = "STEEL", 1  # layer of strips, and its colour by AutoCAD's index
+_SIDES_OF_ARMS: tuple[Side, Side] = ("left", "right")
 
 Measured = Mapping[str, MeasuredDimension]
 
@@ -43,6 +46,7 @@ class _Shown:
 
     sensor: SensorSolids
     cut: cq.Shape
+    strip_cuts: Sequence[cq.Shape]
     pin_cuts: Sequence[cq.Shape]
     from_left: Sequence[cq.Edge]
     from_behind: Sequence[cq.Edge]
@@ -60,12 +64,15 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
     """
     housing = sensor.housing
     pins = [body.shape for body in sensor.pin_bodies()]
+    strips = [body.shape for body in sensor.strip_bodies()]
+    printed = sensor.printed_shape()
     shown = _Shown(
         sensor=sensor,
-        cut=section(sensor.part.shape),
+        cut=section(printed),
+        strip_cuts=[section(strip) for strip in strips],
         pin_cuts=[section(pin) for pin in pins],
-        from_left=view_of(cq.Compound.makeCompound([sensor.part.shape, *pins]), "left"),
-        from_behind=view_of(sensor.part.shape, "behind") if housing.back_to_back else (),
+        from_left=view_of(cq.Compound.makeCompound([printed, *strips, *pins]), "left"),
+        from_behind=view_of(one_shape([printed, *strips]), "behind") if housing.back_to_back else (),
         measured=measuring_table(sensor, title.process),
     )
     return on_sheet(lambda canvas: _draw_views(canvas, shown), _notes(shown, title.process), title)
@@ -98,12 +105,17 @@ def _draw_section(canvas: Canvas, shown: _Shown) -> None:
     housing = shown.housing
     measured = shown.measured
     draw_section(canvas, shown.cut)
+    if shown.strip_cuts:
+        canvas.add_layer(_STEEL, _STEEL_COLOUR)
+    for strip in shown.strip_cuts:
+        draw_section(canvas, strip, _STEEL)
     for pin in shown.pin_cuts:
         draw_section(canvas, pin, "NOTES")
     lengths = [
         *_frame_lengths(housing, measured),
         *_spring_lengths(housing, measured),
         *_tip_lengths(housing, measured),
+        *_slot_lengths(housing, measured),
     ]
     draw_lengths(canvas, lengths, Box(housing.left, -housing.pin_out, housing.right, housing.top_level))
     for arm in housing.arms:
@@ -159,6 +171,20 @@ def _spring_lengths(housing: Housing, measured: Measured) -> list[Length]:
         left, right = arm.roots
         underside = arm.levels[0] - 0.5 * arm.flexure.thickness
         lengths.append(Length("bottom", (left, underside), (right, underside), measured[f"{arm.name} length"].label()))
+    return lengths
+
+
+def _slot_lengths(housing: Housing, measured: Measured) -> list[Length]:
+    """Return the widths of the slots of both springs, and their depth from a shoulder; none for printed leaves."""
+    lengths = []
+    for arm, side in zip(housing.arms, _SIDES_OF_ARMS, strict=True):
+        if not arm.strips:
+            return []
+        (start, end), (foot, top) = arm.strips[1].slots[0 if arm.sign < 0.0 else 1]
+        outer = start if arm.sign < 0.0 else end
+        lengths.append(Length(side, (outer, foot), (outer, top), measured[f"{arm.name} slot"].label(f"4x {MEASURED}")))
+        if arm.sign < 0.0:
+            lengths.append(Length("bottom", (start, foot), (end, foot), f"8x {MEASURED}"))
     return lengths
 
 
@@ -232,19 +258,24 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDim
 
 
 def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension) -> None:
-    """Draw the radius of the fillets at the low spring's wall, and at its upper hole the diameter of those for screws.
+    """Draw the radius of the fillets, and at the low spring's upper hole the diameter of those for screws.
 
-    `measured` is the row of the measuring table for the fillets. The dimension stands at one of them, in the angle
-    between the wall and the upper side of the lower leaf.
+    `measured` is the row of the measuring table for the fillets. The dimension stands at one of them: in the angle
+    between the low spring's wall and the upper side of its lower leaf, or beside strips in a corner of the cavity.
     """
     height = canvas.text_height
-    low = housing.arms[0]
+    low, high = housing.arms
     radius = housing.corner
-    root_top = low.levels[0] + 0.5 * low.flexure.thickness
-    centre = (low.wall + radius, root_top + radius)
     label = measured.label(f"{len(fillet_corners(housing))}x {MEASURED}")
-    text = CalloutText((low.wall, root_top + 1.4 * height), "right", label)
-    canvas.callout("radius", centre, radius, text, angle=225.0)  # the arc faces the corner, left and below its centre
+    if high.strips:  # rounded are the corners of the cavity: the arc lies right and above its centre
+        centre = (high.wall - radius, housing.cavity_level - radius)
+        text = CalloutText((high.wall - height, housing.cavity_level + 1.6 * height), "left", label)
+        canvas.callout("radius", centre, radius, text, angle=45.0)
+    else:
+        root_top = low.levels[0] + 0.5 * low.flexure.thickness
+        centre = (low.wall + radius, root_top + radius)
+        text = CalloutText((low.wall, root_top + 1.4 * height), "right", label)
+        canvas.callout("radius", centre, radius, text, angle=225.0)  # the arc faces the corner, left and below
     text = CalloutText((housing.left, housing.top_level + 2.4 * height), "left", f"{len(housing.holes)}x {MEASURED}")
     canvas.callout("diameter", housing.holes[1], housing.hole_diameter, text)
 
@@ -433,19 +464,31 @@ def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: floa
     canvas.words(f"{arm.name.upper()} UPPER LEAF", (0.5 * (left + right), leaf.top + height), 0.7 * height)
 
 
+def _glue_note(housing: Housing) -> str:
+    """Return the note on the glue in the slots; nothing where leaves are printed."""
+    clamp = housing.clamp
+    return f"Glued with epoxy, {clamp.gap:g} on both faces, {clamp.length:g} from each shoulder." if clamp else ""
+
+
 def _notes(shown: _Shown, process: Process) -> list[str]:
     """Return the notes of the sheet, a line each, from the uppermost on."""
     housing = shown.housing
     measured = shown.measured
     layer = f", layer {process.layer_mm:g} mm" if process.layer_mm else ""
     faces = "tips are domes as made" if housing.dome_radius else "tip faces sharp-edged"
+    leaves = [f"Leaves solid, E = {process.E_MPa:g} MPa. Two leaves of a spring are equal."]
+    small = "leaves and lengths"
+    if sheet := shown.sensor.sheet:
+        sizes = "; ".join(f"{cut.spring} {cut.count}x {cut.size}" for cut in cut_strips(housing))
+        leaves = [f"Strips (strips.dxf): {sizes}.", f"{sheet.material}.", _glue_note(housing)]
+        small = "lengths"
     notes = [
         "Millimetres. Section in the middle of the depth.",
         f"{process.material}{layer}; made flat, this profile in the plane of the bed.",
-        f"Leaves solid, E = {process.E_MPa:g} MPa. Two leaves of a spring are equal.",
+        *leaves,
         f"Gaps over the shuttles are stops; {faces}.",
         "Letters name rows of the table; no letter: general tolerance.",
-        f"±{process.accuracy_mm:g}: two sigma of {process.name}, for leaves and lengths under {SMALL_MM:g}.",
+        f"±{process.accuracy_mm:g}: two sigma of {process.name}, for {small} under {SMALL_MM:g}.",
         f"{measured['spacing'].letter}): mean of two readings, over both tips and between them.",
         f"+{STEP_MM:g} moves: stiffness K, contact or force of a tip, in proportion.",
         "Outside its tolerance: make it again. Calibrate every unit.",

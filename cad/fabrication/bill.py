@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
@@ -9,10 +10,13 @@ from cad.fabrication.bridges import HX711, RESISTANCE_OHM, SignalPath, Spring, s
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.fabrication.templates import EACH, render_template
 from cad.parts.assembly import dowel_length, grip, screw_length
-from cad.parts.housing import DOWEL_MM
+from cad.parts.housing import DOWEL_MM, Housing
 from cad.parts.sensor import SensorSolids
+from cad.parts.strips import cut_strips, glue_volume, length_of_stock
 from sensor.design.processes import Process
 from sensor.theory.strain_gauge import FOIL
+
+_ROUND_MM = 10.0  # to which lengths of sheet are rounded up
 
 
 @dataclass(frozen=True)
@@ -57,8 +61,45 @@ def bill_of_materials(
         amplifier=HX711,
         resistor=series_resistor(process),
         signal=signal,
+        sheet=sensor.sheet,
+        sheets=sheets_to_buy(sensor),
+        strips=cut_strips(housing),
+        glue_ml=glue_ml(housing),
     )
     return tuple(BillLine(int(count), *texts) for count, *texts in csv.reader(text.splitlines()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SheetToBuy:
+    """A piece of sheet for strips of one thickness: thickness, width and least length [mm], and the springs."""
+
+    thickness: float
+    width: float
+    length: float
+    springs: tuple[str, ...]
+
+
+def sheets_to_buy(sensor: SensorSolids) -> tuple[SheetToBuy, ...]:
+    """Return the pieces of sheet of a sensor, one for each thickness as it is sold; none where leaves are printed."""
+    sheet = sensor.sheet
+    if sheet is None:
+        return ()
+    found: dict[float, SheetToBuy] = {}
+    for strips in cut_strips(sensor.housing):
+        sold = sheet.sold_as(strips.thickness)
+        enough = [width for width, length in sheet.stock if length_of_stock(strips, width) <= length]
+        width = min(enough, default=max(sheet.stock_widths_mm))
+        length = math.ceil(length_of_stock(strips, width) / _ROUND_MM) * _ROUND_MM
+        before = found.get(sold)
+        springs = (strips.spring,) if before is None else (*before.springs, strips.spring)
+        length += 0.0 if before is None else before.length
+        found[sold] = SheetToBuy(thickness=sold, width=width, length=length, springs=springs)
+    return tuple(found.values())
+
+
+def glue_ml(housing: Housing) -> float:
+    """Return the volume of glue to be mixed for the strips of a sensor [ml]: what slots hold, and as much again."""
+    return math.ceil(10.0 * 2.0 * 1e-3 * glue_volume(housing)) / 10.0
 
 
 def screw_name(grip_mm: float) -> str:

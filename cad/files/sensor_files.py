@@ -11,9 +11,10 @@ import trimesh
 from cad.files.export_error import ExportError
 from cad.files.glb import GlbBody, glb_of
 from cad.files.step import read_step, write_step
-from cad.files.stl import CHORD_MM, read_stl, write_stl
+from cad.files.stl import CHORD_MM, read_stl, triangles, write_stl
 from cad.files.threemf import read_3mf, write_3mf
 from cad.parts.assembly import assembly_bodies, outwards
+from cad.parts.part import one_shape
 from cad.parts.pose import print_pose
 from cad.parts.sensor import NamedSolid, SensorSolids
 
@@ -28,23 +29,27 @@ _SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of
 def write_sensor(sensor: SensorSolids, folder: Path) -> tuple[Path, ...]:
     """Write housing.step, assembly.step and, marked, housing.stl and housing.3mf; pin.step where pins are the tips.
 
+    With strips housing.* hold frame and shuttles, each by its name, and strips.step the strips of a plate in place.
+
     assembly.glb, to be looked at, has every body in its colour and an animation that takes them apart.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
     housing_step = folder / "housing.step"
-    export_step([sensor.housing_body()], housing_step)
+    export_step(sensor.printed_bodies(), housing_step)
 
     assembly_step = folder / "assembly.step"
     bodies = assembly_bodies(sensor)
     export_step(bodies, assembly_step)
 
-    printed = print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back)
+    marked = sensor.marked_shapes()
+    printed = print_pose(one_shape(marked.values()), back_up=sensor.housing.back_to_back)
     stl = folder / "housing.stl"
     mesh = export_stl(printed, stl)
 
     package = folder / "housing.3mf"
-    write_3mf({sensor.part.name: mesh}, package)
+    bodies_printed = printed.Solids() if len(marked) > 1 else ()
+    write_3mf(dict(zip(marked, [triangles(solid) for solid in bodies_printed] or [mesh], strict=True)), package)
     compare_volume(package, read_3mf(package).mesh.volume, printed.Volume(), solid_tolerance(printed))
 
     assembly_glb = folder / "assembly.glb"
@@ -56,6 +61,9 @@ def write_sensor(sensor: SensorSolids, folder: Path) -> tuple[Path, ...]:
         upright = pins[0].shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
         paths.append(folder / "pin.step")
         export_step([replace(pins[0], name="pin", shape=upright)], paths[-1])
+    if strips := sensor.strip_bodies():
+        paths.append(folder / "strips.step")
+        export_step(strips, paths[-1])
     return tuple(paths)
 
 

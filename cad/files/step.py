@@ -65,15 +65,11 @@ def _by_shape(bodies: Sequence[NamedSolid]) -> list[list[NamedSolid]]:
 
 
 def _product_name(names: Sequence[str]) -> str:
-    """Return the name of what several bodies are instances of: the words that end all their names, without numbers."""
+    """Return the name of what several bodies are instances of: the words that all their names have, without numbers."""
     if len(names) == 1:
         return names[0]
-    words = [[word for word in name.split() if not word.isdecimal()] for name in names]
-    common: list[str] = []
-    for column in zip(*(reversed(each) for each in words), strict=False):
-        if len(set(column)) > 1:
-            break
-        common.insert(0, column[0])
+    first, *others = [[word for word in name.split() if not word.isdecimal()] for name in names]
+    common = [word for word in first if all(word in words for words in others)]
     return " ".join(common) or names[0]
 
 

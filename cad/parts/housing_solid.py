@@ -6,6 +6,7 @@ A dome on a tip is left out of what is solved, whose tips are flat: as a bar it 
 
 from __future__ import annotations
 
+import functools
 import itertools
 
 import cadquery as cq
@@ -19,6 +20,7 @@ _REACH = 1.0  # [mm] that a cut reaches beyond the plate
 _BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip or a face
 
 
+@functools.lru_cache(maxsize=1)  # its size is asked for before it is finished and written
 def housing_part(housing: Housing) -> Part:
     """Return the housing as one solid with its faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`.
 

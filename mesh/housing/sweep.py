@@ -5,6 +5,7 @@ strain most. Subdomains, where leaves are strips of sheet: strips, glue.
 """
 
 import dataclasses
+import functools
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -40,10 +41,15 @@ def flexure_mesh(housing: Housing, scale: float = 1.0, layers: int | None = None
     `layers` is how many elements stand over the half depth, by the scale where it is left out. Raises MeshError with
     the stage that failed.
     """
-    profile = meshed_profile(housing_blocks(housing, counts(housing, scale)))
-    # Levels from the plane of symmetry to the side face, closer towards the face.
     if layers is None:
         layers = 2 if scale >= 1.0 else 1 + round(1.0 / scale)
+    return _meshed(housing, scale, layers)
+
+
+@functools.lru_cache(maxsize=3)  # what the fit solves on is written as a file, and other loads are solved on it
+def _meshed(housing: Housing, scale: float, layers: int) -> MeshHex2:
+    profile = meshed_profile(housing_blocks(housing, counts(housing, scale)))
+    # Levels from the plane of symmetry to the side face, closer towards the face.
     steps = _LAYER_GROWTH ** -np.arange(layers)
     levels = 0.5 * housing.depth * np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
     straight = _swept(profile, levels)

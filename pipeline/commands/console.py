@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import sys
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator
@@ -12,7 +13,14 @@ from sensor.quantity import InputError, written_number
 
 PASSED, FAILED, WRONG_INPUT = 0, 1, 2
 _HALF_A_LINE = 1500  # letters: every honest message is shorter than two
-EXIT_CODES = "exit code: 0 all verdicts pass, 1 one fails or is undecided, 2 wrong input"
+EXIT_CODES = {
+    PASSED: "all verdicts pass",
+    FAILED: "one fails or is undecided",
+    WRONG_INPUT: "wrong input",
+    128 + signal.SIGINT: "ended by Ctrl-C",
+    128 + signal.SIGTERM: "by SIGTERM",
+}
+"""What each exit code of a command says; `__main__` returns those from 128 on."""
 
 
 def add_json_flag(parser: ArgumentParser) -> None:

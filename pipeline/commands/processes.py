@@ -9,7 +9,7 @@ from rich.table import Table
 from pipeline.commands.console import print_json
 from sensor.design.processes import PROCESSES, Process
 
-_OWN = 'A printer of your own: [print] process_file = "my-printer.toml" in the design file, see docs/processes.md.'
+_OWN = 'A printer of your own: [print] process_file = "my-printer.toml" in the design file, see docs/design-file.md.'
 
 
 def list_processes(own: Process | None, *, as_json: bool) -> int:

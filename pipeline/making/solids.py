@@ -11,6 +11,7 @@ from pipeline.storage.kept_files import Verdicts, begin_files
 from pipeline.storage.workers import finished_future
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
+from sensor.design.sheets import SHEETS
 
 _SHAPES = ("name", "fruit", "tips", "press")  # tables of the design that solids and their checks depend on
 
@@ -30,6 +31,7 @@ def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor:
         "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
         "housing": housing,
         "seats": seats_of(design, housing),
+        "sheet": SHEETS.get(design.print.leaves),
         "deflections": springs.deflections,
     }
     write = partial(write_solids, design, housing, springs.deflections, folder)

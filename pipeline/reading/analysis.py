@@ -25,8 +25,10 @@ from pipeline.reading.uncertainty import (
     uncertainty_sources,
 )
 from pipeline.response.scene_press import ScenePress
+from pipeline.springs.fitted_springs import leaf_lengths
 from pipeline.storage.plain import first_largest
 from sensor.arrays import Flags, Floats, rows_of
+from sensor.design.leaves import creep_of
 from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
 from sensor.quantity import Estimate
 from sensor.record import Record
@@ -140,7 +142,13 @@ def error_analysis(sensor: Sensor, reading: Reading) -> Readings:
     model = rise_model(sensor)
     presses = sensor.presses(read_moduli(design.fruit), tuple(occurring(design, reading)))
     press_s = max(PRESS_S, fastest_press(sensor) or 0.0)  # no faster than its read-out allows
-    channels = Channels(reading=reading, full_scale=presses.full_scale, signal=sensor.signal, press_s=press_s)
+    channels = Channels(
+        reading=reading,
+        full_scale=presses.full_scale,
+        signal=sensor.signal,
+        press_s=press_s,
+        creep=creep_of(sensor.springs.leaves, design.process, leaf_lengths(sensor.springs)),
+    )
     read, refused = _read(model, presses, channels, design.tips.side_mm)
     analysis = Readings(
         method=model.method,

@@ -35,15 +35,18 @@ class RiseModel:
         Samples are at even steps of the travel; what times do is that of a press by hand of `PRESS_S`. E is corrected
         by the level readings. Raises RiseError.
         """
-        rising = RisingPress(self.law, noises, least_forces)
-        for sample, elapsed in zip(press, intervals_by_hand(len(press)).tolist(), strict=True):
-            rising.add(sample, elapsed)
-        found = rising.reading()
+        found = self._pressed(press, noises, least_forces).reading()
         return replace(found, E=correct_reading(found.E, self.level))
 
     def modulus(self, press: Floats) -> float:
         """Return the modulus [MPa] of forces [N], shape (samples, tips); raises RiseError."""
-        return self.reading(press, np.zeros(press.shape[1])).E
+        return correct_reading(self._pressed(press, np.zeros(press.shape[1])).modulus(), self.level)
+
+    def _pressed(self, press: Floats, noises: Floats, least_forces: Floats | float = 0.0) -> RisingPress:
+        rising = RisingPress(self.law, noises, least_forces)
+        for sample, elapsed in zip(press, intervals_by_hand(len(press)).tolist(), strict=True):
+            rising.add(sample, elapsed)
+        return rising
 
 
 def intervals_by_hand(samples: int) -> Floats:

@@ -1,5 +1,6 @@
 """How fast a finished sensor may be pressed: its samples must suffice, and the times of its channels be known."""
 
+import functools
 import math
 
 import numpy as np
@@ -15,6 +16,7 @@ SAMPLES = 60
 """Of a press by hand, which slows to a stop: x = X (1 - (1 - t / T)^2)."""
 
 
+@functools.lru_cache(maxsize=1)  # readings, constants and files for fabrication ask for that of one sensor
 def fastest_press(sensor: Sensor) -> float | None:
     """Return the shortest duration [s] of a press by hand, from the first touch to its deepest point, that tells E.
 

@@ -8,9 +8,17 @@ import numpy as np
 
 from cad.fabrication.bridges import SignalPath
 from sensor.arrays import Floats
-from sensor.design.reading import LEAST_OF_SCALE, LEAST_OVER_NOISE, PRESS_S, PRESS_SAMPLES, Reading
+from sensor.design.reading import (
+    LEAST_OF_SCALE,
+    LEAST_OVER_NOISE,
+    PRESS_S,
+    PRESS_SAMPLES,
+    WEIGHED_AFTER_S,
+    Reading,
+)
 from sensor.theory.contrast_law import ReadingSlopes
 from sensor.theory.contrast_rise import RiseReading, RiseSlopes
+from sensor.theory.creep import NO_CREEP, CreepLaw
 
 BOUNDED = 1.0 / math.sqrt(3.0)
 """Standard deviation of what lies anywhere within a bound, over that bound (JCGM 100:2008, 4.3.7)."""
@@ -42,13 +50,14 @@ class Channels:
     """What the channels of a sensor add to its forces, each (tips,): by their read-out, or as a reading asks.
 
     `full_scale` [N] is the largest force of each, of which the noise that is asked for is a share. A press by hand
-    takes `press_s` [s].
+    takes `press_s` [s]. Springs that creep are weighed after `WEIGHED_AFTER_S`.
     """
 
     reading: Reading
     full_scale: Floats
     signal: SignalPath | None
     press_s: float = PRESS_S
+    creep: CreepLaw = NO_CREEP
 
     @property
     def noises(self) -> Floats:
@@ -82,6 +91,7 @@ class Channels:
             springs=0.01 * self.reading.stiffness_percent * tips,
             time_s=time_s,
             on_plate=self.reading.calibrated_by == "plate",
+            creep=self.creep.deviation(WEIGHED_AFTER_S, self.press_s),
         )
 
 
@@ -137,6 +147,8 @@ class LeftOpen:
 
     `zeros` [N] are those of each force, `gains` [1] those of each channel by their cause, `springs` [1] those of each
     stiffness, `time_s` that of the time of each channel. Channels that were calibrated `on_plate` tell deflections.
+    `creep` [1] is that of all stiffnesses together in a press, of leaves that creep: deflections are read right, forces
+    are off alike, and so is the modulus.
     """
 
     zeros: Floats
@@ -144,6 +156,7 @@ class LeftOpen:
     springs: Floats
     time_s: float
     on_plate: bool
+    creep: float = 0.0
 
     def of_press(self, slopes: RiseSlopes) -> dict[str, float]:
         """Return what each cause leaves open of the modulus of a press [1], as a standard uncertainty.
@@ -169,7 +182,8 @@ class LeftOpen:
         # Where a channel tells a deflection, the force of a spring that is stiffer than known is larger too.
         both = springs + (gains if self.on_plate else 0.0)
         of_gains = {cause: _norm(gains * deviations) for cause, deviations in self.gains.items()}
-        return {"stiffness": _norm(both * self.springs), **of_gains}
+        of_creep = {"creep": self.creep} if self.creep else {}
+        return {"stiffness": _norm(both * self.springs), **of_creep, **of_gains}
 
 
 def uncertainty_sources(

@@ -17,6 +17,7 @@ _TARGETS = (
     *("P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic"),
 )
 _REASONS = 3  # lines of what did not pass before the rest is counted
+_NOTES = 5  # with the lines of what did not pass
 
 
 def report_passed(report: Json) -> bool | None:
@@ -25,7 +26,7 @@ def report_passed(report: Json) -> bool | None:
 
 
 def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
-    """Yield the answer on one screen: outcome, targets against values, springs, what did not pass, where files are."""
+    """Yield the answer on one screen: outcome, targets against values, springs, what did not pass, notes, files."""
     verdicts = _verdicts(report)
     table = verdict_table("", [verdict for verdict in verdicts if verdict.name in _TARGETS])
     others = [verdict for verdict in verdicts if verdict.name not in _TARGETS]
@@ -40,10 +41,13 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     yield from reasons(wrong[:_REASONS])
     if len(wrong) > _REASONS:
         yield f"and {len(wrong) - _REASONS} more: --verbose lists them all"
+    notes = report["notes"]
+    shown = notes[: _NOTES - min(len(wrong), _REASONS + 1)]
+    yield from (f"- {escape(note)}" for note in shown)
     out = escape(str(folder))
     yield f"files in {out}: response.csv is the table P -> E, report.json has every number"
     yield f"look at it: open {escape(str(folder / 'report.html'))} in a browser, or pipeline view {out}"
-    yield "all verdicts, errors and notes: --verbose"
+    yield f"all verdicts, errors and {len(notes)} notes: --verbose"
 
 
 def every_section(report: Json) -> Iterator[RenderableType]:
@@ -58,7 +62,7 @@ def every_section(report: Json) -> Iterator[RenderableType]:
     if paper is not None:
         springs = f"{paper['K_l_N_per_m']:g} and {paper['K_h_N_per_m']:g} N/m"
         yield verdict_table(f"the paper's springs, {springs}, under the same contact", _verdicts(paper))
-    for line in (*_method_lines(report), *report["notes"], *_scatter_lines(report), _cost_line(report)):
+    for line in (*report["notes"], *_method_lines(report), *_scatter_lines(report), _cost_line(report)):
         yield escape(line)
 
 

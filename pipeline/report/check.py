@@ -16,6 +16,7 @@ from sensor.verdict import Verdict, equal, unreadable
 
 SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some seconds
 _MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
+_MEASURED_STRIPS = "strips.step"
 _WRITTEN = 1e-3  # relative: response.csv has four digits of a modulus that may show P
 
 
@@ -118,6 +119,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     from cad.checks.assembly_checks import cover_verdicts
     from cad.checks.part_checks import check_file
     from cad.checks.sensor_checks import check_sensor, volume_verdict
+    from cad.checks.strip_checks import spacer_verdicts
     from cad.fabrication.mount_checks import mount_verdicts
     from cad.files.step import read_step
     from cad.parts.assembly import sensor_of
@@ -128,7 +130,8 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         return ()
     if report.housing is None:
         return (equal("geometry.made", 0.0, 1.0, 0.0, unit="1", reference="no housing: see printable.*"),)
-    missing = ", ".join(name for name in _MEASURED if not is_regular(folder / name))
+    measured = _MEASURED if report.housing.clamp is None else (*_MEASURED, _MEASURED_STRIPS)
+    missing = ", ".join(name for name in measured if not is_regular(folder / name))
     if missing:
         return (unreadable(f"{missing} cannot be measured, there is no such file; run the design again"),)
     sensor = sensor_of(report.design, report.housing)
@@ -139,7 +142,8 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         verdicts.append(unreadable(str(error)))
     names = {verdict.name for verdict in verdicts}
     verdicts += [verdict for verdict in check_file(folder / "housing.3mf", process) if verdict.name not in names]
-    for name, judge in (("cover.step", cover_verdicts), ("mount.step", mount_verdicts)):
+    judges = {"cover.step": cover_verdicts, "mount.step": mount_verdicts, "spacer.step": spacer_verdicts}
+    for name, judge in judges.items():
         if not is_regular(folder / name):  # only `pipeline design` writes it
             continue
         try:

@@ -1,14 +1,15 @@
-"""What a user must know beside the verdicts, each a sentence with its number."""
+"""What a user must know beside the verdicts, each a sentence with its number and what to do."""
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from pipeline.reading.analysis import Readings
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
-from pipeline.springs.fitted_springs import weight_sag
+from pipeline.springs.fitted_springs import leaf_lengths, weight_sag
 from sensor.design.parameters import Design
 from sensor.design.sheets import SHEETS
 from sensor.theory.free_fruit import roll, table_share
@@ -18,25 +19,33 @@ from sensor.theory.strip_clamp import unbonded_loss
 
 UNBONDED_MM = 1.0  # of the glue at each shoulder, in the bound that is told
 ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et al. (2012), doi:10.1007/s11947-011-0528-4
+_ALWAYS_FIRST = math.inf
+
+
+class Note(NamedTuple):
+    """A sentence, and by how much its matter may move what is read [%]; infinite where it matters before any number."""
+
+    percent: float
+    text: str
 
 
 def notes(result: SensorResult) -> list[str]:
-    """Return the notes of a result, closed forms of its numbers only, the weightiest first."""
+    """Return the notes of a result, closed forms of its numbers only, those that move a reading most first."""
     info = result.press.table.info
     judged = _of_the_scene(result) if result.readings is None else _of_the_reading(result.design, result.readings)
-    return [
-        *result.left_out,
+    found = [
         _housing(result),
         _relaxation(result),
         *_skin(result),
         *_weight(result),
         *_free_fruit(result),
         *judged,
-        f"response: {info.method}; {info.status}",
     ]
+    found.sort(key=lambda note: note.percent, reverse=True)
+    return [*result.left_out, *(note.text for note in found), f"Response: {info.method}; {info.status}."]
 
 
-def _housing(result: SensorResult) -> str:
+def _housing(result: SensorResult) -> Note:
     """Return the note on calibrating a print, or the one on a line of tips, which has no housing."""
     if result.design.tips.tip_layout.has_housing:
         if not result.springs.leaves.is_printed:
@@ -44,89 +53,114 @@ def _housing(result: SensorResult) -> str:
         process = result.springs.process
         # A leaf's stiffness is proportional to the third power of its thickness.
         moved_l, moved_h = (100.0 * (3.0 * process.accuracy_mm / leaf) for leaf in process.leaf_thicknesses_mm)
-        return (
-            f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved_l:.0f} % "
-            f"and K_h by {moved_h:.0f} %"
+        return Note(
+            max(moved_l, moved_h),
+            f"Calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved_l:.0f} % "
+            f"and K_h by {moved_h:.0f} %.",
         )
-    return (
-        "three tips in a line have no housing: no verdict is on springs or parts. The springs have exactly the "
-        "stiffnesses of [springs] and are not coupled. Calibrate the sensor that you build"
+    springs = result.springs.stiffnesses
+    K_l, K_h = (1e3 * K for K in springs.stiffnesses)
+    return Note(
+        _ALWAYS_FIRST,
+        f"Calibrate what you build: a line of tips has no housing, and {K_l:.5g} and {K_h:.5g} N/m are taken as given.",
     )
 
 
-def _strips(result: SensorResult) -> str:
+def _strips(result: SensorResult) -> Note:
     """Return the note on strips of sheet: what they are, how well they are known, and what a bad clamp would lose."""
     springs = result.springs
     leaves = springs.leaves
-    process = springs.process
-    lengths = [spring.printable.length_mm for spring in springs.springs]
+    lengths = leaf_lengths(springs)
     sizes = [sizes for _, sizes in leaves.causes(lengths)]
-    scatter = " and ".join(f"{100.0 * math.hypot(*of_spring):.2g}" for of_spring in zip(*sizes, strict=True))
-    sheets = " and ".join(f"{thickness:g}" for thickness in leaves.sold_mm or ())
-    lost = " and ".join(
-        f"{100.0 * unbonded_loss(length, give, UNBONDED_MM):.2g}"
-        for length, give in zip(lengths, leaves.gives_mm, strict=True)
+    scatters = [100.0 * math.hypot(*of_spring) for of_spring in zip(*sizes, strict=True)]
+    lost = [
+        100.0 * unbonded_loss(length, give, UNBONDED_MM) for length, give in zip(lengths, leaves.gives_mm, strict=True)
+    ]
+    is_weighed = leaves.scatters[0].thickness <= SHEETS[leaves.kind].weighed
+    todo = (
+        "Glue up to the shoulders"
+        if is_weighed
+        else "Weigh the sheet, and give print.leaf_measured_low_mm and _high_mm"
     )
-    weigh = "weigh them, and give print.leaf_measured_low_mm and _high_mm"
-    known = f"; sheets as sold, {weigh}" if leaves.scatters[0].thickness > SHEETS[leaves.kind].weighed else ""
-    return (
-        f"leaves of {leaves.kind} {sheets} mm thick in {process.name}: K_l and K_h as made within {scatter} % (two "
-        f"sigma){known}. Glue that misses the last {UNBONDED_MM:g} mm at each shoulder would cost {lost} % of them"
+    return Note(
+        max(scatters),
+        f"{todo}: K_l and K_h as made lie within {scatters[0]:.2g} and {scatters[1]:.2g} % (two sigma), and glue that "
+        f"misses the last {UNBONDED_MM:g} mm at each shoulder costs {lost[0]:.2g} and {lost[1]:.2g} % of them.",
     )
 
 
-def _of_the_scene(result: SensorResult) -> Iterator[str]:
+def _of_the_scene(result: SensorResult) -> Iterator[Note]:
     """Yield the notes on a force ratio: depth and large strain, pressure on the skin, the fruit of the targets."""
     design = result.design
-    depth = design.press.travel_mm / design.tips.side_mm
-    yield f"press: {depth:.2g} tip sides at most; {_large_strain(design, depth)}"
-    pressure = mean_tip_pressure(design, result.press)
-    yield f"bruise: mean pressure {pressure:.2g} MPa at the largest E and full travel"
-    yield (
-        f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the paper's "
-        "have 1.3226 mm; its tips on a cube of 12 mm 15 % less)"
+    yield _large_strain(design, design.press.travel_mm / design.tips.side_mm)
+    if design.fruit.bruise_limit_MPa is None:
+        pressure = mean_tip_pressure(design, result.press)
+        yield Note(
+            _ALWAYS_FIRST,
+            f"Set fruit.bruise_limit_MPa to have bruises judged: the mean pressure reaches {pressure:.2g} MPa.",
+        )
+    yield Note(
+        0.0,
+        f"Size the springs again for another fruit or other tips: these targets hold for K_m/E = "
+        f"{result.contact.K_m_over_E():.5g} mm.",
     )
 
 
-def _large_strain(design: Design, depth: float) -> str:
+def _large_strain(design: Design, depth: float) -> Note:
     """Return the note on large strain of the flesh under one tip at a depth [tip sides]."""
     if not design.tips.tip_shape.has_flat_face or depth > deepest_solved():
-        return f"small strain is assumed; large strain was solved for flat tips down to {deepest_solved():g} sides"
+        return Note(
+            0.0,
+            f"Check the deepest press on a body of known modulus: large strain at {depth:.2g} tip widths is left out.",
+        )
     changes = [100.0 * (large_strain_factor(depth, design.fruit.poisson, law) - 1.0) for law in FLESH_LAWS]
-    return (
-        f"large strain is left out: at this depth it changes the force of a tip by {changes[0]:+.2g} % "
-        f"({min(changes):+.2g} to {max(changes):+.2g} % by the law of the flesh), which the error bars count; "
-        "calibrate at the same depth on a body of known E"
+    return Note(
+        max(map(abs, changes)),
+        f"Calibrate at {depth:.2g} tip widths of depth: large strain moves the force by {changes[0]:+.2g} % "
+        f"({min(changes):+.2g} to {max(changes):+.2g} % by the law of the flesh).",
     )
 
 
-def _of_the_reading(design: Design, readings: Readings) -> Iterator[str]:
+def _of_the_reading(design: Design, readings: Readings) -> Iterator[Note]:
     """Yield the notes on readings: the noise that they bear, and the assumptions that move them."""
     fruit = design.fruit
     # d ln(1 - nu^2) by the spread of nu
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     noise = readings.noise_percent
-    loud = "even without noise it is above" if noise is None else f"noise of {noise:.2g} % of full scale brings it to"
-    yield f"uncertainty of E: {loud} 10 %"
+    if noise is None:
+        text = "Calibrate better or narrow [reading]: even without noise the standard uncertainty of E is above 10 %."
+    else:
+        text = (
+            f"Keep the noise of each force below {noise:.2g} % of full scale: there the standard uncertainty of E "
+            "reaches 10 %."
+        )
+    yield Note(10.0, text)
     if readings.heights > 0.0:
-        yield (
-            f"heights of the tips drop out of a press: 0.05 mm of contrast moves E by {5.0 * readings.heights:.2g} %"
+        yield Note(
+            5.0 * readings.heights,
+            f"Press smooth skin: a bump of 0.05 mm under one kind of tips moves E by {5.0 * readings.heights:.2g} %.",
         )
     if design.tips.dome_radius_mm is not None:
-        yield (
-            "left out of the bar: a skin that sticks to the domes reads E some 3 % high; flesh whose modulus rises or "
-            "falls by 30 % towards the stone reads some 5 % higher or lower than at the skin"
+        yield Note(
+            5.0,
+            "Scale the unit on fruit of known firmness: flesh 30 % firmer at the stone moves E by some 5 %, a skin "
+            "that sticks by 3 %.",
         )
     if readings.flesh > 0.0:
         percent = 100.0 * readings.flesh
-        yield f"law of the flesh: E is that of neo-Hookean flesh; by Hencky or as foam it is within {percent:.2g} %"
-    yield (
-        f"what is read is E / (1 - nu^2): E takes nu = {fruit.poisson:g}, which within {fruit.poisson_spread:g} moves "
-        f"it by {moved:.2g} %; twice the time of a press lowers the E of flesh by some 4 %"
+        yield Note(
+            percent,
+            f"Allow {percent:.2g} % where you compare E with other instruments: so much do laws of the flesh differ.",
+        )
+    yield Note(
+        moved,
+        f"Set fruit.poisson where it is known: E takes {fruit.poisson:g}, and within {fruit.poisson_spread:g} of it "
+        f"E moves by {moved:.2g} %.",
     )
+    yield Note(4.0, "Press always equally fast: twice the time of a press lowers the E of flesh by some 4 %.")
 
 
-def _relaxation(result: SensorResult) -> str:
+def _relaxation(result: SensorResult) -> Note:
     """Return the note on readings that fall as the flesh relaxes; by published flesh where the design does not say."""
     over_time = result.over_time
     if over_time is None:
@@ -134,42 +168,50 @@ def _relaxation(result: SensorResult) -> str:
         E = np.array(result.design.fruit.E_MPa)
         P = np.interp([E, ORANGE * E], curve.E, curve.P[:, -1])
         change = 100.0 * (P[1] / P[0] - 1.0)
-        return (
-            f"relaxation of the flesh is not known and left out: an orange relaxes to {100.0 * ORANGE:g} %, "
-            f"by which P moves by {change.max():.2g} to {change.min():.2g} % and E that is read as the flesh does; "
-            "give fruit.relaxation"
+        return Note(
+            100.0 * (1.0 - ORANGE),
+            f"Read soon after the touch or set fruit.relaxation: an orange relaxes to {100.0 * ORANGE:g} %, so "
+            f"P moves by {change.max():.2g} to {change.min():.2g} %.",
         )
     fallen = over_time.apparent[:, over_time.at] / over_time.E
-    return (
-        f"relaxation: E is the modulus at the first instant; what is read {over_time.t[over_time.at]:.3g} s after the "
-        f"touch is {fallen.min():.3g} to {fallen.max():.3g} times it, which `pipeline read` takes back"
+    return Note(
+        0.0,
+        f"Read by `pipeline read`, which corrects for relaxation: {over_time.t[over_time.at]:.3g} s after touch E "
+        f"has fallen to {fallen.min():.3g} to {fallen.max():.3g} times its first value.",
     )
 
 
-def _skin(result: SensorResult) -> Iterator[str]:
+def _skin(result: SensorResult) -> Iterator[Note]:
     """Yield the note on a skin: the gain in K_m at the least and the largest modulus of the flesh; none without."""
     if result.contact.skin is None:
         return
     bare = result.contact.K_m_over_E()
     gains = []
     for E in (min(result.design.fruit.E_MPa), result.design.fruit.E_max_MPa):
-        gains.append(f"{100.0 * (result.contact.at(E).K_m_over_E() / bare - 1.0):+.3g} % at {E:g} MPa")
-    yield f"skin: the fruit is stiffer under a tip than its flesh alone, K_m {' and '.join(gains)}"
+        gains.append((100.0 * (result.contact.at(E).K_m_over_E() / bare - 1.0), E))
+    texts = [f"{gain:+.3g} % at {E:g} MPa" for gain, E in gains]
+    yield Note(
+        max(gain for gain, _ in gains),
+        f"Measure skin_mm and skin_E_MPa well: the skin moves the fruit stiffness by {' and '.join(texts)}.",
+    )
 
 
-def _weight(result: SensorResult) -> Iterator[str]:
+def _weight(result: SensorResult) -> Iterator[Note]:
     """Yield the note on the weight of the moving parts, which sets the tips off level; none where nothing is made."""
     sags = [sag.value for sag in weight_sag(result.springs, "down")]
-    if sags:
-        is_read = result.readings is not None
-        then = "a press that is read whole does not see it" if is_read else "zero them in the one in which they press"
-        yield (
-            f"weight: with the tips down they hang {max(sags) - min(sags):.2g} mm off level; solved for the attitude "
-            f"{result.design.press.attitude!r}, {then}"
-        )
+    if not sags:
+        return
+    apart = max(sags) - min(sags)
+    press = result.design.press
+    off_level = f"pointing down, the tips hang {apart:.2g} mm off level"
+    if result.readings is None:
+        percent = 100.0 * apart / press.travel_mm
+        yield Note(percent, f"Zero the forces in the attitude of the press ({press.attitude}): {off_level}.")
+    else:
+        yield Note(0.0, f"Tare in any attitude: {off_level}, which a press that is read whole does not see.")
 
 
-def _free_fruit(result: SensorResult) -> Iterator[str]:
+def _free_fruit(result: SensorResult) -> Iterator[Note]:
     """Yield the note on a whole fruit, which is solved as held at its base: what changes where it lies on a table."""
     fruit = result.design.fruit
     if not fruit.can_roll or fruit.radius_mm is None:
@@ -186,7 +228,8 @@ def _free_fruit(result: SensorResult) -> Iterator[str]:
     stiffness_under_tip = (1.0 / compliance_under_tip).tolist()
     rolled = roll(forces.tolist(), result.design.tips.centres_mm, stiffness_under_tip, fruit.radius_mm)
     rolls = f"rolls by {rolled.angle_deg:.2g} deg" if rolled.steady else "rolls away under the tips"
-    yield (
-        f"a whole fruit is solved as held at its base; free on a table it gives {100.0 * by_table:.2g} % of the travel "
-        f"at the table, and {rolls} unless friction of at least {rolled.friction:.2g} holds it: hold the fruit"
+    yield Note(
+        100.0 * by_table,
+        f"Hold the fruit: free on a table it gives {100.0 * by_table:.2g} % of the travel there, and {rolls} unless "
+        f"friction of at least {rolled.friction:.2g} holds it.",
     )

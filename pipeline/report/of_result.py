@@ -70,7 +70,7 @@ def report_of_result(
     lines = notes(result)
     if stale:
         names = ", ".join(stale)
-        lines.append(f"kept from another design, no part of this one: {names}; make them anew with pipeline design")
+        lines.insert(0, f"Make {names} anew with pipeline design: what is there belongs to another design.")
     return Report(
         design=design,
         springs=sizing_report(result.sizing),

@@ -273,7 +273,8 @@ class ReadingReport:
     sources: dict[str, float] = report_field(
         "%",
         "standard uncertainty by each source: noise, drifts, times of channels in a press by hand of 3 s or the "
-        "fastest of the read-out, springs, gains, shape and pose, thickness of the flesh, Poisson's ratio",
+        "fastest of the read-out, springs, their creep, gains, shape and pose, thickness of the flesh, Poisson's "
+        "ratio",
         each="SOURCE_percent",
     )
     method: str = report_field("", "how forces become a modulus")
@@ -425,7 +426,7 @@ class Report:
     )
     level: LevelReport = report_field("", "a level sensor by the two-spring law", level="contact")
     verdicts: tuple[Verdict, ...] = report_field("", "the verdicts on the design")
-    remedy: str | None = report_field("", "the remedy of the first verdict that did not pass; null where all pass")
+    remedy: str | None = report_field("", "the hint of the first verdict that did not pass; null where all pass")
     errors: dict[str, BudgetReport | None] = report_field(
         "", "what the error of each number is made of; null where it has none", level="files", each="NUMBER"
     )

@@ -40,7 +40,7 @@ def reasons(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
         hint = ""
         if verdict.remedy is not None:
             first = first_with.setdefault(verdict.remedy, verdict.name)
-            hint = f"; remedy: {verdict.remedy if first == verdict.name else f'as for {first}'}"
+            hint = f"; hint: {verdict.remedy if first == verdict.name else f'as for {first}'}"
         lines.append(f"{OUTCOME[verdict.passed]} {verdict.name}: {escape(verdict.reference + hint)}")
     return tuple(lines)
 

@@ -163,6 +163,11 @@ class FittedSprings(Record):
         return replace(self.of_plate, compliance=compliance)
 
 
+def leaf_lengths(springs: FittedSprings) -> tuple[float, ...]:
+    """Return the lengths of the leaves, free ones of strips, solved or by the beam law [mm]."""
+    return tuple(spring.printable.length_mm for spring in springs.springs)
+
+
 def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     """Return springs exactly as they were sized or given."""
     return FittedSprings(

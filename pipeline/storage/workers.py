@@ -1,6 +1,5 @@
 """Processes beside this one: loky's, behind the interface of `concurrent.futures`."""
 
-import importlib
 import os
 import signal
 import tempfile
@@ -11,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
+from cad.kernel import load_kernel
 from pipeline.storage.interrupts import interruptible, signals_for_this_thread, uninterrupted
 from sensor.quantity import validation_error
 
@@ -78,7 +78,7 @@ def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
     with uninterrupted():
         executor = open_workers(1)
         try:
-            executor.submit(_load_kernel)
+            executor.submit(load_kernel)
             with interruptible():
                 yield executor
         finally:
@@ -97,11 +97,6 @@ def finished_future(value: T) -> Future[T]:
     future: Future[T] = Future()
     future.set_result(value)
     return future
-
-
-def _load_kernel() -> None:
-    """Import the CAD kernel at once: it takes as long as the contact and half of the springs to solve."""
-    importlib.import_module("cad.files.sensor_files")
 
 
 def _prepare_worker() -> None:

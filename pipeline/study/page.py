@@ -1,17 +1,24 @@
 """The page of a study, one file that needs no network: what the points trade off, and the best ten."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from pipeline.report.explain.entries import entries
+from pipeline.report.keys import report_key
 from pipeline.report.page.template import FIGURES, render_page
 from pipeline.storage.files import refuse_taken, write_files
-from pipeline.study.columns import point_columns
+from pipeline.study.columns import PointColumns, point_columns
 from pipeline.study.points import design_of
 from pipeline.study.store import StudyStore
-from pipeline.study.study_file import Study
-from sensor.design.design_file import design_as_toml, design_from_mapping
+from pipeline.study.study_file import REFUSED, Study
+from pipeline.study.wanted import VERDICT_FIELDS
+from sensor.design.design_file import TABLE_TYPES, design_as_toml, design_from_mapping
+from sensor.verdict import SENSES
 
 PAGE = "study.html"
 BEST = 10
@@ -19,6 +26,19 @@ MOST_DOTS = 1_000  # of the points: more hide each other
 _DESIGNS = "best-designs"
 _BASE = "base.toml"
 _SEED = 1
+_VERDICT_UNITS = {"bruise": "MPa", "K_?": "N/m", "printable.*": "mm"}
+"""Units of the values of verdicts, by their names; all others are plain numbers."""
+
+
+class ShownKey(NamedTuple):
+    """A key that a page of a study shows: its name with its unit, its span over the points, what it means."""
+
+    key: str
+    label: str
+    varies: bool
+    low: float | None
+    high: float | None
+    meaning: str
 
 
 def refuse_page(folder: Path, *, force: bool = False) -> None:
@@ -51,10 +71,14 @@ def write_page(
     points = []
     for point in store.rows(sorted({*best, *proved, *at_random})):
         points.append({**point.settings, **point.values, "number": point.number})
+    shown = shown_keys(study, columns)
     data = {
         "vary": list(study.vary),
         "wanted": list(study.wanted),
-        "axes": [key for key in study.keys if columns.differs(key)],
+        "shown": [one.key for one in shown],
+        "labels": {one.key: one.label for one in shown},
+        "axes": [one.key for one in shown if columns.differs(one.key)],
+        "parts": [key for key in study.wanted if is_part_of_limit(key)],
         "minimise": study.goal.minimise if study.how == "search" else study.wanted[0],
         "points": points,
         "best": list(best),
@@ -68,12 +92,49 @@ def write_page(
         study=study,
         counts=store.counts(),
         dots=MOST_DOTS,
-        constants={key: columns.span(key)[0] for key in columns.values if not columns.differs(key)},
+        shown=shown,
         messages=store.messages(),
     )
     path = store.path.parent / PAGE
     write_files({**files, path: text.encode()}, "--out", force=force, renew=True)
     return path
+
+
+def shown_keys(study: Study, columns: PointColumns) -> tuple[ShownKey, ...]:
+    """Return what varies and what was asked for; error, limit and outcome of a verdict stand beside its value."""
+    folded = {REFUSED} if study.how == "search" else set()
+    for key in study.wanted:
+        name, _, last = key.rpartition(".")
+        if name.startswith("verdicts.") and last == "value":
+            folded |= {f"{name}.{field}" for field in VERDICT_FIELDS if field != last}
+    shown = []
+    for key in study.keys:
+        if key not in folded:
+            low, high = columns.span(key) if key in columns.values else (None, None)
+            label, meaning = _named(key)
+            shown.append(ShownKey(key, label, key in study.vary, low, high, meaning.replace("`", "")))
+    return tuple(shown)
+
+
+def is_part_of_limit(key: str) -> bool:
+    """Say whether a key is the limit of a verdict that its value must stay on one side of."""
+    name, _, last = key.removeprefix("verdicts.").rpartition(".")
+    return key.startswith("verdicts.") and last == "limit" and any(fnmatchcase(name, pattern) for pattern in SENSES)
+
+
+def _named(key: str) -> tuple[str, str]:
+    """Return the name of a key, with its unit where the key does not carry it, and what the key means."""
+    table, _, last = key.partition(".")
+    if table == "verdicts":
+        name, _, field = last.rpartition(".")
+        unit = next((unit for pattern, unit in _VERDICT_UNITS.items() if fnmatchcase(name, pattern)), "1")
+        label = name if field == "value" else f"{name}, {field}"
+        meaning = next((one.meaning for one in entries() if name in (one.each or (one.name,))), "")
+        return (label if unit == "1" or field == "passed" else f"{label} [{unit}]"), f"{meaning.partition('?')[0]}?"
+    if table in TABLE_TYPES and last in (declared := {item.name: item for item in fields(TABLE_TYPES[table])}):
+        return key, declared[last].metadata["meaning"]
+    found = report_key(key)
+    return key, "" if found is None else found.meaning
 
 
 def _designs(

@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from pipeline.measure.measured_table import read_csv, refuse_other_length
+from pipeline.measure.tables.columns import read_csv, refuse_other_length
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, load_design
 from pipeline.storage.plain import Plain
 from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation

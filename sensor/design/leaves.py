@@ -12,6 +12,7 @@ from sensor.design.processes import Process
 from sensor.design.sheets import SHEETS, SoldSheet
 from sensor.design.tip_mount import plate_depth
 from sensor.quantity import COVERAGE, validation_error
+from sensor.theory.creep import CreepLaw
 from sensor.theory.leaf_spring import pair_length
 from sensor.theory.strip_clamp import StripClamp, StripScatter, clamp_share
 from sensor.theory.two_spring_law import Springs
@@ -255,3 +256,18 @@ def stiffness_per_K(leaves: Leaves, process: Process, lengths: Sequence[float]) 
         share = clamp_share(length, give)
         changes.append((1.0 - share) * leaves.E_per_K + share * process.E_per_K)
     return max(changes, key=abs)
+
+
+def creep_of(leaves: Leaves, process: Process, lengths: Sequence[float]) -> CreepLaw:
+    """Return the creep of springs by the free lengths of their leaves [mm], low first.
+
+    Strips of steel do not creep; what clamps them does, by its share. Shares of both springs differ, and one law
+    stands for both: half of that difference is in its deviation. Glue is taken to creep as the print does.
+    """
+    creep = process.creep
+    if leaves.is_printed:
+        return creep
+    low, high = (clamp_share(length, give) for length, give in zip(lengths, leaves.gives_mm, strict=True))
+    share = 0.5 * (low + high)
+    deviation = math.hypot(share * creep.error, 0.5 * (high - low) * creep.per_decade)
+    return CreepLaw(share * creep.per_decade, deviation)

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES, Process
-from sensor.design.reading import Reading
+from sensor.design.reading import PRESS_S, Reading
 from sensor.design.readout import Readout
 from sensor.design.sheets import SHEETS
 from sensor.design.tips import Press, Tips, check_tips_on_fruit
@@ -135,14 +135,16 @@ class Print:
     """
 
     process: str = choice(
-        tuple(PROCESSES), default="fdm-petg", meaning="how the housing is made, see [processes](processes.md)"
+        tuple(PROCESSES),
+        default="fdm-petg",
+        meaning="how the housing is made, see [processes](design-file.md#print-processes)",
     )
     process_file: str | None = text_field(
         default=None,
         hint="the path of a TOML file",
         meaning=(
             "a TOML file with a printer of your own, its path from the design file, see "
-            "[processes](processes.md#a-printer-of-your-own)"
+            "[processes](design-file.md#a-printer-of-your-own)"
         ),
     )
     max_length_mm: float = quantity(
@@ -404,6 +406,11 @@ class Design:
         """Return when the press stops, from the first touch [s]; 0 where no speed is given."""
         speed = self.press.speed_mm_per_s
         return 0.0 if speed is None else self.press.travel_mm / speed
+
+    @property
+    def press_s(self) -> float:
+        """Return the duration of a press, from the first touch to the deepest point [s]: by hand without a speed."""
+        return self.stop_s or PRESS_S
 
     @property
     def release_s(self) -> float:

@@ -18,6 +18,7 @@ from sensor.quantity import (
     text_field,
     validation_error,
 )
+from sensor.theory.creep import CreepLaw
 
 _FRACTION = Bounds(above=0.0, below=1.0)
 # Prints up to 4.3 sigma off are drawn: their modulus and their leaves must stay above zero.
@@ -52,6 +53,18 @@ class Process(Sourced):
         default=None,
         meaning="change of the modulus by the temperature about 23 C, as a share of E; [readout] needs it",
     )
+    creep_per_decade: float | None = quantity(
+        "1",
+        Bounds(above=0.0, below=1.0),
+        default=None,
+        meaning="growth of the compliance in each decade of time under a load, as a share of it; none for metals",
+    )
+    creep_scatter: float | None = quantity(
+        "1",
+        Bounds(at_least=0.0, at_most=0.5),
+        default=None,
+        meaning="scatter of that growth from print to print, one sigma",
+    )
     poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), meaning="Poisson's ratio")
     strain_limit: float = quantity(
         "1", _FRACTION, meaning="largest strain at the root of a leaf that is bent again and again"
@@ -76,11 +89,21 @@ class Process(Sourced):
         """Check name, material and each number, and that each number that is given has a source."""
         check_process_name(self.name)
         super().__post_init__()
+        if (self.creep_per_decade is None) != (self.creep_scatter is None):
+            missing = "creep_scatter" if self.creep_scatter is None else "creep_per_decade"
+            bound = "given with the other number of the creep"
+            name = f"process {self.name}.{missing}"
+            raise validation_error(name, None, "1", bound, "give both, or neither")
         most = _LEAST_KNOWN * min(self.leaf_thicknesses_mm)
         if self.accuracy_mm > most:
             name = f"process {self.name}.accuracy_mm"
             bound = f"at most {_LEAST_KNOWN:g} of the thinnest leaf, {most:g} mm"
             raise validation_error(name, self.accuracy_mm, "mm", bound, "take thicker leaves, or a finer process")
+
+    @property
+    def creep(self) -> CreepLaw:
+        """Return the creep of its prints; none where the process does not tell it, as of metals."""
+        return CreepLaw(self.creep_per_decade or 0.0, self.creep_scatter or 0.0)
 
     @property
     def leaf_thicknesses_mm(self) -> tuple[float, float]:

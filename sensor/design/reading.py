@@ -24,6 +24,8 @@ PRESS_SAMPLES = 60
 """Samples of a press over which noise is counted: `PRESS_S` at 20 samples a second."""
 PRESS_S = 3.0
 """Duration of a press by hand [s], over which the times of channels are counted."""
+WEIGHED_AFTER_S = 30.0
+"""Time after which the deflection under a weight is read [s], where nobody says."""
 CALIBRATED_BY = ("weights", "plate")
 LEAST_OVER_NOISE = 4.0  # standard deviations: a tip with less force on it counts as off the fruit
 LEAST_OF_SCALE = 0.01  # of the largest force of its tip: a zero that is off by less is no touch

@@ -8,6 +8,7 @@ from sensor.input_file import read_toml
 from sensor.quantity import LENGTH, MODULUS, Bounds, Sourced, quantity, text_field, validation_error
 
 _FRACTION = Bounds(above=0.0, below=1.0)
+_STOCK = Bounds(above=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,7 +16,8 @@ class SoldSheet(Sourced):
     """A sheet as it is sold: its material, and the thicknesses on the shelf with their tolerances.
 
     `E_scatter` is one sigma of E as a fraction of E; `strain_limit` holds for bending again and again. `tolerances_mm`,
-    `weighed`, the fraction to which weighing tells a thickness, and `width_mm`, that of a cut, are two sigma.
+    `weighed`, the fraction to which weighing tells a thickness, and `width_mm`, that of a cut, are two sigma. Pieces on
+    the shelf are as wide and long as `stock_widths_mm` and `stock_lengths_mm`, tape first.
     """
 
     LABEL: ClassVar[str] = "sheet"
@@ -31,6 +33,8 @@ class SoldSheet(Sourced):
     tolerances_mm: tuple[float, ...] = quantity("mm", LENGTH)
     weighed: float = quantity("1", _FRACTION)
     width_mm: float = quantity("mm", LENGTH)
+    stock_widths_mm: tuple[float, ...] = quantity("mm", _STOCK)
+    stock_lengths_mm: tuple[float, ...] = quantity("mm", _STOCK)
 
     def __post_init__(self) -> None:
         """Check each number, that it has a source, and that each thickness has its tolerance."""
@@ -39,6 +43,15 @@ class SoldSheet(Sourced):
             bound = f"a list of {len(self.thicknesses_mm)} numbers, one for each thickness"
             name = f"sheet {self.name}.tolerances_mm"
             raise validation_error(name, list(self.tolerances_mm), "mm", bound, self.HINT)
+
+    @property
+    def stock(self) -> tuple[tuple[float, float], ...]:
+        """Return width and length of each piece on the shelf [mm]."""
+        return tuple(zip(self.stock_widths_mm, self.stock_lengths_mm, strict=True))
+
+    def sold_as(self, measured: float) -> float:
+        """Return the listed thickness that is nearest to a measured one [mm]."""
+        return min(self.thicknesses_mm, key=lambda each: abs(each - measured))
 
     def tolerance(self, thickness: float) -> float:
         """Return how far a sheet of a listed thickness [mm] may be off [mm]."""

@@ -23,11 +23,11 @@ import numpy as np
 
 from sensor.arrays import Floats, rows_of
 from sensor.quantity import validation_error
-from sensor.theory.bisection import last_holding
 
 Matrix = Sequence[Sequence[float]]
 Place = tuple[float, float]
 
+_MOST_STEPS = 100  # of a root: some six are needed, and as many halvings as digits where all leave the ends
 _LEVEL = 1e-9  # of the largest coordinate: how far the weights may let a tilt through
 
 
@@ -215,15 +215,29 @@ def smallest_root(rigid: float, dome: float, body: float) -> float:
     is above 0, the root must lie before it; else the cubic is monotonic for all z > 0. Raises ReadingError where the
     cubic does not change its sign there.
     """
-
-    def contrast(z: float) -> float:
-        return rigid + z * z * (dome + body * z)
-
     second_level = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
     end = second_level if second_level > 0.0 else _beyond_root(rigid, dome, body)
-    if not rigid * contrast(end) < 0.0:
+    if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
         raise ReadingError(OF_ANOTHER_SENSOR)
-    return last_holding(lambda z: rigid * contrast(z) > 0.0, 0.0, end)
+    # Newton's steps; where one leaves the ends between which the sign changes, their middle.
+    start = 0.0
+    z = 0.5 * end
+    for _ in range(_MOST_STEPS):
+        contrast = rigid + z * z * (dome + body * z)
+        if rigid * contrast > 0.0:
+            start = z
+        else:
+            end = z
+        slope = z * (2.0 * dome + 3.0 * body * z)
+        following = z - contrast / slope if slope != 0.0 else start
+        if following == z:
+            break
+        if not start < following < end:
+            following = 0.5 * (start + end)
+            if following in (start, end):
+                break
+        z = following
+    return z
 
 
 def _beyond_root(rigid: float, dome: float, body: float) -> float:

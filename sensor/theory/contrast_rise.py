@@ -53,14 +53,20 @@ curved. The offset tells the saddle, and the saddle the distances of the contact
 solved anew until gamma rests. An error of a tip's height is mistaken for a saddle there. It moves E through S alone,
 by `RiseSlopes.offset` per mm.
 
-Only means and co-moments are kept, each from its mean: a press of any length needs the same memory, and single
-precision is enough. W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is not
-white, as behind a filter, must be thinned out before. mm, N, MPa.
+**One bad sample.** It moves E by its residual times how far its instrument is off the mean, the more the fewer the
+samples are. The moduli without each one tell by how much, of whatever kind it is: the jackknife, J. W. Tukey, Ann.
+Math. Stat. 29 (1958) 614. So the first samples of a press are kept.
+
+Of all others only means and co-moments are kept, each from its mean: a press of any length needs the same memory, and
+single precision is enough. W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is
+not white, as behind a filter, must be thinned out before. mm, N, MPa.
 """
 
 import math
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,6 +82,7 @@ LEAST_RISE = 5.0  # of the instrument over its noise, which then costs less than
 LARGEST_NOISE = 1.0 / 3.0  # of E: beyond, the root of the cubic scatters too far for its slope
 LARGEST_BY_TIME = 0.02  # of E, one standard deviation: a standard uncertainty of 5 % becomes 5.4 % by it
 SETTLED = 1e-12  # relative change at which the offset has settled: round-off
+MOST_LEFT_OUT_EACH = 32  # samples of a press whose moduli without each are told: of more a single one moves E little
 MOST_STEPS = 50  # of the offset, each of which leaves some per cent of the error of the one before
 STEP = 1e-4  # of an offset [mm], for its slope
 
@@ -138,13 +145,27 @@ class RollingDomes:
         )
 
     def S(self, offset: float = 0.0) -> Floats:
-        """Return the compliance between the contacts, times E [1/mm], (tips, tips), on a saddle of an offset [mm]."""
+        """Return the compliance between the contacts, times E [1/mm], (tips, tips), on a saddle of an offset [mm].
+
+        Feet are the positions by the inverse of [[c, r k_xy], [r k_xy, c]].
+        """
         along = self.rolling_factor
         across = self.dome_radius * (self.saddle(offset) if offset else 0.0)
-        feet = np.array(self.positions) @ np.linalg.inv([[along, across], [across, along]])
-        apart = np.linalg.norm(feet[:, None] - feet[None], axis=-1)
+        x, y = self._apart
+        apart = np.hypot(along * x - across * y, along * y - across * x) / (along**2 - across**2)
         np.fill_diagonal(apart, math.inf)
         return np.asarray((1.0 - self.poisson**2) / (math.pi * apart))
+
+    @cached_property
+    def level_S(self) -> Floats:
+        """Return S without an offset, which every step to an offset starts from."""
+        return self.S()
+
+    @cached_property
+    def _apart(self) -> Floats:
+        """Return how far the axes stand from each other along x and y [mm], (2, tips, tips)."""
+        positions = np.array(self.positions).T
+        return np.asarray(positions[:, :, None] - positions[:, None])
 
     def law(self, C: Matrix) -> "RiseLaw":
         """Return the law of these domes on springs of a compliance C [mm/N], (tips, tips)."""
@@ -173,9 +194,15 @@ class RiseLaw:
         """Return the contrast law with the S of an offset [mm]: what the body adds to a half-space stays."""
         if self.rolling is None:
             return self.contrast
-        S = np.array(self.contrast.S)
-        _of_flesh(S, self.rolling)[:] += self.rolling.S(offset) - self.rolling.S()
-        return replace(self.contrast, S=rows_of(S))
+        return replace(self.contrast, S=rows_of(self.S(offset)))
+
+    def S(self, offset: float) -> Floats:
+        """Return the S of an offset [mm], (tips, tips), times E [1/mm]."""
+        S = self.contrast.arrays[2]
+        if self.rolling is not None:
+            S = S.copy()
+            _of_flesh(S, self.rolling)[:] += self.rolling.S(offset) - self.rolling.level_S
+        return S
 
     def per_offset(self, offset: float) -> Floats:
         """Return the slope of S, times E, over the offset [1/mm^2], of the shape of S."""
@@ -325,12 +352,14 @@ class RisingPress:
         self._law = law
         self._noises = noises
         self._least = least_forces
-        # Since all tips touched: the sums, and the total force [N] at which the last of them did.
+        # Since all tips touched: the sums, the total force [N] at which the last of them did, and the first samples.
         self._sums = RiseSums()
         self._touch = 0.0
+        self._first: list[tuple[float, Samples, Samples]] = []
         # The same up to the deepest sample, which has the largest total force [N].
         self._to_deepest = RiseSums()
         self._touch_of_deepest = 0.0
+        self._first_of_deepest = self._first
         self._largest = 0.0
         self.deepest: Samples | None = None
         # Total forces [N] of the samples before, the oldest of which is the instrument; forces of the last one.
@@ -359,11 +388,15 @@ class RisingPress:
         instrument = self._before[0]
         if self._sums.count == 0:
             self._touch = instrument
+            self._first = []
         rates = (forces - self._forces_before) / elapsed if elapsed else 0.0 * forces
         self._sums = self._sums.with_sample(instrument, forces, rates)
+        if len(self._first) <= MOST_LEFT_OUT_EACH:
+            self._first.append((instrument, forces, rates))
         if total >= self._largest:
             self._largest = total
             self._to_deepest = self._sums
+            self._first_of_deepest = self._first
             self._touch_of_deepest = self._touch
             self.deepest = forces
 
@@ -373,15 +406,42 @@ class RisingPress:
         A `whole` press has to rise far enough after its last tip touched. What is read of a part of one need not: its
         uncertainty tells how far it rose.
         """
-        sums = self._to_deepest
+        touch = self._checked_touch(whole=whole)
+        return replace(rise_reading(self._law, self._to_deepest, self._noises), touch=touch)
+
+    def modulus(self) -> float:
+        """Return the modulus [MPa] of a whole press alone, as `reading` has it without noise; raises RiseError."""
+        self._checked_touch(whole=True)
+        return _solve(self._law, self._to_deepest).E
+
+    def _checked_touch(self, *, whole: bool) -> float:
+        """Return the whole force where the last tip touches over the largest [1]; raises RiseError as `reading`."""
+        count = self._to_deepest.count
         touch = float(self._touch_of_deepest / self._largest) if self._largest > 0.0 else 1.0
-        if sums.count < FEWEST:
+        if count < FEWEST:
             hint = "press farther, or more slowly"
-            message = f"samples with all tips on the fruit = {sums.count}: must be at least {FEWEST}; {hint}"
+            message = f"samples with all tips on the fruit = {count}: must be at least {FEWEST}; {hint}"
             raise RiseError("few_samples", message)
         if whole:
             self._refuse_short_rise(touch)
-        return replace(rise_reading(self._law, sums, self._noises), touch=touch)
+        return touch
+
+    def moduli_without(self, several: int = 1) -> Iterator[float]:
+        """Yield the modulus of a press [MPa] without each `several` samples in a row, nan where it has none.
+
+        A press of more than `MOST_LEFT_OUT_EACH` samples yields none.
+        """
+        count = self._to_deepest.count
+        if count > MOST_LEFT_OUT_EACH:
+            return
+        for start in range(count - several + 1):
+            sums = RiseSums()
+            for sample in (*self._first_of_deepest[:start], *self._first_of_deepest[start + several : count]):
+                sums = sums.with_sample(*sample)
+            try:
+                yield _solve(self._law, sums).E
+            except RiseError:
+                yield math.nan
 
     def _refuse_short_rise(self, touch: float) -> None:
         if touch > LARGEST_TOUCH_FORCE:
@@ -445,20 +505,23 @@ def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
     Domes alone need more than one step: the offset changes S by some per cent, and S the root. Each step leaves that
     fraction of the error of the step before. Raises RiseError.
     """
-    offset = 0.0
-    contrast = law.contrast
+    weights, _, S = law.contrast.arrays
+    rise_rigid, rise_dome, _ = _terms(law.contrast, sums.with_instrument)
+    rigid, dome, _ = _terms(law.contrast, sums.means)
+    rise_F, mean_F = (moments[0].astype(np.float64) for moments in (sums.with_instrument, sums.means))
+    known_gaps = float(np.dot(law.contrast.weights, law.contrast.gaps))
+    offset = 0.0  # that S belongs to
     for _ in range(MOST_STEPS):
+        of_S = weights @ S
         try:
-            z = smallest_root(*_terms(contrast, sums.with_instrument))  # E^(-1/3)
+            z = smallest_root(rise_rigid, rise_dome, float(of_S @ rise_F))  # E^(-1/3)
         except ReadingError as error:
             raise RiseError("out_of_range", str(error)) from error
-        rigid, dome, body = _terms(contrast, sums.means)
-        known_gaps = float(np.dot(contrast.weights, contrast.gaps))
-        before = offset
-        offset = -(rigid + known_gaps + z * z * (dome + body * z))
-        if law.rolling is None or abs(offset - before) <= SETTLED * abs(rigid):
-            return _Solution(1.0 / (z * z * z), offset, contrast)
-        contrast = law.with_offset(offset)
+        found = -(rigid + known_gaps + z * z * (dome + float(of_S @ mean_F) * z))
+        if law.rolling is None or abs(found - offset) <= SETTLED * abs(rigid):
+            return _Solution(1.0 / (z * z * z), found, law.with_offset(offset))
+        offset = found
+        S = law.S(offset)
     message = "the offset of the contrast does not settle: must be a press of this sensor on a fruit; calibrate it anew"
     raise RiseError("out_of_range", message)
 

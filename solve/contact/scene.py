@@ -3,6 +3,7 @@
 Travel x counts from the first touch of a level sensor.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -121,11 +122,11 @@ class Scene:
 
     def fruit_gap(self, x: Floats, y: Floats) -> Floats:
         """Return the gap from the fruit to the plane at its apex [mm]; infinity beyond the fruit."""
-        return fruit_gap(self.fruit, x, y) if self.curved else np.zeros_like(x)
+        return _fruit_gap(self.fruit, x, y)
 
     def gap_under(self, centre: Point, x: Floats, y: Floats) -> Floats:
         """Return the gap [mm] between the plane at the apex and fruit plus tip, at points from a tip's centre [mm]."""
-        return self.fruit_gap(centre[0] + x, centre[1] + y) + tip_gap(self.tips.tip_shape, x, y)
+        return _gap_under(self.fruit, self.tips, centre, x, y)
 
     @cached_property
     def first_touch_mm(self) -> float:
@@ -146,26 +147,42 @@ class Scene:
             both = dome + radius
             return 0.0 if math.isinf(both) else both - math.sqrt(both**2 - math.hypot(*centre) ** 2)
 
-        from scipy.optimize import minimize  # seldom needed, and slow to load
+        return _least_on_face(self.fruit, self.tips, centre)
 
-        def onto_face(point: Floats) -> Floats:  # [tip sides]
-            if self.tips.tip_shape.is_round:
-                return point / max(1.0, 2.0 * float(np.hypot(*point)))
-            return np.clip(point, -0.5, 0.5)
 
-        def gap(point: Floats) -> float:  # [tip sides]
-            return float(self.gap_under(centre, *(side * onto_face(point)))) / side
+@functools.lru_cache(maxsize=256)
+def _least_on_face(fruit: Fruit, tips: Tips, centre: Point) -> float:
+    """Return the least gap [mm] over the face of a tip; many scenes have the same tips on the same fruit."""
+    from scipy.optimize import minimize  # seldom needed, and slow to load
 
-        # A simplex on the half of the face that is nearer to the apex, where the gap is least.
-        towards_apex = -0.1 * np.sign(centre)
-        simplex = np.array([towards_apex, *(towards_apex + 0.2 * np.eye(2))])
-        least = minimize(
-            gap,
-            towards_apex,
-            method="Nelder-Mead",
-            options={"initial_simplex": simplex, "xatol": 1e-9, "fatol": 1e-14},
-        )
-        return side * float(least.fun)
+    side = tips.side_mm
+
+    def onto_face(point: Floats) -> Floats:  # [tip sides]
+        if tips.tip_shape.is_round:
+            return point / max(1.0, 2.0 * float(np.hypot(*point)))
+        return np.clip(point, -0.5, 0.5)
+
+    def gap(point: Floats) -> float:  # [tip sides]
+        return float(_gap_under(fruit, tips, centre, *(side * onto_face(point)))) / side
+
+    # A simplex on the half of the face that is nearer to the apex, where the gap is least.
+    towards_apex = -0.1 * np.sign(centre)
+    simplex = np.array([towards_apex, *(towards_apex + 0.2 * np.eye(2))])
+    least = minimize(
+        gap,
+        towards_apex,
+        method="Nelder-Mead",
+        options={"initial_simplex": simplex, "xatol": 1e-9, "fatol": 1e-14},
+    )
+    return side * float(least.fun)
+
+
+def _fruit_gap(fruit: Fruit, x: Floats, y: Floats) -> Floats:
+    return np.zeros_like(x) if fruit.radius_mm is None else fruit_gap(fruit, x, y)
+
+
+def _gap_under(fruit: Fruit, tips: Tips, centre: Point, x: Floats, y: Floats) -> Floats:
+    return _fruit_gap(fruit, centre[0] + x, centre[1] + y) + tip_gap(tips.tip_shape, x, y)
 
 
 def check_scene(scene: Scene) -> None:

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 import pipeline
-from pipeline.cli import main
+from pipeline.cli import command_parsers, main
+from pipeline.commands.console import EXIT_CODES, FAILED, PASSED, WRONG_INPUT
 from solve.linear import SolveError
 
 ROOT = Path(__file__).parents[2]
@@ -135,3 +136,13 @@ def test_sensors_of_other_fruit_pass(command):
 @pytest.mark.usefixtures("pages_folder")
 def test_shown_commands_pass(chain):
     assert [command for command in RUN_HERE[chain] if main(shlex.split(command)[1:]) != 0] == []
+
+
+def test_exit_codes_of_help_and_docs_are_those_of_the_code():
+    """The first words of each meaning in the docs are those of the help."""
+    told = dict(re.findall(r"^\| (\d+) \| (.+) \|$", (ROOT / "docs" / "commands.md").read_text("utf-8"), re.MULTILINE))
+    help_text = " ".join(command_parsers()[0].format_help().split())
+    assert [*map(int, told)] == [PASSED, FAILED, WRONG_INPUT, 130, 143] == [*EXIT_CODES]
+    for code, meaning in EXIT_CODES.items():
+        assert f"{code:d} {meaning}" in help_text
+        assert meaning.removeprefix("by ") in told[str(int(code))]

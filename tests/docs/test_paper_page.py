@@ -47,28 +47,46 @@ def test_every_equation_table_and_figure_of_the_paper_is_on_the_page():
     assert "Table I" in PAGE
 
 
-@pytest.mark.slow
-def test_commands_make_the_numbers(tmp_path, monkeypatch, capsys):
+@pytest.fixture
+def examples(tmp_path, monkeypatch):
+    """Return an empty current folder with the examples of the documents."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "docs" / "examples", tmp_path / "docs" / "examples")
-    codes = {}
-    for command in COMMAND.findall(PAGE):
-        codes[command] = main(command.split())
-        if command.startswith("read"):
-            capsys.readouterr()
-            main([*command.split(), "--json"])
-            assert json.loads(capsys.readouterr().out)["E_MPa"] == pytest.approx(3.0, rel=1e-4)
+    return tmp_path
+
+
+def exit_codes(*names):
+    """Run the commands of the page, or those of some names; return their exit codes."""
+    shown = [command for command in COMMAND.findall(PAGE) if not names or command.startswith(names)]
+    return {command: main(command.split()) for command in shown}
+
+
+@pytest.mark.slow
+def test_runs_make_the_numbers(examples, capsys):
+    codes = exit_codes("run", "read")
     assert [command for command, code in codes.items() if code != 0] == [next(iter(codes))]
+    readings = [command for command in codes if command.startswith("read")]
+    assert readings
+    for command in readings:
+        capsys.readouterr()
+        main([*command.split(), "--json"])
+        assert json.loads(capsys.readouterr().out)["E_MPa"] == pytest.approx(3.0, rel=1e-4)
     sized_by_hayes, _, for_the_contact = PAGE.partition("## Sized for the true contact")
     rows = 0
     for text, folder in ((sized_by_hayes, "hayes"), (for_the_contact, "paper")):
-        report = json.loads((tmp_path / "outputs" / folder / "report.json").read_text(encoding="utf-8"))
+        report = json.loads((examples / "outputs" / folder / "report.json").read_text(encoding="utf-8"))
         for shown, key in ROW.findall(text):
             rows += 1
             digits = len(shown.partition(".")[2])
             assert valued(report, key) == pytest.approx(float(shown), abs=ONE_STEP * 10.0**-digits), key
     assert rows == 17
-    lines = (tmp_path / "figure-9.csv").read_text(encoding="utf-8").splitlines()
+
+
+@pytest.mark.study
+def test_study_makes_figure_9(examples):
+    codes = exit_codes()
+    assert [command for command, code in codes.items() if code != 0] == [next(iter(codes))]
+    lines = (examples / "figure-9.csv").read_text(encoding="utf-8").splitlines()
     header = lines[0].split(",")
     of_five_percent = dict(zip(header, lines[2].split(","), strict=True))
     assert float(of_five_percent["verdicts.NL.value"]) == pytest.approx(0.05)

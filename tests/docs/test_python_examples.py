@@ -69,6 +69,7 @@ def test_press_is_read(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out.split()[0] == str(reading.E)
 
 
+@pytest.mark.slow
 def test_compression_test_is_evaluated(tmp_path, monkeypatch):
     """The file is a virtual test of 0.7 MPa."""
     monkeypatch.chdir(tmp_path)

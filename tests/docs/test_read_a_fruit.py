@@ -14,13 +14,14 @@ PAGE = (Path(__file__).parents[2] / "docs" / "read-a-fruit.md").read_text(encodi
 COMMANDS = {
     "pipeline calibrate outputs/paper weights.csv --out unit.toml --classes ripe:0.8,turning:1.6,unripe": 1,
     "pipeline calibrate outputs/paper counts.csv": 1,
+    "pipeline calibrate outputs/paper creep.csv": 1,
     "pipeline calibrate outputs/paper counts.csv --plate plate.csv": 1,
     "pipeline calibrate outputs/paper weights.csv --fruit fruit.csv --out scaled.toml": 1,
     "pipeline read outputs/paper press.csv --unit scaled.toml": 0,
     "pipeline calibrate outputs/paper coupon.csv": 0,
     "pipeline read outputs/paper press.csv --unit unit.toml": 0,
     "pipeline read outputs/paper press.csv --unit unit.toml --json": 0,
-    "pipeline read outputs/paper --unit unit.toml --forces 0.411,1.076": 0,
+    "pipeline read outputs/paper --unit unit.toml --forces 0.404,1.032": 0,
     "pipeline read outputs/paper --unit unit.toml --c-header unit.h": 0,
     "pipeline read outputs/paper --unit unit.toml --micropython unit.py": 0,
 }
@@ -57,7 +58,9 @@ def printed_lines():
 def test_page_shows_what_is_run():
     shown = re.findall(r"^    (pipeline .+)$", PAGE, flags=re.MULTILINE)
     assert set(shown) == {*COMMANDS, SOLVED_ELSEWHERE}
-    assert set(tables()) == {"weights.csv", "counts.csv", "plate.csv", "fruit.csv", "coupon.csv", "press.csv"}
+    assert set(tables()) == {
+        *("weights.csv", "counts.csv", "creep.csv", "plate.csv", "fruit.csv", "coupon.csv", "press.csv")
+    }
 
 
 def test_commands_end_as_they_should(printed, monkeypatch, capsys):
@@ -68,9 +71,9 @@ def test_commands_end_as_they_should(printed, monkeypatch, capsys):
         answers[command] = capsys.readouterr().out
     shown = printed_lines()
     said = {line.strip() for answer in answers.values() for line in answer.splitlines()}
-    assert len(shown) == 10
+    assert len(shown) == 12
     assert [line for line in shown if line.strip() not in said] == []
-    weights, _, _, fruit, *_ = answers.values()
+    weights, _, _, _, fruit, *_ = answers.values()
     assert "6 fruit" in fruit
     assert "+19.4 % against" in weights  # a leaf of 0.8 mm that is 0.05 mm too thick: (1 + 0.05 / 0.8)^3
     assert pytest.approx(0.194, abs=0.01) == (1.0 + 0.05 / 0.8) ** 3 - 1.0

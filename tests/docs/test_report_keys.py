@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from golden.freeze import NUMBERS
 from stand_ins import relaxing_result, result_of, stored_report
 
 from pipeline.cli import main
@@ -155,6 +156,12 @@ def test_every_number_of_a_light_report_has_a_unit(timed_report):
     ]
     assert len(paths) > 1000
     assert [path for path in paths if not (report_key(path) and report_key(path).unit)] == []
+
+
+@pytest.mark.slow
+def test_files_of_the_design_are_those_that_are_frozen(designed):
+    frozen = json.loads((NUMBERS / "paper.json").read_text(encoding="utf-8"))["design files"]
+    assert sorted(path.name for path in designed.iterdir()) == frozen
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""docs/from-test-to-firmware.md: its commands run in their order, and the numbers that it shows come out."""
+"""docs/tutorial.md: its commands run in their order, and the numbers that it shows come out."""
 
 import re
 import runpy
@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli import main
+from sensor.design.processes import PROCESSES
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "from-test-to-firmware.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 TRUTH_MPA = 1.5  # of the fruit in press.csv
 
 
@@ -42,7 +43,9 @@ def shown_as_printed(pattern, printed):
 
 
 def test_page_has_the_whole_chain():
-    assert [words[0] for words in commands()] == ["modulus", "run", "calibrate", "read", "read", "read"]
+    assert [words[0] for words in commands()] == [
+        *("doctor", "modulus", "run", "calibrate", "read", "read", "read"),
+    ]
 
 
 @pytest.mark.slow
@@ -54,14 +57,13 @@ def test_chain_runs_from_curves_to_c(tmp_path, monkeypatch, capsys):
     for words in commands():
         assert main(words) == 0
         answers.append(capsys.readouterr().out)
-    tests, _, weighed, press, single, _ = answers
+    _, tests, _, weighed, press, single, _ = answers
     shown = re.search(r"`E_max_MPa = [\d.]+`", PAGE)
     assert shown is not None
     assert shown[0].strip("`") in tests.splitlines()
-    assert shown_as_printed(r"Three fruit, ([\d.]+), ([\d.]+) and ([\d.]+) MPa", columns(tests, 1))
-    assert shown_as_printed(r"each ± ([\d.]+) % at most", [max(columns(tests, 2), key=float)])
-    assert shown_as_printed(r"Hertz's law ([\d.]+), ([\d.]+) and ([\d.]+)\.", columns(tests, 3))
-    assert shown_as_printed(r"would have said ([\d.]+), ([\d.]+) and ([\d.]+),", columns(tests, 4))
+    for fruit, row in enumerate(zip(*(columns(tests, index) for index in (1, 3, 4)), strict=True), 1):
+        assert shown_as_printed(rf"`fruit-{fruit}.csv` \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|", row)
+    assert shown_as_printed(r"Each E is ± ([\d.]+) % at most", [max(columns(tests, 2), key=float)])
     assert shown_as_printed(
         r"low springs have ([\d.]+) and ([\d.]+) N/m instead of 150, its high ones ([\d.]+) and ([\d.]+)",
         [re.findall(rf"^{tip} +K +([\d.]+)", weighed, flags=re.M)[0] for tip in ("low_1", "low_2", "high_1", "high_2")],
@@ -76,12 +78,14 @@ def test_chain_runs_from_curves_to_c(tmp_path, monkeypatch, capsys):
     assert shown_as_printed(r"the same press reads ([\d.]+) MPa", [str(designed)])
     E, error = number(r"E ([\d.]+) MPa", press), number(r"\+- (\d+) %", press)
     assert abs(E / TRUTH_MPA - 1.0) < 0.01 * error
-    assert shown_as_printed(r"prints ([\d.]+) MPa", [str(E)])
+    counted = in_micropython()
+    assert shown_as_printed(r"prints ([\d.]+) MPa", [f"{counted:.3f}"])
     moment, bar = number(r'"E_MPa": ([\d.]+)', single), number(r'"u_percent": ([\d.]+)', single)
     assert abs(moment / TRUTH_MPA - 1.0) < 0.01 * bar
-    assert in_micropython() == pytest.approx(E, rel=1e-3)  # E is printed to four digits
+    # From the touch at 0.2 s to 0.7 s by the command, 3 s by firmware; E is printed to four digits.
+    assert PROCESSES["fdm-petg"].creep.growth(0.5, 3.0) * counted == pytest.approx(E, rel=1e-3)
     if shutil.which("cc"):
-        assert in_c() == pytest.approx(E, abs=1e-3)
+        assert in_c() == pytest.approx(counted, abs=1e-3)
 
 
 def in_micropython():

@@ -70,14 +70,7 @@ def frozen(name: str, folder: Path) -> dict[str, Any]:
     ended = command("run", *RUNS[name], "--out", str(out))
     if ended.returncode not in (0, 1):
         raise RuntimeError(ended.stderr)
-    report = json.loads((out / "report.json").read_text(encoding="utf-8"))
-    answer: dict[str, Any] = {
-        "exit": ended.returncode,
-        "files": sorted(path.name for path in out.iterdir()),
-        "response.csv": (out / "response.csv").read_text(encoding="utf-8").splitlines()[0],
-        "numbers": numbers(report),
-        "bar": error_bar(report),
-    }
+    answer = answer_of_run(ended.returncode, out)
     if name == "paper":
         made = folder / "made"
         answer["design exit"] = command("design", "--out", str(made)).returncode
@@ -85,6 +78,18 @@ def frozen(name: str, folder: Path) -> dict[str, Any]:
     if name in ("paper", "mango"):
         answer["measured"] = measured(out, folder)
     return answer
+
+
+def answer_of_run(code: int, out: Path) -> dict[str, Any]:
+    """Return what a run answers by its exit code and its output folder."""
+    report = json.loads((out / "report.json").read_text(encoding="utf-8"))
+    return {
+        "exit": code,
+        "files": sorted(path.name for path in out.iterdir()),
+        "response.csv": (out / "response.csv").read_text(encoding="utf-8").splitlines()[0],
+        "numbers": numbers(report),
+        "bar": error_bar(report),
+    }
 
 
 def measured(out: Path, folder: Path) -> dict[str, Any]:

@@ -1,69 +1,18 @@
-"""Eleven scenes answer what they answered before: a number that moves is a fault, or a correction with its reason."""
+"""Eleven scenes answer what they answered before: a number that moves is a fault, or a correction with its reason.
 
-import json
-import math
+The paper's is compared in every run of the tests too: its numbers in tests/pipeline/test_run.py, the files of its
+design in tests/docs/test_report_keys.py.
+"""
 
 import pytest
-from golden.freeze import NUMBERS, RUNS, frozen, machine
-
-QUICK = ("paper",)
-SLOW = ("mango",)
-SCENES = [
-    pytest.param(name, marks=() if name in QUICK else pytest.mark.slow if name in SLOW else pytest.mark.study)
-    for name in RUNS
-]
-
-SAME_MACHINE = 1e-9
-"""Relative; round-off times the condition of a spring's stiffness matrix, some 1e6, with room for the order of sums."""
-
-ROUND_OFF = 1e-11
-"""Absolute; what is 0 but for round-off: spreads, crosstalk and tilts of a level sensor."""
+from golden.comparison import differences, moved
+from golden.freeze import RUNS, frozen
 
 
-def differences(expected, found, bar, *, same):
-    """Return the paths whose values differ; elsewhere a number may differ by the bar that its report gives it."""
-    wrong = [path for path in expected if path not in found]
-    wrong += [path for path in found if path not in expected]
-    for path, value in expected.items():
-        if path not in found or path.endswith("tilt_direction_deg"):
-            continue
-        other = found[path]
-        if isinstance(value, float) and isinstance(other, float):
-            if same:
-                # An error estimate is a difference of two solutions, each of which rounds off as a number does.
-                of_number = 100.0 if path.rstrip(".0123456789").endswith("percent") else 1.0
-                least = SAME_MACHINE * of_number if "error" in path else ROUND_OFF
-                near = math.isclose(value, other, rel_tol=SAME_MACHINE, abs_tol=least)
-            else:
-                # an error estimate is a difference of two solutions: elsewhere it is not compared
-                near = "error" in path or math.isclose(value, other, rel_tol=bar, abs_tol=ROUND_OFF)
-        else:
-            near = value == other
-        if not near:
-            wrong.append(f"{path}: {value!r} was, {other!r} is")
-    return wrong
-
-
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.study
+@pytest.mark.parametrize("name", RUNS)
 def test_a_scene_answers_what_it_answered(name, tmp_path):
-    expected = json.loads((NUMBERS / f"{name}.json").read_text(encoding="utf-8"))
-    same = expected.pop("machine") == machine()
-    found = frozen(name, tmp_path)
-    bar = expected.pop("bar")
-    found.pop("bar")
-    assert found.keys() == expected.keys()
-    measured = (expected.pop("measured", {}), found.pop("measured", {}))
-    assert differences(expected.pop("numbers"), found.pop("numbers"), bar, same=same) == []
-    assert found == expected
-    for before, now in zip(*(list(_flat(tree)) for tree in measured), strict=True):
-        assert differences(before, now, bar, same=same) == []
-
-
-def _flat(measured):
-    """Yield the mappings of numbers in what was measured of a unit."""
-    for value in measured.values():
-        for item in value if isinstance(value, list) else [value]:
-            yield item if isinstance(item, dict) else {"value": item}
+    assert moved(name, frozen(name, tmp_path)) == []
 
 
 def test_a_moved_number_is_found():

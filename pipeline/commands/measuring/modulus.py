@@ -64,7 +64,7 @@ def execute(arguments: Namespace) -> int:
     from pipeline.measure.compression.modulus import measured_modulus
     from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
     from pipeline.measure.compression.summary import design_range, fruit_summaries, print_results, result_mapping
-    from pipeline.measure.measured_table import ColumnFlags
+    from pipeline.measure.tables.headers import ColumnFlags
     from solve.linear import SolveError
 
     _refuse_plot(arguments.plot)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from pipeline.measure.unit.fruit_reading import FruitReading
     from pipeline.measure.unit.measuring import MeasuringUnit
 
+FEELS_AS_TOUCH = 0.5  # of the least force of a touch: a zero that is off by less is told in JSON alone
 LEAST_RADIUS_MM = 1.0
 LARGEST_RADIUS_MM = 1e6
 PURPOSE = "read the modulus and ripeness of a fruit from forces"
@@ -110,6 +111,11 @@ def _print_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
         print_error(f"note: E is that at the first instant; the apparent one is that at {at:g} s")
     if arguments.unit is None:
         print_error("note: no --unit; springs as designed, as uncertain as their process prints them")
+    elif sensor.creep.exponent:
+        decade = f"{100.0 * sensor.creep.per_decade:.2g} +- {200.0 * sensor.creep.error:.2g} % (95 %) a decade of time"
+        more = 100.0 * (sensor.press_over_weighed() - 1.0)
+        weighed = f"stiffer by {more:.2g} % than under weights read after {sensor.unit.weighed_after_s:.3g} s"
+        print_error(f"note: springs creep by {decade}; in a press of {sensor.design.press_s:.3g} s they are {weighed}")
 
 
 def _sensor(arguments: Namespace) -> "MeasuringUnit":
@@ -175,7 +181,7 @@ def _read_moment(arguments: Namespace, sensor: "MeasuringUnit") -> int:
         flag = "--counts"
         counts = numbers_of_text(arguments.counts, len(tips), "--counts", "counts")
         tare = None if arguments.tare is None else numbers_of_text(arguments.tare, len(tips), "--tare", "counts")
-        channels = forces_of_counts(sensor, counts, tare)
+        channels = forces_of_counts(sensor, counts, tare, lambda told: print_error(f"note: --counts: {told}"))
     refuse_out_of_scale(sensor, channels, lambda tip: f"{flag}: tip {tips[tip].name}")
     reading = single_reading(sensor, sensor.forces_of_channels(channels))
     print_error("note: one reading of a pair is its force ratio, right only for a level press; read a press instead")
@@ -186,8 +192,8 @@ def _read_moment(arguments: Namespace, sensor: "MeasuringUnit") -> int:
 
 def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     """Read and print every press of a file or of the standard input; return 1 where none tells a modulus."""
-    from pipeline.measure.measured_table import ColumnFlags
-    from pipeline.measure.table_text import lines_of
+    from pipeline.measure.tables.headers import ColumnFlags
+    from pipeline.measure.tables.rows import lines_of
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.signals import Signal
 
@@ -199,7 +205,11 @@ def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
         print_error(f"note: {note}")
     if not signal.timed and sensor.report.read_out.signal is None:
         print_error("note: no time for each channel, and no [readout]: all channels of a line are taken as at once")
-    for reading in readings_of(sensor, signal, every_sample=arguments.each):
+
+    def say(told: str) -> None:
+        print_error(f"note: {signal.source}: {told}")
+
+    for reading in readings_of(sensor, signal, every_sample=arguments.each, say=say):
         has_modulus = has_modulus or reading.E is not None
         _print_reading(reading, indent=None, as_json=arguments.json)
     return PASSED if has_modulus else FAILED
@@ -243,6 +253,9 @@ def _parts(reading: "FruitReading") -> list[str]:
     parts += [f"by {name.replace('_', ' ')} {value:.4g} MPa" for name, value in reading.others.items()]
     if reading.relaxation is not None:
         parts.append(f"relaxes to {reading.relaxation:.3g}")
+    if reading.zero_left is not None and (reading.zero_left_of_touch or 0.0) > FEELS_AS_TOUCH:
+        left = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
+        parts.append(f"leaves a zero of up to {left} 1 s after its lift")
     if reading.firmness is not None:
         value = f"{reading.firmness.value:.4g} {reading.firmness.unit}"
         parts.append(f"firmness {value} +- {2.0 * reading.firmness.percent:.2g} % (95 %)")

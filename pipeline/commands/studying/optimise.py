@@ -85,7 +85,8 @@ def _print(
     print(f"{len(candidates)} candidates, {possible} of them pass the verdicts that the file names")
     for message, count in messages.items():
         print(f"  {count} x {message}")
-    if all(candidate.verdicts is None for candidate in candidates):
+    is_proved = any(proof is not None and proof.passed for proof in proofs.values())
+    if not is_proved and all(candidate.verdicts is None for candidate in candidates):
         print("no candidate has results: change what the messages name, under [vary], [set] or in the base")
         return
     for place, proof in proofs.items():
@@ -99,7 +100,7 @@ def _as_mapping(place: "Place", proof: "Proof | None") -> dict[str, object]:
     return {
         "design": str(place.design) if proof.passed else None,
         "passed": proof.passed,
-        "value": proof.candidate.value,
+        "value": proof.candidate.number_found,
         "settings": dict(proof.candidate.changes),
     }
 
@@ -113,10 +114,17 @@ def _print_proof(study: "Study", place: "Place", proof: "Proof | None") -> None:
         print(f"no candidate passes{at}: widen the spans under [vary], or name fewer verdicts")
         return
     best = proof.candidate
+    found = best.number_found
+    if found is None and not proof.passed:
+        last = "the base" if is_base(study, best) else f"point {best.number}"
+        fate = "is refused by its run" if proof.result is None else "does not pass in its run"
+        print(f"no candidate passes{at}, and {last} {fate}: mend the base, or widen the spans under [vary]")
+        return
     title = "best" if proof.passed else "the last that was run, as none passes in full"
     of_run = value_of_run(study, proof)
+    in_search = "no number in the search" if found is None else f"{found:.4g}"
     in_run = "" if of_run is None else f", {of_run:.4g} in its run"
-    print(f"{title}{at}: {best.value:.4g} at point {best.number}{in_run}")
+    print(f"{title}{at}: {in_search} at point {best.number}{in_run}")
     for key, value in best.changes.items():
         print(f"  {key} = {value if isinstance(value, str | list) else f'{value:.6g}'}")
     if is_base(study, best):

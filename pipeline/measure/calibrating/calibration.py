@@ -8,26 +8,21 @@ from pathlib import Path
 import numpy as np
 
 from cad.parts.coupon import modulus_factor
-from pipeline.measure.calibrating.channels import ChannelCalibration, weighed_channels
+from pipeline.measure.calibrating.channels import ChannelCalibration, saturation_of, weighed_channels
+from pipeline.measure.calibrating.creep import Weighing, weighing
 from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
 from pipeline.measure.calibrating.plate import pressed_springs
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import weighed_springs
-from pipeline.measure.measured_table import (
-    FORCE,
-    LENGTH,
-    NO_FLAGS,
-    ColumnFlags,
-    HeaderWords,
-    MeasuredTable,
-    Quantity,
-    numbers_of,
-    read_csv,
-)
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.columns import read_csv
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags, HeaderWords
+from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
+from pipeline.measure.tables.units import FORCE, LENGTH, TIME, Quantity
+from pipeline.measure.unit.count_codes import with_signed_counts
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
+from pipeline.measure.unit.printed_unit import WEIGHED_AFTER, PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.report import Report
 from sensor.quantity import COVERAGE, Estimate, validation_error
@@ -37,6 +32,8 @@ _WEIGHED = {
     "force": Quantity(units=FORCE, most=1e3, words=("weight",)),
     "deflection": Quantity(units=LENGTH, most=100.0),
 }
+_SINCE = Quantity(units=dict(TIME), default="s", most=WEIGHED_AFTER.at_most or math.inf)
+"""Since a weight was hung: a column of its own, which the clock of a serial monitor is not."""
 WITHOUT_PLATE = "the design expects a press on a hard plate: without --plate firm flesh is read with a larger error"
 UNLIKE_DESIGN = 3.0
 """Times the stiffness of a design, or a part of it: a print is off by less."""
@@ -52,7 +49,8 @@ class Calibration:
     `nominal` are the stiffnesses of the design [N/mm], `trims` by how much longer leaves must be to have them [mm], for
     each tip, None where its error holds its target; `assumed` what was taken for granted, `error_by` says what the
     errors of the table count. `scale` is that of the unit, where fruit was pressed with it; `channels` are what counts
-    told, None where none were given.
+    told, None where none were given. `weighing` is when weights were read, and how springs creep; `stiffened` the
+    stiffness in a press of `press_s` [s] over that of the weighing [1].
     """
 
     unit: PrintedUnit
@@ -62,6 +60,9 @@ class Calibration:
     trims: list[float | None]
     assumed: list[str]
     error_by: str
+    weighing: Weighing
+    stiffened: float
+    press_s: float
     scale: ScaleFit | None = None
     channels: ChannelCalibration | None = None
 
@@ -74,7 +75,7 @@ def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_F
     form, rows = read_csv(source)
     counts = count_keys(len(report.tips))
     objects = {name: Quantity(units={}) for name in _EXAMPLES}
-    quantities = flags.applied({**objects, **_WEIGHED, **dict.fromkeys(counts, COUNTS)})
+    quantities = flags.applied({**objects, **_WEIGHED, "t": _SINCE, **dict.fromkeys(counts, COUNTS)})
     words = HeaderWords(quantities)
     header = next((row for row in rows if words.names(row) & objects.keys()), rows[0])
     measured = words.names(header) & objects.keys()
@@ -89,18 +90,27 @@ def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_F
     if name == "tip" and is_counted:
         needed = (*needed, *counts)
         example = ",".join([example, *counts])
-    return numbers_of(form, rows, {key: quantities[key] for key in needed}, needed, example)
+    if name == "tip" and "t" in words.names(header):
+        needed = (*needed, "t")
+    table = numbers_of(form, rows, {key: quantities[key] for key in needed}, needed, example)
+    return table if counts[0] not in table.numbers else with_signed_counts(table, counts, saturation_of(report))
 
 
 def calibrate_unit(
-    report: Report, table: MeasuredTable, fruit: MeasuredTable | None = None, plate: MeasuredTable | None = None
+    report: Report,
+    table: MeasuredTable,
+    fruit: MeasuredTable | None = None,
+    plate: MeasuredTable | None = None,
+    after_s: float | None = None,
 ) -> Calibration:
     """Return the calibration of a unit, with the scale of `fruit` that was pressed with it, as `measured_fruit` has it.
 
-    `plate` is a press on a hard plate, as `measured_plate` has it. Raises InputError, and ReadingError for springs that
-    read nothing.
+    `plate` is a press on a hard plate, as `measured_plate` has it; each weight was read `after_s` [s] after it was
+    hung, where the table has no times. Raises InputError, and ReadingError for springs that read nothing.
     """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
+    weighed = weighing(table, report, after_s)
+    table = weighed.table
     springs = weighed_springs(table, "tip", [tip.name for tip in report.tips])
     _refuse_unlike_design(table, springs, as_designed)
     channels = weighed_channels(table, report)
@@ -110,11 +120,15 @@ def calibrate_unit(
         percent=[spring.percent for spring in springs],
         method="weights and deflections",
     )
+    unit = replace(unit, weighed_after_s=weighed.after_s)
+    if weighed.own:
+        unit = replace(unit, creep_per_decade=weighed.creep.per_decade, creep_error=weighed.creep.error)
     if channels is not None:
         unit = _with_channels(unit, channels, report)
     reading = report.design.reading
     counts_on_plate = reading is not None and reading.calibrated_by == "plate"
     assumed = [WITHOUT_PLATE] if counts_on_plate and plate is None else []
+    assumed += [weighed.note] if weighed.note else []
     if plate is not None:
         by_weights = unit
         unit = _on_plate(unit, plate, table, channels, springs, report)
@@ -131,6 +145,9 @@ def calibrate_unit(
         trims=trims(sensor, nominal),
         assumed=assumed,
         error_by=error_sources(sensor),
+        weighing=weighed,
+        stiffened=sensor.press_over_weighed(),
+        press_s=report.design.press_s,
         scale=scale,
         channels=channels,
     )

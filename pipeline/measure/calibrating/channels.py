@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pipeline.measure.calibrating.weighing import line_through, refuse_odd_row
-from pipeline.measure.measured_table import MeasuredTable
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.measured_table import MeasuredTable
 from pipeline.measure.unit.signals import count_keys
 from pipeline.report.report import Report
 from sensor.arrays import Floats
@@ -43,6 +43,12 @@ class ChannelCalibration:
         return tuple(map(tuple, np.linalg.inv(self.counts_per_N).tolist()))
 
 
+def saturation_of(report: Report) -> int:
+    """Return the largest count of the converter of a design, of 24 bits where it has no read-out."""
+    signal = report.read_out.signal
+    return USUAL_SATURATION if signal is None else signal.saturation_counts
+
+
 def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration | None:
     """Return the channels of a table of weights, tare first; None where it has no counts.
 
@@ -53,8 +59,7 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
     keys = count_keys(len(names))
     if keys[0] not in table.numbers:
         return None
-    signal = report.read_out.signal
-    saturation = USUAL_SATURATION if signal is None else signal.saturation_counts
+    saturation = saturation_of(report)
     counts = counts_of(table, keys, saturation)
     forces = table.numbers["force"]
     tips = np.array(table.texts["tip"])

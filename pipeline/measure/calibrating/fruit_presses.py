@@ -16,17 +16,11 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 from scipy.special import stdtrit
 
-from pipeline.measure.measured_table import (
-    FORCE,
-    MODULUS,
-    NO_FLAGS,
-    ColumnFlags,
-    MeasuredTable,
-    Quantity,
-    numbers_of,
-    read_csv,
-)
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.columns import read_csv
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
+from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
+from pipeline.measure.tables.units import FORCE, MODULUS, Quantity
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.measuring import MeasuringUnit

@@ -10,19 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of
+from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of, saturation_of
 from pipeline.measure.calibrating.line_checks import LEAST_SPAN, bend_of, odd_row
 from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_through
-from pipeline.measure.measured_table import (
-    LENGTH,
-    NO_FLAGS,
-    ColumnFlags,
-    MeasuredTable,
-    Quantity,
-    numbers_of,
-    read_csv,
-)
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.columns import read_csv
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
+from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
+from pipeline.measure.tables.units import LENGTH, Quantity
+from pipeline.measure.unit.count_codes import with_signed_counts
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.reading.uncertainty import BOUNDED
 from pipeline.report.report import Report
@@ -37,12 +33,22 @@ _MOST_BENT = 0.1  # of a slope over a press: Hall sensors bend by less, a tip th
 _STEEPEST = 1.5  # E goes at most with this power of all deflections: Hertz
 
 
-def measured_plate(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
-    """Return the press of a sensor of so many tips on a hard plate: travels and counts; raises InputError."""
+def measured_plate(
+    source: Path | str, report: Report, weighed: MeasuredTable, flags: ColumnFlags = NO_FLAGS
+) -> MeasuredTable:
+    """Return the press of a sensor on a hard plate: travels and signed counts; raises InputError.
+
+    `weighed` is the table of its weights, whose rows without load tell the zero of each channel.
+    """
     form, rows = read_csv(source)
-    keys = count_keys(tips)
+    keys = count_keys(len(report.tips))
     quantities = {"travel": Quantity(units=LENGTH, most=100.0), **dict.fromkeys(keys, COUNTS)}
-    return numbers_of(form, rows, flags.applied(quantities), ("travel", *keys), ",".join(["travel_mm", *keys]))
+    table = numbers_of(form, rows, flags.applied(quantities), ("travel", *keys), ",".join(["travel_mm", *keys]))
+    without_load = weighed.numbers["force"] == 0.0
+    if keys[0] not in weighed.numbers or not without_load.any():
+        return table
+    zero = [float(weighed.numbers[key][without_load].mean()) for key in keys]
+    return with_signed_counts(table, keys, saturation_of(report), zero)
 
 
 def pressed_springs(

@@ -39,8 +39,12 @@ class UnitRow:
 
 
 def error_sources(sensor: MeasuringUnit) -> str:
-    """Return the error sources of a calibrated unit: its springs, on a plate its channels too."""
-    return "by the springs and deflections" if sensor.unit.calibrated_by == "plate" else "by the springs alone"
+    """Return the error sources of a calibrated unit: its springs, on a plate its channels too, and their creep."""
+    on_plate = sensor.unit.calibrated_by == "plate"
+    creep = sensor.creep.exponent != 0.0
+    if on_plate:
+        return "by the springs, their creep and deflections" if creep else "by the springs and deflections"
+    return "by the springs and their creep" if creep else "by the springs alone"
 
 
 def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
@@ -80,7 +84,8 @@ def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
     if sensor.is_pair:
         # A pair knows s11 - s12 alone; its tips need the whole compliance, which is another one under a skin.
         S = sensor.report.compliance.at(E).S
-        return ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist()), E
+        law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
+        return law, E / sensor.press_over_weighed()
     # Other layouts are pressed by the law that reads them: with the modulus that is read before it is corrected.
     return sensor.law, sensor.read_as(E)
 
@@ -97,7 +102,7 @@ def _by_unit(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     """Return what springs leave open of a press, on a plate channels too [1], each one standard deviation."""
     by_unit = sensor.left_open().of_channels(np.array(slopes.springs), np.array(slopes.gains))
     on_plate = sensor.unit.calibrated_by == "plate"
-    return list(by_unit.values()) if on_plate else [by_unit["stiffness"]]
+    return list(by_unit.values()) if on_plate else [by_unit["stiffness"], by_unit.get("creep", 0.0)]
 
 
 def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.measure.calibrating.line_checks import LEAST_SPAN, ROUNDED, odd_row
-from pipeline.measure.measured_table import MeasuredTable
-from pipeline.measure.table_text import place_of
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.measured_table import MeasuredTable
 from sensor.quantity import COVERAGE, Estimate, validation_error
 
 FEWEST = 3

@@ -5,8 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.measure.compression.specimens import Specimen
-from pipeline.measure.measured_table import LENGTH, Quantity, read_csv, strict_table
-from pipeline.measure.table_text import is_missing, place_of
+from pipeline.measure.tables.columns import read_csv
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.measured_table import strict_table
+from pipeline.measure.tables.numbers import is_missing
+from pipeline.measure.tables.units import LENGTH, Quantity
 from sensor.quantity import validation_error
 
 _WORDS = {

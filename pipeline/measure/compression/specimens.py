@@ -10,19 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.measure.measured_table import (
-    FORCE,
-    LENGTH,
-    TIME,
-    Column,
-    CsvFormat,
-    Quantity,
-    TableBlock,
-    no_header,
-    tables_of,
-    with_decimal_sign,
-)
-from pipeline.measure.table_text import WORDS, is_number, place_of, sheets_of
+from pipeline.measure.tables.blocks import TableBlock, tables_of
+from pipeline.measure.tables.columns import Column, CsvFormat, with_decimal_sign
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.measured_table import no_header
+from pipeline.measure.tables.numbers import is_number
+from pipeline.measure.tables.rows import sheets_of
+from pipeline.measure.tables.units import FORCE, LENGTH, TIME, Quantity
+from pipeline.measure.tables.words import WORDS
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 

@@ -29,6 +29,7 @@ class ContrastPress:
     ) -> None:
         """Begin a press."""
         self._sensor = sensor
+        self._lag = lag
         self._time_deviation = time_deviation_s
         self._hold = hold
         self._law = sensor.rise_law if hold is None else sensor.rise_law.over_time
@@ -53,37 +54,52 @@ class ContrastPress:
     def _tips(self) -> int:
         return len(self._sensor.law.weights)
 
-    def reading(self) -> FruitReading:
+    def reading(self, press_s: float | None = None) -> FruitReading:
         """Return what the press tells, with the flag of its cause where that is nothing.
 
-        Beside it, in `others`, a pair has what the force ratio and the stroke tell.
+        `press_s` [s] is its duration from the first touch to the deepest point, where that is known. Beside it, in
+        `others`, a pair has what the force ratio and the stroke tell.
         """
         sensor = self._sensor
         try:
             load, found = self._press.reading()
         except RiseError as error:
             return FruitReading(flags=(error.flag,))
-        E = sensor.corrected(found.E)
-        left_open = sensor.left_open(self._time_deviation).of_press(found.slopes)
+        E = sensor.corrected(found.E, press_s)
+        left_open = sensor.left_open(self._time_deviation, press_s).of_press(found.slopes)
         u = half_width(sensor, E, [found.noise, *left_open.values(), *_by_shape(sensor, found.slopes)])
         deepest = self._press.deepest[: self._tips]
-        reading = self._with_pose(found, E, u).of_samples(found.samples, sensor.steepness(E) * found.noise)
+        stiffened = sensor.press_over_weighed(press_s)
+        reading = self._with_pose(found, E, u, stiffened)
+        reading = reading.of_samples(found.samples, sensor.steepness(E) * found.noise)
+        reading = reading.with_shift(self._shift_by_one(E, load, press_s))
         if self._stroke is not None:
-            reading = self._stroke.beside(with_force_ratio(sensor, reading, found, deepest), load)
+            reading = with_force_ratio(sensor, reading, found, deepest, press_s)
+            reading = self._stroke.beside(reading, load, press_s)
         if left_open["times"] > LARGEST_BY_TIME:
             reading = reading.with_flag("too_fast")
         if self._hold is None:
             return reading
-        return self._hold.beside(reading, sensor.rise_law.with_offset(found.offset), found.offset)
+        contrast = sensor.rise_law.with_offset(found.offset)
+        return self._hold.beside(reading, contrast, found.offset, stiffened)
 
-    def _with_pose(self, found: RiseReading, E: float, u: float) -> FruitReading:
+    def _shift_by_one(self, E: float, load: int, press_s: float | None) -> float:
+        """Return the largest change of E [1] by leaving out what one bad conversion is part of; all of it for no E.
+
+        `press_s` [s] is as `reading` has it.
+        """
+        moduli = [self._sensor.corrected(found, press_s) for found in self._press.moduli_without(load, self._lag)]
+        return max((1.0 if math.isnan(found) else abs(found / E - 1.0) for found in moduli), default=0.0)
+
+    def _with_pose(self, found: RiseReading, E: float, u: float, stiffened: float) -> FruitReading:
         """Return a reading E [MPa] +- u [1] with the tilt of the deepest sample, of a line or a square its offset too.
 
-        The offset of a pair is a tilt, that of other layouts is none.
+        The offset of a pair is a tilt, that of other layouts is none. Forces are larger than told where springs are
+        `stiffened` [1] against the weighing.
         """
         sensor = self._sensor
         deepest = self._press.deepest
-        forces = deepest[: self._tips]
+        forces = stiffened * deepest[: self._tips]
         if sensor.is_pair:
             return checked_reading(sensor, E, u, forces, lead=found.offset)
         lowered = lowered_tips(self._law.with_offset(found.offset), deepest.tolist(), found.E)[-self._tips :]

@@ -56,7 +56,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "time_deviation": 0.0 if signal is None else signal.time_deviation,
         "largest_by_time": LARGEST_BY_TIME,
         "inputs": _inputs(sensor),
-        "level": _level(sensor.level),
+        "level": _level(sensor.level, sensor.press_over_weighed()),
         **_contrast_constants(sensor, sensor.rise_law),
         **_spike_constants(sensor),
         **_seating_constants(sensor),
@@ -72,12 +72,18 @@ def _inputs(sensor: MeasuringUnit) -> list[int]:
     return [*signal.conversion_order, *range(len(sensor.report.tips), count)]
 
 
-def _level(rows: Sequence[LevelReading]) -> dict[str, object]:
-    """Return level readings as logarithms, and the factor of one row."""
+def _level(rows: Sequence[LevelReading], stiffened: float) -> dict[str, object]:
+    """Return level readings as logarithms, and the factor of one row.
+
+    Springs that are stiffer in a press of the design than in the weighing, `stiffened` [1], read as much too little.
+    """
+    if not rows and stiffened != 1.0:
+        rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]
+    by_creep = math.log(stiffened)
     return {
-        "logs": [math.log(row.read_MPa) for row in rows],
-        "shifts": [math.log(row.E_MPa / row.read_MPa) for row in rows],
-        "factor": rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
+        "logs": [math.log(row.read_MPa) - by_creep for row in rows],
+        "shifts": [math.log(row.E_MPa / row.read_MPa) + by_creep for row in rows],
+        "factor": stiffened * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
     }
 
 

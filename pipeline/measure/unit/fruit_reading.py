@@ -32,6 +32,10 @@ class FruitReading:
     calibration say, and `offset_u` [mm] the half width that holds 95 %. A press of a line or a square tells them.
 
     `lines_left_out` are those of samples of the signal that contradict their press, at most some of them.
+
+    `zero_left` [N] is the force that springs which creep show a second after the lift, at most, of the tip where it is
+    the largest fraction of the least force of a touch, and `zero_left_of_touch` is that fraction [1]; None where they
+    show none.
     """
 
     E: float | None = None
@@ -50,6 +54,8 @@ class FruitReading:
     others: dict[str, float] = field(default_factory=dict)
     relaxation: float | None = None
     firmness: Estimate | None = None
+    zero_left: float | None = None
+    zero_left_of_touch: float | None = None
 
     def with_flag(self, flag: str) -> "FruitReading":
         """Return this reading with one flag more."""
@@ -58,6 +64,17 @@ class FruitReading:
     def of_samples(self, count: int, deviation: float) -> "FruitReading":
         """Return this reading as one of so many samples, whose noise leaves it a standard deviation [1]."""
         return replace(self, samples=count, noise=COVERAGE * deviation)
+
+    def with_shift(self, shift: float) -> "FruitReading":
+        """Return this reading, which moves by a fraction `shift` where one of its samples is left out.
+
+        Where that is beyond the half width, the sample may be a bad one, and nothing tells: the half width of the
+        reading then holds that of the reading without the sample.
+        """
+        if self.u is None or shift <= self.u:
+            return self
+        flags = [] if self.u > UNCERTAIN or self.u + shift <= UNCERTAIN else ["uncertain"]
+        return replace(self, u=self.u + shift, flags=(*self.flags, *flags, "one_sample"))
 
     def with_offset(self, offset: float, u: float) -> "FruitReading":
         """Return this reading as one in which the high tips stand nearer to the skin by an offset +- u [mm]."""
@@ -88,6 +105,9 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
     offset: Plain = {}
     if reading.offset is not None:
         offset = {"offset_mm": reading.offset, "offset_u_mm": reading.offset_u}
+    zero: Plain = {}
+    if reading.zero_left is not None:
+        zero = {"zero_left_N": reading.zero_left, "zero_left_of_touch": reading.zero_left_of_touch}
     firmness: Plain = {}
     if reading.firmness is not None:
         firmness[f"firmness_{reading.firmness.unit}"] = reading.firmness.value
@@ -106,6 +126,7 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
         **firmness,
         **{f"E_{name}_MPa": value for name, value in reading.others.items()},
         **({} if reading.relaxation is None else {"relaxation_ratio": reading.relaxation}),
+        **zero,
     }
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from cad.parts.pin import tip_accuracy_mm
-from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
+from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises, creep_as_made
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import LevelReading, correct_reading
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
@@ -19,6 +19,7 @@ from sensor.design.parameters import Design
 from sensor.quantity import validation_error
 from sensor.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened_compliance
 from sensor.theory.contrast_rise import RiseLaw, RollingDomes
+from sensor.theory.creep import CreepLaw
 from solve.contact.domes.large_strain import large_strain
 
 PAIR_TILT_DEG = 2.0  # beyond it a press of a pair is told to be crooked, where the design names no tilt
@@ -149,14 +150,32 @@ class MeasuringUnit:
         signal = self.report.read_out.signal
         return 0.0 if signal is None else signal.time_deviation / signal.rate_Hz
 
-    def left_open(self, time_s: float = 0.0) -> LeftOpen:
-        """Return what is left open of its channels and springs, and of the time of each channel [s]."""
+    @property
+    def creep(self) -> CreepLaw:
+        """Return the creep of its springs."""
+        if self.unit.creep_per_decade is None:
+            return creep_as_made(self.report)
+        return self.unit.creep_on(self.design.process)
+
+    def press_over_weighed(self, press_s: float | None = None) -> float:
+        """Return the stiffness of its springs in a press over that of the weighing [1].
+
+        `press_s` [s] is the duration of the press, from the first touch to the deepest point, or that of the design.
+        """
+        return self.creep.press_over_weighed(self.unit.weighed_after_s, press_s or self.design.press_s)
+
+    def left_open(self, time_s: float = 0.0, press_s: float | None = None) -> LeftOpen:
+        """Return what is left open of channels and springs in a press of a duration [s], or of that of the design.
+
+        `time_s` [s] is the standard deviation of the time of each channel.
+        """
         return LeftOpen(
             zeros=BOUNDED * self.zero_drifts,
             gains={"gain": 0.01 * np.array(self.unit.gain_percent)},
             springs=0.01 * np.array(self.unit.K_percent),
             time_s=time_s,
             on_plate=self.unit.calibrated_by == "plate",
+            creep=self.creep.deviation(self.unit.weighed_after_s, press_s or self.design.press_s),
         )
 
     @property
@@ -200,16 +219,20 @@ class MeasuringUnit:
         """Return the readings of level presses by which all are corrected: what shape and skin of the fruit add."""
         return self.report.read_out.level_readings
 
-    def corrected(self, read: float) -> float:
-        """Return the modulus [MPa] that a press of a level sensor reads as `read` [MPa]."""
-        return correct_reading(read, self.level)
+    def corrected(self, read: float, press_s: float | None = None) -> float:
+        """Return the modulus [MPa] that a press of a level sensor reads as `read` [MPa].
+
+        Forces are scaled by weights, and larger in a press of a duration [s], or of that of the design.
+        """
+        return correct_reading(self.press_over_weighed(press_s) * read, self.level)
 
     def read_as(self, E: float) -> float:
         """Return as which modulus [MPa] a press of a level sensor reads E [MPa], before it is corrected."""
         if not self.level:
-            return E
+            return E / self.press_over_weighed()
         logs = np.log([(row.E_MPa, row.read_MPa) for row in self.level])
-        return E * math.exp(np.interp(math.log(E), logs[:, 0], logs[:, 1] - logs[:, 0]))
+        shift = np.interp(math.log(E), logs[:, 0], logs[:, 1] - logs[:, 0])
+        return E * math.exp(shift) / self.press_over_weighed()
 
     def steepness(self, E: float) -> float:
         """Return by which fraction the modulus moves at E [MPa] per fraction of what is read [1]: 1 without a skin."""

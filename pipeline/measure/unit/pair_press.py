@@ -31,20 +31,22 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     by_tilt = slopes.contrast * sensor.lead_deviation
     left_open = sensor.left_open().of_moment(slopes, forces)
     u = half_width(sensor, E, [by_noise, by_tilt, *left_open.values()])
-    return checked_reading(sensor, E, u, forces)
+    return checked_reading(sensor, E, u, sensor.press_over_weighed() * forces)
 
 
-def with_force_ratio(sensor: MeasuringUnit, reading: FruitReading, found: RiseReading, deepest: Floats) -> FruitReading:
+def with_force_ratio(
+    sensor: MeasuringUnit, reading: FruitReading, found: RiseReading, deepest: Floats, press_s: float | None
+) -> FruitReading:
     """Return a reading of a press with what the force ratio of its deepest sample [N] tells, flagged where both differ.
 
-    They differ by a tilt, or by noise and the error of the contact model.
+    They differ by a tilt, or by noise and the error of the contact model. `press_s` [s] is as `ContrastPress` has it.
     """
     try:
         by_ratio = sensor.ratio_modulus(deepest)
         noise = float(np.linalg.norm(np.multiply(_ratio_slopes(sensor, deepest).forces, sensor.force_errors)))
     except ReadingError:
         return reading.with_flag("read_outs_disagree")
-    reading = replace(reading, others={"force_ratio": sensor.corrected(by_ratio)})
+    reading = replace(reading, others={"force_ratio": sensor.corrected(by_ratio, press_s)})
     allowed = COVERAGE * math.hypot(noise, found.noise) + sensor.model_error
     return reading.with_flag("read_outs_disagree") if abs(by_ratio / found.E - 1.0) > allowed else reading
 
@@ -73,13 +75,16 @@ class Stroke:
             self._before_first = x - 1.0  # a channel of a rise is above 0, and a constant drops out
         self._press.add(np.array([*forces, x - self._before_first]))
 
-    def beside(self, reading: FruitReading, load: int) -> FruitReading:
-        """Return a reading with what the stroke tells from a load of the seating on, if it tells a modulus."""
+    def beside(self, reading: FruitReading, load: int, press_s: float | None) -> FruitReading:
+        """Return a reading with what the stroke tells from a load of the seating on, if it tells a modulus.
+
+        `press_s` [s] is as `ContrastPress` has it.
+        """
         try:
             _, found = self._press.part(load)
         except RiseError:
             return reading
-        return replace(reading, others={**reading.others, "stroke": self._sensor.corrected(found.E)})
+        return replace(reading, others={**reading.others, "stroke": self._sensor.corrected(found.E, press_s)})
 
 
 def _ratio_slopes(sensor: MeasuringUnit, forces: Floats) -> ReadingSlopes:

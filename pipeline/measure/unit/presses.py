@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from pipeline.measure.unit.contrast_press import ContrastPress
+from pipeline.measure.unit.count_codes import SignedSamples
 from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.one_time import AtOneTime
@@ -20,19 +21,24 @@ from sensor.theory.relaxation import Relaxation
 
 TARE_SAMPLES = 10
 """Of a signal of counts, at its start, of a sensor that hangs free."""
+ZERO_AFTER_S = 1.0
+"""Time after the lift of a press at which the zero that it leaves is told [s]."""
 MOST_NAMED = 10
 """Lines of a press that are named as left out; a stream may go on for ever."""
 
 
-def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False) -> Iterator[FruitReading]:
+def readings_of(
+    sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False, say: Callable[[str], None] = lambda _: None
+) -> Iterator[FruitReading]:
     """Yield one reading for each press of a signal as it ends, or the press so far at each sample of it.
 
-    A signal without a press yields one reading, flagged as lifted off. Raises InputError at a line that is no sample,
-    and for a line or a square whose report has no readings of whole presses.
+    `say` hears what counts are read as where they are no signed ones. A signal without a press yields one reading,
+    flagged as lifted off. Raises InputError at a line that is no sample, and for a line or a square whose report has no
+    readings of whole presses.
     """
     sensor.refuse_without_rise_level()
     if signal.counted:
-        tare, counts = tare_of(sensor, signal)
+        tare, counts = tare_of(sensor, signal, say)
         at_one_time = sensor_times(sensor, counts, signal.source)
         samples = counted_in_newtons(sensor, at_one_time, tare)
     else:
@@ -64,8 +70,10 @@ def counted_in_newtons(sensor: MeasuringUnit, samples: Iterable[Sample], tare: S
         yield replace(sample, forces=sensor.unit.forces_of_counts(sample.forces, tare))
 
 
-def tare_of(sensor: MeasuringUnit, signal: Signal) -> tuple[list[float], Iterator[Sample]]:
+def tare_of(sensor: MeasuringUnit, signal: Signal, say: Callable[[str], None]) -> tuple[list[float], Iterator[Sample]]:
     """Return the tare of a signal of counts, its first ten samples, of a free sensor, and the samples behind them.
+
+    Their counts are signed, as the zero of the calibration tells; `say` hears so where those of the file are not.
 
     Raises InputError for a unit whose counts were not calibrated, for counts at the end of the converter's range, and
     for a tare that is no free sensor's: unsteady, or more than a full scale off that of the calibration.
@@ -74,9 +82,14 @@ def tare_of(sensor: MeasuringUnit, signal: Signal) -> tuple[list[float], Iterato
     _refuse_uncalibrated(sensor, "FILE.csv")
 
     def whole() -> Iterator[Sample]:
-        for sample in signal:
-            _refuse_saturated(sensor, sample.forces, partial(signal.place, sample))
-            yield sample
+        written = iter(signal)
+        first = list(itertools.islice(written, TARE_SAMPLES))
+        code = SignedSamples([sample.forces for sample in first], unit.zero_counts, unit.saturation_counts, say)
+        for sample in itertools.chain(first, written):
+            place = partial(signal.place, sample)
+            signed = replace(sample, forces=code.signed(sample.forces, place))
+            _refuse_saturated(sensor, signed.forces, place)
+            yield signed
 
     samples = whole()
     free = list(itertools.islice(samples, TARE_SAMPLES))
@@ -97,12 +110,24 @@ def tare_of(sensor: MeasuringUnit, signal: Signal) -> tuple[list[float], Iterato
     return tare, samples
 
 
-def forces_of_counts(sensor: MeasuringUnit, counts: Sequence[float], tare: Sequence[float] | None) -> tuple[float, ...]:
-    """Return the forces [N] of `--counts`, above a tare or the zero of the calibration; raises InputError."""
+def forces_of_counts(
+    sensor: MeasuringUnit,
+    counts: Sequence[float],
+    tare: Sequence[float] | None,
+    say: Callable[[str], None] = lambda _: None,
+) -> tuple[float, ...]:
+    """Return the forces [N] of `--counts`, above a tare or the zero of the calibration; raises InputError.
+
+    `say` hears what counts are read as where they are no signed ones.
+    """
     _refuse_uncalibrated(sensor, "--counts")
-    _refuse_saturated(sensor, counts, lambda _: "--counts")
-    _refuse_saturated(sensor, tare or (), lambda _: "--tare")
-    return sensor.unit.forces_of_counts(counts, tare or sensor.unit.zero_counts)
+    unit = sensor.unit
+    code = SignedSamples([tare or counts], unit.zero_counts, unit.saturation_counts, say)
+    signed_tare = code.signed(tare, lambda _: "--tare") if tare else unit.zero_counts
+    signed = code.signed(counts, lambda _: "--counts")
+    _refuse_saturated(sensor, signed, lambda _: "--counts")
+    _refuse_saturated(sensor, signed_tare, lambda _: "--tare")
+    return unit.forces_of_counts(signed, signed_tare)
 
 
 def _refuse_uncalibrated(sensor: MeasuringUnit, name: str) -> None:
@@ -140,6 +165,7 @@ class _Touches:
         self._every_sample = every_sample
         self._flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
         self._press: _Press | None = None
+        self._touched: float | None = None
         self._hardly = FruitReading(flags=("lift_off",))
         self._told = False
 
@@ -147,10 +173,16 @@ class _Touches:
         """Yield what a sample with its forces [N] ends or adds to; samples that were left out are taken."""
         del left_out[MOST_NAMED:]
         channels = forces if self._flesh is None else self._flesh.channels(forces, sample.t)
-        if not (forces > self._sensor.least_forces).all():
+        touching = forces > self._sensor.least_forces
+        if not touching.all():
             yield from self._ended(left_out)
+        if not touching.any():
+            self._touched = None
+        elif self._touched is None:
+            self._touched = sample.t
+        if self._touched is None or not touching.all():
             return
-        self._press = self._press or _Press(self._sensor, self._at_one_time)
+        self._press = self._press or _Press(self._sensor, self._at_one_time, self._touched)
         self._press.add(sample, channels)
         if self._every_sample:
             self._told = True
@@ -172,7 +204,7 @@ class _Touches:
             return
         if press.is_firm:
             self._told = True
-            yield reading
+            yield press.with_zero_left(reading)
         else:
             self._hardly = reading
 
@@ -180,14 +212,19 @@ class _Touches:
 class _Press:
     """One press as it goes on."""
 
-    def __init__(self, sensor: MeasuringUnit, at_one_time: AtOneTime) -> None:
+    def __init__(self, sensor: MeasuringUnit, at_one_time: AtOneTime, touched: float) -> None:
+        """Begin with the first sample of all tips; the first of them touched at a time [s]."""
+        self._sensor = sensor
+        self._touched = touched
+        self._t_last = touched
         hold = None if sensor.design.fruit.relaxation is None else Hold(sensor.design)
         self._press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation, hold=hold)
         self._firm_forces = FIRM * sensor.least_forces
         self._several = at_one_time.lag
         self._firm_left = self._several + 1
         self._largest = 0.0
-        self._t_deepest = 0.0
+        self._deepest = np.zeros(len(sensor.least_forces))
+        self._t_deepest = touched
 
     @property
     def is_firm(self) -> bool:
@@ -204,10 +241,27 @@ class _Press:
         whole = float(forces.sum())
         if whole > self._largest:  # above 0 from the first sample on
             self._largest = whole
+            self._deepest = forces
             self._t_deepest = sample.t
+        self._t_last = sample.t
+
+    @property
+    def _duration(self) -> float | None:
+        """Return the duration from the first touch to the deepest sample [s]; None where times do not tell it."""
+        return self._t_deepest - self._touched or None
+
+    def with_zero_left(self, reading: FruitReading) -> FruitReading:
+        """Return the reading of a press that has ended with the zero that it leaves, where the springs creep."""
+        creep = self._sensor.creep
+        if creep.exponent == 0.0 or self._duration is None:
+            return reading
+        share = creep.left_behind(ZERO_AFTER_S, self._duration, self._t_last - self._touched)
+        of_touch = share * self._deepest / self._sensor.least_forces
+        tip = int(of_touch.argmax())
+        return replace(reading, zero_left=share * float(self._deepest[tip]), zero_left_of_touch=float(of_touch[tip]))
 
     def reading(self, left_out: Sequence[Sample], t: float | None = None) -> FruitReading:
         """Return what the press tells so far, at a time [s], or at that of its deepest sample."""
-        reading = replace(self._press.reading(), t=self._t_deepest if t is None else t)
+        reading = replace(self._press.reading(self._duration), t=self._t_deepest if t is None else t)
         lines = tuple(sample.line for sample in left_out)
         return reading.with_flag("spike").without_lines(lines) if lines else reading

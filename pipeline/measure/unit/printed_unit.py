@@ -5,23 +5,29 @@ import json
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.report.report import Report
 from pipeline.storage.plain import from_plain, to_plain
 from sensor.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
+from sensor.design.leaves import creep_of
 from sensor.design.parameters import PRINTED, Design
-from sensor.design.reading import CALIBRATED_BY, Reading
+from sensor.design.processes import Process
+from sensor.design.reading import CALIBRATED_BY, WEIGHED_AFTER_S, Reading
 from sensor.input_file import read_toml
 from sensor.quantity import COVERAGE, Bounds, InputError, check_fields, choice, quantity, validation_error
+from sensor.theory.creep import CreepLaw
 
 _HINT = "take the numbers that pipeline calibrate wrote"
 _STIFFNESS = Bounds(above=0.0, at_most=1e9)
 _GAIN = Bounds(at_least=0.1, at_most=10.0)
 _SPRING_ERROR = Bounds(above=0.0, at_most=100.0)  # no spring is known exactly
 _ERROR = Bounds(at_least=0.0, at_most=100.0)
+WEIGHED_AFTER = Bounds(above=0.0, at_most=365.25 * 86400.0)
+"""Of the time after which a weight is read [s]: at most a year."""
+_CREEP = Bounds(at_least=0.0, below=1.0)
 _MOST_COUNTS = 2**31 - 1  # firmware holds counts in 32 bits
 _FORMER_KEYS = ("height_mm", "height_error_mm")
 """Keys of version 0.1, whose heights of tips drop out of a press."""
@@ -38,6 +44,10 @@ class PrintedUnit:
     Where counts were calibrated, forces of all tips [N] are `newtons_per_count` (tips, channels) times the counts of
     all channels less their tare; `zero_counts` are those of the calibration, and counts of `saturation_counts` or more
     are none. `scale` is what another instrument shows of fruit that it reads.
+
+    Stiffnesses and gains are those of weights that were read `weighed_after_s` after they were hung. `creep_per_decade`
+    is the unit's own growth of the compliance in a decade of time, `creep_error` its standard deviation [1]; None where
+    it was not found: then it has that of its process.
     """
 
     design: str
@@ -53,6 +63,9 @@ class PrintedUnit:
     saturation_counts: int = 0
     calibrated_by: str = choice(CALIBRATED_BY, default="weights", hint=_HINT)
     classes: str = ""
+    weighed_after_s: float = quantity("s", WEIGHED_AFTER, default=WEIGHED_AFTER_S, hint=_HINT)
+    creep_per_decade: float | None = quantity("1", _CREEP, default=None, hint=_HINT)
+    creep_error: float | None = quantity("1", _CREEP, default=None, hint=_HINT)
     scale: FruitScale | None = None
 
     def __post_init__(self) -> None:
@@ -62,10 +75,14 @@ class PrintedUnit:
             raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _HINT)
         for item in fields(self):
             values = getattr(self, item.name)
-            if "bounds" in item.metadata and len(values) != len(self.tips):
+            if "bounds" in item.metadata and isinstance(values, tuple) and len(values) != len(self.tips):
                 bound = f"a list of {len(self.tips)} numbers, one for each tip"
                 name = f"unit.{item.name}"
                 raise validation_error(name, list(values), "", bound, _HINT)
+        if (self.creep_per_decade is None) != (self.creep_error is None):
+            missing = "creep_error" if self.creep_error is None else "creep_per_decade"
+            name = f"unit.{missing}"
+            raise validation_error(name, None, "1", "given with the other number of the creep", _HINT)
         if self.newtons_per_count or self.zero_counts:
             self._check_counts()
 
@@ -90,6 +107,12 @@ class PrintedUnit:
             for row in self.newtons_per_count
         )
 
+    def creep_on(self, process: Process) -> CreepLaw:
+        """Return the creep of the unit: its own, or that of its process."""
+        if self.creep_per_decade is None or self.creep_error is None:
+            return process.creep
+        return CreepLaw(self.creep_per_decade, self.creep_error)
+
     @property
     def stiffnesses(self) -> tuple[float, ...]:
         """Return the stiffness of each spring [N/mm]."""
@@ -106,13 +129,17 @@ def design_digest(design: Design) -> str:
 
 
 def nominal_unit(report: Report) -> PrintedUnit:
-    """Return the unit that is exactly as designed, its springs as uncertain as the process prints them."""
-    return unit_of(
+    """Return the unit that is exactly as designed, its springs as uncertain as the process prints them.
+
+    No weight was read, so the scatter of the modulus holds its creep too.
+    """
+    unit = unit_of(
         report,
         stiffnesses=[1.0 / row[tip] for tip, row in enumerate(report.read_out.springs_mm_per_N)],
         percent=percent_as_made(report),
         method="nominal: not calibrated, springs as uncertain as their process prints them",
     )
+    return replace(unit, creep_per_decade=0.0, creep_error=0.0)
 
 
 def percent_as_made(report: Report) -> list[float]:
@@ -124,8 +151,7 @@ def percent_as_made(report: Report) -> list[float]:
     design = report.design
     process = design.process
     if design.print.leaves != PRINTED:
-        lengths = [spring.dimensions_mm.length for spring in report.flexures.values() if spring.dimensions_mm]
-        sizes = [sizes for _, sizes in report.leaves.causes(lengths)]
+        sizes = [sizes for _, sizes in report.leaves.causes(_leaf_lengths(report))]
         low, high = (100.0 / COVERAGE * math.hypot(*of_spring) for of_spring in zip(*sizes, strict=True))
         return list(design.tips.each(low, high))
     percent = []
@@ -133,6 +159,18 @@ def percent_as_made(report: Report) -> list[float]:
         by_thickness = 3.0 * 0.5 * process.accuracy_mm / thickness
         percent.append(100.0 * (by_thickness**2 + process.E_scatter**2) ** 0.5)
     return percent
+
+
+def creep_as_made(report: Report) -> CreepLaw:
+    """Return the creep of the springs of a design: that of its print, or the share that strips in their clamps have."""
+    process = report.design.process
+    if report.design.print.leaves == PRINTED:
+        return process.creep
+    return creep_of(report.leaves, process, _leaf_lengths(report))
+
+
+def _leaf_lengths(report: Report) -> list[float]:
+    return [spring.dimensions_mm.length for spring in report.flexures.values() if spring.dimensions_mm]
 
 
 def channel_noises(report: Report) -> Sequence[float]:
@@ -190,7 +228,10 @@ def unit_as_toml(unit: PrintedUnit) -> str:
     scale = keys.pop("scale")
     lines = ["# A printed unit, written by pipeline calibrate; pipeline read --unit takes it."]
     # Texts, numbers and lists of them are written alike in JSON and in TOML.
-    lines += [f"{key} = {json.dumps(value)}" for key, value in keys.items() if value not in ([], 0)]
+    no_counts = {"newtons_per_count": [], "zero_counts": [], "saturation_counts": 0}
+    for key, value in keys.items():
+        if value is not None and (key not in no_counts or value != no_counts[key]):
+            lines.append(f"{key} = {json.dumps(value)}")
     if scale is not None:
         lines += ["", "[scale]", *(f"{key} = {json.dumps(value)}" for key, value in scale.items())]
     return "\n".join(lines) + "\n"

@@ -78,8 +78,10 @@ class Hold:
                 self._found[moment] = before + part * (forces - before)
         self._before = (t, forces)
 
-    def beside(self, reading: FruitReading, contrast: ContrastLaw, offset: float) -> FruitReading:
+    def beside(self, reading: FruitReading, contrast: ContrastLaw, offset: float, stiffened: float) -> FruitReading:
         """Return a reading with what its hold tells, by a contrast with an offset [mm].
+
+        `stiffened` [1] is the stiffness of the springs in a press over that of the weighing.
 
         That are the apparent modulus at the moment of the design, and the relaxation: the apparent modulus late in the
         hold over that at the stop [1], None where the press ended before. A press that ended before the moment of the
@@ -88,7 +90,9 @@ class Hold:
         if self._at not in self._found:
             return FruitReading(flags=("released_early",))
         try:
-            apparent = {moment: read_modulus(contrast, F.tolist(), offset) for moment, F in self._found.items()}
+            apparent = {
+                moment: stiffened * read_modulus(contrast, F.tolist(), offset) for moment, F in self._found.items()
+            }
         except ReadingError:
             return reading
         reading = replace(reading, others={**reading.others, "apparent": apparent[self._at]})

@@ -6,6 +6,7 @@ M / F < side/6). How far tips lean is known only when the press is over. So sums
 constant factor, in a memory that does not grow, and those are read that begin when the tips are seated.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,6 +99,10 @@ class SeatedPress:
                 break
             load, found = self.part(seated)
         return load, found
+
+    def moduli_without(self, load: int, several: int) -> Iterator[float]:
+        """Yield the modulus [MPa] from a load on, without each `several` samples in a row; nan where it has none."""
+        return self._presses[load].moduli_without(several)
 
     def part(self, load: int) -> tuple[int, RiseReading]:
         """Return a load, or the last one before that has a reading, and the reading from there on; raises RiseError."""

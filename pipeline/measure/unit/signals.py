@@ -4,19 +4,14 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from pipeline.measure.measured_table import (
-    FORCE,
-    LENGTH,
-    NO_FLAGS,
-    TIME,
-    ColumnFlags,
-    Quantity,
-    table_stream,
-)
-from pipeline.measure.table_text import WORDS, place_of
+from pipeline.measure.tables.files import place_of
+from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
+from pipeline.measure.tables.stream import table_stream
+from pipeline.measure.tables.units import FORCE, LENGTH, TIME, Quantity
+from pipeline.measure.tables.words import WORDS
 from sensor.quantity import validation_error, written_number
 
-COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**31)
+COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**32)
 _OF_CHANNELS = r"(f|counts|t) ([lh]|[0-9]+)"  # what headers call those of any sensor
 
 

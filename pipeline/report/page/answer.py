@@ -1,6 +1,7 @@
 """The answer in words."""
 
 import csv
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -69,6 +70,27 @@ def answer_of(report: Report) -> Answer:
         outcome = "passed"
         headline = f"Yes: {name} passes all {count} verdicts in the scene asked for."
     return Answer(outcome=outcome, headline=headline, not_passed=(*failed, *undecided))
+
+
+class Closest(NamedTuple):
+    """A verdict that passed, and how much of its limit it takes [1]."""
+
+    verdict: Verdict
+    fraction: float
+
+
+def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
+    """Return the passed verdict that takes most of a one-sided limit; None where no limit is one-sided."""
+    found = []
+    for verdict in verdicts:
+        value, limit = verdict.value, verdict.limit
+        if not verdict.passed or value is None or not isinstance(limit, int | float) or min(value, limit) <= 0.0:
+            continue
+        if verdict.limit_sense == "at most":
+            found.append(Closest(verdict, value / limit))
+        elif verdict.limit_sense == "at least":
+            found.append(Closest(verdict, limit / value))
+    return max(found, key=lambda one: one.fraction, default=None)
 
 
 def _fruits_in_words(reading: Reading) -> str:

@@ -1,6 +1,7 @@
 "use strict";
 /* Shows bodies as GLB, one at a time: in <model-viewer>, turned by mouse, finger or arrow keys; without WebGL as a still. */
 const APART = 0.3; // part of their way from which names of bodies do not hide each other
+const FIRST_SHOWN = 0.7; // part of their way at first, so that the springs are seen and named
 
 async function showBodies(bodies, place) {
   if (bodies.length === 0) return;
@@ -85,7 +86,7 @@ async function showBodies(bodies, place) {
     const alt = `${body.name}. ${body.caption || ""}`;
     const { view, move } = canTurn ? turned(body, alt) : still(alt);
     const name = body.slider === "press" ? "Press" : "Apart";
-    const slider = made("input", { type: "range", min: 0, max: 1, step: "any", value: body.slider === "press" ? 1 : 0, ariaLabel: name });
+    const slider = made("input", { type: "range", min: 0, max: 1, step: "any", value: body.slider === "press" ? 1 : FIRST_SHOWN, ariaLabel: name });
     const moved = () => {
       move(Number(slider.value));
       slider.ariaValueText = `${Math.round(100 * slider.value)} %`;

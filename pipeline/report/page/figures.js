@@ -36,7 +36,8 @@ function asImage(svg, words) {
 }
 
 /* Plots, each a title and a function that returns the options of Plot.plot with a caption, and `ready`, which is given
-   the drawing. Returns a function that draws all of them, and again. */
+   the drawing. Returns a function that draws all of them, and again. A plot that cannot be drawn is not shown; one line
+   below the others says which and why. */
 function drawPlots(plots, place) {
   const figures = plots.map(([title, spec]) => {
     const drawing = made("div");
@@ -45,8 +46,12 @@ function drawPlots(plots, place) {
     place.append(figure);
     return { title, spec, figure, drawing, caption };
   });
+  const left = made("p", { className: "caption" });
+  place.after(left);
 
+  /* Draw one plot; returns why it cannot be drawn, or nothing. */
   function draw({ title, spec, figure, drawing, caption }) {
+    figure.hidden = false;
     try {
       const { caption: words, ready, ...options } = spec();
       const drawn = Plot.plot({ width: Math.min(560, drawing.clientWidth || 560), height: 340, grid: true, inset: 4,
@@ -55,16 +60,18 @@ function drawPlots(plots, place) {
       asImage(svg, `${title}. ${words}`);
       drawing.replaceChildren(drawn);
       caption.textContent = words;
-      figure.classList.remove("missing");
       if (ready) ready(drawn, svg);
+      return [];
     } catch (error) {
-      drawing.replaceChildren();
-      figure.classList.add("missing");
-      caption.textContent = `Cannot be drawn: ${error.message}.`;
+      figure.hidden = true;
+      return [`${title} (${error.message})`];
     }
   }
 
-  return () => figures.forEach(draw);
+  return () => {
+    const reasons = figures.flatMap(draw);
+    left.textContent = reasons.length ? `Not drawn: ${reasons.join("; ")}.` : "";
+  };
 }
 
 function copyButton(words) {

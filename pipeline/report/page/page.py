@@ -67,6 +67,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         has_housing=report.design.tips.tip_layout.has_housing,
         not_passed=not_passed,
         numbers=[*not_passed, *(one for _, one in targets if one.passed)][:_FIRST_NUMBERS],
+        closest=answer.closest_to_limit(one for _, one in targets),
         scene=answer.scene_in_words(report.design),
         targets=targets,
         part=on_the_part,
@@ -97,8 +98,8 @@ def _bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Pl
     scene = scene_of(report.design, result.press.height_offsets)
     draws: dict[str, Callable[[], Plain]] = {}
     if report.design.tips.tip_layout.has_housing:
-        draws["assembly"] = partial(assembly_body, folder, report.stale)
         draws["springs under load"] = partial(flexure_body, report, result)
+        draws["assembly"] = partial(assembly_body, folder, report.stale)
     draws["skin under the tips"] = partial(skin_body, report, scene)
     bodies = []
     missing = {}

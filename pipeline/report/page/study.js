@@ -3,16 +3,18 @@
 (function () {
   const { points, best } = data;
   const passing = (point) => data.wanted.every((key) => !key.endsWith(".passed") || point[key] !== false);
+  const labelOf = (key) => data.labels[key] || key;
   /* A number that has a limit beside it is also told as its part of the limit. */
-  const parts = data.wanted.filter((key) => key.endsWith(".limit") && data.axes.includes(key.replace(/limit$/, "value")) && points.some((point) => Number.isFinite(point[key])));
-  for (const key of parts) for (const point of points) point[`${key.replace(/\.limit$/, "")} / limit`] = point[key.replace(/limit$/, "value")] / point[key];
-  const axes = [...data.axes, ...parts.map((key) => `${key.replace(/\.limit$/, "")} / limit`)];
+  const parts = data.parts.filter((key) => data.axes.includes(key.replace(/limit$/, "value")) && points.some((point) => Number.isFinite(point[key])));
+  const partOf = (key) => `${key.replace(/^verdicts\./, "").replace(/\.limit$/, "")} / limit`;
+  for (const key of parts) for (const point of points) point[partOf(key)] = point[key.replace(/limit$/, "value")] / point[key];
+  const axes = [...data.axes, ...parts.map(partOf)];
   const setting = { picked: best[0], held: null };
   const isHeld = (point) => setting.held === null || setting.held.has(point.number);
   const found = () => points.find((point) => point.number === setting.picked);
   const colour = (point) => (passing(point) ? colours[0] : "var(--muted)");
   const isWord = (key) => points.length > 0 && typeof points[0][key] === "string";
-  const tell = (point) => [`point ${point.number}`, ...[...data.vary, ...axes].slice(0, 12).map((key) => `${key} ${typeof point[key] === "number" ? digits(point[key]) : point[key]}`)].join("\n");
+  const tell = (point) => [`point ${point.number}`, ...[...new Set([...data.vary, ...axes])].slice(0, 12).map((key) => `${labelOf(key)} ${typeof point[key] === "number" ? digits(point[key]) : point[key]}`)].join("\n");
 
   /* Points that no other one beats in both numbers, both the less the better. */
   function front(x, y) {
@@ -24,7 +26,7 @@
     need(axes.length > 1, "fewer than two numbers differ");
     const [x, y] = [element("across").value, element("up").value];
     return {
-      x: { label: x }, y: { label: y }, marginLeft: 60,
+      x: { label: labelOf(x) }, y: { label: labelOf(y) }, marginLeft: 60,
       marks: here([
         Plot.line(front(x, y), { x, y, curve: "step-after", stroke: colours[1] }),
         Plot.dot(points, { x, y, r: 3, fill: colour, fillOpacity: (one) => (isHeld(one) ? 0.8 : 0.1) }),
@@ -46,7 +48,7 @@
     need(rows.length > 0, "no value has a design whose run passes");
     const missing = values.map(first).filter((value) => !rows.some((one) => x(one) === value));
     return {
-      x: { label: key, domain: d3.extent(values, first) }, y: { label: y }, marginLeft: 60, inset: 12,
+      x: { label: labelOf(key), domain: d3.extent(values, first) }, y: { label: labelOf(y) }, marginLeft: 60, inset: 12,
       marks: [
         Plot.line(rows, { x, y, stroke: colours[0] }),
         Plot.dot(rows, { x, y, r: 4, fill: colours[0] }),
@@ -86,7 +88,7 @@
         Plot.ruleY(axes, { stroke: "var(--line)" }),
         Plot.line(rows, { x: "x", y: "key", z: (row) => row.one.number, stroke: (row) => colour(row.one), strokeOpacity: (row) => (isHeld(row.one) ? 0.35 : 0.02) }),
         Plot.line(picked, { x: "x", y: "key", z: null, stroke: "var(--ink)", strokeWidth: 2.5 }),
-        Plot.text(axes, { frameAnchor: "left", y: (key) => key, dx: -60, dy: -16, text: (key) => key, textAnchor: "start", fill: "var(--ink)", fontWeight: 600, stroke: "var(--paper)", strokeWidth: 8 }),
+        Plot.text(axes, { frameAnchor: "left", y: (key) => key, dx: -60, dy: -16, text: labelOf, textAnchor: "start", fill: "var(--ink)", fontWeight: 600, stroke: "var(--paper)", strokeWidth: 8 }),
         Plot.text(axes, { x: 0, y: (key) => key, dx: -8, text: (key) => digits(ends.get(key)[0]), textAnchor: "end", fill: "var(--muted)" }),
         Plot.text(axes, { x: 1, y: (key) => key, dx: 8, text: (key) => digits(ends.get(key)[1]), textAnchor: "start", fill: "var(--muted)" }),
         Plot.tip(rows, Plot.pointer({ x: "x", y: "key", title: (row) => tell(row.one) })),
@@ -101,7 +103,7 @@
     need(key !== y, "it is the number that is drawn up");
     const held = points.filter(isHeld);
     return {
-      x: { label: key }, y: { label: y }, marginLeft: 60, height: 260,
+      x: { label: labelOf(key) }, y: { label: labelOf(y) }, marginLeft: 60, height: 260,
       marks: [
         Plot.dot(points, { x: key, y, r: points.length < 100 ? 3 : 1.6, fill: colour, fillOpacity: (one) => (isHeld(one) ? 0.6 : 0.05) }),
         isWord(key)
@@ -119,7 +121,7 @@
     ...(data.front ? [["The front", overFront]] : []),
     ["Trade-off", tradeOff],
     ["Every key beside the others", everyKey],
-    ...data.vary.filter((key) => data.axes.includes(key) || isWord(key)).map((key) => [`Over ${key}`, () => overKey(key)]),
+    ...data.vary.filter((key) => data.axes.includes(key) || isWord(key)).map((key) => [`Over ${labelOf(key)}`, () => overKey(key)]),
   ];
 
   /* The design of the point picked: its file where it has one, else the command that makes it of the base. */
@@ -127,8 +129,14 @@
     const point = found();
     element("picked").value = setting.picked;
     element("point-number").textContent = setting.picked;
-    element("point").replaceChildren(...[...data.vary, ...data.wanted].map((key) => made("tr", {},
-      made("th", { scope: "row" }, ...key.split(/(?<=[._])/).flatMap((part) => [part, made("wbr")])), made("td", { className: "number", textContent: typeof point[key] === "number" ? digits(point[key], 6) : point[key] ?? "none" }))));
+    const told = (value) => (typeof value === "number" ? digits(value, 5) : value ?? "none");
+    const judged = (key) => {
+      const [limit, passed] = ["limit", "passed"].map((field) => point[key.replace(/value$/, field)]);
+      return [limit ?? null, passed ?? null].every((one) => one === null) ? "" : `, asked: ${told(limit)}${passed === undefined ? "" : passed === null ? ", undecided" : passed ? ", passed" : ", failed"}`;
+    };
+    element("point").replaceChildren(...data.shown.map((key) => made("tr", {},
+      made("th", { scope: "row" }, ...labelOf(key).split(/(?<=[._])/).flatMap((part) => [part, made("wbr")])),
+      made("td", { className: "number", textContent: `${told(point[key])}${/^verdicts\..*\.value$/.test(key) ? judged(key) : ""}` }))));
     if (!data.links.base) return;
     const setTo = (key) => (Array.isArray(point[key]) ? `--set '${key}=${JSON.stringify(point[key])}'` : `--set ${key}=${point[key]}`);
     const command = ["pipeline run --design", data.links.base, ...data.vary.map(setTo)].join(" ");
@@ -144,7 +152,7 @@
   }
 
   for (const [id, chosen] of [["across", axes.find((key) => key.endsWith("/ limit")) || [...data.wanted, ...axes].find((key) => axes.includes(key) && key !== data.minimise)], ["up", data.minimise]]) {
-    element(id).append(...axes.map((key) => made("option", { value: key, textContent: key, selected: key === chosen })));
+    element(id).append(...axes.map((key) => made("option", { value: key, textContent: labelOf(key), selected: key === chosen })));
     element(id).addEventListener("change", () => drawAll());
   }
   element("picked").addEventListener("change", () => pick(Number(element("picked").value)));

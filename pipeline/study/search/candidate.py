@@ -59,6 +59,11 @@ class Candidate:
     unit: float = 1.0
     number: int = 0
 
+    @property
+    def number_found(self) -> float | None:
+        """Return the number to be made least [its unit]; None where the search refuses or cannot solve the design."""
+        return self.value if self.verdicts is not None and math.isfinite(self.value) else None
+
     @cached_property
     def shortfall(self) -> float:
         """Return by how much all verdicts together fall short [1], 0 where they pass; infinite where it is refused."""

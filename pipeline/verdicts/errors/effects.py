@@ -16,7 +16,7 @@ from cad.parts.pin import tip_accuracy_mm
 from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.behaviour import stiffening
-from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
+from pipeline.springs.fitted_springs import FittedSprings, leaf_lengths, tip_height_offsets
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.targets import ForceRatioCurve, characteristic
 from sensor.design.leaves import FREE_LENGTH_MM, GLUE_EDGE_MM, GLUE_SCATTER
@@ -44,7 +44,8 @@ GLUED = 0.25  # of what gauges stiffen: a judgement, as makers give neither the 
 # tests/reference/fits/test_housing.py
 FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
 # Largest change of the low and of the high spring by another mount, over presets, processes and mounts, with a margin
-# of a quarter: docs/other-mounts.md. The low spring counts as softer and the high one as stiffer, which moves P most.
+# of a quarter: docs/measurements.md#other-mounts. The low spring counts as softer and the high one as stiffer, which
+# moves P most.
 LARGEST_MOUNT_CHANGES = (-0.0011, 0.0086)
 CALIBRATED = 0.01  # of each stiffness: what weighing a printed unit reaches
 ZEROED_MM = 0.01  # what zeroing on a flat plate leaves between the heights of two tips: a judgement
@@ -225,7 +226,7 @@ def _other_mount(mounts: Mapping[str, PerTip]) -> Effect:
         worst = LARGEST_MOUNT_CHANGES
         percents = " and ".join(f"{100.0 * abs(change):.2g}" for change in worst)
         told = (
-            f"at most {percents} % over presets, processes and mounts (docs/other-mounts.md); pipeline design solves it"
+            f"at most {percents} % over presets, processes and mounts (docs/measurements.md); pipeline design solves it"
         )
     return Effect(name="mount", reason=f"another mount than the sheet's: {told}", springs=worst, calibrated=True)
 
@@ -304,8 +305,7 @@ def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
     """
     leaves = sensor.springs.leaves
     if not leaves.is_printed:
-        lengths = [spring.printable.length_mm for spring in sensor.springs.springs]
-        for name, springs in leaves.causes(lengths):
+        for name, springs in leaves.causes(leaf_lengths(sensor.springs)):
             reason = _REASONS_OF_STRIPS[name.removeprefix("low ").removeprefix("high ")]
             yield Effect(name=name, reason=reason, springs=springs, scatters=True, calibrated=True)
         return

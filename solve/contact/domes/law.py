@@ -143,12 +143,18 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     """Return the constants of domes for the contrast law, at a level press at modulus E [MPa] over the full travel.
 
     C (tips, tips) [mm/N] is the compliance of the springs. Forces along normals are turned into forces along the
-    springs by the cosines of their angles. Raises SolveError where the forces do not settle.
+    springs by the cosines of their angles. Raises SolveError where the forces do not settle, and where a dome is off
+    the fruit: its part in the contrast is unknown.
     """
     level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
     body = dome_body(scene, compliance, [scene.fruit])
     law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, body)
     state = law.equilibrium()
+    off = int((state.N[0] <= 0.0).sum())
+    if off:
+        hint = "press deeper, or take stiffer springs or a softer skin"
+        msg = f"domes: {off} of {len(C)} are off the fruit at full travel of a level press: must be none; {hint}"
+        raise SolveError(msg)
     cosine = state.approach.cosine[0]
     hertz = state.q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
     return DomeContrast(

@@ -74,7 +74,13 @@ def test_plates_of_a_square_pass_and_keep_twice_their_pads_apart(square):
     ("sizes", "depth", "value", "reason"),
     [
         ({}, 6.5, None, "run into each other"),  # their frames overlap by half a millimetre, whatever their pads
-        ({"pad_height": 0.0, "spacing": 5.6, "shuttle_width": 5.3, "tip_side": 5.3}, None, 0.0, "meet at their pads"),
+        pytest.param(
+            {"pad_height": 0.0, "spacing": 5.6, "shuttle_width": 5.3, "tip_side": 5.3},
+            None,
+            0.0,
+            "meet at their pads",
+            marks=pytest.mark.slow,
+        ),
         ({"pad_height": 0.1}, None, None, "do not meet: screws would bend the plates by 0.2 mm"),
     ],
 )

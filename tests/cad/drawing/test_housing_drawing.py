@@ -76,7 +76,8 @@ def sheets(sensor, pinned):
     return Sheets({f"draw {kind}": drawing for kind, drawing in draw.items()})
 
 
-KINDS = ["pair", "square", "long", "gauges", "pins", "steel", pytest.param("mango", marks=pytest.mark.slow)]
+SELDOM = ("long", "gauges", "steel", "mango")
+KINDS = ["pair", "square", "pins", *(pytest.param(kind, marks=pytest.mark.slow) for kind in SELDOM)]
 FLAT_MM = 0.05  # by which a chord may leave its curve
 
 
@@ -219,7 +220,7 @@ def test_revision_is_that_of_what_is_drawn(sensor):
     assert len(others) == 4
 
 
-@pytest.mark.parametrize("kind", ["pair", "square"])
+@pytest.mark.parametrize("kind", ["pair", pytest.param("square", marks=pytest.mark.slow)])
 def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(kind, sheets, tmp_path):
     sheet = sheets[kind]
     dxf, svg, pdf = sheet.write(tmp_path / "drawing")

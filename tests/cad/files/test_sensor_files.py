@@ -50,7 +50,7 @@ def test_screws_are_moved_beyond_all_that_they_hold(sensor):
     assert reached["back washer 1"][1] < reached["nut 1"][0]
 
 
-@pytest.mark.parametrize(("across", "thickness"), [(30.0, 20.0), (60.0, 50.0)])
+@pytest.mark.parametrize(("across", "thickness"), [(30.0, 20.0), pytest.param(60.0, 50.0, marks=pytest.mark.slow)])
 def test_whole_ellipsoid_is_read_back_as_it_was(across, thickness, tmp_path):
     """Beyond its equator it was once read back as its lower part alone; volume by the integral of its sections."""
     radius = 35.0

@@ -47,7 +47,16 @@ def mesh():
     return flexure_mesh(HOUSING, 2.0)
 
 
-@pytest.mark.parametrize("housing", VARIANTS.values(), ids=VARIANTS)
+QUICK = ("plastic", "steel", "hole level with a leaf", "plate of a square")
+
+
+@pytest.mark.parametrize(
+    "housing",
+    [
+        pytest.param(housing, id=name, marks=() if name in QUICK else pytest.mark.slow)
+        for name, housing in VARIANTS.items()
+    ],
+)
 def test_mesh_has_the_volume_the_surface_and_the_named_areas_of_the_solid(housing):
     size = housing_part(housing).size
     for scale in (1.0, 2.0):

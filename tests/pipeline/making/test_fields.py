@@ -10,6 +10,7 @@ from pipeline.making.fields import write_fields
 from pipeline.storage.vtu import HALF_AT_Y
 
 QUADRATIC_HEXAHEDRON = 25  # of VTK's file format
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")

@@ -68,6 +68,7 @@ def test_no_housing_writes_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     folder = tmp_path / "square"

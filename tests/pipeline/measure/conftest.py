@@ -37,6 +37,6 @@ def calibrate(tmp_path):
         if plate is None:
             return calibrate_unit(report, table)
         path.write_text(plate, encoding="utf-8")
-        return calibrate_unit(report, table, plate=measured_plate(path, len(report.tips)))
+        return calibrate_unit(report, table, plate=measured_plate(path, report, table))
 
     return calibration

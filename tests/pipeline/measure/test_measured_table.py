@@ -6,8 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.measure.measured_table import FORCE, LENGTH, ColumnFlags, Quantity, numbers_of, read_csv
-from pipeline.measure.table_text import is_number
+from pipeline.measure.tables.columns import read_csv
+from pipeline.measure.tables.headers import ColumnFlags
+from pipeline.measure.tables.measured_table import numbers_of
+from pipeline.measure.tables.numbers import is_number
+from pipeline.measure.tables.units import FORCE, LENGTH, Quantity
 from sensor.input_file import MOST_BYTES
 from sensor.quantity import InputError
 

@@ -115,7 +115,7 @@ def judged_with_round_off(design, monkeypatch, seed):
 
 def test_worst_pose_of_ties_is_the_first_for_any_round_off(monkeypatch):
     design = square_design(tilt_deg=2.0)
-    (worst, sentences), *others = [judged_with_round_off(design, monkeypatch, seed) for seed in range(5)]
+    (worst, sentences), *others = [judged_with_round_off(design, monkeypatch, seed) for seed in range(3)]
     assert worst == [Placement(tilt_deg=(2.0, 0.0), from_touch=True)] * 8
     assert all(other == (worst, sentences) for other in others)
 

@@ -34,6 +34,7 @@ def test_a_radius_that_is_told_makes_the_law_of_that_ball(designs):
     assert same.contrast.hertz == pytest.approx(contrast.hertz)
 
 
+@pytest.mark.slow
 def test_a_ball_that_is_told_has_no_saddle_of_the_design(designs):
     """Of a design on a turned ellipsoid: the gaps are those of a design on that ball."""
     fruit = {"fruit.shape": "ellipsoid", "fruit.radius_across_mm": 110.0, "fruit.azimuth_deg": 45.0}

@@ -42,6 +42,7 @@ def sensor(default_run):
     return sensor_of(default_run.result.design, default_run.result.springs.housing)
 
 
+@pytest.mark.slow
 def test_folder_as_it_was_written_passes_and_is_not_changed(default_run, capsys):
     before = {path.name: path.read_bytes() for path in default_run.folder.iterdir()}
     assert main(["check", str(default_run.folder), "--json"]) == 0

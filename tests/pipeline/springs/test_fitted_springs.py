@@ -87,7 +87,7 @@ def test_sideways_give_is_solved_where_a_force_may_lean():
             assert z == 0.0
 
 
-@pytest.mark.parametrize("name", ["mango", "kiwi"])
+@pytest.mark.parametrize("name", ["mango", pytest.param("kiwi", marks=pytest.mark.slow)])
 def test_sideways_compliance_of_sized_springs_is_that_of_a_finer_mesh(name):
     """To 1 %, on leaves as the beam law has them; more than two cantilevers L^3 / (6 E I) alone, as they twist too."""
     design = load_design(name)

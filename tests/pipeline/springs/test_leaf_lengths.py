@@ -64,6 +64,7 @@ def test_only_the_lengths_change_and_are_drawn_to_a_thousandth(fitted):
     assert HOUSING.with_flexures(moved) == fitted.housing
 
 
+@pytest.mark.slow
 def test_solving_the_fitted_housing_finds_the_same_numbers(fitted):
     again = solve_on(DEFAULT, fitted.housing, *MATERIAL).stiffness
     assert again.K == fitted.stiffness.K

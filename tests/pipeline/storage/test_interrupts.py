@@ -84,7 +84,7 @@ def write_file(place):
 
 @pytest.mark.parametrize("step", [pytest.param(1, marks=pytest.mark.study), 11])
 @pytest.mark.parametrize("write", [write_folder, write_file])
-@pytest.mark.parametrize("there", [False, True])
+@pytest.mark.parametrize("there", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_signal_at_any_line_leaves_what_was_there_or_what_is_new(there, write, step, tmp_path):
     """Where a destructor swallows it, the work goes on for less than a second."""
     outcome, line, ended = ENDED, 0, 0

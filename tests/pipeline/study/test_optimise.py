@@ -1,6 +1,7 @@
 """The search ends at the best design of the file, is a study like any other, and its best is proved by a run."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +13,7 @@ from pipeline.cli import main
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions, load_design
 from pipeline.response.contact import fruit_compliance
 from pipeline.storage.folder import OutputError
-from pipeline.study import read_study
+from pipeline.study import optimise, read_study
 from pipeline.study.optimise import (
     MOST_RUNS,
     candidate_of,
@@ -308,6 +309,33 @@ def test_base_that_is_the_best_is_told(
     assert ("nothing better than the base" in capsys.readouterr().out) is not better
 
 
+@pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize("outcome", [InputError("tips"), False, True])
+@pytest.mark.parametrize("verdicts", [None, ()])
+def test_base_without_a_number_in_the_search_is_told_by_its_run(
+    written, tmp_path, runs, capsys, monkeypatch, outcome, verdicts
+):
+    """Without verdicts the search refuses it, without a number it has no reading: neither nan nor 0 is its number."""
+
+    def without_number(_, result):
+        return Candidate(changes=result.settings, verdicts=verdicts, value=math.nan, number=result.number)
+
+    monkeypatch.setattr(optimise, "candidate_of", without_number)
+    search_file = str(written(SOFTEST.replace("400", "1")))
+    is_proved = outcome is True
+    for flags in ([], ["--json"]):
+        ratios = runs((outcome,))
+        code = main(["optimise", search_file, "--out", str(tmp_path / "out"), "--force", *flags])
+        assert (code, ratios) == (0 if is_proved else 1, [5.0])
+        printed = capsys.readouterr().out
+        if flags:
+            answer = json.loads(printed, parse_constant=pytest.fail)
+            assert (answer["value"], answer["passed"]) == (None, is_proved)
+        else:
+            assert " nan " not in printed
+            assert ("700 in its run" in printed) is is_proved
+
+
 def test_study_with_a_goal_is_run_by_optimise(written):
     assert main(["study", str(written(SOFTEST))]) == 2
     assert main(["optimise", str(written())]) == 2
@@ -384,7 +412,7 @@ evaluations = 24
     out = tmp_path / "out"
     assert main(["optimise", str(written(text)), "--out", str(out), "--processes", "1", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert answer["value"] <= 0.12312  # of mango, docs/layouts.md
+    assert answer["value"] <= 0.12312  # of mango, docs/presets.md#layouts-of-tips
     report = json.loads((out / "best" / "report.json").read_text(encoding="utf-8"))
     assert report["reading"]["uncertainty_percent"] == pytest.approx(100.0 * answer["value"], rel=0.02)
     assert (out / "best-designs" / "base.toml").is_file()

@@ -11,8 +11,8 @@ from browser import grave_findings, validator_findings
 
 from pipeline.options import load_design
 from pipeline.study import read_study
-from pipeline.study.columns import point_columns
-from pipeline.study.page import MOST_DOTS, write_page
+from pipeline.study.columns import PointColumns, point_columns
+from pipeline.study.page import MOST_DOTS, is_part_of_limit, shown_keys, write_page
 from pipeline.study.points import point_at, points_between
 from pipeline.study.store import study_store
 from pipeline.study.tasks import PointResult
@@ -58,8 +58,12 @@ def test_page_of_many_points_is_small_and_leads_to_the_best(written, tmp_path):
     text = page.read_text(encoding="utf-8")
     assert len(text) < 1_000_000
     assert not re.search(r"(?:src|href)=\"https?:", text)  # it needs no network
-    assert "springs.K_h_N_per_m = 7." in text  # the same at every point
-    assert "springs.K_l_N_per_m = " not in text
+    table = re.findall(
+        r'<tr><th scope="row">([\w.<>]+)(?: <span.*?</span>)?</th><td class="number">([\w. ]+)</td>', text
+    )
+    spans = {name.replace("<wbr>", ""): span for name, span in table}
+    assert spans["springs.K_h_N_per_m"] == "7"  # the same at every point
+    assert re.fullmatch(r"[\d.]+ to [\d.]+", spans["springs.K_l_N_per_m"])
     links = re.findall(r'<a href="([^"]+)">(\d+)</a>', text)
     assert [int(number) for _, number in links] == sorted(values, key=lambda number: values[number])[:10]
     for link, number in links:
@@ -71,6 +75,21 @@ def test_page_of_many_points_is_small_and_leads_to_the_best(written, tmp_path):
     assert data["axes"] == ["targets.P_max", "targets.NL", "springs.K_l_N_per_m"]  # K_h is the same at every point
     # Drawn from all points: those of a grid in their order would show its first corner alone.
     assert np.histogram(list(shown), bins=4, range=(0, 5_000))[0].min() > 150  # of 250; 8 standard deviations
+
+
+def test_page_shows_what_varies_and_what_was_asked_for_alone(written):
+    """The error, limit and outcome of a verdict stand beside its value; a unit stands where the key has none."""
+    study = read_study(written(FRONT))
+    columns = PointColumns(points=np.arange(2), values={"press.travel_mm": np.array([0.3, 0.5])})
+    shown = shown_keys(study, columns)
+    assert [one.key for one in shown if one.varies] == list(study.vary)
+    asked = [f"verdicts.{name}.value" for name in study.goal.under]
+    assert sorted(one.key for one in shown if not one.varies) == sorted(asked)
+    assert {one.label for one in shown} >= {"press.travel_mm", "bruise [MPa]", "printable.low [mm]", "reading.bias"}
+    assert next((one.low, one.high) for one in shown if one.key == "press.travel_mm") == (0.3, 0.5)
+    assert all(one.meaning for one in shown)
+    assert is_part_of_limit("verdicts.bruise.limit")
+    assert not is_part_of_limit("verdicts.P_max.limit")
 
 
 def test_null_is_no_number_and_texts_have_no_column(written, tmp_path):

@@ -92,6 +92,7 @@ def test_without_a_display_a_window_is_refused(monkeypatch):
     assert caught.value.field == "display"
 
 
+@pytest.mark.slow
 def test_window_has_a_place_for_each_scene(stand_in_folder, monkeypatch):
     monkeypatch.setattr(pv, "OFF_SCREEN", True)
     window = window_of(pictures(stand_in_folder), "stand-in")

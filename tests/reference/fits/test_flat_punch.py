@@ -50,7 +50,7 @@ def test_what_a_finer_choice_moves_a_curve_by_is_covered(monkeypatch):
     ("law", "poisson"),
     [
         pytest.param("neo-hooke", 0.3, marks=pytest.mark.slow),
-        pytest.param("foam", 0.45, marks=pytest.mark.slow),
+        pytest.param("foam", 0.45, marks=pytest.mark.study),
         *(pytest.param("hencky", poisson, marks=pytest.mark.study) for poisson in (0.15, 0.4, 0.49)),
     ],
 )

@@ -43,6 +43,7 @@ def rigid_limit(fruit, coarse):
     return 2.0 * rigid_change(fruit, 0.5 * coarse) - rigid_change(fruit, coarse)
 
 
+@pytest.mark.slow
 def test_piece_under_rigid_tips():
     change, bar, whole = found(SMALL)
     truth = rigid_limit(SMALL, 2.0)

@@ -27,7 +27,13 @@ def test_one_dome_on_a_ball_and_a_spring():
     assert force == pytest.approx(exact, rel=0.004)
 
 
-@pytest.mark.parametrize("case", OTHERS, ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, id=f"{case['E']}-{case['R1']}-{case['R2']}", marks=pytest.mark.slow if number else ())
+        for number, case in enumerate(OTHERS)
+    ],
+)
 def test_other_boundary_elements_give_the_same_forces(case):
     """Theirs converge to 0.2 % (level) and 0.5 % (tilted), small forces to as much of the largest."""
     fruit = Fruit(**{key: case[key] for key in ("E", "R1", "R2", "azimuth", "tilt", "tilt_azimuth")})
@@ -38,12 +44,14 @@ def test_other_boundary_elements_give_the_same_forces(case):
     assert ours[-1] == pytest.approx(theirs[-1], rel=allowed)
 
 
+@pytest.mark.slow
 def test_finer_cells_move_forces_by_less_than_a_thousandth():
     fruit = Fruit(E=1.0, R1=45.0, R2=100.0, azimuth=40.0, tilt=3.0, tilt_azimuth=20.0)
     coarse, fine = (press(square(), fruit, [0.7, 0.9], cells) for cells in (32, 48))
     assert coarse == pytest.approx(fine, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_turned_fruit_under_a_turned_tilt_is_the_mirror_image():
     fruit = Fruit(E=1.0, R1=45.0, R2=100.0, azimuth=30.0, tilt=2.0, tilt_azimuth=10.0)
     mirrored = replace(fruit, azimuth=60.0, tilt_azimuth=80.0)  # x and y change places: so do the tips 1 and 3
@@ -51,6 +59,7 @@ def test_a_turned_fruit_under_a_turned_tilt_is_the_mirror_image():
     assert ours == pytest.approx(theirs[[0, 3, 2, 1]], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_place_beside_the_apex_is_a_tilt_there():
     """On a paraboloid the slope at the place is k times the way to the apex, and its curvature is the same."""
     beside = Fruit(E=1.0, R1=45.0, R2=100.0, azimuth=0.0, apex=(-2.0, 0.0))
@@ -59,6 +68,7 @@ def test_a_place_beside_the_apex_is_a_tilt_there():
     assert press(square(), beside, [0.8]) == pytest.approx(press(square(), tilted, [0.8]), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_higher_dome_and_a_drifting_tilt_are_felt():
     level = Fruit(E=1.0, R1=60.0, R2=60.0)
     travels = [0.1, 0.2, 0.4, 0.6, 0.8]

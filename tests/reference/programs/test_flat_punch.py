@@ -44,6 +44,11 @@ OTHER_LAWS = {  # over the force at first touch, at depths of 0.1, 0.3 and 0.6
 }
 
 
+def often(case, cases):
+    """Return the cases, of which all but one are studies."""
+    return [pytest.param(*each, marks=() if each == case else pytest.mark.study) for each in cases]
+
+
 def sharp_curve(poisson, deepest=0.6):
     return force_curve(RoundTip(radius=RADIUS), FleshLaw(poisson=poisson), deepest)
 
@@ -67,14 +72,16 @@ def test_sharp_tip_is_that_of_the_independent_program(soft):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("poisson", [0.40, 0.45, 0.49])
+@pytest.mark.parametrize(
+    "poisson", [pytest.param(0.40, marks=pytest.mark.study), pytest.param(0.45, marks=pytest.mark.study), 0.49]
+)
 def test_tips_on_less_compressible_flesh_are_too(poisson):
     curve = sharp_curve(poisson)
     assert_agree(curve, DEPTHS, INDEPENDENT[poisson])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("poisson", "edge"), ROUNDED)
+@pytest.mark.parametrize(("poisson", "edge"), often((0.30, 0.10), ROUNDED))
 def test_rounded_edges_are_too(poisson, edge):
     curve = force_curve(RoundTip(radius=RADIUS, edge=edge), FleshLaw(poisson=poisson), 0.6)
     assert_agree(curve, np.array([0.1, 0.3, 0.6]), ROUNDED[poisson, edge])
@@ -84,7 +91,7 @@ def test_rounded_edges_are_too(poisson, edge):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "poisson"), OTHER_LAWS)
+@pytest.mark.parametrize(("name", "poisson"), often(("foam", 0.30), OTHER_LAWS))
 def test_other_laws_are_too(name, poisson):
     curve = force_curve(RoundTip(radius=RADIUS), FleshLaw(name=name, poisson=poisson), 0.6)
     depths = np.array([0.1, 0.3, 0.6])
@@ -132,7 +139,7 @@ def test_curve_ends_where_no_equilibrium_was_found_or_two(monkeypatch, apart):
     assert (refused.value.field, refused.value.value) == ("depth", 0.3)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_curve_of_hencky_ends_where_its_meshes_find_two_equilibria():
     """Hencky's law at nu = 0 snaps round a sharp edge where the mesh decides: at 0.25 sides they are 2.4 % apart."""
     curve = force_curve(RoundTip(radius=RADIUS), FleshLaw(name="hencky", poisson=0.0), 0.6)

@@ -65,7 +65,14 @@ def test_round_tips_on_a_skin_are_as_stiff_as_solids(fruit, radius):
         assert force(entered) == pytest.approx(fine.dome(ratio, curvature, depth), rel=ALLOWED)
 
 
-@pytest.mark.parametrize(("radius", "others"), [(0.564, 1.290), (1.2, 2.876), (2.0, 5.090)])
+@pytest.mark.parametrize(
+    ("radius", "others"),
+    [
+        pytest.param(0.564, 1.290, marks=pytest.mark.slow),
+        (1.2, 2.876),
+        pytest.param(2.0, 5.090, marks=pytest.mark.slow),
+    ],
+)
 def test_flat_circle_without_a_skin_is_as_stiff_as_solids(radius, others):
     """K_m over E [mm] of a cylinder of radius 14 and height 12 mm held at its base, and of a block of its area."""
     coarse, fine = (RoundSolid(edge=radius, skin=0.3, cells=cells).flat(1.0) for cells in (16, 20))

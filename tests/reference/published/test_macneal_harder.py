@@ -28,7 +28,7 @@ HEX20 = {
 
 ROUNDING = 6e-4  # of three published digits
 COARSE = (6, 1, 1)
-REFINED = [(FULL, (24, 4, 4)), (REDUCED, (12, 2, 2))]
+REFINED = [pytest.param(FULL, (24, 4, 4), marks=pytest.mark.slow), (REDUCED, (12, 2, 2))]
 # A clamped solid is stiffer than the beam of the reference: its section cannot swell or warp at the root.
 CLAMP = 0.008
 
@@ -117,7 +117,9 @@ def test_straight_beam_converges_to_the_references(straight_tips, shape, order, 
     np.testing.assert_allclose(found[:3] / REFERENCE[:3], 1.0, atol=CLAMP)
 
 
-@pytest.mark.parametrize(("order", "counts"), [(FULL, (24, 4, 4)), (REDUCED, (24, 4, 4))])
+@pytest.mark.parametrize(
+    ("order", "counts"), [pytest.param(FULL, (24, 4, 4), marks=pytest.mark.slow), (REDUCED, (24, 4, 4))]
+)
 def test_twist_converges_to_saint_venant(straight_tips, order, counts):
     """The published .03208 is 6 % under the series of Saint-Venant, as solids on fine meshes show."""
     found = straight_tips("regular", counts, order)[3]

@@ -3,10 +3,11 @@ import math
 import pytest
 
 from sensor.design.design_file import design_as_toml, design_from_mapping
-from sensor.design.leaves import TARGET_SCATTER, leaves_of, stiffness_per_K
+from sensor.design.leaves import TARGET_SCATTER, creep_of, leaves_of, stiffness_per_K
 from sensor.design.parameters import Design, Print
 from sensor.design.sheets import SHEETS
 from sensor.quantity import InputError
+from sensor.theory.strip_clamp import clamp_share
 from sensor.theory.two_spring_law import Springs
 
 SHEET = SHEETS["spring-steel"]
@@ -123,3 +124,16 @@ def test_springs_that_no_strip_has_are_refused():
     with pytest.raises(InputError) as refused:
         leaves_of(strips(), Springs(K_l=0.056, K_h=1e4))
     assert refused.value.field == "print.leaves"
+
+
+def test_strips_creep_by_what_clamps_them_only():
+    """A print of 5 % a decade makes strips, some 3 % of whose compliance lies in the clamps, creep by 0.15 %."""
+    design = strips()
+    leaves = leaves_of(design, SOFT)
+    process = design.process
+    assert creep_of(leaves_of(Design(), SOFT), process, (20.0, 10.0)) == process.creep
+    lengths = lengths_of(leaves)
+    shares = [clamp_share(length, give) for length, give in zip(lengths, leaves.gives_mm, strict=True)]
+    found = creep_of(leaves, process, lengths)
+    assert found.per_decade == pytest.approx(0.5 * sum(shares) * process.creep.per_decade)
+    assert 0.5 * (max(shares) - min(shares)) * process.creep.per_decade <= found.error < 0.1 * process.creep.per_decade

@@ -51,10 +51,31 @@ def test_print_that_may_have_no_leaf_or_no_modulus_left_is_refused(name, value):
     assert error.value.field == f"process fdm-petg.{name}"
 
 
+@pytest.mark.parametrize("name", ["creep_per_decade", "creep_scatter"])
+def test_creep_without_its_spread_is_refused(name):
+    with pytest.raises(InputError) as error:
+        dataclasses.replace(PROCESSES["fdm-petg"], **{name: None}, sources=without(name))
+    assert error.value.field == f"process fdm-petg.{name}"
+
+
+@each_process
+def test_plastics_creep_and_metals_do_not(process):
+    """By less than a tenth in a decade, known to no better than a quarter of it."""
+    if process.kind == "dmls":
+        assert (process.creep.exponent, process.creep.error) == (0.0, 0.0)
+    else:
+        assert 0.01 <= process.creep_per_decade <= 0.1
+        assert process.creep_scatter >= 0.25 * process.creep_per_decade
+
+
+def without(name):
+    """Return the sources of PETG but that of one number."""
+    return tuple(item for item in PROCESSES["fdm-petg"].sources if item[0] != name)
+
+
 def test_number_without_a_source_is_refused():
     petg = PROCESSES["fdm-petg"]
-    without = tuple(item for item in petg.sources if item[0] != "E_MPa")
-    for key, sources in (("E_MPa", without), ("colour", (*petg.sources, ("colour", "a guess")))):
+    for key, sources in (("E_MPa", without("E_MPa")), ("colour", (*petg.sources, ("colour", "a guess")))):
         with pytest.raises(InputError) as error:
             dataclasses.replace(petg, sources=sources)
         assert error.value.field == f"process fdm-petg.{key}"

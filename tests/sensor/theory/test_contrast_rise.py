@@ -11,7 +11,15 @@ from scipy.optimize import root
 from reference.ellipsoid_presses import Fruit, press, random_fruits, square
 from reference.stored_presses import STORED
 from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, smallest_root, stiffened_compliance
-from sensor.theory.contrast_rise import RiseError, RiseLaw, RiseSums, RisingPress, RollingDomes, rise_reading
+from sensor.theory.contrast_rise import (
+    MOST_LEFT_OUT_EACH,
+    RiseError,
+    RiseLaw,
+    RiseSums,
+    RisingPress,
+    RollingDomes,
+    rise_reading,
+)
 
 KINDS = ("low", "high", "low", "high")
 SQUARE = ((-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0))
@@ -274,6 +282,34 @@ def test_samples_after_the_deepest_are_left_out():
     assert reading(law, [*forces, yielding, 0.5 * yielding]) == reading(law, forces)
 
 
+@pytest.mark.parametrize("several", [1, 2])
+def test_moduli_without_a_bad_sample_are_right(several):
+    """Of an exact press any instrument gives E: that of the bad samples, which comes later, does not matter."""
+    law, forces = level_press(1.5, samples=12)
+    bad = forces.copy()
+    bad[9 : 9 + several, 3] *= 1.05
+    moduli = []
+    for rows in (forces, bad):
+        press = RisingPress(law, QUIET, lag=several)
+        for row in rows:
+            press.add(row)
+        moduli.append(np.array([*press.moduli_without(several)]))
+    exact, off = moduli
+    assert len(exact) == len(off) == 12 - several - several + 1
+    assert exact == pytest.approx(1.5, rel=1e-6)
+    assert off[9 - several] == pytest.approx(1.5, rel=1e-6)
+    assert np.abs(np.delete(off, range(9 - 2 * several + 1, 9)) / 1.5 - 1.0).min() > 1e-4
+
+
+def test_moduli_without_a_sample_are_told_of_few_samples():
+    for samples, told in ((MOST_LEFT_OUT_EACH + 1, MOST_LEFT_OUT_EACH), (MOST_LEFT_OUT_EACH + 2, 0)):
+        law, forces = level_press(1.5, samples=samples)
+        press = RisingPress(law, QUIET)
+        for row in forces:
+            press.add(row)
+        assert len([*press.moduli_without()]) == told
+
+
 @pytest.mark.parametrize("case", STORED["presses"], ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
 @pytest.mark.parametrize("with_saddle", [False, True])
 def test_reference_presses_are_read_with_no_shape_told(case, with_saddle):
@@ -326,7 +362,7 @@ def least_spread(law, forces, E, noises):
     return 3.0 / z / math.sqrt(information)
 
 
-@pytest.mark.parametrize("tilt", [0.0, 0.03])
+@pytest.mark.parametrize("tilt", [pytest.param(0.0, marks=pytest.mark.slow), 0.03])
 @pytest.mark.parametrize(("E", "noise"), [(0.5, 0.006), (3.5, 0.001), (3.5, 0.006)])
 def test_noise_leaves_no_bias_and_nearly_the_least_spread(E, noise, tilt):
     law, true = level_press(E, tilt=tilt)

@@ -11,7 +11,6 @@ ROUND_OFF = 1e-9
 C = np.diag([1.0 / 0.753, 1.0 / 17.3])  # of the paper's springs [mm/N]
 S = np.array([[0.8, 0.04], [0.04, 0.8]])
 S_DIFFERENCE = 0.76
-PRESSES = 1000
 
 
 def press(E, travels, lead=0.0, C=C):
@@ -63,9 +62,10 @@ def test_forces_of_another_sensor_are_refused():
     assert refused.value.flag == "out_of_range"
 
 
+@pytest.mark.parametrize("presses", [100, pytest.param(1000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("noise", [0.001, 0.005])
 @pytest.mark.parametrize("E", [0.5, 3.5])
-def test_noise_scatters_a_pair_as_told_near_the_bound_and_does_not_bias_it(E, noise):
+def test_noise_scatters_a_pair_as_told_near_the_bound_and_does_not_bias_it(E, noise, presses):
     """Noise over full scale. What is unbiased is the root of covariances, 1 / E; a line of y over x is not.
 
     The first of a hundred samples is an instrument alone, which costs 3 / 100 of the variance.
@@ -74,13 +74,13 @@ def test_noise_scatters_a_pair_as_told_near_the_bound_and_does_not_bias_it(E, no
     travels = np.linspace(0.1, 0.6, 100)
     exact = press(E, travels, 0.01)
     noises = noise * press(3.5, [0.6])[0]
-    softness, told = np.empty((2, PRESSES))
-    for index in range(PRESSES):
+    softness, told = np.empty((2, presses))
+    for index in range(presses):
         found = read(exact + noises * rng.normal(size=exact.shape), noises)
         softness[index] = E / found.E - 1.0
         told[index] = found.noise
     deviation = softness.std()
-    three_sigma = 3.0 / np.sqrt(PRESSES)
+    three_sigma = 3.0 / np.sqrt(presses)
     assert abs(softness.mean()) < three_sigma * deviation
     assert np.sqrt(np.mean(told**2)) == pytest.approx(deviation, rel=three_sigma / np.sqrt(2.0) + 0.01)
     above_bound = (deviation / least_deviation(E, travels, noises)) ** 2

@@ -30,6 +30,7 @@ def ball_press(law="neo-hooke", poisson=0.3):
     )
 
 
+@pytest.mark.slow
 def test_ball_between_plates_is_that_of_an_independent_code():
     curve = force_curve(ball_press())
     travels = 35.0 * np.array(list(INDEPENDENT))

@@ -33,7 +33,7 @@ def pressed(fruit=BLOCK, tilt=0.0, roll=0.0, springs=C):
 
 def test_tilt_and_roll_of_a_square_are_the_same_seen_from_its_sides(monkeypatch):
     """Mirrored at x = y, tips 0 and 2 stay, 1 and 3 change places, and tilt becomes roll."""
-    monkeypatch.setattr(solve.contact.scene_cells, "WHOLE_CELLS", (8, 12))
+    monkeypatch.setattr(solve.contact.scene_cells, "WHOLE_CELLS", (4, 6))
     tilted, rolled = pressed(SPHERE, tilt=2.0), pressed(SPHERE, roll=2.0)
     np.testing.assert_allclose(rolled.F[..., [0, 3, 2, 1]], tilted.F, rtol=SYMMETRY)
     assert tilted.info.method == "unilateral"

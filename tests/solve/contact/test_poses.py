@@ -111,6 +111,7 @@ def test_pose_off_the_face_of_a_dome_has_no_number_and_names_the_width():
     assert np.isfinite(alone(LEVEL, dataclasses.replace(GENTLE, side_mm=enough)).F).all()
 
 
+@pytest.mark.slow
 def test_line_of_flat_tips_in_many_poses_is_pressed_as_alone():
     """One coarse grid, moved with the sensor; alone on a finer grid of its own."""
     springs = spring_compliance(0.753, 17.3, 0.753)

@@ -78,7 +78,7 @@ def test_a_scene_outside_the_domain_is_refused(block_compliance):
 @pytest.mark.parametrize(
     "where",
     [
-        {"tilt": 5.0},
+        pytest.param({"tilt": 5.0}, marks=pytest.mark.slow),
         {"shape": "sphere"},
         pytest.param({"fillet_mm": 0.2}, marks=pytest.mark.slow),
         pytest.param({"fruit": SPHERE}, marks=pytest.mark.slow),

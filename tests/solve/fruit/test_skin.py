@@ -86,7 +86,7 @@ BLOCK = Fruit(length_mm=SIDE, width_mm=SIDE, skin_mm=0.3, skin_E_MPa=10.0)
 PIECE = Fruit(
     shape="sphere", radius_mm=35.0, thickness_mm=12.0, length_mm=SIDE, width_mm=SIDE, skin_mm=0.3, skin_E_MPa=10.0
 )
-SLOW = pytest.mark.slow
+SLOW, STUDY = pytest.mark.slow, pytest.mark.study
 
 
 @pytest.mark.parametrize(
@@ -102,8 +102,8 @@ SLOW = pytest.mark.slow
             (0.048538, 0.041792, 0.033738),
             id="block",
         ),
-        pytest.param(BLOCK, 1.2, (1.45863, 1.34567, 1.16666), (0.344543, 0.328706, 0.304476), id="wide", marks=SLOW),
-        pytest.param(PIECE, 1.2, (1.47566, 1.35205, 1.16708), (0.446200, 0.422954, 0.390030), id="both", marks=SLOW),
+        pytest.param(BLOCK, 1.2, (1.45863, 1.34567, 1.16666), (0.344543, 0.328706, 0.304476), id="wide", marks=STUDY),
+        pytest.param(PIECE, 1.2, (1.47566, 1.35205, 1.16708), (0.446200, 0.422954, 0.390030), id="both", marks=STUDY),
     ],
 )
 def test_round_tips_on_a_skin_are_as_stiff_as_graded_solids(fruit, radius, ratios, forces):

@@ -12,6 +12,7 @@ from stand_ins import CONTACT, result_of
 
 from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
+from sensor.design.processes import PROCESSES
 
 ROOT = Path(__file__).parents[4]
 GRAM = 9.80665e-3  # [N]
@@ -102,13 +103,38 @@ def test_calibrated_unit_is_taken_with_its_classes(paper, capsys, tmp_path, writ
     capsys.readouterr()
     assert main(["calibrate", paper.folder, weights, "--json"]) == 1
     answer = json.loads(capsys.readouterr().out)
-    assert answer["table"][0]["with_design_stiffness_percent"] == pytest.approx(-16.7, abs=0.1)
+    stiffer = 1.2 * answer["K_press_over_weighed"]
+    assert answer["K_press_over_weighed"] == pytest.approx(PROCESSES["fdm-petg"].creep.press_over_weighed(30.0, 3.0))
+    assert answer["table"][0]["with_design_stiffness_percent"] == pytest.approx(100.0 / stiffer - 100.0, abs=0.1)
     assert answer["K_N_per_m"] == pytest.approx((1.2e3 * paper.K).tolist())
     forces = ",".join(map(str, paper.forces(1.5, factor=1.2)))
     assert main(["read", paper.folder, "--unit", unit, "--forces", forces, "--json"]) == 0
     reading = json.loads(capsys.readouterr().out)
-    assert (reading["E_MPa"], reading["class"]) == (pytest.approx(1.5, rel=1e-3), "unripe")
+    pressed = 1.5 * answer["K_press_over_weighed"]  # by springs that did not creep
+    assert (reading["E_MPa"], reading["class"]) == (pytest.approx(pressed, rel=1e-3), "unripe")
     assert main(["calibrate", paper.folder, weights, "--out", unit]) == 2
+
+
+def test_time_of_the_weighing_is_taken_and_told(paper, capsys, written):
+    weights = written(paper.weights(1.2))
+    found = {}
+    for words in ([], ["--after", "30"], ["--after", "300"]):
+        assert main(["calibrate", paper.folder, weights, "--json", *words]) == 1
+        answer = json.loads(capsys.readouterr().out)
+        found[answer["weighed_after_s"]] = answer["K_press_over_weighed"]
+        assert answer["creep_of"] == "process"
+    assert found[300.0] / found[30.0] == pytest.approx(1.0 + PROCESSES["fdm-petg"].creep_per_decade)
+    assert main(["calibrate", paper.folder, weights]) == 1
+    assert "30 s after a weight was hung" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("table", ["coupon,weight_g,deflection_mm\n", "tip,weight_g,t_s,deflection_mm\nlow,0,5,0\n"])
+def test_a_time_that_has_no_place_is_refused(table, paper, capsys, written):
+    """Of a coupon, which tells no unit, and beside a column of times."""
+    rows = table + "low,10,5,0.1\nlow,20,5,0.2\nlow,30,5,0.3\n"
+    text = rows.replace(",5,", ",") if table.startswith("coupon") else rows
+    assert main(["calibrate", paper.folder, written(text), "--after", "20"]) == 2
+    assert capsys.readouterr().err.splitlines()[-1].startswith("pipeline: --after = ")
 
 
 def test_firmware_is_written_and_not_over_another_file(paper, capsys, tmp_path):

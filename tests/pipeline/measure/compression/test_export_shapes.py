@@ -5,7 +5,7 @@ import pytest
 from export_shapes import EXTRAS, FORCE, SHAPES, TIME, TRAVEL
 
 from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
-from pipeline.measure.measured_table import ColumnFlags
+from pipeline.measure.tables.headers import ColumnFlags
 
 
 @pytest.mark.parametrize("name", SHAPES)

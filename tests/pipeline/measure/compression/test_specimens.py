@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
-from pipeline.measure.measured_table import ColumnFlags
+from pipeline.measure.tables.headers import ColumnFlags
 from sensor.quantity import InputError
 
 TRAVEL = np.array([0.0, 0.5, 1.0, 1.5])  # [mm]

@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign, printed_by_header, random_pose
+from measured_units import MeasuredDesign, elastic, printed_by_header, random_pose
 
 from pipeline.cli import main
 from pipeline.measure.calibrating import plate as room
-from pipeline.measure.calibrating.calibration import WITHOUT_PLATE
+from pipeline.measure.calibrating.calibration import WITHOUT_PLATE, measured_print
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, readings_of
@@ -30,7 +30,7 @@ from sensor.quantity import InputError
 from solve.contact.poses import Pose
 
 GRAM = 9.80665e-3  # [N]
-UNITS = 300  # each with a fruit of its own; studies take more
+UNITS = 60  # each with a fruit of its own; studies take more
 COVERED = 0.95  # of the readings, within their bar
 DEPTHS = (*np.linspace(0.025, 1.0, 40).tolist(), 1.0, 0.8)  # of the travel: into the fruit, and out again
 AGREES = 1e-5
@@ -202,8 +202,9 @@ def covered(measured, rng, calibrate, with_plate=False, units=UNITS):
 @pytest.mark.parametrize("units", [UNITS, pytest.param(1000, marks=pytest.mark.study)])
 @pytest.mark.parametrize("with_plate", [False, True])
 def test_readings_lie_inside_their_bar(with_plate, units, mango, rng, calibrate):
-    """Each unit is calibrated by weights, or by a plate too, and presses a fruit of its own."""
-    assert covered(mango, rng, calibrate, with_plate, units) >= COVERED
+    """Each unit is calibrated by weights, or by a plate too, and presses a fruit of its own; few to three sigma."""
+    by_chance = 3.0 * np.sqrt(COVERED * (1.0 - COVERED) / units) if units < 1000 else 0.0
+    assert covered(mango, rng, calibrate, with_plate, units) >= COVERED - by_chance
 
 
 def test_a_plate_takes_off_what_a_dial_is_wrong_by(mango, rng, calibrate):
@@ -219,7 +220,7 @@ def test_a_plate_takes_off_what_a_dial_is_wrong_by(mango, rng, calibrate):
     rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, E, factors))])
     readings = []
     for calibration in (calibrate(mango.report, table), calibrate(mango.report, table, plate)):
-        readings += read(MeasuringUnit(report=mango.report, unit=calibration.unit), rows)
+        readings += read(MeasuringUnit(report=mango.report, unit=elastic(calibration.unit)), rows)
     by_weights, by_plate = readings
     assert abs(by_weights.E / E - 1.0) > 0.06
     assert by_weights.u < abs(by_weights.E / E - 1.0)  # what a dial hides is in no bar
@@ -390,6 +391,76 @@ def test_counts_that_tell_no_force_are_refused(mango, rng, calibrate):
     assert pytest.approx(1.5, rel=0.05) == read(sensor, rows)[0].E
 
 
+HALF = 2**23
+UNSIGNED = {"without sign": lambda count: count % (2 * HALF), "offset": lambda count: count + HALF}
+"""Counts of 24 bits as a log without a sign has them, by the name of their code."""
+
+
+def coded(text, code, first):
+    """Return a table whose counts, from the column `first` on, are written by a code."""
+    head, *rows = [line.split(",") for line in text.splitlines()]
+    rows = [[*row[:first], *(str(UNSIGNED[code](int(cell))) for cell in row[first:])] for row in rows]
+    return "\n".join(map(",".join, [head, *rows]))
+
+
+@pytest.mark.parametrize("zero", [(-2e5, -3e5, 1e5, -1e5), (1e5, 1e5, 1e5, 1e5)])
+@pytest.mark.parametrize("code", UNSIGNED)
+def test_unsigned_counts_are_read_as_signed_ones(code, zero, mango, rng, calibrate):
+    """Of weights, plate and press: where channels pass 0 or the middle of the range, and where none does."""
+    electronics = Electronics(mango, rng)
+    electronics.zero = np.array(zero)
+    tables = weights(mango, 1.0, electronics), plate_press(mango, 1.0, electronics)
+    unit = calibrate(mango.report, *tables).unit
+    assert calibrate(mango.report, coded(tables[0], code, 3), coded(tables[1], code, 1)).unit == unit
+    sensor = MeasuringUnit(report=mango.report, unit=unit)
+    rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, 1.5))])
+    unsigned = UNSIGNED[code](rows)
+    told = []
+    (found,) = readings_of(sensor, Signal(signal_of(unsigned), "press.csv", 4), say=told.append)
+    (expected,) = read(sensor, rows)
+    assert (found.E, found.u) == (expected.E, expected.u)
+    assert len(told) == (unsigned != rows).any()
+    tare, last = unsigned[:TARE_SAMPLES].mean(axis=0).tolist(), unsigned[-1].tolist()
+    if code == "offset":  # counts of a free sensor that passes 0 have no mean without their sign
+        of_signed = forces_of_counts(sensor, rows[-1].tolist(), rows[:TARE_SAMPLES].mean(axis=0).tolist())
+        assert forces_of_counts(sensor, last, tare) == pytest.approx(of_signed, rel=1e-12)
+
+
+def test_counts_are_refused_where_their_code_is_not_sure(mango, rng, calibrate):
+    """A free sensor far from 0, one count of another kind, and a sign after counts without one."""
+    electronics = Electronics(mango, rng)
+    electronics.zero = np.full(4, -3e6)  # no load of this table brings a channel up to 0
+    with pytest.raises(InputError):
+        calibrate(mango.report, coded(weights(mango, 1.0, electronics), "without sign", 3))
+    electronics.zero = np.full(4, 1e5)
+    plain = weights(mango, 1.0, electronics)
+    *rows, last = plain.splitlines()
+    with pytest.raises(InputError):
+        calibrate(mango.report, "\n".join([*rows, f"{last.rpartition(',')[0]},9000000"]))
+    sensor = MeasuringUnit(report=mango.report, unit=calibrate(mango.report, plain).unit)
+    press = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, 1.5))])
+    for wrong in ((9000000,), (-20, 9000000), (16777210, -20), (40000000,)):
+        bad = press.copy()
+        bad[12 : 12 + len(wrong), 1] = wrong
+        with pytest.raises(InputError) as refused:
+            read(sensor, bad)
+        assert "line" in refused.value.field
+
+
+@pytest.mark.parametrize("code", UNSIGNED)
+def test_a_table_says_what_its_counts_were_read_as(code, mango, rng, tmp_path):
+    electronics = Electronics(mango, rng)
+    path = tmp_path / "counts.csv"
+    table = weights(mango, 1.0, electronics)
+    path.write_text(table, encoding="utf-8")
+    plain = measured_print(path, mango.report)
+    path.write_text(coded(table, code, 3), encoding="utf-8")
+    found = measured_print(path, mango.report)
+    zero = {"without sign": f"{2 * HALF - 1} is -1", "offset": f"{HALF} is 0"}[code]
+    assert found.understood.startswith(plain.understood)
+    assert found.understood.endswith(zero)
+
+
 def in_c(folder, sensor, rows):
     """Return modulus and flags that the compiled header prints for rows of counts."""
     program = MAIN
@@ -403,9 +474,8 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
     measured = request.getfixturevalue(name)
     factors = np.array(measured.design.tips.each(1.19, 1.11))
     electronics = Electronics(measured, rng)
-    sensor = MeasuringUnit(
-        report=measured.report, unit=calibrate(measured.report, weights(measured, factors, electronics)).unit
-    )
+    unit = calibrate(measured.report, weights(measured, factors, electronics)).unit
+    sensor = MeasuringUnit(report=measured.report, unit=elastic(unit))
     script = tmp_path / "unit.py"
     script.write_text(micropython(sensor), encoding="utf-8")
     module = runpy.run_path(str(script))

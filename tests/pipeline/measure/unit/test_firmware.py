@@ -79,7 +79,7 @@ def both(sensor, rows, tmp_path):
     return (expected.E, bits(expected.flags)), (E, flags)
 
 
-@pytest.mark.parametrize("samples", [10, 1000])
+@pytest.mark.parametrize("samples", [pytest.param(10, marks=pytest.mark.slow), 1000])
 def test_press_of_a_square_agrees_sample_for_sample(samples, mango, rng, tmp_path, in_c):
     """Random poses and heights, there and back, with noise and air beside; single precision over a thousand samples."""
     sensor = mango.measuring(FACTORS["mango"])
@@ -192,7 +192,7 @@ def pair(request):
     return request.getfixturevalue(request.param)
 
 
-@pytest.mark.parametrize("samples", [10, 1000])
+@pytest.mark.parametrize("samples", [10, pytest.param(1000, marks=pytest.mark.slow)])
 def test_press_of_a_pair_agrees_sample_for_sample(samples, pair, rng, tmp_path, in_c):
     """Random tilts, there and back, with noise and air beside; of tips that lean the part in which they are seated."""
     sensor = pair.measuring(FACTORS["paper"])

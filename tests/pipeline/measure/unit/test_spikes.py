@@ -11,6 +11,7 @@ import pytest
 from measured_units import random_pose, read_in_c, read_press
 
 from pipeline.measure.unit.firmware import micropython
+from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.signals import Signal, force_keys
 from pipeline.measure.unit.spikes import LARGEST_RESIDUAL, SpikeFilter
@@ -109,16 +110,21 @@ def hands(solved_hands):
     return solved_hands
 
 
-@pytest.mark.parametrize("presses", [60, pytest.param(1000, marks=pytest.mark.study)])
+FEW = (12, 25)  # samples of a quick press, the last one left out
+NUMBERS = [(60, False), *(pytest.param(1000, few, marks=pytest.mark.study) for few in (False, True))]
+
+
+@pytest.mark.parametrize(("presses", "few"), NUMBERS)
 @pytest.mark.parametrize("name", ["paper", "mango"])
-def test_one_bad_sample_moves_a_press_by_less_than_its_bar(name, presses, hands):
+def test_one_bad_sample_moves_a_press_by_less_than_its_bar(name, presses, few, hands):
     """Or the press is refused: by its line, or without a modulus. Two in a hundred are three deviations of sixty."""
     hand = hands[name]
     held = []
     while len(held) < presses:
-        rows = hand.press()
+        rows = hand.press(int(hand.rng.integers(*FEW)) if few else None)
         (clean,) = hand.read(rows)
-        if clean.E is None:
+        firm = (rows > 2.0 * hand.sensor.least_forces).all(axis=1)
+        if clean.E is None or not firm.any():
             continue
         bad, _ = hand.spoilt(rows)
         try:
@@ -131,15 +137,47 @@ def test_one_bad_sample_moves_a_press_by_less_than_its_bar(name, presses, hands)
     assert 1.0 - np.mean(held) <= allowed
 
 
-@pytest.mark.parametrize("presses", [60, pytest.param(1000, marks=pytest.mark.study)])
+@pytest.mark.parametrize(("presses", "few"), NUMBERS)
 @pytest.mark.parametrize("name", ["paper", "mango"])
-def test_clean_presses_lose_no_sample(name, presses, hands):
-    """A sample is lost once in 1.7 million by normal noise: none is here, and every press is one."""
+def test_clean_presses_lose_no_sample(name, presses, few, hands):
+    """A sample is lost once in 1.7 million by normal noise: none is here, and every press is one.
+
+    Nor do they hang on one sample: of few ones one in some hundreds may.
+    """
     hand = hands[name]
+    hanging = 0
     for _ in range(presses):
-        (reading,) = hand.read(hand.press())
+        (reading,) = hand.read(hand.press(int(hand.rng.integers(*FEW)) if few else None))
         assert reading.lines_left_out == ()
         assert "spike" not in reading.flags
+        hanging += "one_sample" in reading.flags
+    assert hanging <= (0.005 * presses if few else 0)
+
+
+def test_a_press_that_hangs_on_one_sample_says_so(hands):
+    """One sample of a quick press is 5 % off: too few others tell which; the bar holds what it is without it."""
+    hand = hands["mango"]
+    found = set()
+    for _ in range(12):
+        rows = hand.press(14)
+        (clean,) = hand.read(rows)
+        bad = rows.copy()
+        bad[rows.sum(axis=1).argmax() - 1, 1] *= 1.05
+        (reading,) = hand.read(bad)
+        if clean.E is None or reading.E is None or reading.lines_left_out:
+            continue
+        found.add("one_sample" in reading.flags)
+        assert abs(reading.E / clean.E - 1.0) <= reading.u
+    assert True in found
+
+
+def test_the_bar_of_a_press_that_hangs_on_one_sample_holds_both_readings():
+    reading = FruitReading(E=1.0, u=0.2, noise=0.1)
+    assert reading.with_shift(0.2) is reading
+    wider = reading.with_shift(0.25)
+    assert (wider.u, wider.noise, wider.flags) == (0.45, 0.1, ("one_sample",))
+    assert reading.with_shift(1.0).flags == ("uncertain", "one_sample")
+    assert FruitReading().with_shift(1.0) == FruitReading()
 
 
 def test_a_clean_press_is_read_to_the_last_digit(hands):
@@ -187,7 +225,7 @@ def test_a_lost_zero_splits_no_press(hands):
 def test_noise_at_the_first_touch_splits_no_press(hands):
     """Slow presses with noise of 0.5 % of full scale, whose tips hover at the least force of a touch."""
     hand = hands["paper"]
-    for _ in range(20):
+    for _ in range(6):
         rows = hand.press(250)
         assert len(hand.read(rows)) == 1
 

@@ -16,7 +16,7 @@ from stand_ins import result_of
 from pipeline.options import load_design
 from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
-from pipeline.report.page.answer import answer_of, scene_in_words
+from pipeline.report.page.answer import answer_of, closest_to_limit, scene_in_words
 from pipeline.report.page.page import _pressure_profile, dome_pressure, flat_pressure, page_of
 from pipeline.report.page.template import finite
 from pipeline.report.report import read_data
@@ -153,6 +153,17 @@ def test_first_tile_is_that_of_a_verdict_that_failed(flat_page):
     page = page_of(report, flat_page.result, flat_page.folder)
     tiles = re.findall(r"<dt>(.*?)</dt>", page)
     assert [tile.replace("<wbr>", "") for tile in tiles] == ["bruise", "P_max", "K_l"]
+
+
+def test_closest_to_its_limit():
+    """Of one-sided limits the one that is taken most: 0.9 of at most, 0.8 of at least; no target, no failure."""
+    bias = planted("reading.bias", value=0.045, limit=0.05, passed=True)
+    fillets = planted("geometry.fillets", value=5.0, limit=4.0, passed=True)
+    others = [planted("bruise", passed=False), planted("K_l", value=1.0, tolerance=0.1, passed=True)]
+    found = closest_to_limit([*others, fillets, bias])
+    assert found is not None
+    assert (found.verdict, found.fraction) == (bias, pytest.approx(0.9))
+    assert closest_to_limit(others) is None
 
 
 def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat_page):

@@ -103,8 +103,8 @@ def pair_over_noise(result, F):
     ("name", "changes"),
     [
         ("paper", {}),
-        ("paper", {"press.tilt_deg": 1.0}),
-        ("mango", {}),
+        pytest.param("paper", {"press.tilt_deg": 1.0}, marks=pytest.mark.study),
+        pytest.param("mango", {}, marks=pytest.mark.study),
         pytest.param("kiwi", {}, marks=pytest.mark.study),
         pytest.param("docs/examples/fouly.toml", {}, marks=pytest.mark.study),
     ],
@@ -236,6 +236,7 @@ def test_sliders_end_where_the_tables_do(flat_page):
     assert all(ends[key][0] <= data["start"][key] <= ends[key][1] for key in ends)
 
 
+@pytest.mark.slow
 def test_tip_that_is_off_has_no_reading():
     """A tilt of 3 degrees lifts a tip by 8 mm times tan 3 = 0.4 mm over the other: it is off at the first travel."""
     result = result_of(Design(press=Press(tilt_deg=3.0)))

@@ -12,7 +12,7 @@ sideways compliance makes of the bias, up to 0.022 of these designs."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["kiwi", "mango"])
+@pytest.mark.parametrize("name", ["kiwi", pytest.param("mango", marks=pytest.mark.study)])
 def test_bias_of_small_domes_is_that_of_fitted_springs(name):
     """Without the sideways compliance the bias of `kiwi` is 0.022 too low."""
     design = load_design(name)

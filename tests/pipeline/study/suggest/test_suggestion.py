@@ -107,7 +107,7 @@ def test_search_without_keys_or_without_budget_finds_nothing(fixed, budget):
     ("preset", "settings"),
     [
         ("paper", {"press.tilt_deg": 1.0}),
-        ("paper", {"tips.shape": "sphere", "tips.socket": "pin"}),
+        pytest.param("paper", {"tips.shape": "sphere", "tips.socket": "pin"}, marks=pytest.mark.study),
         pytest.param("mango", {"readout.noise_um": 4.0}, marks=pytest.mark.study),
     ],
 )

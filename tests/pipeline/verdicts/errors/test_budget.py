@@ -338,7 +338,7 @@ def test_mounts_that_are_not_solved_count_by_a_bound_that_moves_P_most():
 
 def test_bound_of_mounts_is_the_largest_change_of_its_page_with_a_margin_of_a_quarter():
     """Rounded up to 1e-4; the two digits of the page hide up to 5e-5 of a change."""
-    page = (Path(__file__).parents[4] / "docs" / "other-mounts.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[4] / "docs" / "measurements.md").read_text(encoding="utf-8")
     largest = re.search(r"^- largest by any other mount: K_l (\S+) %, K_h (\S+) %$", page, re.MULTILINE)
     margin = np.abs(LARGEST_MOUNT_CHANGES) - 1.25 * 0.01 * np.array(largest.groups(), dtype=float)
     assert margin.min() >= 0.0

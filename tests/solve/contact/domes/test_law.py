@@ -27,6 +27,7 @@ from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.split import split_compliance
 from solve.halfspace.layered import Layer, round_contact
+from solve.linear import SolveError
 
 POISSON, DOME = 0.3, 2.0
 E = np.array([1.0, 3.5])
@@ -194,7 +195,7 @@ def test_square_is_the_same_seen_from_its_sides():
     np.testing.assert_allclose(rolled.F[:, [0, 3, 2, 1]], tilted.F, rtol=1e-9)
 
 
-@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.4, 0.3)])
+@pytest.mark.parametrize("tilt", [pytest.param((0.0, 0.0), marks=pytest.mark.slow), (0.4, 0.3)])
 def test_contact_cells_find_the_same_forces(tilt):
     """Within both bars: the law's, and twice the step from the coarse to the fine cells."""
     posed = scene(*tilt)
@@ -324,6 +325,22 @@ def contrast_of(level):
         S=found.S.tolist(),
         hertz=found.hertz,
     )
+
+
+def test_contrast_is_refused_where_a_dome_is_off_at_full_travel():
+    """On a ball the middle tip of a line touches first: at less travel than the outer ones fall, these are off."""
+    level = level_domes()
+    tips = dataclasses.replace(level.tips, layout="line", order="LHL", outer_mm=0.0)
+    fall = level.fruit.fall_mm(*tips.places_mm[0])
+    springs = SPRINGS[:3, :3]
+    deep, shallow = (
+        dataclasses.replace(level, tips=tips, press=dataclasses.replace(level.press, travel_mm=share * fall))
+        for share in (3.0, 0.5)
+    )
+    found = dome_contrast(deep, compliance(level.fruit, tips), springs, 1.0)
+    assert np.isfinite(found.hertz)
+    with pytest.raises(SolveError):
+        dome_contrast(shallow, compliance(level.fruit, tips), springs, 1.0)
 
 
 def test_contrast_of_level_domes_reads_the_modulus():

@@ -1,0 +1,46 @@
+"""The least distance of two bodies that stand apart, from the few pairs of faces whose boxes are near each other."""
+
+import cadquery as cq
+import numpy as np
+
+from sensor.arrays import Floats
+
+_ROUND_OFF = 1e-9  # [mm] of a box: a pair that is farther apart by this can be no nearer
+
+
+def least_distance(first: cq.Shape, second: cq.Shape) -> float:
+    """Return the least distance between two shapes [mm], 0 where they cross or one lies in the other.
+
+    Pairs of faces are measured from those whose boxes are nearest on, until the next boxes are farther apart than the
+    least distance so far: the kernel measures every pair that might count, whichever is nearest.
+    """
+    if _lies_in(first, second) or _lies_in(second, first):
+        return 0.0
+    faces = first.Faces()
+    others = second.Faces()
+    gaps = _gaps(_boxes(faces), _boxes(others))
+    least = np.inf
+    for pair in np.argsort(gaps, axis=None, kind="stable").tolist():
+        i, j = divmod(pair, len(others))
+        if gaps[i, j] >= least - _ROUND_OFF:
+            break
+        least = min(least, faces[i].distance(others[j]))
+    return float(least)
+
+
+def _lies_in(shape: cq.Shape, other: cq.Shape) -> bool:
+    """Say whether a corner of a shape lies in a solid of another."""
+    corner = shape.Vertices()[0].Center()
+    return any(solid.isInside(corner) for solid in other.Solids())
+
+
+def _boxes(faces: list[cq.Face]) -> Floats:
+    """Return the least and the largest x, y and z of faces [mm], shape (faces, 2, 3)."""
+    boxes = [face.BoundingBox() for face in faces]
+    return np.array([[(box.xmin, box.ymin, box.zmin), (box.xmax, box.ymax, box.zmax)] for box in boxes])
+
+
+def _gaps(boxes: Floats, others: Floats) -> Floats:
+    """Return the distances between boxes, both as `_boxes` gives them, shape (boxes, others) [mm]."""
+    beyond = np.maximum(others[None, :, 0] - boxes[:, None, 1], boxes[:, None, 0] - others[None, :, 1])
+    return np.asarray(np.linalg.norm(np.maximum(beyond, 0.0), axis=2))

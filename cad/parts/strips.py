@@ -1,0 +1,120 @@
+"""Leaves of sheet and the printed bodies that they are glued into: strips, and a frame and two shuttles with slots.
+
+The solid of a housing with strips is what print, glue and strips fill together. Its printed bodies are what a cut along
+the leaves leaves of it: the cut is as wide as a slot, and reaches from the end of one slot to that of the other.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cadquery as cq
+
+from cad.parts.housing import Arm, Housing, Strip
+from cad.parts.part import NEAR_MM
+
+FRAME = "frame"
+_REACH = 1.0  # [mm] of a cut beyond the plate
+_CUT_MM = 1.0  # of sheet that a cut takes
+
+
+@dataclass(frozen=True, kw_only=True)
+class CutStrip:
+    """Strips of one spring as they are cut from sheet: their count in a sensor, and their size [mm]."""
+
+    spring: str
+    count: int
+    length: float
+    width: float
+    thickness: float
+
+    @property
+    def size(self) -> str:
+        """Return length, width and thickness as text [mm], the length to 0.1 mm."""
+        return f"{self.length:.1f} x {self.width:g} x {self.thickness:g}"
+
+
+def shuttle_name(arm: Arm) -> str:
+    """Return the name of the shuttle of an arm as a printed body."""
+    return f"{arm.name} shuttle"
+
+
+def printed_bodies(shape: cq.Shape, housing: Housing) -> dict[str, cq.Shape]:
+    """Return by name the bodies that are printed of the solid of a housing [mm]: itself where its leaves are printed.
+
+    With strips they are the frame and both shuttles. Raises ValueError where the cut leaves other bodies than these.
+    """
+    if not housing.strips:
+        return {"housing": shape}
+    pieces = shape.cut(*[_slot_cut(strip, housing) for strip in housing.strips]).Solids()
+    names = [FRAME, *(shuttle_name(arm) for arm in housing.arms)]
+    if len(pieces) != len(names):
+        msg = f"slots leave {len(pieces)} printed bodies, must be {len(names)}: {', '.join(names)}"
+        raise ValueError(msg)
+    frame, *shuttles = sorted(pieces, key=lambda piece: -float(piece.BoundingBox().xlen))
+    shuttles.sort(key=lambda piece: float(piece.Center().x))
+    return dict(zip(names, (frame, *shuttles), strict=True))
+
+
+def _slot_cut(strip: Strip, housing: Housing) -> cq.Shape:
+    """Return the box from the end of one slot of a strip to that of the other, as wide as they are [mm]."""
+    (first, (foot, top)), (last, _) = strip.slots
+    depth = housing.depth + 2.0 * _REACH
+    return cq.Solid.makeBox(last[1] - first[0], depth, top - foot, cq.Vector(first[0], -0.5 * depth, foot))
+
+
+def strip_shapes(housing: Housing) -> dict[str, cq.Shape]:
+    """Return by name the strips of a housing in their places [mm]; those of one spring are one shape, placed twice."""
+    shapes = {}
+    for arm in housing.arms:
+        blank: cq.Shape | None = None
+        for strip in arm.strips:
+            thickness = arm.flexure.thickness
+            if blank is None:
+                corner = cq.Vector(-0.5 * strip.length, -0.5 * housing.depth, -0.5 * thickness)
+                blank = cq.Solid.makeBox(strip.length, housing.depth, thickness, corner)
+            middle = cq.Vector(0.5 * sum(strip.x), 0.0, 0.5 * sum(strip.z))
+            shapes[strip.name] = blank.moved(cq.Location(middle))
+    return shapes
+
+
+def cut_strips(housing: Housing) -> tuple[CutStrip, ...]:
+    """Return the strips of a sensor as they are cut, those of the low spring first; none where leaves are printed."""
+    plates = 2 if housing.back_to_back else 1
+    return tuple(
+        CutStrip(
+            spring=arm.name,
+            count=plates * len(arm.strips),
+            length=arm.strips[0].length,
+            width=housing.depth,
+            thickness=arm.flexure.thickness,
+        )
+        for arm in housing.arms
+        if arm.strips
+    )
+
+
+def glue_volume(housing: Housing) -> float:
+    """Return the volume of the glue in all slots of a sensor [mm^3]."""
+    volume = 0.0
+    for strip in housing.strips:
+        for (start, end), (foot, top) in strip.slots:
+            held = min(end, strip.x[1]) - max(start, strip.x[0])
+            volume += housing.depth * ((end - start) * (top - foot) - held * (strip.z[1] - strip.z[0]))
+    return (2.0 if housing.back_to_back else 1.0) * volume
+
+
+def length_of_stock(strips: CutStrip, stock_width: float) -> float:
+    """Return the length of a piece of sheet of a width [mm] that yields the strips, with what the cuts take [mm].
+
+    Infinite where the strips are wider.
+    """
+    across = math.floor((stock_width + NEAR_MM) / strips.width)
+    return math.ceil(strips.count / across) * (strips.length + _CUT_MM) if across else math.inf
+
+
+def pieces_of_stock(strips: CutStrip, stock: tuple[float, float]) -> int:
+    """Return how many strips a piece of sheet of a width and length [mm] yields, their length along its length."""
+    across = math.floor((stock[0] + NEAR_MM) / strips.width)
+    return across * math.floor((stock[1] + NEAR_MM) / strips.length)

@@ -1,0 +1,27 @@
+"""A study as a table: many designs around one, each solved once, and its columns in NumPy.
+
+The study in springs.toml tries other targets in every process. `pandas.read_csv` reads the same file.
+"""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+STUDY = Path(__file__).with_name("springs.toml")
+OUT = Path("outputs/springs")
+TABLE = Path("outputs/springs.csv")
+
+command = [sys.executable, "-m", "pipeline", "study", STUDY, "--out", OUT, "--export", TABLE, "--force"]
+subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+table = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars="")
+print(f"{len(table)} designs, columns: {', '.join(table.dtype.names)}\n")
+process = table["print.process"]
+length = table["verdicts.printable.low.value"]  # [mm] of the leaves of the low spring
+printable = table["verdicts.printable.low.passed"] & table["verdicts.printable.high.passed"]
+for name in np.unique(process):
+    rows = process == name
+    made = f"{np.sum(rows & printable):2} of {rows.sum()} can be printed"
+    print(f"{name:12} {made}, low leaves {length[rows].min():.1f} to {length[rows].max():.1f} mm")

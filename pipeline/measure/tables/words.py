@@ -1,0 +1,14 @@
+"""The words of headers and units, in the languages of words.toml."""
+
+import tomllib
+import unicodedata
+from pathlib import Path
+
+WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
+"""The words of headers and units: words.toml."""
+FOREIGN_WORDS = {
+    unicodedata.normalize("NFKC", word).casefold()
+    for words in (*WORDS["words"].values(), *WORDS["units"].values())
+    for word in words
+    if not word.isascii()
+}

@@ -1,0 +1,26 @@
+"""The least distance of two shapes against formulas, also where one lies in the other."""
+
+import math
+
+import cadquery as cq
+import pytest
+
+from cad.checks.near_faces import least_distance
+
+BOX = cq.Solid.makeBox(1.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("other", "distance"),
+    [
+        (cq.Solid.makeSphere(1.0, cq.Vector(5.0, 0.5, 0.5)), 3.0),
+        (cq.Solid.makeBox(1.0, 1.0, 1.0, cq.Vector(2.0, 2.0, 2.0)), math.sqrt(3.0)),
+        (cq.Solid.makeBox(1.0, 1.0, 1.0, cq.Vector(0.5, 0.5, 0.5)), 0.0),
+        (cq.Solid.makeBox(9.0, 9.0, 9.0, cq.Vector(-4.0, -4.0, -4.0)), 0.0),
+        (cq.Compound.makeCompound([cq.Solid.makeCone(1.0, 0.0, 1.0, cq.Vector(0.5, 0.5, -3.0))]), 2.0),
+    ],
+    ids=["ball", "corner", "crossing", "around", "cone"],
+)
+def test_least_distance_is_that_of_a_formula(other: cq.Shape, distance: float) -> None:
+    assert least_distance(BOX, other) == pytest.approx(distance, abs=1e-9)  # the kernel's own tolerance is 1e-7
+    assert least_distance(other, BOX) == pytest.approx(distance, abs=1e-9)

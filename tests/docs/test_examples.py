@@ -1,0 +1,43 @@
+"""The scripts in examples run, use public names alone, and print what docs/gallery.md shows."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+from scripts import loaded_script
+
+import twintip
+
+ROOT = Path(__file__).parents[2]
+GALLERY = loaded_script(ROOT / "docs" / "gallery.py")
+QUICK = ("two_spring_law",)
+OWN_PACKAGES = {"sensor", "cad", "mesh", "solve", "pipeline", "reference", "tests"}
+
+
+def test_gallery_has_every_example():
+    assert sorted(GALLERY.ORDER) == sorted(path.stem for path in (ROOT / "examples").glob("*.py"))
+    assert len(GALLERY.ORDER) == 10
+    assert len(re.findall("^## ", GALLERY.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)) == 10
+
+
+@pytest.mark.parametrize("name", GALLERY.ORDER)
+def test_example_uses_public_names_alone(name):
+    tree = ast.parse((ROOT / "examples" / f"{name}.py").read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        imported = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        imported += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        assert OWN_PACKAGES.isdisjoint(module.partition(".")[0] for module in imported)
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "twintip":
+            assert node.attr in twintip.__all__
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in GALLERY.ORDER]
+)
+def test_example_prints_what_the_gallery_shows(name, tmp_path):
+    """The numbers have few digits, so that round-off of another machine does not show."""
+    shown = GALLERY.PAGE.read_text(encoding="utf-8")
+    assert GALLERY.section(name, GALLERY.printed_by(name, tmp_path)) in shown
+    if name in GALLERY.PICTURES:
+        assert (tmp_path / "outputs" / GALLERY.PICTURES[name]).stat().st_size > 0

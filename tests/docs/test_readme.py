@@ -1,0 +1,42 @@
+"""README.md: `make run` prints the answer that it shows, and code hosts render its tables, picture and links."""
+
+import re
+from pathlib import Path
+
+import pytest
+from markdown_it import MarkdownIt
+
+from pipeline.cli import main
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e-?\d+)?")
+ROUND_OFF = 2e-3  # of a number: meshes and sums differ from processor to processor by less
+
+
+def told(text):
+    """Return the words of an answer without its frames, and its numbers."""
+    plain = " ".join(re.sub(r"[│┃━─┏┓┡┩├┤└┘┬┴┼╇┳╈]+", " ", text).split())
+    return NUMBER.sub("N", plain), [float(number) for number in NUMBER.findall(plain)]
+
+
+@pytest.mark.slow
+def test_answer_is_what_the_command_prints(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "--nl", "0.05"]) == 0
+    shown = re.search(r"<!-- answer of make run -->\n```text\n(.+?)^```", README, flags=re.MULTILINE | re.DOTALL)
+    assert shown is not None
+    words, numbers = told(shown[1])
+    printed_words, printed = told(capsys.readouterr().out)
+    assert printed_words == words
+    assert printed == pytest.approx(numbers, rel=ROUND_OFF, abs=1e-9)
+
+
+def test_code_hosts_render_it():
+    """By the grammar that they share, CommonMark with tables: no row and no link is left as text."""
+    tokens = MarkdownIt("commonmark").enable("table").parse(README)
+    kinds = [token.type for token in tokens]
+    assert kinds.count("table_open") == len(re.findall(r"^\|[-|]+\|$", README, flags=re.MULTILINE)) > 1
+    inline = [child for token in tokens if token.children for child in token.children]
+    assert [child.content for child in inline if child.type == "text" and re.search(r"\]\(|^\|", child.content)] == []
+    assert sum(child.type == "image" for child in inline) == 1
