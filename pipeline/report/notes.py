@@ -70,7 +70,7 @@ def _strips(result: SensorResult) -> Note:
     """Return the note on strips of sheet: what they are, how well they are known, and what a bad clamp would lose."""
     springs = result.springs
     leaves = springs.leaves
-    lengths = [spring.printable.length_mm for spring in springs.springs]
+    lengths = springs.leaf_lengths
     sizes = [sizes for _, sizes in leaves.causes(lengths)]
     scatters = [100.0 * math.hypot(*of_spring) for of_spring in zip(*sizes, strict=True)]
     lost = [

@@ -22,7 +22,7 @@ from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
 from sensor.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
-from sensor.design.leaves import Leaves, leaf_creep, leaves_of
+from sensor.design.leaves import Leaves, creep_of, leaves_of
 from sensor.design.parameters import Design
 from sensor.quantity import InputError, report_field, validation_error
 from sensor.theory.creep import CreepLaw
@@ -496,7 +496,7 @@ class Report:
     @property
     def creep(self) -> CreepLaw:
         """Return the creep of the springs as they are made."""
-        return leaf_creep(self.leaves, self.design.process, self.leaf_lengths)
+        return creep_of(self.leaves, self.design.process, self.leaf_lengths)
 
     @property
     def moduli(self) -> tuple[ModulusReport, ...]:

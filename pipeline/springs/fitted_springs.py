@@ -19,7 +19,7 @@ from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from sensor.arrays import Floats
-from sensor.design.leaves import Leaves, leaf_creep, leaves_of
+from sensor.design.leaves import Leaves, creep_of, leaves_of
 from sensor.design.parameters import Design
 from sensor.design.printability import Printable, check_printable
 from sensor.design.processes import Process
@@ -127,9 +127,14 @@ class FittedSprings(Record):
         return tuple(spring.error for spring in self.springs)
 
     @property
+    def leaf_lengths(self) -> tuple[float, ...]:
+        """Return the lengths of the leaves, free ones of strips, solved or by the beam law [mm]."""
+        return tuple(spring.printable.length_mm for spring in self.springs)
+
+    @property
     def creep(self) -> CreepLaw:
         """Return the creep of the springs."""
-        return leaf_creep(self.leaves, self.process, [spring.printable.length_mm for spring in self.springs])
+        return creep_of(self.leaves, self.process, self.leaf_lengths)
 
     @property
     def per_spring(self) -> "FittedSprings":

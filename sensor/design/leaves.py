@@ -258,14 +258,16 @@ def stiffness_per_K(leaves: Leaves, process: Process, lengths: Sequence[float]) 
     return max(changes, key=abs)
 
 
-def leaf_creep(leaves: Leaves, process: Process, lengths: Sequence[float]) -> CreepLaw:
-    """Return the creep of a spring, for the lengths of its leaves [mm].
+def creep_of(leaves: Leaves, process: Process, lengths: Sequence[float]) -> CreepLaw:
+    """Return the creep of springs by the free lengths of their leaves [mm], low first.
 
-    Steel does not creep. The print that holds a strip does, which moves K by the share of the clamps: the largest of
-    both springs. Glue is taken to creep as the print does, so this law may be off by the whole of it.
+    Strips of steel do not creep; what clamps them does, by its share. Shares of both springs differ, and one law
+    stands for both: half of that difference is in its deviation. Glue is taken to creep as the print does.
     """
-    of_print = process.creep
-    if leaves.clamp is None:
-        return of_print
-    share = max(clamp_share(length, give) for length, give in zip(lengths, leaves.gives_mm, strict=True))
-    return CreepLaw(share * of_print.per_decade, share * math.hypot(of_print.error, of_print.per_decade))
+    creep = process.creep
+    if leaves.is_printed:
+        return creep
+    low, high = (clamp_share(length, give) for length, give in zip(lengths, leaves.gives_mm, strict=True))
+    share = 0.5 * (low + high)
+    deviation = math.hypot(share * creep.error, 0.5 * (high - low) * creep.per_decade)
+    return CreepLaw(share * creep.per_decade, deviation)

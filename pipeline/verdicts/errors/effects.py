@@ -305,8 +305,7 @@ def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
     """
     leaves = sensor.springs.leaves
     if not leaves.is_printed:
-        lengths = [spring.printable.length_mm for spring in sensor.springs.springs]
-        for name, springs in leaves.causes(lengths):
+        for name, springs in leaves.causes(sensor.springs.leaf_lengths):
             reason = _REASONS_OF_STRIPS[name.removeprefix("low ").removeprefix("high ")]
             yield Effect(name=name, reason=reason, springs=springs, scatters=True, calibrated=True)
         return
