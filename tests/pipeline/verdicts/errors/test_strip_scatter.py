@@ -24,8 +24,8 @@ def effects(**keys):
     """Return the effects of strips of sheet by their names."""
     design = Design(print=Print(leaves="spring-steel", **keys))
     leaves = leaves_of(design, Springs(K_l=0.056, K_h=0.635))
-    rows = [SimpleNamespace(printable=SimpleNamespace(length_mm=length)) for length in LENGTHS]
-    sensor = SimpleNamespace(springs=SimpleNamespace(leaves=leaves, springs=rows, process=design.process, housing=None))
+    springs = SimpleNamespace(leaves=leaves, leaf_lengths=LENGTHS, process=design.process, housing=None)
+    sensor = SimpleNamespace(springs=springs)
     return {effect.name: effect for effect in _scatter_of_prints(sensor)}, leaves
 
 
