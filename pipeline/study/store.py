@@ -95,6 +95,8 @@ class StudyStore:
         Raises InputError that names the difference, or the row.
         """
         self._connection.execute("PRAGMA journal_mode = WAL")
+        # A commit that has returned survives a kill without a wait for the disk; a power cut may take the last ones.
+        self._connection.execute("PRAGMA synchronous = NORMAL")
         with self._connection as transaction:
             transaction.execute("BEGIN")
             transaction.execute(f"PRAGMA application_id = {_MARK}")
