@@ -2,11 +2,12 @@
 
 from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from typing import Literal
 
 from mesh.session import MeshError
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import analyse_readings, reading_constants
+from pipeline.reading.analysis import analyse_readings, reading_constants, tilted_presses
 from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
 from pipeline.reading.poses import refuse_unsolvable_poses
 from pipeline.reading.sensor import Sensor
@@ -159,16 +160,19 @@ def complete_evaluation(checked: Evaluation, timed: Stopwatch) -> SensorResult:
     with timed.stage("behaviour"):
         behaviour = spring_behaviour(springs, press, modes)
     with timed.stage("reading"):
-        read_out = reading_constants(sensor, press, checked.readings)
+        readings = checked.readings
+        if readings is not None and sensor.design.reading is not None:
+            readings = replace(readings, tilted=tilted_presses(sensor, sensor.design.reading))
+        read_out = reading_constants(sensor, press, readings)
     with timed.stage("errors"):
-        errors = sensor_errors(level_sensor(sensor, mounts), checked.reached, press, options, checked.readings)
+        errors = sensor_errors(level_sensor(sensor, mounts), checked.reached, press, options, readings)
     with timed.stage("verdicts"):
         paper = paper_verdicts(sensor)
     return SensorResult(
         options=options,
         sensor=sensor,
         press=press,
-        readings=checked.readings,
+        readings=readings,
         over_time=checked.over_time,
         reached=checked.reached,
         verdicts=checked.verdicts,

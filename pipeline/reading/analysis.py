@@ -89,7 +89,7 @@ class Readings(Record):
     each modulus. `heights` is by how much E moves per height contrast of the tips, which counts as a saddle of the skin
     [1/mm]. `flesh` is by how much E moves to either side where the flesh under domes obeys the law of Hencky or of
     Storakers [1]. `face_mm` is how wide the face of a dome must be to hold the contact in every pose, 0 for other tips.
-    `tilted` are presses at tilts along the tips, at full travel of the middle, None without a tilt.
+    `tilted` are presses at tilts along the tips, at full travel of the middle, None without a tilt or not asked for.
     """
 
     method: str
@@ -120,25 +120,31 @@ class Readings(Record):
 
 
 def analyse_readings(sensor: Sensor) -> Readings | None:
-    """Return the quality of a sensor's readings, None where its design does not ask.
+    """Return the quality of a sensor's readings, None where its design does not ask; presses at tilts are left out.
 
     Raises InputError where a pose is outside the domain of contact, SolveError when a solve is not exact.
     """
     reading = sensor.design.reading
     if reading is None:
         return None
-    analysis = error_analysis(sensor, reading)
-    return replace(analysis, pressures=skin_pressures(sensor), tilted=tilted_presses(sensor, reading))
+    presses = occurring_presses(sensor, reading)
+    return replace(error_analysis(sensor, reading, presses), pressures=skin_pressures(sensor, presses))
 
 
-def error_analysis(sensor: Sensor, reading: Reading) -> Readings:
+def occurring_presses(sensor: Sensor, reading: Reading) -> Presses:
+    """Return the presses at the moduli of a reading in all placements that occur; raises as `pose_forces`."""
+    return sensor.presses(read_moduli(sensor.design.fruit), tuple(occurring(sensor.design, reading)))
+
+
+def error_analysis(sensor: Sensor, reading: Reading, presses: Presses | None = None) -> Readings:
     """Return how good the readings of a sensor are, of whole presses by the rise of their contrast.
 
-    Raises InputError where the poses are outside the domain of contact, SolveError when a solve is not exact.
+    `presses` are those of `occurring_presses`, which are solved where they are not given. Raises InputError where the
+    poses are outside the domain of contact, SolveError when a solve is not exact.
     """
     design = sensor.design
     model = rise_model(sensor)
-    presses = sensor.presses(read_moduli(design.fruit), tuple(occurring(design, reading)))
+    presses = presses or occurring_presses(sensor, reading)
     press_s = max(PRESS_S, fastest_press(sensor) or 0.0)  # no faster than its read-out allows
     channels = Channels(
         reading=reading,
@@ -363,30 +369,40 @@ def tilted_presses(sensor: Sensor, reading: Reading) -> Presses | None:
     return sensor.presses(read_moduli(sensor.design.fruit), placements)
 
 
-def skin_pressures(sensor: Sensor) -> tuple[SkinPressure, ...]:
+def skin_pressures(sensor: Sensor, presses: Presses | None = None) -> tuple[SkinPressure, ...]:
     """Return the largest pressure at each modulus shown, at full travel; none where the fruit has no limit.
 
-    With a reading the sensor stands in all placements that occur. Raises as `pose_forces`.
+    With a reading the sensor stands in all placements that occur: where they hold these moduli, the `presses` of
+    `occurring_presses` are not solved again. Raises as `pose_forces`.
     """
     design = sensor.design
     limits = design.fruit.bruise_limits_MPa
     if not limits:
         return ()
-    placements = [Placement(tilt_deg=(design.press.tilt_deg, design.press.roll_deg))]
-    if design.reading is not None:
-        placements = list(occurring(design, design.reading))
-    poses: list[Pose] = []
-    for E in design.fruit.E_MPa:
-        poses += [placement.pressed(E, design.press.travel_mm) for placement in placements]
-    forces = sensor.in_poses(poses)
+    if presses is not None and set(design.fruit.E_MPa) <= set(presses.moduli):
+        placements: Sequence[Placement] = presses.placements
+        at = [presses.moduli.index(E) for E in design.fruit.E_MPa]
+        mean_pressure = presses.mean_pressure[at, :, -1]
+        pressure_error = presses.pressure_error[at, :, -1]
+    else:
+        placements = [Placement(tilt_deg=(design.press.tilt_deg, design.press.roll_deg))]
+        if design.reading is not None:
+            placements = list(occurring(design, design.reading))
+        poses: list[Pose] = []
+        for E in design.fruit.E_MPa:
+            poses += [placement.pressed(E, design.press.travel_mm) for placement in placements]
+        forces = sensor.in_poses(poses)
+        mean_pressure = forces.mean_pressure
+        pressure_error = forces.pressure_error
+    tips = mean_pressure.shape[-1]
     of_poses = (len(limits), -1)  # of all tips in all placements at a modulus; 0 off the fruit
-    pressures = np.nan_to_num(forces.mean_pressure).reshape(of_poses)
-    errors = np.nan_to_num(forces.pressure_error).reshape(of_poses)
+    pressures = np.nan_to_num(mean_pressure).reshape(of_poses)
+    errors = np.nan_to_num(pressure_error).reshape(of_poses)
     worst_at_each = []
     for i, E in enumerate(design.fruit.E_MPa):
         worst = first_largest(pressures[i].tolist())
         pressure = Estimate(float(pressures[i, worst]), float(errors[i, worst]), "MPa")
-        placement = placements[worst // forces.F.shape[1]]
+        placement = placements[worst // tips]
         skin = SkinPressure(E=E, placement=placement, pressure=pressure, limit=limits[i])
         worst_at_each.append(skin)
     return tuple(worst_at_each)

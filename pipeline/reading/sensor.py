@@ -33,9 +33,9 @@ class Presses(Record):
     """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
 
     F is nan where a contact runs off the face of a dome. `flesh` [N], as F, is what Hencky's law of flesh adds under
-    domes; `mean_pressure` [MPa], as F, is that of each contact; `error` [N], as F, is how far all forces are off where
-    what is left open has one sign under all tips; `face_mm` (moduli, placements) is how wide the face of a dome must be
-    to hold every contact of a press, 0 for other tips.
+    domes; `mean_pressure` [MPa], as F, is that of each contact, which may be off by `pressure_error` [MPa]; `error`
+    [N], as F, is how far all forces are off where what is left open has one sign under all tips; `face_mm` (moduli,
+    placements) is how wide the face of a dome must be to hold every contact of a press, 0 for other tips.
     """
 
     moduli: tuple[float, ...]
@@ -43,6 +43,7 @@ class Presses(Record):
     F: Floats
     flesh: Floats
     mean_pressure: Floats
+    pressure_error: Floats
     error: Floats
     face_mm: Floats
 
@@ -153,6 +154,7 @@ class Sensor(Record):
             F=forces.F.reshape(*shape, -1),
             flesh=forces.F_flesh.reshape(*shape, -1),
             mean_pressure=forces.mean_pressure.reshape(*shape, -1),
+            pressure_error=forces.pressure_error.reshape(*shape, -1),
             error=forces.error_alike.reshape(*shape, -1),
             face_mm=forces.face_mm.reshape(shape).max(axis=2),
         )

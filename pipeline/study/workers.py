@@ -4,10 +4,11 @@ import asyncio
 import logging
 import sys
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
@@ -74,6 +75,7 @@ def _completed(
     """Yield each item with its result, and add to `lost` those whose worker was lost; only so many are out at once."""
     waiting = iter(items)
     running: dict[Future[Result], Item] = {}
+    ended: SimpleQueue[Future[Result]] = SimpleQueue()  # each adds itself: to ask all that run costs more than a task
     executor = engine.open()
     try:
         while True:
@@ -86,19 +88,21 @@ def _completed(
                     executor = engine.open()
                     future = executor.submit(work, item)
                 running[future] = item
+                future.add_done_callback(ended.put)
             if not running:
                 return
-            done, _ = wait(running, timeout=_CHECK_SECONDS, return_when=FIRST_COMPLETED)
-            if not done:
+            try:
+                future = ended.get(timeout=_CHECK_SECONDS)
+            except Empty:
                 engine.check()
-            for future in done:
-                item = running.pop(future)
-                try:
-                    result = future.result()
-                except engine.lost:
-                    lost.append(item)
-                else:
-                    yield item, result
+                continue
+            item = running.pop(future)
+            try:
+                result = future.result()
+            except engine.lost:
+                lost.append(item)
+            else:
+                yield item, result
     finally:
         engine.close(executor)
 

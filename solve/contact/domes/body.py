@@ -1,5 +1,6 @@
 """The fruit under domes: what it adds to the half-space, from its compliance under small flat circles."""
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -104,12 +105,21 @@ def _change(scene: Scene, compliance: FruitCompliance, feet: Floats, fruit: Frui
         if fruit.radii_mm != solved.radii_mm or fruit.azimuth_deg != solved.azimuth_deg:
             bound = bound + (saddle + saddle_met) / mean * np.abs(compliance.shape_change)
     if fruit.depth_mm != solved.depth_mm:
-        distances = np.linalg.norm(feet[:, None] - feet, axis=-1)
-        by_base = base_compliance(fruit.depth_mm, solved.poisson, distances)
-        by_base = by_base - base_compliance(solved.depth_mm, solved.poisson, distances)
+        under = tuple(map(tuple, feet.tolist()))
+        by_base = _by_base(fruit.depth_mm, solved.poisson, under) - _by_base(solved.depth_mm, solved.poisson, under)
         change = change + by_base
         bound = bound + OTHER_THICKNESS * np.abs(by_base)
     return change, bound
+
+
+@functools.lru_cache(maxsize=256)
+def _by_base(depth: float, poisson: float, feet: tuple[tuple[float, ...], ...]) -> Floats:
+    """Return the change of compliance by the base at a depth [mm], (tips, tips) [1/mm].
+
+    `feet` [mm] are where the domes touch. The designs of a search share it.
+    """
+    between = np.array(feet)
+    return base_compliance(depth, poisson, np.linalg.norm(between[:, None] - between, axis=-1))
 
 
 def _mean_and_saddle(fruit: Fruit) -> tuple[float, float]:

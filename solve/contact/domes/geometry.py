@@ -17,7 +17,8 @@ from solve.linear import SolveError
 
 TOUCH_STEPS = 12  # Newton steps to a first touch: two on a plane, some five on an ellipsoid
 TOUCH_LIMIT = 1e-10  # [mm]
-FOOT_STEPS = 8  # Newton steps: one is exact on a sphere, four on an ellipsoid of 2 : 1
+FOOT_STEPS = 8  # Newton steps at most: one is exact on a sphere, four on an ellipsoid of 2 : 1
+FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)  # of a step over the least of the squares: round-off
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,12 +141,16 @@ def _nearest(point: Floats, squares: Floats) -> Floats:
     Newton's method finds t from 1 / |q| - 1, which is nearly linear in t.
     """
     t = np.zeros(point.shape[:-1])
+    settled = FOOT_LIMIT * squares.min()
     for _ in range(FOOT_STEPS if np.ptp(squares, axis=-1).any() else 1):
         denominator = t[..., None] + squares
         q = np.sqrt(squares) * point / denominator
         size = np.sqrt(_dot(q, q))
         slope = _dot(q, q / denominator) / size**3  # of 1 / |q| over t
-        t = t - (1.0 / size - 1.0) / slope
+        step = (1.0 / size - 1.0) / slope
+        t = t - step
+        if np.abs(step).max(initial=0.0) <= settled:
+            break
     return squares * point / (t[..., None] + squares)
 
 
@@ -214,30 +219,32 @@ def _standing(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePose
     `origin` [mm] is the middle of the level faces of the tips.
     """
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
-    centres = np.array([scene.centres for scene in scenes])
+    # Many poses share a scene, which is asked once.
+    unique = {id(scene): scene for scene in scenes}
+    place_of = {scene: place for place, scene in enumerate(unique)}
+    which = np.array([place_of[id(scene)] for scene in scenes])
+    made = list(unique.values())
+    centres = np.array([scene.centres for scene in made])[which]
     middle = centres.mean(axis=1)
-    height = radius - np.array([scene.height_offsets_mm for scene in scenes])  # of the spheres' centres over the faces
+    # of the spheres' centres over the faces
+    height = radius - np.array([scene.height_offsets_mm for scene in made])[which]
 
     # The rotation that takes the vertical to the axis the shortest way takes x and y to these level vectors.
     between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
     level = np.eye(3)[:2] - axis[:, :2, None] * between[:, None]
 
-    # Many poses are on one fruit.
-    fruits = {id(scene.fruit): scene.fruit for scene in scenes}
-    place_of = {each: place for place, each in enumerate(fruits)}
-    places = [place_of[id(scene.fruit)] for scene in scenes]
     semi_axes = []
-    principal = np.tile(np.eye(3), (len(fruits), 1, 1))
-    for directions, fruit in zip(principal, fruits.values(), strict=True):
-        along, across = fruit.radii_mm
+    principal = np.tile(np.eye(3), (len(made), 1, 1))
+    for directions, scene in zip(principal, made, strict=True):
+        along, across = scene.fruit.radii_mm
         semi_axes.append((along, math.sqrt(along * across), along))
-        directions[0, :2] = fruit.from_principal(1.0, 0.0)
-        directions[1, :2] = fruit.from_principal(0.0, 1.0)
+        directions[0, :2] = scene.fruit.from_principal(1.0, 0.0)
+        directions[1, :2] = scene.fruit.from_principal(0.0, 1.0)
     return DomePoses(
         dome_radius=radius,
         centres=origin[:, None] + (centres - middle[:, None]) @ level + height[..., None] * axis[:, None],
         frame=np.concatenate([level, axis[:, None]], axis=1),
-        semi_axes=np.array(semi_axes)[places],
-        principal=principal[places] if any(fruit.azimuth_deg for fruit in fruits.values()) else None,
+        semi_axes=np.array(semi_axes)[which],
+        principal=principal[which] if any(scene.fruit.azimuth_deg for scene in made) else None,
         sideways=scenes[0].sideways,
     )

@@ -360,7 +360,14 @@ def test_touch_of_domes_is_within_its_bar(angle, E):
     none = np.zeros_like(F)
     face = np.zeros((1, 1))
     presses = Presses(
-        moduli=(E,), placements=(Placement(),), F=F, flesh=none, mean_pressure=none, error=none, face_mm=face
+        moduli=(E,),
+        placements=(Placement(),),
+        F=F,
+        flesh=none,
+        mean_pressure=none,
+        pressure_error=none,
+        error=none,
+        face_mm=face,
     )
     found = touch_fraction(presses)
     assert abs(found.value - expected) <= found.error + 1e-3
