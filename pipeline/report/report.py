@@ -22,7 +22,7 @@ from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
 from sensor.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
-from sensor.design.leaves import Leaves, creep_of, leaves_of
+from sensor.design.leaves import Leaves, beam_lengths, creep_of, leaves_of
 from sensor.design.parameters import Design
 from sensor.quantity import InputError, report_field, validation_error
 from sensor.theory.creep import CreepLaw
@@ -485,13 +485,19 @@ class Report:
     @property
     def leaves(self) -> Leaves:
         """Return the leaves of the springs that were sized."""
-        springs = self.springs
-        return leaves_of(self.design, Springs(K_l=1e-3 * springs.K_l_N_per_m, K_h=1e-3 * springs.K_h_N_per_m))
+        return leaves_of(self.design, self._sized)
+
+    @property
+    def _sized(self) -> Springs:
+        return Springs(K_l=1e-3 * self.springs.K_l_N_per_m, K_h=1e-3 * self.springs.K_h_N_per_m)
 
     @property
     def leaf_lengths(self) -> tuple[float, ...]:
-        """Return the lengths of the leaves [mm], of the low spring first; none where springs are not made."""
-        return tuple(spring.dimensions_mm.length for spring in self.flexures.values() if spring.dimensions_mm)
+        """Return the lengths of the leaves [mm], the low one first; where springs are not made, by the beam law."""
+        made = [spring.dimensions_mm for spring in self.flexures.values() if spring.dimensions_mm]
+        if made:
+            return tuple(flexure.length for flexure in made)
+        return beam_lengths(self.design, self.leaves, self._sized)
 
     @property
     def creep(self) -> CreepLaw:

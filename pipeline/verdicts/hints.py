@@ -159,8 +159,8 @@ HINTS: Mapping[str, Hint | str] = {
     "printable.high": _less_travel,
     "bruise": _less_travel,
     **dict.fromkeys(CLEARANCES, _less_travel),
-    "geometry.stop_strain_low": "take a thinner sheet: `print.leaf_thickness_low_mm`",
-    "geometry.stop_strain_high": "take a thinner sheet: `print.leaf_thickness_high_mm`",
+    "geometry.stop_strain_low": "take a thicker sheet, whose strips are longer: `print.leaf_thickness_low_mm`",
+    "geometry.stop_strain_high": "take a thicker sheet, whose strips are longer: `print.leaf_thickness_high_mm`",
     "reading.touch": _more_travel,
     "reading.relaxation": _steadier,
 }

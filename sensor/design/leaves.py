@@ -152,7 +152,7 @@ def strip_leaves(design: Design, springs: Springs) -> Leaves:
         density_g_per_cm3=sheet.density_g_per_cm3,
         thicknesses_mm=(used[0], used[1]),
         accuracies_mm=(known[0], known[1]),
-        least_thickness_mm=min(sheet.thicknesses_mm) - min(sheet.tolerances_mm),
+        least_thickness_mm=0.0,  # a measured sheet is checked against the one it was sold as
         fillet_mm=0.0,
         strain_factor=SHOULDER_STRAIN,
         least_slenderness=SHORTEST_STRIP,
@@ -229,6 +229,13 @@ def _scatter_weighed(design: Design, sheet: SoldSheet, thickness: float, K: floa
 def free_length(E: float, depth: float, thickness: float, K: float, give: float) -> float:
     """Return the free length [mm] at which a pair of strips has a stiffness K [N/mm], each end 1 / beta longer."""
     return pair_length(E, depth, thickness, K) - 2.0 * give
+
+
+def beam_lengths(design: Design, leaves: Leaves, springs: Springs) -> tuple[float, ...]:
+    """Return the lengths of both leaves [mm] by the beam law, for stiffnesses of the springs [N/mm]."""
+    depth = plate_depth(design, design.process)
+    rows = zip(leaves.thicknesses_mm, springs.stiffnesses, leaves.gives_mm, strict=True)
+    return tuple(free_length(leaves.E_MPa, depth, thickness, K, give) for thickness, K, give in rows)
 
 
 def strip_scatter(design: Design, sheet: SoldSheet, thickness: float) -> StripScatter:

@@ -14,6 +14,7 @@ from pipeline.commands.console import (
     print_error,
     print_json,
 )
+from sensor.design.parameters import PRINTED
 from sensor.quantity import InputError, validation_error
 from sensor.verdict import all_passed
 
@@ -118,7 +119,9 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable",
         if arguments.json:
             print_json(_as_mapping(calibration))
         else:
-            print_answer("calibrating/calibration.txt.j2", failed=passed is False, **vars(calibration))
+            strips = report.design.print.leaves != PRINTED
+            template = "calibrating/calibration.txt.j2"
+            print_answer(template, failed=passed is False, strips=strips, **vars(calibration))
             print_verdicts("the unit against its design", calibration.verdicts)
     return PASSED if passed else FAILED
 

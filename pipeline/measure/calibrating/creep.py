@@ -18,7 +18,7 @@ from pipeline.measure.unit.signals import count_keys
 from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats
 from sensor.design.reading import WEIGHED_AFTER_S
-from sensor.quantity import Estimate, validation_error
+from sensor.quantity import COVERAGE, Estimate, validation_error
 from sensor.theory.creep import CreepLaw
 
 LEAST_RATIO = 1.5
@@ -64,9 +64,12 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
     if not loaded.any():
         return Weighing(table=table, after_s=WEIGHED_AFTER_S, creep=creep, own=False)
     after = float(np.exp(np.log(table.numbers["t"][loaded]).mean()))
-    own = None if creep.exponent == 0.0 else _own_creep(table, report, after)
+    is_metal = report.design.process.kind == "dmls"
+    own = None if is_metal else _own_creep(table, report, after)
     note = ""
-    if own is not None and own.error >= creep.error:
+    # A process that tells no creep has no spread of it to compare with: what is no more than its error is none.
+    known = creep.error or (own.per_decade / COVERAGE if own is not None else 0.0)
+    if own is not None and own.error >= known:
         left = f"{100.0 * own.per_decade:.2g} +- {200.0 * own.error:.2g} % a decade"
         note = f"the times of {table.source} tell a creep of {left}, which is no better than that of the process"
         own = None
@@ -86,7 +89,7 @@ def refuse_bad_times(table: MeasuredTable) -> None:
             bound = "greater than 0" if force > 0.0 else "at least 0"
             raise validation_error(place, t, "s", bound, "write the seconds since that weight was hung")
         goes_on = row > 0 and force == forces[row - 1] and table.texts["tip"][row] == table.texts["tip"][row - 1]
-        if goes_on and t < times[row - 1]:
+        if goes_on and force > 0.0 and t < times[row - 1]:
             bound = f"at least the {times[row - 1]:g} s of the same weight in the line before"
             raise validation_error(place, t, "s", bound, "sort the lines, or unload between two loads")
 

@@ -13,7 +13,6 @@ from sensor.design.reading import PRESS_SAMPLES
 from sensor.quantity import COVERAGE
 from sensor.theory.contrast_law import ContrastLaw, ReadingError
 from sensor.theory.contrast_rise import RiseReading, RiseSlopes, RisingPress
-from sensor.theory.leaf_spring import pair_length
 from solve.contact.linear_response import travels
 from solve.contact.relaxing import elastic_forces
 from solve.linear import SolveError
@@ -119,7 +118,11 @@ def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]
     housing = sensor.report.housing
     if housing is None:
         return []
-    flexures = {arm.name: arm.flexure for arm in housing.arms}
+    lengths = {}
+    # An end of a strip counts as longer than it is, by what its clamp gives.
+    gives = (0.0, 0.0) if housing.clamp is None else sensor.report.leaves.gives_mm
+    for arm, give in zip(housing.arms, gives, strict=True):
+        lengths[arm.name] = arm.flexure.length + 2.0 * give
     longer: list[float | None] = []
     for tip, K, percent, target in zip(
         sensor.report.tips, sensor.unit.stiffnesses, sensor.unit.K_percent, targets, strict=True
@@ -127,8 +130,6 @@ def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]
         if abs(K - target) <= COVERAGE * 0.01 * percent * K:
             longer.append(None)
             continue
-        flexure = flexures[tip.spring]
-        # K = 2 E w (t / L)^3 of a pair of leaves: the measured K gives E as it acts, and E the length for the target.
-        acting_E = 0.5 * K / flexure.depth * (flexure.length / flexure.thickness) ** 3
-        longer.append(pair_length(acting_E, flexure.depth, flexure.thickness, target) - flexure.length)
+        # K of a pair of leaves is proportional to L^-3.
+        longer.append(lengths[tip.spring] * (math.cbrt(K / target) - 1.0))
     return longer

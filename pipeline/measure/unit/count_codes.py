@@ -117,8 +117,9 @@ def _code_of_weights(counts: Floats, free: Floats, saturation: int) -> CountCode
 def _code_near(counts: Floats, zero: Sequence[float] | Floats, near: float, saturation: int) -> CountCode | None:
     """Return the code of `code_by_zero`; None where it has counts beyond the range, and they are not near to zero."""
     code = code_by_zero(counts, zero, saturation)
-    is_near = _from_zero(code, counts, zero, saturation).max() <= near * saturation
-    return code if is_near or counts.max() <= saturation else None
+    if _from_zero(code, counts, zero, saturation).max() <= near * saturation:
+        return code
+    return CountCode.SIGNED if counts.max() <= saturation else None
 
 
 class SignedSamples:

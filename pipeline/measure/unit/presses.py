@@ -1,6 +1,7 @@
 """From signals to readings: a press is the samples from the touch of the last tip to the lift of the first one."""
 
 import itertools
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -166,6 +167,7 @@ class _Touches:
         self._flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
         self._press: _Press | None = None
         self._touched: float | None = None
+        self._least = math.inf  # whole force [N] since no tip touched, or since the last press ended
         self._hardly = FruitReading(flags=("lift_off",))
         self._told = False
 
@@ -176,10 +178,11 @@ class _Touches:
         touching = forces > self._sensor.least_forces
         if not touching.all():
             yield from self._ended(left_out)
+        # A press begins where the whole force is least: a tip may show the zero that the press before has left.
         if not touching.any():
-            self._touched = None
-        elif self._touched is None:
-            self._touched = sample.t
+            self._touched, self._least = None, math.inf
+        elif self._press is None and (whole := float(forces.sum())) < self._least:
+            self._touched, self._least = sample.t, whole
         if self._touched is None or not touching.all():
             return
         self._press = self._press or _Press(self._sensor, self._at_one_time, self._touched)
@@ -198,6 +201,7 @@ class _Touches:
         press, self._press = self._press, None
         if press is None:
             return
+        self._least = math.inf
         reading = press.reading(left_out)
         left_out.clear()
         if self._every_sample:

@@ -2,11 +2,13 @@ import math
 
 import pytest
 
+from pipeline.verdicts.hints import HINTS
 from sensor.design.design_file import design_as_toml, design_from_mapping
-from sensor.design.leaves import TARGET_SCATTER, creep_of, leaves_of, stiffness_per_K
+from sensor.design.leaves import TARGET_SCATTER, beam_lengths, creep_of, leaves_of, stiffness_per_K
 from sensor.design.parameters import Design, Print
 from sensor.design.sheets import SHEETS
 from sensor.quantity import InputError
+from sensor.theory.leaf_spring import pair_length, root_strain
 from sensor.theory.strip_clamp import clamp_share
 from sensor.theory.two_spring_law import Springs
 
@@ -67,6 +69,21 @@ def test_the_thinnest_sheet_that_is_known_well_enough_is_taken():
             keys = {f"leaf_thickness_{spring}_mm": thinner, f"leaf_measured_{spring}_mm": thinner}
             worse = leaves_of(strips(**keys), SOFT)
             assert scatter(worse, lengths_of(worse))[spring == "high"] > TARGET_SCATTER
+
+
+def test_leaves_that_are_not_made_have_the_lengths_of_the_beam_law():
+    leaves = leaves_of(strips(), SOFT)
+    assert beam_lengths(strips(), leaves, SOFT) == pytest.approx(lengths_of(leaves), rel=1e-9)
+
+
+def test_thicker_strips_of_one_stiffness_strain_less():
+    """L is proportional to t, and the strain 3 t d / L^2 to 1 / t: so the hint asks for a thicker sheet."""
+    strains = []
+    for thickness in (0.1, 0.2, 0.4):
+        length = pair_length(SHEET.E_MPa, 10.0, thickness, 0.635)
+        strains.append(root_strain(thickness, length, 1.0))
+    assert strains == pytest.approx([strains[0], strains[0] / 2.0, strains[0] / 4.0])
+    assert "thicker" in HINTS["geometry.stop_strain_high"]
 
 
 def test_a_measured_thickness_replaces_the_one_it_was_sold_as():

@@ -9,6 +9,7 @@ import pytest
 from pipeline.cli import main
 from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print
 from pipeline.measure.unit.printed_unit import read_unit, unit_as_toml
+from sensor.design.parameters import Print
 from sensor.design.processes import PROCESSES
 from sensor.quantity import STANDARD_GRAVITY, InputError
 from sensor.theory.creep import NO_CREEP
@@ -63,6 +64,18 @@ def test_times_that_tell_less_than_the_process_leave_its_law(paper, calibrate):
     assert not found.weighing.own
     assert (found.unit.creep_per_decade, found.unit.creep_error) == (None, None)
     assert any("creep" in note for note in found.assumed)
+
+
+def test_creep_is_found_of_a_process_that_tells_none(paper, calibrate):
+    """A printer of one's own; where the table shows no more than its error, the springs stay elastic."""
+    petg = PROCESSES["fdm-petg"]
+    sources = tuple((key, source) for key, source in petg.sources if not key.startswith("creep"))
+    mine = replace(petg, name="mine", sources=sources, creep_per_decade=None, creep_scatter=None)
+    report = replace(paper.report, design=replace(paper.design, print=Print(process="mine"), printer=mine))
+    found = calibrate(report, table(paper, 0.03)).unit
+    assert found.creep_per_decade == pytest.approx(0.03, rel=1e-6)
+    still = calibrate(report, table(paper, 0.0, digits=2)).unit
+    assert (still.creep_per_decade, still.creep_error) == (None, None)
 
 
 def test_one_time_for_each_weight_is_a_time_and_no_creep(paper, calibrate):

@@ -11,7 +11,9 @@ from measured_units import elastic, read_in_c, read_press
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import single_reading
+from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.printed_unit import nominal_unit
+from pipeline.measure.unit.signals import Signal
 from sensor.design.processes import PROCESSES
 
 STIFFER = 1.07  # of the virtual print against its design, at the first instant
@@ -48,6 +50,22 @@ def test_a_slower_press_takes_a_softer_spring(duration, paper):
     found = read_by_command(sensor, times, deflections * sensor.unit.stiffnesses)
     assert pytest.approx(2.0, rel=0.015) == found.E
     assert found.others["force_ratio"] == pytest.approx(2.0, rel=0.015)
+
+
+def test_a_press_begins_after_the_zero_that_the_one_before_has_left(paper):
+    """One tip shows twice the least force for 20 s between two presses of a second: the pause is no part of either."""
+    K, sensor = weighed(paper)
+    times, deflections = pressed(paper, 2.0, 1.0, K)
+    forces = deflections * sensor.unit.stiffnesses
+    pause = np.linspace(0.1, 20.0, 200)
+    left = np.outer(1.0 + 0.01 * (20.0 - pause), [2.0 * sensor.least_forces[0], 0.0])  # creeps back
+    log = [(0.0, *np.zeros(2)), *np.column_stack([0.1 + times, forces])]
+    log += [(0.1 + times[-1] + t, *row) for t, row in zip(pause, left, strict=True)]
+    log += [(20.2 + times[-1] + t, *row) for t, row in zip(times, forces, strict=True)]
+    lines = ["t_s,F_l_N,F_h_N", *(",".join(map(repr, map(float, row))) for row in log)]
+    first, second = readings_of(sensor, Signal(lines, "press.csv", 2))
+    assert pytest.approx(first.E, rel=1e-3) == second.E
+    assert pytest.approx(2.0, rel=0.015) == second.E
 
 
 def test_without_times_the_press_is_that_of_the_design(paper, tmp_path):

@@ -65,10 +65,9 @@ def test_nominal_unit_is_as_uncertain_as_its_process_prints(paper):
 def test_strips_are_as_uncertain_as_their_causes(paper):
     design = replace(paper.design, print=Print(leaves="spring-steel"))
     leaves = leaves_of(design, Springs(K_l=0.9057, K_h=20.831))
-    lengths = {"low": 16.0, "high": 15.0}
-    flexures = {name: SimpleNamespace(dimensions_mm=SimpleNamespace(length=length)) for name, length in lengths.items()}
-    found = percent_as_made(SimpleNamespace(design=design, leaves=leaves, flexures=flexures))
-    causes = [sizes for _, sizes in leaves.causes(list(lengths.values()))]
+    lengths = (16.0, 15.0)
+    found = percent_as_made(SimpleNamespace(design=design, leaves=leaves, leaf_lengths=lengths))
+    causes = [sizes for _, sizes in leaves.causes(lengths)]
     assert found == pytest.approx([50.0 * math.hypot(*of_spring) for of_spring in zip(*causes, strict=True)])
     assert max(found) < 0.6 * min(nominal_unit(paper.report).K_percent)
 
