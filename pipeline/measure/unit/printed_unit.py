@@ -205,6 +205,10 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
         bound = f"the unit of design {report.design.name!r} as it is in this folder"
         hint = f"its digest begins {digest[:12]}; calibrate against it"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
+    if unit.scale is not None and "weighed_after_s" not in tables and report.creep.exponent:
+        # Its curve belongs to readings of before springs had a time, which were smaller.
+        bound = "of a unit with weighed_after_s, as its springs creep"
+        raise validation_error("unit.scale", unit.scale.unit, "", bound, "calibrate it again, with --fruit")
     return unit
 
 

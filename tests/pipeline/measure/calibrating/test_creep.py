@@ -8,6 +8,7 @@ import pytest
 
 from pipeline.cli import main
 from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print
+from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.printed_unit import read_unit, unit_as_toml
 from sensor.design.parameters import Print
 from sensor.design.processes import PROCESSES
@@ -155,6 +156,16 @@ def test_unit_of_an_earlier_version_creeps_as_its_process(paper, calibrate, tmp_
     path.write_text("\n".join(line for line in text.splitlines() if not line.startswith(keys)), encoding="utf-8")
     old = read_unit(path, paper.report)
     assert (old.weighed_after_s, old.creep_or(paper.design.process.creep)) == (30.0, PROCESSES["fdm-petg"].creep)
+
+    # Its scale of firmness belongs to moduli that were read without a time.
+    scale = FruitScale(percent=5.0, E_MPa=(0.5, 3.0), firmness=(10.0, 60.0))
+    path.write_text(unit_as_toml(replace(old, scale=scale)), encoding="utf-8")
+    assert read_unit(path, paper.report).scale == scale
+    kept = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith(keys)]
+    path.write_text("\n".join(kept), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_unit(path, paper.report)
+    assert caught.value.field == "unit.scale"
     path.write_text(text.replace("creep_error", "creep_errors"), encoding="utf-8")
     with pytest.raises(InputError) as caught:
         read_unit(path, paper.report)
