@@ -265,7 +265,7 @@ class Sourced:
     HINT: ClassVar[str] = "correct its entry among the data"
 
     name: str
-    sources: tuple[tuple[str, str], ...]
+    sources: tuple[tuple[str, str], ...] = dataclasses.field(repr=False)  # sentences
 
     def __post_init__(self) -> None:
         """Check each field, and that every number has its source."""

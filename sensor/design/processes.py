@@ -18,7 +18,6 @@ from sensor.quantity import (
     text_field,
     validation_error,
 )
-from sensor.record import Record
 from sensor.theory.creep import CreepLaw
 
 _FRACTION = Bounds(above=0.0, below=1.0)
@@ -30,8 +29,8 @@ _LONGEST_TEXT = 64
 KINDS = ("fdm", "sla", "sls", "dmls", "other")
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class Process(Record, Sourced):
+@dataclass(frozen=True, kw_only=True)
+class Process(Sourced):
     """A way to make the housing: material, limits of the machine, and the leaves that suit it.
 
     `E_scatter` is one sigma of E from print to print as a fraction of E; `strain_limit` holds for cyclic bending;
