@@ -76,7 +76,7 @@ def _strips(result: SensorResult) -> Note:
     lost = [
         100.0 * unbonded_loss(length, give, UNBONDED_MM) for length, give in zip(lengths, leaves.gives_mm, strict=True)
     ]
-    is_weighed = all(scatter.thickness <= SHEETS[leaves.kind].weighed for scatter in leaves.scatters)
+    is_weighed = all(scatter.thickness <= SHEETS[leaves.made_of.name].weighed for scatter in leaves.scatters)
     todo = (
         "Glue up to the shoulders"
         if is_weighed

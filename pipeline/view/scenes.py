@@ -71,7 +71,7 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
     """Return the housing on the side of each spring, cut off midway between the tips."""
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
-    data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.leaves.strain_limit
+    data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.leaves.made_of.strain_limit
     node_x = np.asarray(mesh.points)[:, 0]
     cell_x = np.asarray(mesh.cell_centers().points)[:, 0]
     tip_x = {spring: node_x[np.asarray(data[tip_face(spring)]) == 1].mean() for spring in SPRINGS}

@@ -33,22 +33,15 @@ SHOULDER_STRAIN = 1.1  # of a strip at its shoulder over beam theory: soft glue 
 
 @dataclass(frozen=True, kw_only=True)
 class Leaves:
-    """The leaves of both springs, low first: material, thicknesses [mm], and how well they are known.
+    """The leaves of both springs, low first: what they are made of, thicknesses [mm], and how well they are known.
 
-    `E_scatter` is one sigma of E as a fraction; `accuracies_mm` are two sigma of the thicknesses. `strain_factor` is
+    `made_of` has the numbers of their material; `accuracies_mm` are two sigma of the thicknesses. `strain_factor` is
     the strain at a root over that of a beam, `least_slenderness` the least length over thickness. `clamp` is None where
     leaves and frame are of one piece. An end of a strip counts as longer than it is by `gives_mm`; `sold_mm` are the
     thicknesses that sheets were sold as, None for printed leaves.
     """
 
-    kind: str
-    material: str
-    E_MPa: float
-    E_scatter: float
-    E_per_K: float | None
-    poisson: float
-    strain_limit: float
-    density_g_per_cm3: float
+    made_of: Process | SoldSheet
     thicknesses_mm: tuple[float, float]
     accuracies_mm: tuple[float, float]
     least_thickness_mm: float
@@ -100,14 +93,7 @@ def printed_leaves(design: Design, _springs: Springs | None = None) -> Leaves:
     """Return leaves of one piece with the frame."""
     process = design.process
     return Leaves(
-        kind=PRINTED,
-        material=process.material,
-        E_MPa=process.E_MPa,
-        E_scatter=process.E_scatter,
-        E_per_K=process.E_per_K,
-        poisson=process.poisson,
-        strain_limit=process.strain_limit,
-        density_g_per_cm3=process.density_g_per_cm3,
+        made_of=process,
         thicknesses_mm=process.leaf_thicknesses_mm,
         accuracies_mm=(process.accuracy_mm, process.accuracy_mm),
         least_thickness_mm=process.min_wall_mm,
@@ -142,14 +128,7 @@ def strip_leaves(design: Design, springs: Springs) -> Leaves:
         gives.append(clamp.give(thickness, process.E_MPa, process.poisson))
     scatters = [strip_scatter(design, sheet, off / thickness) for off, thickness in zip(known, used, strict=True)]
     return Leaves(
-        kind=sheet.name,
-        material=sheet.material,
-        E_MPa=sheet.E_MPa,
-        E_scatter=sheet.E_scatter,
-        E_per_K=sheet.E_per_K,
-        poisson=sheet.poisson,
-        strain_limit=sheet.strain_limit,
-        density_g_per_cm3=sheet.density_g_per_cm3,
+        made_of=sheet,
         thicknesses_mm=(used[0], used[1]),
         accuracies_mm=(known[0], known[1]),
         least_thickness_mm=0.0,  # a measured sheet is checked against the one it was sold as
@@ -235,7 +214,7 @@ def beam_lengths(design: Design, leaves: Leaves, springs: Springs) -> tuple[floa
     """Return the lengths of both leaves [mm] by the beam law, for stiffnesses of the springs [N/mm]."""
     depth = plate_depth(design, design.process)
     rows = zip(leaves.thicknesses_mm, springs.stiffnesses, leaves.gives_mm, strict=True)
-    return tuple(free_length(leaves.E_MPa, depth, thickness, K, give) for thickness, K, give in rows)
+    return tuple(free_length(leaves.made_of.E_MPa, depth, thickness, K, give) for thickness, K, give in rows)
 
 
 def strip_scatter(design: Design, sheet: SoldSheet, thickness: float) -> StripScatter:
@@ -256,12 +235,13 @@ def stiffness_per_K(leaves: Leaves, process: Process, lengths: Sequence[float]) 
 
     Strips change as their steel does, and by their share as the print does, whose glue is taken alike.
     """
-    if leaves.clamp is None or leaves.E_per_K is None or process.E_per_K is None:
-        return leaves.E_per_K
+    of_leaves = leaves.made_of.E_per_K
+    if leaves.is_printed or of_leaves is None or process.E_per_K is None:
+        return of_leaves
     changes = []
     for length, give in zip(lengths, leaves.gives_mm, strict=True):
         share = clamp_share(length, give)
-        changes.append((1.0 - share) * leaves.E_per_K + share * process.E_per_K)
+        changes.append((1.0 - share) * of_leaves + share * process.E_per_K)
     return max(changes, key=abs)
 
 

@@ -52,7 +52,7 @@ class _Leaf:
 
     def length(self, K: float) -> float:
         """Return the length [mm] at which the pair has a stiffness [N/mm] by the beam law."""
-        E = self.leaves.E_MPa
+        E = self.leaves.made_of.E_MPa
         if self.gauge is None:
             return free_length(E, self.profile.depth, self.profile.thickness, K, self.give)
         return gauged_length(E, self.profile, K, self.gauge)
@@ -62,7 +62,7 @@ class _Leaf:
         gain = 1.0
         if self.gauge is not None:
             # All of what the gauges add to the pair is added by the one leaf of two that carries them.
-            gain = 2.0 * sandwich_gain(self.leaves.E_MPa, self.profile, length, self.gauge) - 1.0
+            gain = 2.0 * sandwich_gain(self.leaves.made_of.E_MPa, self.profile, length, self.gauge) - 1.0
         return self.leaves.strain_factor * gain * root_strain(self.profile.thickness, length, self.deflection)
 
     def faults(self, length: float, margin: float) -> list[str]:
@@ -89,8 +89,8 @@ class _Leaf:
         if length * (1.0 + margin) > self.longest:
             bound = f"print.max_length_mm = {self.longest:g} mm"
             faults.append(f"a leaf {length:.1f} mm long, must be at most {bound}")
-        if strain > leaves.strain_limit:
-            bound = f"{leaves.strain_limit:g} of {leaves.material}"
+        if strain > leaves.made_of.strain_limit:
+            bound = f"{leaves.made_of.strain_limit:g} of {leaves.made_of.material}"
             faults.append(f"a root strain of {strain:.2g}, must be at most {bound}")
         return faults
 
@@ -141,7 +141,7 @@ def check_printable(
                 shortest_mm=leaf.shortest,
                 longest_mm=leaf.longest,
                 root_strain=leaf.strain(length),
-                strain_limit=leaves.strain_limit,
+                strain_limit=leaves.made_of.strain_limit,
             )
         )
     return tuple(verdicts)

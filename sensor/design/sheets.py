@@ -49,9 +49,9 @@ class SoldSheet(Sourced):
         """Return width and length of each piece on the shelf [mm]."""
         return tuple(zip(self.stock_widths_mm, self.stock_lengths_mm, strict=True))
 
-    def sold_as(self, measured: float) -> float:
-        """Return the listed thickness that is nearest to a measured one [mm]."""
-        return min(self.thicknesses_mm, key=lambda each: abs(each - measured))
+    def sold_as(self, thickness: float) -> float:
+        """Return the listed thickness that is nearest to another one [mm]."""
+        return min(self.thicknesses_mm, key=lambda each: abs(each - thickness))
 
     def tolerance(self, thickness: float) -> float:
         """Return how far a sheet of a listed thickness [mm] may be off [mm]."""
@@ -61,10 +61,8 @@ class SoldSheet(Sourced):
         """Raise InputError, which names the nearest one, for a thickness [mm] that no dealer lists."""
         if thickness not in self.thicknesses_mm:
             listed = ", ".join(f"{each:g}" for each in self.thicknesses_mm)
-            nearest = min(self.thicknesses_mm, key=lambda each: abs(each - thickness))
-            raise validation_error(
-                name, thickness, "mm", f"a sheet that dealers list: {listed} mm", f"take the nearest, {nearest:g} mm"
-            )
+            bound = f"a sheet that dealers list: {listed} mm"
+            raise validation_error(name, thickness, "mm", bound, f"take the nearest, {self.sold_as(thickness):g} mm")
 
     def check_measured(self, name: str, measured: float, thickness: float) -> None:
         """Raise InputError for a measured thickness that a sheet of a listed one [mm] cannot have."""

@@ -80,8 +80,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     stress = fields.von_mises[corners]
     factor = deformation_factor(float(np.linalg.norm(displacement, axis=1).max()), length)
     highest = float(stress.max())
-    leaves = result.springs.leaves
-    of_leaves = process.name if leaves.is_printed else leaves.kind
+    leaves = result.springs.leaves.made_of
     limit = leaves.E_MPa * leaves.strain_limit
 
     # The half y >= 0 with its mirror image, whose quadrilaterals are turned so that they face outwards too.
@@ -98,7 +97,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
     caption = (
         f"At full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises stress "
-        f"{highest:.3g} MPa, limit {limit:.3g} MPa (E of {of_leaves} times its strain limit). Safety "
+        f"{highest:.3g} MPa, limit {limit:.3g} MPa (E of {leaves.name} times its strain limit). Safety "
         f"against the strain limit: {', '.join(factors)}. A coarse mesh: up to a tenth too high."
     )
     return page_body(

@@ -38,7 +38,7 @@ def test_printed_leaves_are_those_of_the_process_and_leave_no_trace_in_the_file(
     leaves = leaves_of(design, SOFT)
     process = design.process
     assert leaves.is_printed
-    assert (leaves.E_MPa, leaves.thicknesses_mm) == (process.E_MPa, process.leaf_thicknesses_mm)
+    assert (leaves.made_of.E_MPa, leaves.thicknesses_mm) == (process.E_MPa, process.leaf_thicknesses_mm)
     assert list(leaves.causes((20.0, 10.0))) == []
     assert "leaves" not in design_as_toml(design)  # the digest of a unit.toml is of this text
 
