@@ -87,15 +87,10 @@ def unbonded_loss(length: float, give: float, unbonded: float) -> float:
     `length` is the free length of the leaf, `give` the 1 / beta of a clamp [mm].
     """
     half = 0.5 * length
-    return 1.0 - (_compliance(half, give) / _compliance(half + unbonded, give))
+    return 1.0 - (half_compliance(half, give) / half_compliance(half + unbonded, give))
 
 
-def clamped_stiffness_factor(length: float, give: float) -> float:
-    """Return K of a clamped-guided leaf [mm] whose both ends give over K of rigid ones."""
-    return (0.5 * length) ** 3 / 3.0 / _compliance(0.5 * length, give)
-
-
-def _compliance(half: float, give: float) -> float:
+def half_compliance(half: float, give: float) -> float:
     """Return the deflection of half a leaf under a unit force at its middle, over 1 / EI [mm^3]."""
     return half**3 / 3.0 + half**2 * give + half * give**2 + 0.5 * give**3
 
