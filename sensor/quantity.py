@@ -89,6 +89,8 @@ class Estimate:
 # Below, a length is one of atoms and a modulus that of a gas: nothing that these models solve.
 COVERAGE = 2.0
 """Standard deviations to each side that hold 95 % of a normal distribution, rounded: JCGM 100:2008, 6.3.3."""
+BOUNDED = 1.0 / math.sqrt(3.0)
+"""Standard deviation of what lies anywhere within a bound, over that bound (JCGM 100:2008, 4.3.7)."""
 LENGTH = Bounds(at_least=1e-6, at_most=1000.0)
 MODULUS = Bounds(at_least=1e-6, at_most=1e6)
 DURATION = Bounds(at_least=1e-3, at_most=1e6)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from sensor.design.processes import Process
 from sensor.design.readout import AMPLIFIERS, BRIDGE, PROBE, Amplifier, Readout
-from sensor.quantity import report_field
+from sensor.quantity import BOUNDED, report_field
 from sensor.theory.leaf_spring import Flexure, gauge_strain
 from sensor.theory.strain_gauge import FOIL, shortest_gauged
 
@@ -143,7 +143,7 @@ class SignalPath:
 
         Its error may lie anywhere within its bound (JCGM 100:2008, 4.3.7).
         """
-        return 1e-3 * self.rate_Hz * self.time_error_ms / math.sqrt(3.0)
+        return BOUNDED * 1e-3 * self.rate_Hz * self.time_error_ms
 
     @property
     def conversion_order(self) -> tuple[int, ...]:

@@ -28,7 +28,7 @@ from pipeline.response.scene_press import ScenePress
 from pipeline.storage.plain import first_largest
 from sensor.arrays import Flags, Floats, rows_of
 from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
-from sensor.quantity import Estimate
+from sensor.quantity import BOUNDED, Estimate
 from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseReading
@@ -263,7 +263,7 @@ class _ReadAtModulus:
             if placement.thickness_mm is not None:
                 change = self.biases[place] - self.biases[place_of[replace(placement, thickness_mm=None)]]
                 most = max(most, abs(float(np.nan_to_num(change))))
-        return most / math.sqrt(3.0)
+        return BOUNDED * most
 
 
 def _read(

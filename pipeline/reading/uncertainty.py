@@ -16,12 +16,11 @@ from sensor.design.reading import (
     WEIGHED_AFTER_S,
     Reading,
 )
+from sensor.quantity import BOUNDED
 from sensor.theory.contrast_law import ReadingSlopes
 from sensor.theory.contrast_rise import RiseReading, RiseSlopes
 from sensor.theory.creep import NO_CREEP, CreepLaw
 
-BOUNDED = 1.0 / math.sqrt(3.0)
-"""Standard deviation of what lies anywhere within a bound, over that bound (JCGM 100:2008, 4.3.7)."""
 OF_FRUIT = ("pose", "thickness", "poisson")
 """Sources that are the same whatever the unit: shape of the fruit and pose, flesh over the stone, Poisson's ratio."""
 

@@ -25,11 +25,10 @@ largest force: J rises ever more slowly, so a force that stayed at its largest l
 import math
 from dataclasses import dataclass
 
+from sensor.quantity import BOUNDED
+
 EFFECTIVE = math.exp(-0.5)
 """Of the duration of a press: when a weight would meet the same stiffness."""
-_BOUND = 1.0 / math.sqrt(
-    3.0
-)  # standard deviation over the bound of what lies anywhere within it (JCGM 100:2008, 4.3.7)
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class CreepLaw:
     def deviation(self, weighed_s: float, press_s: float) -> float:
         """Return the standard deviation of ln k [1]: by the law, and by the effective time within a factor e."""
         decades = math.log10(weighed_s / (EFFECTIVE * press_s))
-        return math.hypot(decades * self.error / (1.0 + self.per_decade), _BOUND * self.exponent)
+        return math.hypot(decades * self.error / (1.0 + self.per_decade), BOUNDED * self.exponent)
 
     def left_behind(self, since_s: float, press_s: float, lasted_s: float) -> float:
         """Return what is left of the largest deflection of a press [1], at most, a time [s] after its lift.

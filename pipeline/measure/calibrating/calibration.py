@@ -25,7 +25,7 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import WEIGHED_AFTER, PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.report import Report
-from sensor.quantity import COVERAGE, Estimate, validation_error
+from sensor.quantity import BOUNDED, COVERAGE, Estimate, validation_error
 from sensor.verdict import Verdict
 
 _WEIGHED = {
@@ -218,7 +218,7 @@ def _drifted(percent: Sequence[float], report: Report) -> tuple[float, ...]:
     """Return what is left of each channel [%] with the drift of its gain, which lies anywhere within its bound."""
     signal = report.read_out.signal
     drifts = [0.0] * len(percent) if signal is None else signal.gain_drift_percent
-    return tuple(math.hypot(left, drift / math.sqrt(3.0)) for left, drift in zip(percent, drifts, strict=True))
+    return tuple(math.hypot(left, BOUNDED * drift) for left, drift in zip(percent, drifts, strict=True))
 
 
 def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:

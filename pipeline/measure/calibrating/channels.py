@@ -12,7 +12,7 @@ from pipeline.measure.tables.measured_table import MeasuredTable
 from pipeline.measure.unit.signals import count_keys
 from pipeline.report.report import Report
 from sensor.arrays import Floats
-from sensor.quantity import COVERAGE, Estimate, validation_error
+from sensor.quantity import BOUNDED, COVERAGE, Estimate, validation_error
 
 USUAL_SATURATION = 2**23 - 1
 """The largest count of a converter of 24 bits."""
@@ -117,7 +117,7 @@ def _return_of(own: Estimate, loads: Floats, shown: Floats) -> _Return:
     without = shown[loads == 0.0]
     drift = 100.0 * float(without[-1] - without[0]) / span
     # What comes back otherwise lies anywhere within its width (JCGM 100:2008, 4.3.7).
-    return _Return(float(np.hypot(own.percent, 0.5 * hysteresis / np.sqrt(3.0))), hysteresis, drift)
+    return _Return(float(np.hypot(own.percent, BOUNDED * 0.5 * hysteresis)), hysteresis, drift)
 
 
 def _crosstalk_percent(

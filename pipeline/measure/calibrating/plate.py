@@ -20,10 +20,9 @@ from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.measure.tables.units import LENGTH, Quantity
 from pipeline.measure.unit.count_codes import with_signed_counts
 from pipeline.measure.unit.signals import COUNTS, count_keys
-from pipeline.reading.uncertainty import BOUNDED
 from pipeline.report.report import Report
 from sensor.arrays import Floats
-from sensor.quantity import COVERAGE, Estimate, validation_error
+from sensor.quantity import BOUNDED, COVERAGE, Estimate, validation_error
 from sensor.theory.hertz import force_factor
 
 _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1

@@ -5,10 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.reading.uncertainty import BOUNDED
 from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
-from sensor.quantity import COVERAGE, Estimate
+from sensor.quantity import BOUNDED, COVERAGE, Estimate
 
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
 IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise", "too_fast")

@@ -12,11 +12,11 @@ from pipeline.measure.unit.printed_unit import PrintedUnit, channel_noises
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import LevelReading, correct_reading
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
-from pipeline.reading.uncertainty import BOUNDED, OF_FRUIT, LeftOpen, by_heat, least_forces
+from pipeline.reading.uncertainty import OF_FRUIT, LeftOpen, by_heat, least_forces
 from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats
 from sensor.design.parameters import Design
-from sensor.quantity import validation_error
+from sensor.quantity import BOUNDED, validation_error
 from sensor.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened_compliance
 from sensor.theory.contrast_rise import RiseLaw, RollingDomes
 from sensor.theory.creep import CreepLaw

@@ -15,7 +15,7 @@ from sensor.design.design_file import design_as_mapping, tables_as_toml, with_fo
 from sensor.design.parameters import PRINTED, Design
 from sensor.design.reading import CALIBRATED_BY, WEIGHED_AFTER_S, Reading
 from sensor.input_file import read_toml
-from sensor.quantity import COVERAGE, Bounds, InputError, check_fields, choice, quantity, validation_error
+from sensor.quantity import BOUNDED, COVERAGE, Bounds, InputError, check_fields, choice, quantity, validation_error
 from sensor.theory.creep import CreepLaw
 
 _HINT = "take the numbers that pipeline calibrate wrote"
@@ -185,7 +185,7 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
         K_N_per_m=tuple(1e3 * K for K in stiffnesses),
         K_percent=tuple(percent),
         gain=(1.0,) * count,
-        gain_percent=tuple(math.hypot(gain_percent, drift / math.sqrt(3.0)) for drift in drifts),
+        gain_percent=tuple(math.hypot(gain_percent, BOUNDED * drift) for drift in drifts),
     )
 
 
