@@ -295,7 +295,10 @@ class Sourced:
         # A number that is missing becomes None, which the check of its field refuses by name.
         left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
         sources = tuple(table.get("sources", {}).items())
-        return cls(**{**left_out, **table, "name": name, "sources": sources})
+        values: dict[str, Any] = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in table.items()
+        }
+        return cls(**{**left_out, **values, "name": name, "sources": sources})
 
     @classmethod
     def from_tables(cls, tables: Mapping[str, object]) -> dict[str, Self]:

@@ -94,7 +94,7 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
     """Return the springs of a design as if FE had found just their targets, or as if none could be made."""
     sizing, process = sizing_of(design), PROCESSES[design.print.process]
     targets = sizing.springs.stiffnesses
-    leaves = printed_leaves(design)
+    leaves = printed_leaves(process)
     deflections = sizing.deflections(design.full_travels_mm)
     printable = check_printable(design, sizing.springs, sizing.K_m_max)
     names = ("low", "high")

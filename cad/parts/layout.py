@@ -40,7 +40,7 @@ def housing_for(
     layout = tips.tip_layout
     depth = plate_depth(design, process)
     separation = layout.leaf_separation_mm
-    leaves = leaves or printed_leaves(design)
+    leaves = leaves or printed_leaves(process)
     clamp = leaves.clamp
     low, high = (
         Flexure(thickness=thickness, length=length, depth=depth, separation=separation, fillet=leaves.fillet_mm)

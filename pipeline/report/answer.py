@@ -96,7 +96,7 @@ def _spring_lines(report: Json) -> Iterator[str]:
         return
     process = report["material"]["process"]
     sheet = report["design"]["print"].get("leaves")  # left out where the leaves are printed
-    made = f"leaves {{}} in {process}" if sheet is None else f"strips of {sheet} {{}} in {process}"
+    leaves = "leaves" if sheet is None else f"strips of {sheet}"
     for name, spring in report["flexures"].items():
         target = f"{spring['target_N_per_m']:.6g} N/m"
         leaf = spring["dimensions_mm"]
@@ -107,7 +107,7 @@ def _spring_lines(report: Json) -> Iterator[str]:
         size = f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g} mm"
         stiffness = f"{spring['stiffness_N_per_m']:.5g} N/m ± {spring['error_percent']:.2g} % by FE"
         limit = "" if spring["safety_factor"] is None else f", limit {spring['safety_factor'] * strain:.2g}"
-        words = f"{made.format(size)}, strain {strain:.2g} at full travel{limit}"
+        words = f"{leaves} {size} in {process}, strain {strain:.2g} at full travel{limit}"
         yield escape(f"{name} spring: {stiffness}, {words}")
 
 

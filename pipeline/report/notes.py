@@ -11,7 +11,6 @@ from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
 from sensor.design.parameters import Design
-from sensor.design.sheets import SHEETS
 from sensor.theory.free_fruit import roll, table_share
 from sensor.theory.hertz import equivalent_radius
 from sensor.theory.soft_tissue import FLESH_LAWS, deepest_solved, large_strain_factor
@@ -71,12 +70,12 @@ def _strips(result: SensorResult) -> Note:
     springs = result.springs
     leaves = springs.leaves
     lengths = springs.leaf_lengths
-    sizes = [sizes for _, sizes in leaves.causes(lengths)]
-    scatters = [100.0 * math.hypot(*of_spring) for of_spring in zip(*sizes, strict=True)]
+    scatters = [100.0 * each for each in leaves.scatter(lengths)]
     lost = [
         100.0 * unbonded_loss(length, give, UNBONDED_MM) for length, give in zip(lengths, leaves.gives_mm, strict=True)
     ]
-    is_weighed = all(scatter.thickness <= SHEETS[leaves.made_of.name].weighed for scatter in leaves.scatters)
+    asked = result.design.print
+    is_weighed = asked.leaf_measured_low_mm is not None and asked.leaf_measured_high_mm is not None
     todo = (
         "Glue up to the shoulders"
         if is_weighed

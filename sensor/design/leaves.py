@@ -1,10 +1,10 @@
-"""The leaves of both springs: printed with the frame, or strips of sheet glued into it. Each kind is one function.
+"""The leaves of both springs: printed with the frame, or strips of sheet glued into it.
 
 What differs stands in `Leaves`: the material, the thicknesses, how well they are known, and how they are held.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from sensor.design.parameters import END_ROOM_MM, PRINTED, Design
@@ -61,8 +61,8 @@ class Leaves:
     @property
     def is_one_sheet(self) -> bool:
         """Say whether the strips of both springs are cut from one sheet, so that they are off alike."""
-        low, high = zip(self.sold_mm or (0.0, 1.0), self.thicknesses_mm, self.accuracies_mm, strict=True)
-        return low == high
+        pairs = (self.sold_mm, self.thicknesses_mm, self.accuracies_mm)
+        return all(pair is not None and pair[0] == pair[1] for pair in pairs)
 
     def causes(self, lengths: Sequence[float]) -> Iterator[tuple[str, tuple[float, float]]]:
         """Yield each cause of the scatter of strips: its name, and how far it moves both springs, two sigma [1].
@@ -80,18 +80,26 @@ class Leaves:
                 yield f"low {low.name}", (low.size, 0.0)
                 yield f"high {low.name}", (0.0, high.size)
 
+    def scatter(self, lengths: Sequence[float]) -> tuple[float, float]:
+        """Return how far the stiffnesses of the low and of the high spring of strips scatter, two sigma [1].
+
+        `lengths` [mm] are as in `causes`.
+        """
+        low, high = zip(*(sizes for _, sizes in self.causes(lengths)), strict=True)
+        return math.hypot(*low), math.hypot(*high)
+
 
 def leaves_of(design: Design, springs: Springs) -> Leaves:
     """Return the leaves that a design asks for, whose springs shall have these stiffnesses [N/mm].
 
     Raises InputError where strips of no listed sheet can be clamped.
     """
-    return KINDS[design.print.leaves](design, springs)
+    kind = design.print.leaves
+    return printed_leaves(design.process) if kind == PRINTED else strip_leaves(design, SHEETS[kind], springs)
 
 
-def printed_leaves(design: Design, _springs: Springs | None = None) -> Leaves:
+def printed_leaves(process: Process) -> Leaves:
     """Return leaves of one piece with the frame."""
-    process = design.process
     return Leaves(
         made_of=process,
         thicknesses_mm=process.leaf_thicknesses_mm,
@@ -103,26 +111,24 @@ def printed_leaves(design: Design, _springs: Springs | None = None) -> Leaves:
     )
 
 
-def strip_leaves(design: Design, springs: Springs) -> Leaves:
-    """Return strips of the sheet that a design names, of the best thicknesses where it names none.
+def strip_leaves(design: Design, sheet: SoldSheet, springs: Springs) -> Leaves:
+    """Return strips of a sheet, of the thicknesses that a design names, of the best ones where it names none.
 
     The best is the thinnest sheet whose stiffness scatters by at most 5 % once it is weighed, else the one of the least
     scatter, of those whose leaves `print.max_length_mm` and whose ends the clamps hold.
     """
-    sheet = SHEETS[design.print.leaves]
     process = design.process
-    sold = []
-    used = []
-    known = []
-    gives = []
     asked = design.print
     named = (asked.leaf_thickness_low_mm, asked.leaf_thickness_high_mm)
     measured = (asked.leaf_measured_low_mm, asked.leaf_measured_high_mm)
-    for K, name, weighed in zip(springs.stiffnesses, named, measured, strict=True):
-        thickness = name or best_thickness(design, sheet, K)
-        clamp = strip_clamp(design, sheet, thickness)
+    rows = zip(named, springs.stiffnesses, strict=True)
+    sold = [thickness or best_thickness(design, sheet, K) for thickness, K in rows]
+    clamp = strip_clamp(design, sheet, min(sold))
+    used = []
+    known = []
+    gives = []
+    for thickness, weighed in zip(sold, measured, strict=True):
         clamp.check_length(thickness, process.E_MPa, process.poisson)
-        sold.append(thickness)
         used.append(weighed or thickness)
         known.append(sheet.tolerance(thickness) if weighed is None else sheet.weighed * weighed)
         gives.append(clamp.give(thickness, process.E_MPa, process.poisson))
@@ -135,14 +141,11 @@ def strip_leaves(design: Design, springs: Springs) -> Leaves:
         fillet_mm=0.0,
         strain_factor=SHOULDER_STRAIN,
         least_slenderness=SHORTEST_STRIP,
-        clamp=strip_clamp(design, sheet, min(sold)),
+        clamp=clamp,
         scatters=tuple(scatters),
         gives_mm=(gives[0], gives[1]),
         sold_mm=(sold[0], sold[1]),
     )
-
-
-KINDS: dict[str, Callable[[Design, Springs], Leaves]] = {PRINTED: printed_leaves} | dict.fromkeys(SHEETS, strip_leaves)
 
 
 def check_clamps(design: Design) -> None:

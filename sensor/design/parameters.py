@@ -279,7 +279,7 @@ class Design:
         leaves = self.print.leaves
         if leaves == PRINTED:
             return
-        if self.process.kind == "dmls":
+        if self.process.is_metal:
             bound = f"{PRINTED!r} where {self.process.name} prints metal"
             raise validation_error("print.leaves", leaves, "", bound, "print the leaves too, or take a plastic")
         if not self.tips.tip_layout.has_housing:

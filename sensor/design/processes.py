@@ -101,6 +101,11 @@ class Process(Sourced):
             raise validation_error(name, self.accuracy_mm, "mm", bound, "take thicker leaves, or a finer process")
 
     @property
+    def is_metal(self) -> bool:
+        """Say whether it prints metal."""
+        return self.kind == "dmls"
+
+    @property
     def creep(self) -> CreepLaw:
         """Return the creep of its prints; none where the process does not tell it, as of metals."""
         return CreepLaw(self.creep_per_decade or 0.0, self.creep_scatter or 0.0)

@@ -1,4 +1,4 @@
-"""Sheet that leaves are cut from, read from sheets.toml, and the glue that holds them; every number has a source."""
+"""Sheet that leaves are cut from, read from sheets.toml; every number has a source."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -72,12 +72,4 @@ class SoldSheet(Sourced):
             raise validation_error(name, measured, "mm", bound, "weigh the sheet again, or name the sheet that it is")
 
 
-def _with_tuples(table: object) -> object:
-    """Return a table of a TOML file with its lists as tuples."""
-    if not isinstance(table, dict):
-        return table
-    return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
-
-
-_TABLES = read_toml(Path(__file__).with_name("sheets.toml"), "sheets")
-SHEETS = SoldSheet.from_tables({name: _with_tuples(table) for name, table in _TABLES.items()})
+SHEETS = SoldSheet.from_tables(read_toml(Path(__file__).with_name("sheets.toml"), "sheets"))

@@ -14,7 +14,6 @@ from pipeline.commands.console import (
     print_error,
     print_json,
 )
-from sensor.design.parameters import PRINTED
 from sensor.quantity import InputError, validation_error
 from sensor.verdict import all_passed
 
@@ -119,7 +118,7 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable",
         if arguments.json:
             print_json(_as_mapping(calibration))
         else:
-            strips = report.design.print.leaves != PRINTED
+            strips = not report.leaves.is_printed
             template = "calibrating/calibration.txt.j2"
             print_answer(template, failed=passed is False, strips=strips, **vars(calibration))
             print_verdicts("the unit against its design", calibration.verdicts)

@@ -12,7 +12,7 @@ from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.report.report import Report
 from pipeline.storage.plain import from_plain, to_plain
 from sensor.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
-from sensor.design.parameters import PRINTED, Design
+from sensor.design.parameters import Design
 from sensor.design.reading import CALIBRATED_BY, WEIGHED_AFTER_S, Reading
 from sensor.input_file import read_toml
 from sensor.quantity import BOUNDED, COVERAGE, Bounds, InputError, check_fields, choice, quantity, validation_error
@@ -148,9 +148,8 @@ def percent_as_made(report: Report) -> list[float]:
     """
     design = report.design
     process = design.process
-    if design.print.leaves != PRINTED:
-        sizes = [sizes for _, sizes in report.leaves.causes(report.leaf_lengths)]
-        low, high = (100.0 / COVERAGE * math.hypot(*of_spring) for of_spring in zip(*sizes, strict=True))
+    if not report.leaves.is_printed:
+        low, high = (100.0 / COVERAGE * each for each in report.leaves.scatter(report.leaf_lengths))
         return list(design.tips.each(low, high))
     percent = []
     for thickness in design.tips.each(*process.leaf_thicknesses_mm):

@@ -57,8 +57,7 @@ def print_scatter(sensor: LevelSensor) -> ScatterBands | None:
     law = characteristic(sensor.contact, sensor.sizing, springs.stiffnesses)
     targets = sensor.design.nominal_targets
     if not springs.leaves.is_printed:
-        lengths = [arm.flexure.length for arm in housing.arms]
-        return strip_bands([sizes for _, sizes in springs.leaves.causes(lengths)], law, targets)
+        return strip_bands([sizes for _, sizes in springs.leaves.causes(springs.leaf_lengths)], law, targets)
 
     def coarse(changed: Housing) -> tuple[float, ...]:
         mesh = flexure_mesh(changed, COARSE)

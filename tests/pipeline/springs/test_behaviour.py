@@ -25,7 +25,7 @@ def springs(gauges="none", **changes):
     return FittedSprings(
         springs=(),
         process=PETG,
-        leaves=printed_leaves(Design()),
+        leaves=printed_leaves(Design().process),
         deflections=DEFLECTIONS,
         fitted=fitted_housing(housing, stiffness),
     )
