@@ -60,21 +60,19 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
         bound = "left out beside a column t_s, which has the times"
         raise validation_error("--after", after_s, "s", bound, "give one of both")
     refuse_bad_times(table)
-    loaded = table.numbers["force"] > 0.0
+    loaded = table.numbers["force"] != 0.0
     if not loaded.any():
         return Weighing(table=table, after_s=WEIGHED_AFTER_S, creep=creep, own=False)
     after = float(np.exp(np.log(table.numbers["t"][loaded]).mean()))
-    is_metal = report.design.process.kind == "dmls"
-    own = None if is_metal else _own_creep(table, report, after)
+    own = None if report.design.process.is_metal else _own_creep(table, report, after)
     note = ""
-    # A process that tells no creep has no spread of it to compare with: what is no more than its error is none.
-    known = creep.error or (own.per_decade / COVERAGE if own is not None else 0.0)
-    if own is not None and own.error >= known:
-        left = f"{100.0 * own.per_decade:.2g} +- {200.0 * own.error:.2g} % a decade"
-        note = f"the times of {table.source} tell a creep of {left}, which is no better than that of the process"
-        own = None
-    elif own is not None:
-        creep = replace(own, error=math.hypot(own.error, _UNSEEN * creep.error))
+    if own is not None:
+        # A process that tells no creep has no spread of it to compare with: what is no more than its error is none.
+        if own.error >= (creep.error or own.per_decade / COVERAGE):
+            note = f"the times of {table.source} tell a creep of {own}, which is no better than that of the process"
+            own = None
+        else:
+            creep = replace(own, error=math.hypot(own.error, _UNSEEN * creep.error))
     at_one_time = _as_read_at(table, report, after, creep.exponent)
     return Weighing(table=at_one_time, after_s=after, creep=creep, own=own is not None, note=note)
 
@@ -85,11 +83,11 @@ def refuse_bad_times(table: MeasuredTable) -> None:
     forces = table.numbers["force"]
     for row, (t, force) in enumerate(zip(times.tolist(), forces.tolist(), strict=True)):
         place = place_of(table.source, table.lines[row], "t")
-        if t < 0.0 or (force > 0.0 and t == 0.0):
-            bound = "greater than 0" if force > 0.0 else "at least 0"
+        if t < 0.0 or (force != 0.0 and t == 0.0):
+            bound = "greater than 0" if force != 0.0 else "at least 0"
             raise validation_error(place, t, "s", bound, "write the seconds since that weight was hung")
         goes_on = row > 0 and force == forces[row - 1] and table.texts["tip"][row] == table.texts["tip"][row - 1]
-        if goes_on and force > 0.0 and t < times[row - 1]:
+        if goes_on and force != 0.0 and t < times[row - 1]:
             bound = f"at least the {times[row - 1]:g} s of the same weight in the line before"
             raise validation_error(place, t, "s", bound, "sort the lines, or unload between two loads")
 
@@ -133,7 +131,7 @@ def _exponents(table: MeasuredTable, report: Report, after: float) -> Iterator[E
 
 def _has_several_times(forces: Floats, times: Floats) -> bool:
     """Say whether one weight [N] was read at times [s] that are far enough from each other."""
-    weights = [times[forces == force] for force in set(forces[forces > 0.0].tolist())]
+    weights = [times[forces == force] for force in set(forces[forces != 0.0].tolist())]
     return any(float(of_one.max()) > LEAST_RATIO * float(of_one.min()) for of_one in weights)
 
 
@@ -142,7 +140,7 @@ def _exponent(forces: Floats, since: Floats, shown: Floats, rounding: Floats) ->
 
     Each number has the scatter about the law, and beside it the standard deviation of its `rounding`.
     """
-    logs = np.log(np.where(forces > 0.0, since, 1.0))
+    logs = np.log(np.where(forces != 0.0, since, 1.0))
     exponent = 0.0
     deviation = 0.0
     for _ in range(_ROUNDS):
@@ -161,7 +159,7 @@ def _as_read_at(table: MeasuredTable, report: Report, after: float, exponent: fl
     """Return a table whose deflections and counts are those of one time [s], by creep of an exponent [1]."""
     tips = np.array(table.texts["tip"])
     forces, times = table.numbers["force"], table.numbers["t"]
-    grown = np.where(forces > 0.0, forces * (np.maximum(times, 1.0e-12) / after) ** exponent, 0.0)
+    grown = forces * (times / after) ** exponent
     numbers = dict(table.numbers)
     for column in ("deflection", *count_keys(len(report.tips))):
         if column in numbers:

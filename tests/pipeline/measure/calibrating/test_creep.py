@@ -79,6 +79,21 @@ def test_creep_is_found_of_a_process_that_tells_none(paper, calibrate):
     assert (still.creep_per_decade, still.creep_error) == (None, None)
 
 
+@pytest.mark.parametrize("signs", [(-1, -1), (1, -1)])
+def test_weights_that_pull_tell_the_same_spring(signs, paper, calibrate):
+    """Of a spring that hangs upside down, or is pressed and pulled: K and creep are those of the weights' sizes."""
+    head, *rows = table(paper, 0.03).splitlines()
+    turned = []
+    for row in rows:
+        name, load, t, shown = row.split(",")
+        sign = signs[float(load) == LOADS[name][1]]
+        turned.append(f"{name},{sign * float(load)},{t},{sign * (float(shown) - 0.002) + 0.002:.9f}")
+    found = calibrate(paper.report, "\n".join([head, *turned])).unit
+    of_pushed = calibrate(paper.report, table(paper, 0.03)).unit
+    assert found.stiffnesses == pytest.approx(of_pushed.stiffnesses, rel=1e-5)
+    assert found.creep_per_decade == pytest.approx(0.03, rel=1e-5)
+
+
 def test_one_time_for_each_weight_is_a_time_and_no_creep(paper, calibrate):
     found = calibrate(paper.report, table(paper, 0.025, times=(60.0,)))
     assert (found.weighing.own, found.unit.creep_per_decade) == (False, None)
