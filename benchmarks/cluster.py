@@ -33,7 +33,7 @@ from pipeline.study.tasks import PointResult
 from pipeline.study.workers import cluster_engine
 
 WORKERS_A_PROCESS = 250
-START_S = 300.0  # until all workers must have registered
+START_S = 300.0  # until the scheduler must have an address
 SHORTEST, LONGEST = 0.7, 1.5  # of the seconds of a point
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 spread evenly: durations without a generator
 STUDY = """
@@ -141,6 +141,9 @@ def measured_load(workers: int, seconds: float, points: int) -> Load:
         size = patch.object(execute, "_task_size", lambda _: 1)
         solve = patch.object(execute, "solve_points", StoredPoints(seconds))
         with cluster_engine(address) as engine, put, size, solve:
+            if engine.workers != workers:
+                msg = f"{engine.workers} of {workers} workers came"
+                raise RuntimeError(msg)
             before = sum(scheduler.cpu_times()[:2])
             client_before = time.process_time()
             execute.run_study(study, Path(name) / "out", engine, watch.progress)

@@ -45,7 +45,7 @@ PARTS: tuple[Part, ...] = ("response", "reading")
 def refuse_unsolvable(design: Design) -> None:
     """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate; solves nothing.
 
-    So are strips of sheet that no clamp holds.
+    Strips of sheet that no clamp holds are refused too.
     """
     refuse_unsolvable_poses(design)
     refuse_unsolvable_time(design)

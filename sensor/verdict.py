@@ -32,6 +32,12 @@ SENSES: dict[str, Sense] = {
 }
 """The sense of a verdict by its name, since report.json holds no sense. Any other value must meet its limit."""
 
+
+def sense_of(name: str) -> Sense | None:
+    """Return the side on which the limit of a named verdict bounds its value; None for a target."""
+    return next((sense for pattern, sense in SENSES.items() if fnmatchcase(name, pattern)), None)
+
+
 READABLE = "geometry.readable"
 _A_FILE = "a readable file"
 
@@ -61,7 +67,7 @@ class Verdict:
     @property
     def sense(self) -> Sense | None:
         """Return the side on which the limit bounds the value; None for a target, which both sides may miss."""
-        return next((sense for pattern, sense in SENSES.items() if fnmatchcase(self.name, pattern)), None)
+        return sense_of(self.name)
 
     @property
     def limit_sense(self) -> Sense | None:

@@ -58,7 +58,7 @@ def general_mm(process: Process, length: float, *, is_radius: bool = False) -> f
     """Return the general tolerance of a length [mm], plus or minus; under 0.5 mm it is the process's of a thin wall."""
     if length < SMALL_MM:
         return process.accuracy_mm
-    if process.kind != "dmls":
+    if not process.is_metal:
         return GENERAL_MM
     classes = _RADII_MM if is_radius else _LENGTHS_MM
     return next((within for most, within in classes.items() if length <= most), max(classes.values()))

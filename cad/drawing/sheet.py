@@ -61,16 +61,12 @@ class Title:
     @property
     def general_tolerance(self) -> str:
         """Return the tolerance of what no dimension says otherwise [mm]."""
-        return "ISO 2768-1 m" if self._is_metal else f"±{GENERAL_MM:g}"
+        return "ISO 2768-1 m" if self.process.is_metal else f"±{GENERAL_MM:g}"
 
     @property
     def decimals(self) -> int:
         """Return the decimals of lengths on the drawing: a plastic print keeps no more than its tolerance says."""
-        return DECIMALS if self._is_metal else 1
-
-    @property
-    def _is_metal(self) -> bool:
-        return self.process.kind == "dmls"
+        return DECIMALS if self.process.is_metal else 1
 
 
 class Table(NamedTuple):

@@ -82,7 +82,7 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class FittedSprings(Record):
-    """The springs, low first, process, leaves, the deflection of each at full travel [mm], and the housing with them.
+    """The springs, low first, their process and leaves, deflections at full travel [mm], and the housing with them.
 
     Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized; nothing is made,
     and `ideal_offsets_mm` are the heights of their tips over the foremost one. `of_plate` is the sideways compliance of

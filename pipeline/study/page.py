@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +17,7 @@ from pipeline.study.store import StudyStore
 from pipeline.study.study_file import REFUSED, Study
 from pipeline.study.wanted import VERDICT_FIELDS
 from sensor.design.design_file import TABLE_TYPES, design_as_toml, design_from_mapping
-from sensor.verdict import SENSES
+from sensor.verdict import sense_of
 
 PAGE = "study.html"
 BEST = 10
@@ -26,8 +25,6 @@ MOST_DOTS = 1_000  # of the points: more hide each other
 _DESIGNS = "best-designs"
 _BASE = "base.toml"
 _SEED = 1
-_VERDICT_UNITS = {"bruise": "MPa", "K_?": "N/m", "printable.*": "mm"}
-"""Units of the values of verdicts, by their names; all others are plain numbers."""
 
 
 class ShownKey(NamedTuple):
@@ -119,7 +116,7 @@ def shown_keys(study: Study, columns: PointColumns) -> tuple[ShownKey, ...]:
 def is_part_of_limit(key: str) -> bool:
     """Say whether a key is the limit of a verdict that its value must stay on one side of."""
     name, _, last = key.removeprefix("verdicts.").rpartition(".")
-    return key.startswith("verdicts.") and last == "limit" and any(fnmatchcase(name, pattern) for pattern in SENSES)
+    return key.startswith("verdicts.") and last == "limit" and sense_of(name) is not None
 
 
 def _named(key: str) -> tuple[str, str]:
@@ -127,10 +124,12 @@ def _named(key: str) -> tuple[str, str]:
     table, _, last = key.partition(".")
     if table == "verdicts":
         name, _, field = last.rpartition(".")
-        unit = next((unit for pattern, unit in _VERDICT_UNITS.items() if fnmatchcase(name, pattern)), "1")
         label = name if field == "value" else f"{name}, {field}"
-        meaning = next((one.meaning for one in entries() if name in (one.each or (one.name,))), "")
-        return (label if unit == "1" or field == "passed" else f"{label} [{unit}]"), f"{meaning.partition('?')[0]}?"
+        entry = next((one for one in entries() if name in (one.each or (one.name,))), None)
+        if entry is None:
+            return label, ""
+        label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
+        return label, f"{entry.meaning.partition('?')[0]}?"
     if table in TABLE_TYPES and last in (declared := {item.name: item for item in fields(TABLE_TYPES[table])}):
         return key, declared[last].metadata["meaning"]
     found = report_key(key)

@@ -27,7 +27,7 @@ from sensor.quantity import validation_error
 Matrix = Sequence[Sequence[float]]
 Place = tuple[float, float]
 
-_MOST_STEPS = 100  # of a root: some six are needed, and as many halvings as digits where all leave the ends
+_MOST_STEPS = 100  # of a root: Newton needs some six; where each leaves the ends, halving needs as many as digits
 _LEVEL = 1e-9  # of the largest coordinate: how far the weights may let a tilt through
 
 

@@ -461,7 +461,8 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
     `noises` (tips,) [N] are the standard deviations of the forces. Raises RiseError where no modulus belongs to the
     sums, or where noise leaves too much of it open.
     """
-    E, offset, contrast = _solve(law, sums)
+    E, offset, of_S = _solve(law, sums)
+    contrast = law.with_offset(of_S)
     at_root = _SlopesAtRoot(contrast, sums, E, len(noises))
     by_noise = float(np.linalg.norm(at_root.noise_per_force() * noises))
     if by_noise > LARGEST_NOISE:
@@ -492,11 +493,11 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
 
 
 class _Solution(NamedTuple):
-    """The modulus E [MPa] and the offset [mm] of a press, and the contrast law at this offset."""
+    """The modulus E [MPa] and the offset [mm] of a press, and the offset [mm] of the S that gave both."""
 
     E: float
     offset: float
-    contrast: ContrastLaw
+    of_S: float
 
 
 def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
@@ -519,7 +520,7 @@ def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
             raise RiseError("out_of_range", str(error)) from error
         found = -(rigid + known_gaps + z * z * (dome + float(of_S @ mean_F) * z))
         if law.rolling is None or abs(found - offset) <= SETTLED * abs(rigid):
-            return _Solution(1.0 / (z * z * z), found, law.with_offset(offset))
+            return _Solution(1.0 / (z * z * z), found, offset)
         offset = found
         S = law.S(offset)
     message = "the offset of the contrast does not settle: must be a press of this sensor on a fruit; calibrate it anew"

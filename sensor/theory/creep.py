@@ -25,7 +25,7 @@ largest force: J rises ever more slowly, so a force that stayed at its largest l
 import math
 from dataclasses import dataclass
 
-from sensor.quantity import BOUNDED
+from sensor.quantity import BOUNDED, COVERAGE
 
 EFFECTIVE = math.exp(-0.5)
 """Of the duration of a press: when a weight would meet the same stiffness."""
@@ -37,6 +37,10 @@ class CreepLaw:
 
     per_decade: float = 0.0
     error: float = 0.0
+
+    def __str__(self) -> str:
+        """Return the law in words, with the half width that holds 95 %."""
+        return f"{100.0 * self.per_decade:.2g} +- {100.0 * COVERAGE * self.error:.2g} % (95 %) a decade of time"
 
     @property
     def exponent(self) -> float:

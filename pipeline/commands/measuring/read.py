@@ -112,10 +112,10 @@ def _print_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
     if arguments.unit is None:
         print_error("note: no --unit; springs as designed, as uncertain as their process prints them")
     elif sensor.creep.exponent:
-        decade = f"{100.0 * sensor.creep.per_decade:.2g} +- {200.0 * sensor.creep.error:.2g} % (95 %) a decade of time"
         more = 100.0 * (sensor.press_over_weighed() - 1.0)
         weighed = f"stiffer by {more:.2g} % than under weights read after {sensor.unit.weighed_after_s:.3g} s"
-        print_error(f"note: springs creep by {decade}; in a press of {sensor.design.press_s:.3g} s they are {weighed}")
+        press = f"a press of {sensor.design.press_s:.3g} s"
+        print_error(f"note: springs creep by {sensor.creep}; in {press} they are {weighed}")
 
 
 def _sensor(arguments: Namespace) -> "MeasuringUnit":
@@ -237,6 +237,8 @@ def _print_reading(reading: "FruitReading", *, indent: int | None, as_json: bool
 
 def _parts(reading: "FruitReading") -> list[str]:
     """Return what a reading tells, one text for each thing."""
+    from pipeline.measure.unit.fruit_reading import ZERO_AFTER_S
+
     parts = [] if reading.t is None else [f"t {reading.t:.3f} s"]
     if reading.E is None or reading.u is None:
         parts.append("no modulus")
@@ -255,7 +257,7 @@ def _parts(reading: "FruitReading") -> list[str]:
         parts.append(f"relaxes to {reading.relaxation:.3g}")
     if reading.zero_left is not None and (reading.zero_left_of_touch or 0.0) > FEELS_AS_TOUCH:
         left = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
-        parts.append(f"leaves a zero of up to {left} 1 s after its lift")
+        parts.append(f"leaves a zero of up to {left} {ZERO_AFTER_S:g} s after its lift")
     if reading.firmness is not None:
         value = f"{reading.firmness.value:.4g} {reading.firmness.unit}"
         parts.append(f"firmness {value} +- {2.0 * reading.firmness.percent:.2g} % (95 %)")

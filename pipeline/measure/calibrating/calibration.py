@@ -32,7 +32,7 @@ _WEIGHED = {
     "force": Quantity(units=FORCE, most=1e3, words=("weight",)),
     "deflection": Quantity(units=LENGTH, most=100.0),
 }
-_SINCE = Quantity(units=dict(TIME), default="s", most=WEIGHED_AFTER.at_most or math.inf)
+_SINCE = Quantity(units=TIME, default="s", most=WEIGHED_AFTER.at_most or math.inf)
 """Since a weight was hung: a column of its own, which the clock of a serial monitor is not."""
 WITHOUT_PLATE = "the design expects a press on a hard plate: without --plate firm flesh is read with a larger error"
 UNLIKE_DESIGN = 3.0
@@ -78,7 +78,8 @@ def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_F
     quantities = flags.applied({**objects, **_WEIGHED, "t": _SINCE, **dict.fromkeys(counts, COUNTS)})
     words = HeaderWords(quantities)
     header = next((row for row in rows if words.names(row) & objects.keys()), rows[0])
-    measured = words.names(header) & objects.keys()
+    named = words.names(header)
+    measured = named & objects.keys()
     if len(measured) != 1:
         text = form.delimiter.join(header.cells)
         bound = "a header with one column that is named tip or coupon"
@@ -86,11 +87,11 @@ def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_F
     (name,) = measured
     needed: tuple[str, ...] = (name, *_WEIGHED)
     example = _EXAMPLES[name]
-    is_counted = any(cell.lower().startswith("counts") for cell in header.cells) or words.names(header) & set(counts)
+    is_counted = any(cell.lower().startswith("counts") for cell in header.cells) or named & set(counts)
     if name == "tip" and is_counted:
         needed = (*needed, *counts)
         example = ",".join([example, *counts])
-    if name == "tip" and "t" in words.names(header):
+    if name == "tip" and "t" in named:
         needed = (*needed, "t")
     table = numbers_of(form, rows, {key: quantities[key] for key in needed}, needed, example)
     return table if counts[0] not in table.numbers else with_signed_counts(table, counts, saturation_of(report))

@@ -24,7 +24,7 @@ from sensor.quantity import validation_error
 QUANTITIES = {
     "force": Quantity(units=FORCE, default="N", words=tuple(WORDS["words"]["force"])),
     "travel": Quantity(units=LENGTH, default="mm", words=tuple(WORDS["words"]["travel"])),
-    "time": Quantity(units=TIME, default="s", words=tuple(WORDS["words"]["time"])),
+    "time": Quantity(units=TIME, default="s", words=tuple(WORDS["words"]["time"]), by_clock=True),
 }
 """What the headers of common testing machines mean."""
 _NEEDED = {"force", "travel"}

@@ -15,7 +15,6 @@ from pipeline.measure.tables.rows import TableRow, refuse_fault, row_of, single_
 from pipeline.measure.tables.units import (
     LONGEST_LABEL,
     SHOWN_LABEL,
-    TIME,
     Quantity,
     is_unit,
     needed_unit,
@@ -281,7 +280,7 @@ def _units_of_all(form: CsvFormat, words: HeaderWords, row: TableRow, texts: Seq
 
 def clock_column(row: TableRow, quantities: Mapping[str, Quantity], columns: Sequence[Column]) -> list[Column]:
     """Return the column of the clock of a serial monitor, where a row has one and no column is a time."""
-    times = [name for name, quantity in quantities.items() if quantity.units is TIME]
+    times = [name for name, quantity in quantities.items() if quantity.by_clock]
     if not row.clock or not times or any(column.name in times for column in columns):
         return []
     return [Column(index=-1, label="clock", name=times[0], unit="s", factor=1.0, most=math.inf)]

@@ -43,7 +43,7 @@ class Quantity:
     `default` is the unit of a header that gives none; without it a unit must be given. `most` bounds the size of the
     number in the unit whose factor is 1. `words` are other names that headers have for it. `flag_unit` is the unit that
     a flag gives, which a header may leave out and not contradict; `chosen` is the header, or the number of a column
-    from 1, that a flag gives.
+    from 1, that a flag gives. The clock of a serial monitor may stand for it where it is `by_clock`.
     """
 
     units: Mapping[str, float]
@@ -52,6 +52,7 @@ class Quantity:
     words: tuple[str, ...] = ()
     flag_unit: str = ""
     chosen: str = ""
+    by_clock: bool = False
 
 
 def _short(text: str) -> str:

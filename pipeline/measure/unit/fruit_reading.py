@@ -14,6 +14,8 @@ IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared"
 """Flags of firmware, from bit 0 on. The command refuses what firmware flags as bad, saturated or not tared."""
 UNCERTAIN = 0.5
 """Above this half width [1] a reading hardly tells the modulus, and no symmetric interval holds it."""
+ZERO_AFTER_S = 1.0
+"""Time after the lift of a press at which the zero that it leaves is told [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)

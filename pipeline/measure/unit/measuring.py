@@ -150,7 +150,7 @@ class MeasuringUnit:
         signal = self.report.read_out.signal
         return 0.0 if signal is None else signal.time_deviation / signal.rate_Hz
 
-    @property
+    @cached_property
     def creep(self) -> CreepLaw:
         """Return the creep of its springs."""
         return self.unit.creep_or(self.report.creep)

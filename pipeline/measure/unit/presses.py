@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.count_codes import SignedSamples
-from pipeline.measure.unit.fruit_reading import FruitReading
+from pipeline.measure.unit.fruit_reading import ZERO_AFTER_S, FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.one_time import AtOneTime
 from pipeline.measure.unit.relaxing_flesh import Hold, RelaxingFlesh
@@ -22,8 +22,6 @@ from sensor.theory.relaxation import Relaxation
 
 TARE_SAMPLES = 10
 """Of a signal of counts, at its start, of a sensor that hangs free."""
-ZERO_AFTER_S = 1.0
-"""Time after the lift of a press at which the zero that it leaves is told [s]."""
 MOST_NAMED = 10
 """Lines of a press that are named as left out; a stream may go on for ever."""
 
@@ -82,18 +80,17 @@ def tare_of(sensor: MeasuringUnit, signal: Signal, say: Callable[[str], None]) -
     unit = sensor.unit
     _refuse_uncalibrated(sensor, "FILE.csv")
 
-    def whole() -> Iterator[Sample]:
-        written = iter(signal)
-        first = list(itertools.islice(written, TARE_SAMPLES))
-        code = SignedSamples([sample.forces for sample in first], unit.zero_counts, unit.saturation_counts, say)
-        for sample in itertools.chain(first, written):
-            place = partial(signal.place, sample)
-            signed = replace(sample, forces=code.signed(sample.forces, place))
-            _refuse_saturated(sensor, signed.forces, place)
-            yield signed
+    written = iter(signal)
+    first = list(itertools.islice(written, TARE_SAMPLES))
+    code = SignedSamples([sample.forces for sample in first], unit.zero_counts, unit.saturation_counts, say)
 
-    samples = whole()
-    free = list(itertools.islice(samples, TARE_SAMPLES))
+    def signed(sample: Sample) -> Sample:
+        place = partial(signal.place, sample)
+        counts = code.signed(sample.forces, place)
+        _refuse_saturated(sensor, counts, place)
+        return replace(sample, forces=counts)
+
+    free = list(map(signed, first))
     hint = f"let the sensor hang free and still for the first {TARE_SAMPLES} samples"
     if len(free) < TARE_SAMPLES:
         raise validation_error(signal.place(free[-1], 0), len(free), "samples", f"at least {TARE_SAMPLES}", hint)
@@ -108,7 +105,7 @@ def tare_of(sensor: MeasuringUnit, signal: Signal, say: Callable[[str], None]) -
         if off.max() > 1.0:
             tip = int(off.argmax())
             raise validation_error(signal.place(sample, tip), sample.forces[tip], "counts", "steady", hint)
-    return tare, samples
+    return tare, map(signed, written)
 
 
 def forces_of_counts(

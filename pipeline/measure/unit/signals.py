@@ -59,7 +59,7 @@ class Signal:
         """Read the header."""
         self.source = source
         of_forces, of_counts, of_channels = force_keys(tips), count_keys(tips), time_keys(tips)
-        quantities = {name: Quantity(units=TIME, default="s") for name in ("t", *of_channels)}
+        quantities = {name: Quantity(units=TIME, default="s", by_clock=True) for name in ("t", *of_channels)}
         quantities["t"] = replace(quantities["t"], words=tuple(WORDS["words"]["time"]))
         quantities["x"] = Quantity(units=LENGTH, default="mm", words=tuple(WORDS["words"]["travel"]))
         quantities |= dict.fromkeys(of_forces, Quantity(units=FORCE, default="N")) | dict.fromkeys(of_counts, COUNTS)
