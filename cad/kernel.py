@@ -1,4 +1,4 @@
-"""Loads the CAD kernel without what of its imports nothing here asks for, where it is loaded ahead of its use."""
+"""Loads the CAD kernel ahead of its use, without most of VTK, which nothing here asks for."""
 
 import importlib
 import sys

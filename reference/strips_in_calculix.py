@@ -17,6 +17,7 @@ import gmsh
 import numpy as np
 
 from cad.parts.housing import Housing, profile
+from mesh.session import gmsh_session
 from sensor.arrays import Floats, Ints
 
 LEVELS = (0.0, 0.5, 0.82, 1.0)  # of the half depth
@@ -86,12 +87,7 @@ def _print_surface(housing: Housing) -> list[tuple[int, int]]:
 
 def _plane_mesh(housing: Housing, sizes: Sizes) -> tuple[Floats, list[_Pieces]]:
     """Return the nodes (2, n) of the profile and its pieces by material."""
-    if not gmsh.isInitialized():
-        gmsh.initialize()
-    try:
-        gmsh.option.setNumber("General.Verbosity", 2)
-        gmsh.clear()
-        gmsh.model.add("strips")
+    with gmsh_session():
         plate = _print_surface(housing)
         tools = []
         for strip in housing.strips:
@@ -110,8 +106,6 @@ def _plane_mesh(housing: Housing, sizes: Sizes) -> tuple[Floats, list[_Pieces]]:
         gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 1)
         gmsh.model.mesh.setOrder(2)
         return _read(materials)
-    finally:
-        gmsh.finalize()
 
 
 def _material(housing: Housing, tag: int) -> str:
@@ -160,9 +154,6 @@ def _set_sizes(housing: Housing, materials: dict[int, str], sizes: Sizes) -> Non
     }.items():  # fmt: skip
         field.setNumber(threshold, name, value)
     field.setAsBackgroundMesh(threshold)
-    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
-    gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
-    gmsh.option.setNumber("Mesh.Algorithm", 6)
 
 
 def _read(materials: dict[int, str]) -> tuple[Floats, list[_Pieces]]:

@@ -7,6 +7,7 @@ import cadquery as cq
 
 from cad.checks.line_probe import UP, Lines, Vector, solid_lines
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
+from cad.parts.part import box_through
 from cad.parts.pose import in_place, pose_shape
 from cad.parts.sensor import SensorSolids
 from sensor.verdict import Verdict, at_least, failed_verdict
@@ -29,9 +30,9 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     low, high = housing.arms
     half = 0.5 * (housing.spacing + housing.shuttle_width)
     tip_height = 0.0 if housing.pin_side else housing.tip_height
-    moving = _box(housing, low.wall, high.wall, -_REACH, housing.cavity_level)
+    moving = box_through(housing.depth, (low.wall, high.wall), (-_REACH, housing.cavity_level))
     frame = sensor.part.shape.cut(moving)
-    necks = sensor.part.shape.intersect(_box(housing, -half, half, tip_height, housing.neck_level))
+    necks = sensor.part.shape.intersect(box_through(housing.depth, (-half, half), (tip_height, housing.neck_level)))
     return (
         fruit_clearance_verdict("geometry.frame_clearance", sensor, frame),
         _clearance("geometry.neck_clearance", sensor, necks, press_tilt(sensor.press)),
@@ -45,7 +46,8 @@ def fruit_clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape) ->
 
 def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
     """Return shuttle, neck, tip and leaves of one spring, cut from its wall at the roots [mm]."""
-    box = _box(sensor.housing, min(arm.wall, 0.0), max(arm.wall, 0.0), -_REACH, sensor.housing.cavity_level)
+    across = (min(arm.wall, 0.0), max(arm.wall, 0.0))
+    box = box_through(sensor.housing.depth, across, (-_REACH, sensor.housing.cavity_level))
     pieces = sensor.part.shape.intersect(box)
     # The largest solid: the fillets of the cavity beside an arm stay with the frame.
     return max(pieces.Solids(), key=lambda solid: solid.Volume(), default=pieces)
@@ -73,12 +75,6 @@ def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
         return float(distance)
     common = shape.intersect(fruit)
     return float(common.BoundingBox().zmin) if common.Solids() else 0.0
-
-
-def _box(housing: Housing, x0: float, x1: float, z0: float, z1: float) -> cq.Shape:
-    """Return the box between two x and two z over the whole depth of the plate [mm]."""
-    depth = housing.depth + 2.0 * _REACH
-    return cq.Solid.makeBox(x1 - x0, depth, z1 - z0, cq.Vector(x0, -0.5 * depth, z0))
 
 
 def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple[Verdict, ...]:
@@ -109,7 +105,7 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
         shuttle_stop = min(shuttle_stop, _gap_above(lines, (x, 0.0, housing.neck_level)))
     leaf_gaps = {}  # of points of the upper leaf, by how much of the shuttle's deflection they move
     for fraction in _ON_LEAF:
-        moved = 3.0 * fraction**2 - 2.0 * fraction**3
+        moved = guided_share(fraction)
         x = arm.wall + fraction * (arm.shuttle - arm.wall)
         leaf_gaps[moved] = _gap_above(lines, (x, 0.0, arm.levels[1]))
 
@@ -127,6 +123,11 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     left = min(open_distance - shuttle_stop * moved for moved, open_distance in leaf_gaps.items())
     reference = f"least distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
     return stop, at_least(gap, left, LEAF_GAP_MM, 0.0, unit="mm", reference=reference)
+
+
+def guided_share(s: float) -> float:
+    """Return the share of the shuttle's deflection that a guided leaf has at a share s of its length from the wall."""
+    return 3.0 * s**2 - 2.0 * s**3
 
 
 def _gap_above(lines: Lines, point: Vector) -> float:

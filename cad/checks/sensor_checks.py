@@ -33,11 +33,10 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
     travel. Raises FileNotFoundError; a file that cannot be read fails geometry.readable.
     """
     bodies = sensor.printed_bodies()
-    shape = sensor.printed_shape()
+    shape = one_shape(body.shape for body in bodies)
     solid = check_solid(shape, len(bodies))
-    has_strips = sensor.sheet is not None
     step_path, stl_path = (existing_file(folder / name) for name in ("housing.step", "housing.stl"))
-    strips_path = existing_file(folder / "strips.step") if has_strips else None
+    strips_path = None if sensor.sheet is None else existing_file(folder / "strips.step")
     try:
         step = read_step(step_path)
         printed = read_stl(stl_path)

@@ -9,14 +9,14 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import cadquery as cq
 
-from cad.checks.clearance import LEAF_GAP_MM
+from cad.checks.clearance import LEAF_GAP_MM, guided_share
 from cad.checks.line_probe import UP, Lines, Vector, open_ahead, solid_lines
 from cad.checks.tip_checks import PLACE_TOLERANCE_MM
 from cad.parts.housing import Arm, Housing, Strip
 from cad.parts.part import one_shape
 from cad.parts.sensor import SensorSolids
 from cad.parts.spacer import HANDLE_MM, RAIL, block_levels, block_name
-from cad.parts.strips import cut_strips, pieces_of_stock
+from cad.parts.strips import cut_strips, pieces_of_stock, widest_first
 from sensor.design.leaves import SHOULDER_STRAIN
 from sensor.design.processes import Process
 from sensor.design.sheets import SoldSheet
@@ -65,12 +65,12 @@ def _slots(housing: Housing, declared: float, forms: Mapping[str, Lines]) -> Ver
         half = 0.5 * (strip.z[1] - strip.z[0])
         for direction in (UP, _DOWN):
             gap = open_ahead(lines, point, direction) - half
-            if math.isnan(gap) or abs(gap - declared) > abs(worst - declared):
-                worst = gap
-                place = f"; farthest in the {form} beside the {strip.name} at x = {point[0]:.3f} mm"
             if math.isnan(gap):
                 reference = f"no slot for the {strip.name} in the {form} at x = {point[0]:.3f} mm"
                 return failed_verdict("geometry.strip_slots", declared, unit="mm", reference=reference)
+            if abs(gap - declared) > abs(worst - declared):
+                worst = gap
+                place = f"; farthest in the {form} beside the {strip.name} at x = {point[0]:.3f} mm"
     reference = f"lines from the middle of each strip to both faces of its slots, in {', '.join(forms)}{place}"
     return equal("geometry.strip_slots", worst, declared, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
 
@@ -136,7 +136,7 @@ def _clearance(housing: Housing, lines: Lines, deflections: Sequence[float]) -> 
         half = 0.5 * arm.flexure.thickness
         for level, share, across in itertools.product(arm.levels, _ALONG_STRIP, _ACROSS):
             point = (arm.wall + share * (arm.shuttle - arm.wall), across * housing.depth, level)
-            moved = deflection * (3.0 * share**2 - 2.0 * share**3)
+            moved = deflection * guided_share(share)
             above = open_ahead(lines, point, UP) - half - max(moved, 0.0)
             below = open_ahead(lines, point, _DOWN) - half
             room = min(above, below)
@@ -199,13 +199,13 @@ def spacer_verdicts(sensor: SensorSolids, spacer: cq.Shape, process: Process) ->
     housing = sensor.housing
     try:
         parts = _named_tool(housing, spacer)
-        errors = dict(_tool_errors(housing, parts))
+        errors = list(_tool_errors(housing, parts))
         _refuse_stuck(sensor, parts, process)
     except _ToolError as error:
         return (failed_verdict(name, 0.0, unit="mm", reference=str(error)),)
-    worst = max(errors, key=lambda each: abs(errors[each]))
+    worst, off = max(errors, key=lambda each: abs(each[1]))
     reference = f"lines through blocks and rail against free lengths and levels; farthest {worst}"
-    return (equal(name, errors[worst], 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference),)
+    return (equal(name, off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference),)
 
 
 class _ToolError(ValueError):
@@ -215,13 +215,11 @@ class _ToolError(ValueError):
 def _named_tool(housing: Housing, spacer: cq.Shape) -> dict[str, cq.Shape]:
     """Return the parts of a tool by name; raises _ToolError for another number of solids."""
     names = [RAIL, *(block_name(arm) for arm in housing.arms)]
-    solids = sorted(spacer.Solids(), key=lambda solid: -float(solid.BoundingBox().xlen))
+    solids = spacer.Solids()
     if len(solids) != len(names):
         msg = f"{len(solids)} solids, must be {len(names)}: {', '.join(names)}"
         raise _ToolError(msg)
-    rail, *blocks = solids
-    blocks.sort(key=lambda solid: float(solid.Center().x))
-    return dict(zip(names, (rail, *blocks), strict=True))
+    return dict(zip(names, widest_first(solids), strict=True))
 
 
 def _tool_errors(housing: Housing, parts: Mapping[str, cq.Shape]) -> Iterator[tuple[str, float]]:
@@ -229,8 +227,8 @@ def _tool_errors(housing: Housing, parts: Mapping[str, cq.Shape]) -> Iterator[tu
     for arm in housing.arms:
         lines = solid_lines(parts[block_name(arm)])
         foot, top = block_levels(arm)
-        for across, share in itertools.product(_ACROSS[1:2], (0.1, 0.5, 0.9)):
-            point = (0.5 * sum(arm.roots), across * housing.depth, foot + share * (top - foot))
+        for share in (0.1, 0.5, 0.9):
+            point = (0.5 * sum(arm.roots), _ACROSS[1] * housing.depth, foot + share * (top - foot))
             yield block_name(arm), sum(span.leave - span.enter for span in lines(point, _RIGHT)) - arm.flexure.length
     lines = solid_lines(parts[RAIL])
     tops = {arm.centre: 0.0 for arm in housing.arms}

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import cadquery as cq
 
 from cad.drawing.canvas import MEASURED, SMALL_MM, Box, CalloutText, Canvas, DimensionText, Point, text_width
-from cad.drawing.lengths import Length, Side, draw_lengths
+from cad.drawing.lengths import Length, draw_lengths
 from cad.drawing.measuring_table import HEADS, STEP_MM, MeasuredDimension, measuring_table
 from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, on_sheet
@@ -35,7 +35,6 @@ _ROOM_BEHIND_MM = 14.0  # on paper, above it for one row of them
 _NAME_BELOW_MM = 9.0  # on paper, from it to its name
 _SPOT_MM = 0.8  # on paper, radius of what marks the middle of a sensor
 _STEEL, _STEEL_COLOUR = "STEEL", 1  # layer of strips, and its colour by AutoCAD's index
-_SIDES_OF_ARMS: tuple[Side, Side] = ("left", "right")
 
 Measured = Mapping[str, MeasuredDimension]
 
@@ -176,16 +175,16 @@ def _spring_lengths(housing: Housing, measured: Measured) -> list[Length]:
 
 def _slot_lengths(housing: Housing, measured: Measured) -> list[Length]:
     """Return the widths of the slots of both springs, and their depth from a shoulder; none for printed leaves."""
-    lengths = []
-    for arm, side in zip(housing.arms, _SIDES_OF_ARMS, strict=True):
-        if not arm.strips:
-            return []
-        (start, end), (foot, top) = arm.strips[1].slots[0 if arm.sign < 0.0 else 1]
-        outer = start if arm.sign < 0.0 else end
-        lengths.append(Length(side, (outer, foot), (outer, top), measured[f"{arm.name} slot"].label(f"4x {MEASURED}")))
-        if arm.sign < 0.0:
-            lengths.append(Length("bottom", (start, foot), (end, foot), f"8x {MEASURED}"))
-    return lengths
+    if not housing.strips:
+        return []
+    low, high = (arm.strips[1] for arm in housing.arms)
+    (start, end), (low_foot, low_top) = low.slots[0]
+    (_, far), (high_foot, high_top) = high.slots[1]
+    return [
+        Length("left", (start, low_foot), (start, low_top), measured["low slot"].label(f"4x {MEASURED}")),
+        Length("bottom", (start, low_foot), (end, low_foot), f"8x {MEASURED}"),
+        Length("right", (far, high_foot), (far, high_top), measured["high slot"].label(f"4x {MEASURED}")),
+    ]
 
 
 def _has_neck(housing: Housing) -> bool:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from cad.drawing.canvas import IN_TABLE, MEASURED, SMALL_MM, length_text
-from cad.parts.housing import Housing
+from cad.parts.housing import Arm, Housing
 from cad.parts.pin import GROUND_MM
 from cad.parts.sensor import SensorSolids
 from sensor.design.leaves import FREE_LENGTH_MM
@@ -100,10 +100,20 @@ def _percent(name: str, ratio: float) -> str:
     return f"{name} {100.0 * (ratio - 1.0):+.2g} %"
 
 
-def _gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
+def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
     """Return the stiffness ratio [1] of a pair of leaves after a change of thickness or length [mm]."""
     t, L, w = flexure.thickness, flexure.length, flexure.depth
     return pair_stiffness(1.0, w, t + thickness, L + length) / pair_stiffness(1.0, w, t, L)
+
+
+def _length(arm: Arm, place: str, within: float) -> MeasuredDimension:
+    """Return the length of the leaves of a spring, within a tolerance [mm]."""
+    return MeasuredDimension(
+        places=(place,),
+        nominal=arm.flexure.length,
+        tolerance=_within(within),
+        moves=_percent(f"K_{arm.name[0]}", stiffness_gain(arm.flexure, length=STEP_MM)),
+    )
 
 
 def _leaves(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
@@ -115,7 +125,7 @@ def _leaves(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
     within = _within(process.accuracy_mm)
     for arm in housing.arms:
         flexure = arm.flexure
-        one_of_two = 0.5 * (1.0 + _gain(flexure, thickness=STEP_MM))  # the other leaf is as it was
+        one_of_two = 0.5 * (1.0 + stiffness_gain(flexure, thickness=STEP_MM))  # the other leaf is as it was
         found[f"{arm.name} thickness"] = MeasuredDimension(
             places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
             nominal=flexure.thickness,
@@ -123,12 +133,7 @@ def _leaves(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
             moves=_percent(f"K_{arm.name[0]}", one_of_two),
         )
     for arm in housing.arms:
-        found[f"{arm.name} length"] = MeasuredDimension(
-            places=(f"length, {arm.name} leaves",),
-            nominal=arm.flexure.length,
-            tolerance=within,
-            moves=_percent(f"K_{arm.name[0]}", _gain(arm.flexure, length=STEP_MM)),
-        )
+        found[f"{arm.name} length"] = _length(arm, f"length, {arm.name} leaves", process.accuracy_mm)
     deeper = (housing.depth + STEP_MM) / housing.depth
     return {**found, "depth": _plain("depth, leaves", housing.depth, process, _percent("K", deeper))}
 
@@ -145,15 +150,10 @@ def _strips(housing: Housing, sheet: SoldSheet, process: Process) -> dict[str, M
             places=(f"thickness, {arm.name} strips: weighed",),
             nominal=thickness,
             tolerance=_within(sheet.tolerance(sheet.sold_as(thickness))),
-            moves=f"+1 %: {_percent(f'K_{arm.name[0]}', _gain(arm.flexure, thickness=0.01 * thickness))}",
+            moves=f"+1 %: {_percent(f'K_{arm.name[0]}', stiffness_gain(arm.flexure, thickness=0.01 * thickness))}",
         )
     for arm in housing.arms:
-        found[f"{arm.name} length"] = MeasuredDimension(
-            places=(f"free length, {arm.name} strips",),
-            nominal=arm.flexure.length,
-            tolerance=_within(FREE_LENGTH_MM),
-            moves=_percent(f"K_{arm.name[0]}", _gain(arm.flexure, length=STEP_MM)),
-        )
+        found[f"{arm.name} length"] = _length(arm, f"free length, {arm.name} strips", FREE_LENGTH_MM)
     for arm in housing.arms:
         (_, (foot, top)), _ = arm.strips[0].slots
         found[f"{arm.name} slot"] = MeasuredDimension(

@@ -12,7 +12,7 @@ from cad.fabrication.templates import EACH, render_template
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM, Housing
 from cad.parts.sensor import SensorSolids
-from cad.parts.strips import cut_strips, glue_volume, length_of_stock
+from cad.parts.strips import CutStrip, cut_strips, glue_volume, length_of_stock
 from sensor.design.processes import Process
 from sensor.theory.strain_gauge import FOIL
 
@@ -84,17 +84,19 @@ def sheets_to_buy(sensor: SensorSolids) -> tuple[SheetToBuy, ...]:
     sheet = sensor.sheet
     if sheet is None:
         return ()
-    found: dict[float, SheetToBuy] = {}
+    of_thickness: dict[float, list[CutStrip]] = {}
     for strips in cut_strips(sensor.housing):
-        sold = sheet.sold_as(strips.thickness)
-        enough = [width for width, length in sheet.stock if length_of_stock(strips, width) <= length]
+        of_thickness.setdefault(sheet.sold_as(strips.thickness), []).append(strips)
+    found = []
+    for thickness, kinds in of_thickness.items():
+        enough = [
+            width for width, length in sheet.stock if sum(length_of_stock(each, width) for each in kinds) <= length
+        ]
         width = min(enough, default=max(sheet.stock_widths_mm))
-        length = math.ceil(length_of_stock(strips, width) / _ROUND_MM) * _ROUND_MM
-        before = found.get(sold)
-        springs = (strips.spring,) if before is None else (*before.springs, strips.spring)
-        length += 0.0 if before is None else before.length
-        found[sold] = SheetToBuy(thickness=sold, width=width, length=length, springs=springs)
-    return tuple(found.values())
+        length = sum(math.ceil(length_of_stock(each, width) / _ROUND_MM) * _ROUND_MM for each in kinds)
+        springs = tuple(each.spring for each in kinds)
+        found.append(SheetToBuy(thickness=thickness, width=width, length=length, springs=springs))
+    return tuple(found)
 
 
 def glue_ml(housing: Housing) -> float:

@@ -288,7 +288,8 @@ def signal_path(
         return tuple(of_kind[kind][key] for kind in kinds)
 
     heating = _self_heating(springs, supply) if is_foil else 0.0
-    modulus_percent_per_K = 100.0 * abs(stiffness_per_K or process.E_per_K or 0.0)
+    per_K = process.E_per_K if stiffness_per_K is None else stiffness_per_K
+    modulus_percent_per_K = 100.0 * abs(per_K or 0.0)
     return SignalPath(
         transducer=readout.transducer,
         amplifier=amplifier.name,

@@ -54,15 +54,12 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
         NamedSolid(name="cover", shape=cover_part(housing, sensor.seats).shape, colour=COVER_COLOUR),
         NamedSolid(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR),
     ]
-    tool: list[NamedSolid] = []
     if sensor.sheet is None:
         bodies.insert(0, NamedSolid(name="coupon", shape=coupon_part(housing).shape, colour=_TOOL_COLOUR))
-    else:
-        parts = spacer_parts(housing)
-        tool = [NamedSolid(name=name, shape=shape, colour=_TOOL_COLOUR) for name, shape in parts.items()]
     shapes = {"housing": sensor.printed_shape()} | {body.name: body.shape for body in bodies}
+    tool = {} if sensor.sheet is None else spacer_parts(housing)
     if tool:
-        shapes["spacer"] = one_shape(part.shape for part in tool)
+        shapes["spacer"] = one_shape(tool.values())
     masses = {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
     bill = bill_of_materials(sensor, process, read_out.springs, masses, read_out.signal)
 
@@ -76,17 +73,18 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
         export_stl(print_pose(body.shape), stl)
         paths += [step, stl]
     if sensor.sheet is not None:
-        paths += [folder / "spacer.step", folder / "spacer.stl", folder / "strips.dxf"]
-        read_back["spacer"] = export_step(tool, paths[-3])
-        export_stl(print_pose(shapes["spacer"], back_up=housing.back_to_back), paths[-2])
-        paths[-1].write_text(strip_cutting(cut_strips(housing), sensor.sheet), encoding="utf-8", newline="")
+        step, stl, dxf = (folder / name for name in ("spacer.step", "spacer.stl", "strips.dxf"))
+        parts = [NamedSolid(name=name, shape=shape, colour=_TOOL_COLOUR) for name, shape in tool.items()]
+        read_back["spacer"] = export_step(parts, step)
+        export_stl(print_pose(shapes["spacer"], back_up=housing.back_to_back), stl)
+        dxf.write_text(strip_cutting(cut_strips(housing), sensor.sheet), encoding="utf-8", newline="")
+        paths += [step, stl, dxf]
 
     signal = read_out.signal
     if signal is not None:
-        plates = 2 if housing.back_to_back else 1
         resistor = series_resistor(process, AMPLIFIERS[signal.amplifier])
         paths.append(folder / "wiring.svg")
-        write_wiring(paths[-1], signal.transducer, sensor.tips.names, plates, resistor)
+        write_wiring(paths[-1], signal.transducer, sensor.tips.names, housing.plates, resistor)
     texts = {
         "bom.csv": bill_csv(bill),
         "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from cad.drawing.measuring_table import PIN_FIT, STEP_MM
+from cad.drawing.measuring_table import PIN_FIT, STEP_MM, stiffness_gain
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import BillLine, glue_ml, screw_name, sheets_to_buy
 from cad.fabrication.bridges import (
@@ -69,8 +69,8 @@ def _gaps(housing: Housing) -> dict[str, float]:
 
 def _length_moves(arm: Arm) -> dict[str, str | float]:
     """Return the row of the sheet on the free length of a spring [mm], and what 0.1 mm more of it moves [1]."""
-    length = arm.flexure.length
-    return {"name": arm.name, "length": length, "moves": (length / (length + STEP_MM)) ** 3 - 1.0}
+    moves = stiffness_gain(arm.flexure, length=STEP_MM) - 1.0
+    return {"name": arm.name, "length": arm.flexure.length, "moves": moves}
 
 
 def _jig_press(spring: Spring) -> dict[str, str | float]:

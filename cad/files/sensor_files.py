@@ -48,8 +48,8 @@ def write_sensor(sensor: SensorSolids, folder: Path) -> tuple[Path, ...]:
     mesh = export_stl(printed, stl)
 
     package = folder / "housing.3mf"
-    bodies_printed = printed.Solids() if len(marked) > 1 else ()
-    write_3mf(dict(zip(marked, [triangles(solid) for solid in bodies_printed] or [mesh], strict=True)), package)
+    meshes = [mesh] if len(marked) == 1 else [triangles(solid) for solid in printed.Solids()]
+    write_3mf(dict(zip(marked, meshes, strict=True)), package)
     compare_volume(package, read_3mf(package).mesh.volume, printed.Volume(), solid_tolerance(printed))
 
     assembly_glb = folder / "assembly.glb"

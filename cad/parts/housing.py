@@ -242,6 +242,11 @@ class Housing:
         return tuple(strip for arm in self.arms for strip in arm.strips)
 
     @property
+    def plates(self) -> int:
+        """Return how many plates a sensor has: two where they stand back to back."""
+        return 2 if self.back_to_back else 1
+
+    @property
     def stack(self) -> float:
         """Return the thickness of the plate, or of both plates back to back [mm]."""
         return self.spacing + self.depth if self.back_to_back else self.depth

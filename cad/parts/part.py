@@ -15,6 +15,7 @@ from cad.parts.housing import PartSize, Point
 FaceTest = Callable[["cq.Face"], bool]
 _NEAR_TURN = 1e-6  # [rad]
 NEAR_MM = 1e-6  # well under any length of a design, well over the tolerance of the geometry kernel
+_REACH_MM = 1.0  # of a cut beyond a plate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,6 +78,12 @@ def one_shape(shapes: Iterable[cq.Shape]) -> cq.Shape:
     """Return the only shape of a collection as it is, or a compound of all in their order."""
     every = list(shapes)
     return every[0] if len(every) == 1 else cq.Compound.makeCompound(every)
+
+
+def box_through(depth: float, x: tuple[float, float], z: tuple[float, float]) -> cq.Solid:
+    """Return the box between two x and two z that cuts through a plate of a depth, 1 mm beyond both faces [mm]."""
+    whole = depth + 2.0 * _REACH_MM
+    return cq.Solid.makeBox(x[1] - x[0], whole, z[1] - z[0], cq.Vector(x[0], -0.5 * whole, z[0]))
 
 
 def on_plane(axis: int, place: float) -> FaceTest:

@@ -7,6 +7,7 @@ y across. The fruit waits below the tips by the gap. Units: mm, degrees.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cadquery as cq
 
@@ -64,19 +65,21 @@ class SensorSolids:
         """Return by name the bodies as the print files hold them, engraved: the housing, or frame and shuttles."""
         return printed_bodies(self.printed_part().shape, self.housing)
 
+    @cached_property
+    def _printed(self) -> dict[str, cq.Shape]:
+        """Return by name the bodies that are printed, without marks; cut once."""
+        return printed_bodies(self.part.shape, self.housing)
+
     def printed_bodies(self) -> tuple[NamedSolid, ...]:
         """Return the housing, or one plate of a square in its own frame; frame and shuttles where strips are glued in.
 
         Raises ValueError where slots leave other bodies.
         """
-        return tuple(
-            NamedSolid(name=name, shape=shape, colour=HOUSING_COLOUR)
-            for name, shape in printed_bodies(self.part.shape, self.housing).items()
-        )
+        return tuple(NamedSolid(name=name, shape=shape, colour=HOUSING_COLOUR) for name, shape in self._printed.items())
 
     def printed_shape(self) -> cq.Shape:
         """Return the solid of the housing, or the compound of frame and shuttles where strips are glued in."""
-        return one_shape(printed_bodies(self.part.shape, self.housing).values())
+        return one_shape(self._printed.values())
 
     def strip_bodies(self) -> tuple[NamedSolid, ...]:
         """Return the strips of sheet in their places in the plate; none where the leaves are printed."""

@@ -7,15 +7,15 @@ the leaves leaves of it: the cut is as wide as a slot, and reaches from the end 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cadquery as cq
 
 from cad.parts.housing import Arm, Housing, Strip
-from cad.parts.part import NEAR_MM
+from cad.parts.part import NEAR_MM, box_through
 
 FRAME = "frame"
-_REACH = 1.0  # [mm] of a cut beyond the plate
 _CUT_MM = 1.0  # of sheet that a cut takes
 
 
@@ -52,16 +52,19 @@ def printed_bodies(shape: cq.Shape, housing: Housing) -> dict[str, cq.Shape]:
     if len(pieces) != len(names):
         msg = f"slots leave {len(pieces)} printed bodies, must be {len(names)}: {', '.join(names)}"
         raise ValueError(msg)
-    frame, *shuttles = sorted(pieces, key=lambda piece: -float(piece.BoundingBox().xlen))
-    shuttles.sort(key=lambda piece: float(piece.Center().x))
-    return dict(zip(names, (frame, *shuttles), strict=True))
+    return dict(zip(names, widest_first(pieces), strict=True))
+
+
+def widest_first(solids: Sequence[cq.Shape]) -> list[cq.Shape]:
+    """Return solids with the widest along x first, then the others from left to right."""
+    widest, *others = sorted(solids, key=lambda solid: -float(solid.BoundingBox().xlen))
+    return [widest, *sorted(others, key=lambda solid: float(solid.Center().x))]
 
 
 def _slot_cut(strip: Strip, housing: Housing) -> cq.Shape:
     """Return the box from the end of one slot of a strip to that of the other, as wide as they are [mm]."""
     (first, (foot, top)), (last, _) = strip.slots
-    depth = housing.depth + 2.0 * _REACH
-    return cq.Solid.makeBox(last[1] - first[0], depth, top - foot, cq.Vector(first[0], -0.5 * depth, foot))
+    return box_through(housing.depth, (first[0], last[1]), (foot, top))
 
 
 def strip_shapes(housing: Housing) -> dict[str, cq.Shape]:
@@ -81,11 +84,10 @@ def strip_shapes(housing: Housing) -> dict[str, cq.Shape]:
 
 def cut_strips(housing: Housing) -> tuple[CutStrip, ...]:
     """Return the strips of a sensor as they are cut, those of the low spring first; none where leaves are printed."""
-    plates = 2 if housing.back_to_back else 1
     return tuple(
         CutStrip(
             spring=arm.name,
-            count=plates * len(arm.strips),
+            count=housing.plates * len(arm.strips),
             length=arm.strips[0].length,
             width=housing.depth,
             thickness=arm.flexure.thickness,
@@ -102,7 +104,7 @@ def glue_volume(housing: Housing) -> float:
         for (start, end), (foot, top) in strip.slots:
             held = min(end, strip.x[1]) - max(start, strip.x[0])
             volume += housing.depth * ((end - start) * (top - foot) - held * (strip.z[1] - strip.z[0]))
-    return (2.0 if housing.back_to_back else 1.0) * volume
+    return housing.plates * volume
 
 
 def length_of_stock(strips: CutStrip, stock_width: float) -> float:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from cad.parts.housing import Arm, Housing
-from mesh.session import MeshError
+from sensor.theory.strip_clamp import StripClamp
 
 Point = tuple[float, float]
 Interval = tuple[float, float]  # from, to [mm]
@@ -162,7 +162,7 @@ def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     return tuple(fans)
 
 
-def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
+def _fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
     """Return the fan at the root of a leaf at x [mm]; its box reaches `depth` [mm] along x into the solid.
 
     The depth has the sign of that direction. The four sides of the fan are the end of the straight leaf, fillet and
@@ -198,14 +198,22 @@ def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) 
     return fillet, Segment(start=touch, end=edge, count=count.beside_fillet)
 
 
-def slot_blocks(arm: Arm, x: float, fan: Fan, ends: Sequence[tuple[float, int]], count: Counts) -> Iterator[Block]:
-    """Yield a strip in its glue from the shoulder at x [mm] on, and the blocks around its slot to the box of the fan.
+def root_blocks(arm: Arm, x: float, fan: Fan, ends: Sequence[tuple[float, int]], count: Counts) -> Iterator[Block]:
+    """Yield the fan at the root of a printed leaf at x [mm], or the slot of a strip with what is around it.
 
-    The box ends at the last of `ends`, x [mm] of the columns in the solid with their numbers of elements.
+    `ends` are x [mm] at which the columns in the solid end, with their numbers of elements: a fan ends at the first,
+    the box around a slot at the last.
     """
-    clamp = arm.clamp
-    if clamp is None:
-        raise MeshError("blocks", "a printed leaf has no slot", "mesh its fan")
+    if arm.clamp is None:
+        yield _fan_block(arm, x, fan, ends[0][0] - x, count)
+    else:
+        yield from _slot_blocks(arm, arm.clamp, x, fan, ends, count)
+
+
+def _slot_blocks(
+    arm: Arm, clamp: StripClamp, x: float, fan: Fan, ends: Sequence[tuple[float, int]], count: Counts
+) -> Iterator[Block]:
+    """Yield a strip in its glue from the shoulder at x [mm] on, and the blocks around its slot; as `root_blocks`."""
     half = 0.5 * arm.flexure.thickness
     half_slot = half + clamp.gap
     far_x = ends[-1][0]
@@ -339,10 +347,7 @@ def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
     middle = arm.shuttle + 0.5 * width
     far = arm.shuttle + width
     for fan in fans:
-        if arm.clamp is None:
-            yield fan_block(arm, near, fan, middle - near, count)
-        else:
-            yield from slot_blocks(arm, near, fan, ((middle, count.near), (far, count.far)), count)
+        yield from root_blocks(arm, near, fan, ((middle, count.near), (far, count.far)), count)
     for a, b in pairwise([housing.neck_level, *fans[0].levels, *fans[1].levels, arm.top_level]):
         number = pieces_between(a, b, fans, count)
         beside_fan = not in_fan(a, b, fans)

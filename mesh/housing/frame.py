@@ -62,14 +62,12 @@ class _Wall:
 
         self.along = count.sector if arm.clamp is None else count.near + count.far  # elements beside the cavity
         # x where the fans end, and where the rings begin: the same, but in a wall wider than its post
-        if arm.clamp is not None:
-            self.fan_end_x = arm.wall + arm.sign * arm.clamp.reach
-            self.ring_start_x = arm.post
-            return
-        to_hole = _TO_HOLE * (abs(lower_hole[0] - arm.post) - self.radius)
-        reach = arm.sign * min(max(lower_fan.height, upper_fan.height), to_hole)
-        self.fan_end_x = arm.wall + reach
-        self.ring_start_x = arm.post + reach
+        if arm.clamp is None:
+            to_hole = _TO_HOLE * (abs(lower_hole[0] - arm.post) - self.radius)
+            reach = arm.sign * min(max(lower_fan.height, upper_fan.height), to_hole)
+            self.fan_end_x, self.ring_start_x = arm.wall + reach, arm.post + reach
+        else:  # slots end before the post
+            self.fan_end_x, self.ring_start_x = arm.wall + arm.sign * arm.clamp.reach, arm.post
 
     def blocks(self) -> Iterator[Block]:
         """Yield the blocks; raises MeshError where two holes leave no wall between them."""
@@ -83,12 +81,9 @@ class _Wall:
 
     def _beside_cavity(self) -> Iterator[Block]:
         """Yield the fans at the roots of the leaves, and the cells between them."""
-        wall = self.arm.wall
         for fan in self.fans:
-            if self.arm.clamp is None:
-                yield blocks.fan_block(self.arm, wall, fan, self.fan_end_x - wall, self.count)
-            else:
-                yield from blocks.slot_blocks(self.arm, wall, fan, ((self.fan_end_x, self.along),), self.count)
+            ends = ((self.fan_end_x, self.along),)
+            yield from blocks.root_blocks(self.arm, self.arm.wall, fan, ends, self.count)
         for a, b in pairwise(self.levels):
             if not blocks.in_fan(a, b, self.fans):
                 yield self._cell(a, b)

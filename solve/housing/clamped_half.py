@@ -99,7 +99,7 @@ def clamped_half(
 
 
 def _digits(material: CellMaterial) -> float:
-    return DIGITS if isinstance(material.E, float) else STRIP_DIGITS
+    return DIGITS if np.ndim(material.E) == 0 else STRIP_DIGITS
 
 
 def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:

@@ -8,7 +8,7 @@ continued linearly along the axes of the cell or facet, and at a node the neighb
 import numpy as np
 from skfem import CellBasis, ElementHexS2, Mesh
 
-from sensor.arrays import Floats, Ints
+from sensor.arrays import Flags, Floats, Ints
 from solve.displacement_basis import scalar_gradients
 from solve.elasticity import NodalFields, stress, vector_basis
 from solve.housing.clamped_half import POINTS, REDUCED
@@ -18,14 +18,6 @@ from solve.surface import nodal_dofs, patch_inside, surface_facets
 
 _FREE = "free"
 _NEAR = 1e-9  # of the side of a cell
-
-
-def fields_of(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
-    """Return displacement, stress and strain at the nodes, from displacements u (dofs,) [mm] of 20-node cells.
-
-    The material is the same in all cells, E in [MPa]; `fields_in` takes others.
-    """
-    return fields_in(mesh, CellMaterial(E, poisson), u)
 
 
 def fields_in(mesh: Mesh, material: CellMaterial, u: Floats) -> NodalFields:
@@ -42,7 +34,9 @@ def fields_in(mesh: Mesh, material: CellMaterial, u: Floats) -> NodalFields:
     strain = nodal_strain(basis, u, material, _FREE)
     displacement = u[np.hstack([basis.nodal_dofs, basis.edge_dofs]).T]
     # `stress` takes a gradient; of a strain, its own symmetric part, it is the same
-    E, poisson = _at_nodes(basis, material)
+    nodes = _nodes_of(basis)
+    is_stiffest = _is_stiffest(nodes, material)
+    E, poisson = (_at_nodes(nodes, is_stiffest, each) for each in (material.E, material.poisson))
     return NodalFields(displacement=displacement, stress=stress(strain, E, poisson), strain=strain)
 
 
@@ -51,15 +45,19 @@ def _nodes_of(basis: CellBasis) -> Ints:
     return np.asarray(basis.mesh.dofs.element_dofs[: len(basis.elem.elem.doflocs)])
 
 
-def _at_nodes(basis: CellBasis, material: CellMaterial) -> tuple[Floats, Floats]:
-    """Return E [MPa] and Poisson's ratio at the nodes, each (nodes,): those of the stiffest cells there."""
-    nodes = _nodes_of(basis)
-    moduli = np.zeros(1 + int(nodes.max()))
-    np.maximum.at(moduli, nodes, np.broadcast_to(material.E, nodes.shape))
-    stiffest = moduli[nodes] == np.broadcast_to(material.E, nodes.shape)
-    ratios = np.zeros(len(moduli))
-    ratios[nodes[stiffest]] = np.broadcast_to(material.poisson, nodes.shape)[stiffest]
-    return moduli, ratios
+def _is_stiffest(nodes: Ints, material: CellMaterial) -> Flags:
+    """Say which cells are the stiffest of each of their nodes (20, cells)."""
+    E = np.broadcast_to(material.E, nodes.shape)
+    most = np.zeros(1 + int(nodes.max()))
+    np.maximum.at(most, nodes, E)
+    return np.asarray(most[nodes] == E)
+
+
+def _at_nodes(nodes: Ints, is_stiffest: Flags, of_cells: float | Floats) -> Floats:
+    """Return a number of each cell at the nodes, shape (nodes,): that of the stiffest cells there."""
+    at_nodes = np.zeros(1 + int(nodes.max()))
+    at_nodes[nodes[is_stiffest]] = np.broadcast_to(of_cells, nodes.shape)[is_stiffest]
+    return at_nodes
 
 
 def most_strained_node(mesh: Mesh, surface: str, fields: NodalFields) -> int:
@@ -81,8 +79,7 @@ def nodal_strain(basis: CellBasis, u: Floats, material: CellMaterial, free: str)
     count = 1 + int(nodes.max())
     # What is extrapolated over a small cell is off by less.
     weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)
-    moduli, _ = _at_nodes(basis, material)
-    weights = weights * (moduli[nodes] == np.broadcast_to(material.E, nodes.shape))
+    weights = weights * _is_stiffest(nodes, material)
     ratios = np.broadcast_to(material.poisson, (nodes.shape[1],))
 
     total, weight = _cell_strain(basis, u, nodes, weights)

@@ -221,7 +221,7 @@ def _standing(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePose
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
     # Many poses share a scene, which is asked once.
     unique = {id(scene): scene for scene in scenes}
-    place_of = {scene: place for place, scene in enumerate(unique)}
+    place_of = {key: place for place, key in enumerate(unique)}
     which = np.array([place_of[id(scene)] for scene in scenes])
     made = list(unique.values())
     centres = np.array([scene.centres for scene in made])[which]

@@ -152,6 +152,11 @@ def lipped(block):
     return block.fuse(cq.Solid.makeBox(end.xlen + 2.0, 1.0, 4.0, cq.Vector(end.xmin - 1.0, end.ymax, end.center.z)))
 
 
+def bitten(block):
+    """Return a block that is 0.1 mm too short at its foot alone."""
+    return block.cut(block.translate(cq.Vector(15.4, 0.0, -0.7 * block.BoundingBox().zlen)))
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -159,8 +164,9 @@ def lipped(block):
         (lambda block: block.fuse(block.translate(cq.Vector(0.3, 0.0, 0.0))), "cuts into"),
         (lambda block: block.fuse(block.translate(cq.Vector(0.0, 0.0, 1.8))), "from a strip"),
         (lambda block: block.cut(block.translate(cq.Vector(15.4, 0.0, 0.0))), "farthest low block"),
+        (bitten, "farthest low block"),
     ],
-    ids=["lip", "too long", "on a strip", "too short"],
+    ids=["lip", "too long", "on a strip", "too short", "too short at its foot"],
 )
 def test_tool_that_is_wrong_fails(sensor, change, reason):
     parts = spacer_parts(sensor.housing)

@@ -8,7 +8,7 @@ from skfem import ElementHexS2, MeshHex1, MeshHex2
 from mesh.housing.sweep import flexure_mesh
 from solve.elasticity import stress, vector_basis
 from solve.housing.clamped_half import clamped_half
-from solve.housing.fields import fields_in, fields_of, most_strained_node
+from solve.housing.fields import fields_in, most_strained_node
 from solve.housing.inset import CellMaterial
 from solve.housing.stiffness import STRAIN_ERROR_SHARE, displacements, tip_compliance
 
@@ -23,7 +23,8 @@ def mesh():
 
 @pytest.fixture(scope="module")
 def found(mesh):
-    return fields_of(mesh, *PETG, displacements(clamped_half(mesh, *PETG)) @ np.array(FORCES))
+    half = clamped_half(mesh, *PETG)
+    return fields_in(mesh, half.material, displacements(half) @ np.array(FORCES))
 
 
 def test_leaves_carry_the_peak_that_the_strain_tells(mesh, found):
@@ -65,7 +66,7 @@ def test_stress_of_pure_bending_is_exact_at_every_node(poisson):
     """One cell over the height: its mean, which has no bending in it, is zero where this is E k h / 2."""
     E = 2000.0
     mesh, basis, u = bent_bar(poisson)
-    found = fields_of(mesh, E, poisson, u)
+    found = fields_in(mesh, CellMaterial(E, poisson), u)
     z = mesh.doflocs[2, : len(found.displacement)]
     expected = np.zeros((3, 3, len(z)))
     expected[0, 0] = E * BENDING * z
@@ -83,7 +84,7 @@ def test_free_surface_carries_no_load_and_a_loaded_one_what_it_has():
     u = np.zeros(basis.N)
     of_z = np.concatenate([basis.nodal_dofs[2], basis.edge_dofs[2]])
     u[of_z] = 1e-3 * basis.doflocs[2, of_z]
-    found = fields_of(mesh, 2000.0, 0.3, u)
+    found = fields_in(mesh, CellMaterial(2000.0, 0.3), u)
     x, _, z = mesh.doflocs[:, : len(found.displacement)]
     free = (np.abs(z) == 1.0) & (x > 0.0) & (x < 6.0) & (mesh.doflocs[1, : len(z)] < 1.0)
     assert np.abs(found.stress[2, 2, free]).max() < 1e-12

@@ -7,10 +7,9 @@ import pytest
 from scenes import STRIP_HOUSING
 from scipy.sparse import csc_matrix
 
-import mesh.housing.sweep
 from cad.parts.housing_solid import housing_part
 from mesh.housing.blocks import GLUE, STRIP, counts
-from mesh.housing.sweep import check_flexure_mesh, flexure_mesh, stretch_leaves
+from mesh.housing.sweep import check_flexure_mesh, flexure_mesh, mesh_of_counts, stretch_leaves
 from mesh.session import MeshError
 from pipeline.springs.leaf_lengths import STRIP_PAIR, stiffness_on
 from pipeline.springs.mounts import attached_to, insets
@@ -155,14 +154,13 @@ def test_round_off_is_a_sixth_of_what_the_condition_number_says(coarse_mesh):
 
 
 @pytest.mark.study
-def test_bar_holds_the_stiffness_of_a_mesh_of_twice_the_dofs(coarse, monkeypatch):
+def test_bar_holds_the_stiffness_of_a_mesh_of_twice_the_dofs(coarse):
     attached = attached_to(STRIP_HOUSING)
     fine = tip_compliance(flexure_mesh(STRIP_HOUSING, 1.0), *PETG, attached)
     found = stiffness_on(STRIP_PAIR, STRIP_HOUSING, fine, coarse)
     more = {"near": 10, "far": 6, "beside_slot": 6, "glue": 3, "root": 4, "along_leaf": 20, "leaf_end": 6}
     finer = dataclasses.replace(counts(STRIP_HOUSING, 1.0), **more)
-    monkeypatch.setattr(mesh.housing.sweep, "counts", lambda *_: finer)
-    truth = tip_compliance(flexure_mesh(STRIP_HOUSING, 1.0), *PETG, attached)
+    truth = tip_compliance(mesh_of_counts(STRIP_HOUSING, finer, 2), *PETG, attached)
     assert truth.dofs > 1.7 * fine.dofs
     for K, exact, bar in zip(found.K, truth.K, found.error, strict=True):
         assert abs(K / exact - 1.0) < bar < 1.5e-3
