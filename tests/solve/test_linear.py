@@ -57,6 +57,24 @@ def test_bad_solver_fails_the_residual_gate(rng, wrong):
         planted.solve(rng.normal(size=40))
 
 
+def test_matrix_near_the_factorised_one_is_solved_as_a_dense_one(rng):
+    K = spd(rng)
+    loads = rng.normal(size=(40, 2))
+    fixed = np.array([3, 17])
+    factor = factorise(csc_matrix(K + np.diag(rng.uniform(0.0, 20.0, 40))), fixed)
+    u = factor.solve_near(csc_matrix(K), loads)
+    free = np.setdiff1d(np.arange(40), fixed)
+    assert u[free] == pytest.approx(np.linalg.solve(K[np.ix_(free, free)], loads[free]), rel=1e-9, abs=1e-12)
+    assert not u[fixed].any()
+
+
+def test_matrix_far_from_the_factorised_one_fails_the_residual_gate(rng, monkeypatch):
+    monkeypatch.setattr(linear, "MOST_CG_STEPS", 3)
+    factor = factorise(csc_matrix(np.eye(40)), NONE)
+    with pytest.raises(SolveError):
+        factor.solve_near(csc_matrix(spd(rng)), rng.normal(size=(40, 1)))
+
+
 def test_exactly_singular_matrix_is_refused():
     with pytest.raises(SolveError):
         factorise(csc_matrix([[1.0, -1.0], [-1.0, 1.0]]), NONE)
