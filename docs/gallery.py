@@ -1,4 +1,4 @@
-"""Write gallery.md from the scripts in examples: what each is about and what it prints.
+"""Write the last section of python.md from the scripts in examples: what each is about and what it prints.
 
 `python docs/gallery.py` runs them all, in a minute or two, in a folder of their own.
 """
@@ -12,7 +12,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-PAGE = ROOT / "docs" / "gallery.md"
+PAGE = ROOT / "docs" / "python.md"
 
 ORDER = (
     "two_spring_law", "figures_of_the_paper", "cut_into_an_assembly", "your_own_printer", "contact_and_closed_form",
@@ -25,10 +25,10 @@ PICTURES = {
 """The picture that a script writes into its outputs; a copy stands in docs."""
 
 HEAD = """\
-# Gallery: ten examples
+## Ten examples
 
-*Written by `docs/gallery.py`, which runs them.* Each example is a short script that uses the names of
-[Python](python.md). Run one in a checkout, for example:
+*Written by `docs/gallery.py`, which runs them.* Each is a short script that uses the names above. In the folder of the
+clone, run one for example by:
 
     .venv/bin/python examples/two_spring_law.py
 
@@ -51,20 +51,21 @@ def section(name: str, printed: str) -> str:
     script = (EXAMPLES / f"{name}.py").read_text(encoding="utf-8")
     docstring = ast.get_docstring(ast.parse(script)) or ""
     title, _, text = docstring.partition(": ")
-    lines = [f"## {title}", "", f"{text[:1].upper()}{text[1:]} [{name}.py](../examples/{name}.py)"]
+    lines = [f"### {title}", "", f"{text[:1].upper()}{text[1:]} [{name}.py](../examples/{name}.py)"]
     if name in PICTURES:
         lines += ["", f"![{title}]({PICTURES[name]})"]
     return "\n".join([*lines, "", "```text", printed.rstrip("\n"), "```", ""])
 
 
 def main() -> None:
-    """Run all examples and write the page with copies of their pictures."""
+    """Run all examples and write the section with copies of their pictures."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         sections = [section(name, printed_by(name, folder)) for name in ORDER]
         for picture in PICTURES.values():
             (ROOT / "docs" / picture).write_bytes((folder / "outputs" / picture).read_bytes())
-    PAGE.write_text("\n".join([HEAD, *sections]), encoding="utf-8")
+    before, _, _ = PAGE.read_text(encoding="utf-8").partition(HEAD.splitlines()[0])
+    PAGE.write_text(before + "\n".join([HEAD, *sections]), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """The housing cut and joined in CadQuery: a hole for a cable, a bracket above it, both in one assembly.
 
-The housing is an ordinary solid. Do not cut into its leaves: their stiffness would change.
+The housing is a solid like any other. The hole goes through the frame, so no spring changes.
 """
 
 from pathlib import Path

@@ -1,6 +1,6 @@
 """Firmware: the constants of one calibrated unit as a C header and a MicroPython module, which reads a press.
 
-Neither needs a heap or a library but the one of mathematics. The module runs in this Python as on a microcontroller.
+Neither needs a heap, nor a library except the mathematical one. The module runs in this Python as on a microcontroller.
 """
 
 import runpy
@@ -28,10 +28,8 @@ print(
     f"{HEADER.name}: some {round(len(header.splitlines()), -2)} lines of C99, {header.count('malloc')} calls of malloc"
 )
 
-press = runpy.run_path(str(MODULE))["Press"]()
-forces = [line.split(",")[2:] for line in (FILES / "press.csv").read_text(encoding="utf-8").splitlines()[1:]]
-for line in forces:
-    press.add([float(force) for force in line])
-E, *_ = press.read()
-print(f"{MODULE.name}: {len(forces)} samples read E {E:.2f} MPa")
+lines = (FILES / "press-counts.csv").read_text(encoding="utf-8").splitlines()[1:]
+counts = [[int(cell) for cell in line.split(",")[1:]] for line in lines]
+for E, _, _ in runpy.run_path(str(MODULE))["readings"](counts):
+    print(f"{MODULE.name}: {len(counts)} samples of counts read E {E:.2f} MPa")
 print("the fruit has 1.5 MPa")

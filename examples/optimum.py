@@ -1,7 +1,7 @@
-"""An optimum: the nonlinearity with which a force ratio tells the modulus best, searched with SciPy and then proved.
+"""An optimum: the nonlinearity that gives the least error of the modulus, searched with SciPy and then proved.
 
-A straight line (small NL) hardly moves with soft fruit, a bent one hardly with firm fruit. Between them is a best one.
-`pipeline optimise` searches more keys at once, with all verdicts as conditions.
+With a small NL the force ratio hardly changes among soft fruit, with a large NL hardly among firm fruit. The best one
+lies between. `pipeline optimise` searches more keys at once, with all verdicts as conditions.
 """
 
 import numpy as np

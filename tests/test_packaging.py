@@ -6,6 +6,7 @@ import hashlib
 import re
 import sys
 import tomllib
+from importlib.metadata import metadata
 from pathlib import Path
 
 import pytest
@@ -103,6 +104,25 @@ def test_every_dependency_is_imported():
     assert declared - NEEDED_BY_TRIMESH - imported_distributions() == set()
 
 
+def noticed_licences(text):
+    """Return the licence by package in the table of NOTICE."""
+    return dict(re.findall(r"^\| ([\w-]+) +\| ([\w.-]+) +\| \S", text, flags=re.MULTILINE)[1:])
+
+
+def wrong_licences(licences):
+    """Return the packages whose installed metadata does not name the family of their licence, as BSD or GPL."""
+    fields = ("License-Expression", "License", "Classifier")
+    told = {name: " ".join(map(str, (metadata(name).get_all(field) for field in fields))) for name in licences}
+    return [name for name, licence in licences.items() if licence.partition("-")[0] not in told[name]]
+
+
+def test_notice_has_the_licence_of_each_dependency():
+    licences = noticed_licences((ROOT / "NOTICE").read_text(encoding="utf-8"))
+    assert licences.keys() == {Requirement(text).name for text in [*PROJECT["dependencies"], *EXTRAS["cluster"]]}
+    assert wrong_licences(licences) == []
+    assert wrong_licences({"gmsh": "MIT", "rich": "MIT"}) == ["gmsh"]
+
+
 def test_documented_make_commands_are_targets():
     pages = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
     text = "".join(page.read_text(encoding="utf-8") for page in pages)
@@ -128,7 +148,7 @@ def test_workflow_checks_each_push_and_runs_studies_each_night():
 
 def test_version_is_the_same_wherever_it_stands():
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    newest, date = re.findall(r"^## \[([\d.]+)\] - ([\d-]+)$", changes, flags=re.MULTILINE)[0]
+    newest, date = re.findall(r"^## ([\d.]+) - ([\d-]+)$", changes, flags=re.MULTILINE)[0]
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert newest == PROJECT["version"]
     assert f'\nversion: "{newest}"\ndate-released: "{date}"\n' in citation

@@ -1,4 +1,4 @@
-"""The scripts in examples run, use public names alone, and print what docs/gallery.md shows."""
+"""The scripts in examples run, use public names alone, and print what docs/python.md shows."""
 
 import ast
 import re
@@ -18,7 +18,9 @@ OWN_PACKAGES = {"sensor", "cad", "mesh", "solve", "pipeline", "reference", "test
 def test_gallery_has_every_example():
     assert sorted(GALLERY.ORDER) == sorted(path.stem for path in (ROOT / "examples").glob("*.py"))
     assert len(GALLERY.ORDER) == 10
-    assert len(re.findall("^## ", GALLERY.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)) == 10
+    _, head, gallery = GALLERY.PAGE.read_text(encoding="utf-8").partition(GALLERY.HEAD)
+    assert head
+    assert len(re.findall("^##+ ", gallery, flags=re.MULTILINE)) == 10
 
 
 @pytest.mark.parametrize("name", GALLERY.ORDER)
@@ -35,7 +37,7 @@ def test_example_uses_public_names_alone(name):
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in GALLERY.ORDER]
 )
-def test_example_prints_what_the_gallery_shows(name, tmp_path):
+def test_example_prints_what_the_page_shows(name, tmp_path):
     """The numbers have few digits, so that round-off of another machine does not show."""
     shown = GALLERY.PAGE.read_text(encoding="utf-8")
     assert GALLERY.section(name, GALLERY.printed_by(name, tmp_path)) in shown

@@ -1,6 +1,6 @@
-"""docs/the-paper.md: its commands run, and each number beside a key is the one that report.json has there.
+"""The paper in docs/presets.md: its commands run, and numbers beside a key are those that report.json has there.
 
-Every equation, table and figure of the paper is named on the page.
+Every equation, table and figure of the paper is named in the section.
 """
 
 import json
@@ -13,7 +13,8 @@ import pytest
 from pipeline.cli import main
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "the-paper.md").read_text(encoding="utf-8")
+PRESETS = (ROOT / "docs" / "presets.md").read_text(encoding="utf-8")
+SECTION = PRESETS.partition("\n## The paper, line by line\n")[2].partition("\n## ")[0]
 COMMAND = re.compile(r"(?:^    |`)pipeline (\w+ [^`\n]+)", flags=re.MULTILINE)
 ROW = re.compile(r"^\|[^|]+\|[^|]+\| ([\d.]+) \| `([\w.]+)` \|$", flags=re.MULTILINE)
 ONE_STEP = 0.51  # of the last digit that is shown
@@ -33,18 +34,18 @@ def valued(report, key):
 
 
 def numbers_of(left, right):
-    """Return the numbers that the page names between two texts, singly or from one to another."""
+    """Return the numbers that the section names between two texts, singly or from one to another."""
     numbers = set()
     span = rf"{left}(\d+){right}(?: to {left}(\d+){right})?"
-    for first, last in re.findall(span, PAGE):
+    for first, last in re.findall(span, SECTION):
         numbers |= set(range(int(first), int(last or first) + 1))
     return numbers
 
 
-def test_every_equation_table_and_figure_of_the_paper_is_on_the_page():
+def test_every_equation_table_and_figure_of_the_paper_is_in_the_section():
     assert numbers_of(r"\(", r"\)") == set(range(1, 13))
     assert numbers_of(r"Fig\. ", "") == set(range(1, 12))
-    assert "Table I" in PAGE
+    assert "Table I" in SECTION
 
 
 @pytest.fixture
@@ -56,8 +57,8 @@ def examples(tmp_path, monkeypatch):
 
 
 def exit_codes(*names):
-    """Run the commands of the page, or those of some names; return their exit codes."""
-    shown = [command for command in COMMAND.findall(PAGE) if not names or command.startswith(names)]
+    """Run the commands of the section, or those of some names; return their exit codes."""
+    shown = [command for command in COMMAND.findall(SECTION) if not names or command.startswith(names)]
     return {command: main(command.split()) for command in shown}
 
 
@@ -71,7 +72,7 @@ def test_runs_make_the_numbers(examples, capsys):
         capsys.readouterr()
         main([*command.split(), "--json"])
         assert json.loads(capsys.readouterr().out)["E_MPa"] == pytest.approx(3.0, rel=1e-4)
-    sized_by_hayes, _, for_the_contact = PAGE.partition("## Sized for the true contact")
+    sized_by_hayes, _, for_the_contact = SECTION.partition("### Sized for the true contact")
     rows = 0
     for text, folder in ((sized_by_hayes, "hayes"), (for_the_contact, "paper")):
         report = json.loads((examples / "outputs" / folder / "report.json").read_text(encoding="utf-8"))
