@@ -12,14 +12,14 @@ from benchmarks.harness import ROOT, measurements_of, write_section
 from benchmarks.plot import error_over_cost
 
 INTRODUCTION = """\
-Written by `make bench`, never typed. Each method solves the same task; the tables say how far its answer
-is from a reference and what it cost. CPU seconds are on one thread, imports not counted. Measured on {cores} cores
-(load before it began: {load:.1f}), Python {python}.
+`make bench` writes this section. Each method solves the same task. The tables give the error of each answer against a
+reference, and its cost. CPU seconds are on one thread, without imports. Measured on {cores} cores (load at the start:
+{load:.1f}), Python {python}.
 
-A peer that is not installed is named. `make bench-peers` installs all but CalculiX; GetFEM comes from Debian, which it
-can install only as root: else root runs `apt-get install --yes --no-install-recommends python3-getfem`. felupe
-assembles, and SciPy's SuperLU solves for it: in its symmetric mode, like ours, and with one factor for all steps that
-hold the same nodes.
+A program that is not installed is named below the table. `make bench-peers` installs all but CalculiX. GetFEM is a
+Debian package, which only root can install: `apt-get install --yes --no-install-recommends python3-getfem`. felupe
+assembles only; SciPy's SuperLU solves for it, in its symmetric mode, as in our solver. It uses one factor for all steps
+that hold the same nodes.
 
 ![error against CPU seconds](benchmarks.svg)"""
 

@@ -1,8 +1,9 @@
-"""Tables of weights and of a press on a plate with one planted fault each: named, or the stiffnesses are in their bar.
+"""Calibration tables with one planted fault each: the fault is named, or the stiffnesses lie within their error bars.
 
     python -m benchmarks.bad_tables [TABLES]
 
-Units of the pair of the paper, their gains and springs at random; counts, dial and travel have noise and digits.
+The tables are of weights and of a press on a plate. The units are pairs of the paper with random gains and springs.
+Counts, dial and travel have noise and are rounded.
 """
 
 import sys

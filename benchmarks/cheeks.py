@@ -1,9 +1,9 @@
-"""Presses of a square on random fruits of a design's ranges, by forces that share nothing with its law, read as a unit.
+"""Random presses of a square, with forces that share nothing with the product's law, read by a calibrated unit.
 
-`python -m benchmarks.cheeks DESIGN [--by solids|elements] [--count 27] [--seed 1] [--skip 0]` prints a table as it
-goes, and exits with 1 where a reading is farther off than 6 % or than twice its bar. Forces are without noise, on
-springs as designed: by solids at finite strain over a stone (`reference/pressed_solids.py`, some 75 CPU seconds
-each), or by boundary elements on a half-space (`reference/ellipsoid_presses.py`, a second each).
+`python -m benchmarks.cheeks DESIGN [--by solids|elements] [--count 27] [--seed 1] [--skip 0]` prints a table row
+by row. It exits with 1 where the error of a reading is more than 6 % or than twice its bar. Forces have no noise, and
+springs are as designed. Forces are from solids at finite strain over a stone (`reference/pressed_solids.py`, some
+75 CPU seconds each), or from boundary elements on a half-space (`reference/ellipsoid_presses.py`, a second each).
 """
 
 import argparse

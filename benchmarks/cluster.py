@@ -1,9 +1,9 @@
 """The scheduler and the store of a study under the load of a thousand workers, simulated on this machine.
 
 `python -m benchmarks.cluster [--workers 10 100 1000] [--seconds 10] [--points 2000]` prints a row for each number of
-workers. The study is solved by `run_study` on a Dask scheduler, and all that a study does is real but its points. Each
-worker is a Dask worker of one thread, some hundred of them in a process. A point sleeps for 0.7 to 1.5 times so many
-seconds, 0 for none, and returns stored numbers.
+workers. `run_study` solves the study on a Dask scheduler; everything but its points is real. Each worker is a Dask
+worker of one thread, some hundred of them in a process. A point sleeps for 0.7 to 1.5 times `--seconds`, and returns
+stored numbers.
 """
 
 import argparse

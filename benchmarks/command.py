@@ -39,8 +39,11 @@ def command_section(repeats: int = REPEATS) -> str:
         numbers = [f"{value:.3g}" for value in (wall, cpu, wall / bare[0], cpu / bare[1], peak)]
         rows.append([label, *numbers, "; ".join(failed)])
     heads = ["run", "wall s", "CPU s", "wall / imports", "CPU / imports", "peak MiB", "remark"]
-    note = f"with all files, beside python -c '{IMPORTS[-1]}'; median of {repeats}; memory of the largest process"
-    return section("Whole command", heads, rows, [note])
+    notes = [
+        f"Runs write all files. The bare imports are `python -c '{IMPORTS[-1]}'`. A look is `pipeline run --look`.",
+        f"Medians of {repeats}; memory is that of the largest process.",
+    ]
+    return section("Whole command", heads, rows, notes)
 
 
 def _measured_usages(repeats: int) -> dict[str, list[ResourceUsage]]:

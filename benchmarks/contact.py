@@ -27,13 +27,13 @@ S11, S12 = 0.766603, 0.010526
 SPLIT, DIRECT = "split", "direct P2 tets"
 BENCH = Bench(
     name="contact",
-    scene="paper's block 20 x 20 x 12 mm, nu 0.3, sides 1 mm, 8 mm apart",
+    scene="The paper's block of 20 x 20 x 12 mm, nu 0.3, tips of side 1 mm, 8 mm apart.",
     values=("s11 - s12", "s11"),
     unit="/mm",
     reference=Reference(
         values=(S11 - S12, S11),
         errors=(4e-6, 2e-6),
-        source="two independent methods: split with spectral elements, and hp finite elements of order 5 to 7",
+        source="split with spectral elements and, independently, hp finite elements of order 5 to 7",
     ),
 )
 FRUIT, TIPS = Fruit(), Tips()

@@ -23,8 +23,8 @@ GOAL = 0.95
 HEADS = ["kind", "scenes", "refused", "numbers", "inside", "largest error / bar", "median bar"]
 INTRODUCTION = """\
 `python -m benchmarks.coverage --count {count} --seed {seed}` writes this table. It draws scenes at random and compares
-each number with a reference: the same solve with four times the unknowns, the other method, or another solver. Inside
-means that the reference lies within the error bar and its own error. Goal: 95 % inside."""
+each number with a reference. The reference is the same solve with four times the unknowns, the other method, or another
+solver. Inside means that the difference is at most the error bar plus the error of the reference. Goal: 95 % inside."""
 
 
 def random_contact(rng: random.Random) -> Sequence[ReferenceCheck]:

@@ -31,12 +31,17 @@ ROUGH_FLAGS = ("--tol", "0.1")
 REFUSED = 2
 OUTCOMES = {0: "every verdict passed", 1: "a verdict failed or undecided", REFUSED: "refused in one line"}
 INTRODUCTION = """\
-`python -m benchmarks.extremes {flags}` writes this. It draws designs at random that a design file may hold: force
-ratios from 1.001 to 100, nonlinearities up to 0.5, every process, fruit, tip shape and layout, skins, relaxation,
-readings and read-outs, tilt, mount and gauge, lengths and moduli over decades. Each is run by `pipeline run`.
+`python -m benchmarks.extremes {flags}` writes this section. It draws designs at random that a design file may hold, and
+runs each by `pipeline run`. Force ratios go from 1.001 to 100, nonlinearities up to 0.5, lengths and moduli over
+decades. Every process, fruit, tip shape, layout, mount and gauge occurs, with skins, relaxation, readings, read-outs
+and tilt.
 
-Goals: exit code 0, 1 or 2; a refusal is one line; every number of report.json is finite; nothing but the output folder
-is left; no run takes more than {seconds} s or {memory} MiB."""
+Goals:
+
+- the exit code is 0, 1 or 2, and a refusal is one line;
+- every number of report.json is finite;
+- nothing but the output folder is left;
+- no run takes more than {seconds} s or {memory} MiB."""
 
 
 @dataclass(frozen=True)

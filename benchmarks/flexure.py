@@ -28,15 +28,15 @@ from solve.housing.stiffness import HousingStiffness
 
 BENCH = Bench(
     name="flexures",
-    scene="springs of the default sensor in PETG, half of the housing clamped at its holes; the product solves a "
-    "second, coarser mesh for its error bar, which is what a peer without one saves",
+    scene="Springs of the default sensor in PETG, half of the housing, clamped at its holes. The product solves a "
+    "second, coarser mesh for its error bar; a program without an error bar saves that time.",
     values=("K_l", "K_h"),
     unit="N/mm",
     # Reduced and full integration agree to 1.1e-4, the latter extrapolated from 111k dofs.
     reference=Reference(
         values=(1.55808, 36.4046),
         errors=(1.6e-4, 3.6e-3),
-        source="20-node hexahedra at 295k dofs, reduced and full integration extrapolated",
+        source="20-node hexahedra at 295k dofs, with reduced and full integration extrapolated",
     ),
 )
 # The default sensor in PETG: thickness, lengths and levels [mm] as its layout gives them, kept here so that the

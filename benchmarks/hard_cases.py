@@ -31,15 +31,15 @@ CHECKS = {
 ANSWERABLE = ("paper", "level press")
 TABLES = {"fruit": Fruit, "tips": Tips, "press": Press, "targets": Targets}
 INTRODUCTION = """\
-Written by `python -m benchmarks.hard_cases`, never typed. The cases are meant to break the solvers:
-nearly incompressible flesh, tips that almost touch, thin fruit, extreme springs, damaged meshes, a part that is hardly
-held. Each must end in a right answer, one that lies within its error bar of an independent reference, or in a refusal
-that says why."""
+`python -m benchmarks.hard_cases` writes this section. The cases are built to break the solvers. They have nearly
+incompressible flesh, tips that almost touch, thin fruit, extreme springs, damaged meshes, and a part that is hardly
+held. Each case must end in a right answer or in a refusal that says why. A right answer lies within its error bar of
+an independent reference."""
 HEADS = ["case", "number", "error bar", "off, of what is allowed", "verdict", "compared with, or reason"]
 NOTES = [
-    "allowed: the error bar and the reference's own error together; a closed formula, a target, and a reference of at "
-    "least four times the dofs count as exact",
-    "no reference: the computation that should tell refused; this says nothing about the value",
+    "Allowed is the error bar plus the error of the reference. A closed formula, a target, and a reference with at "
+    "least four times the dofs count as exact.",
+    "Without a reference: the independent computation refused, so the value is not judged.",
 ]
 
 

@@ -19,6 +19,10 @@ ROOT = Path(__file__).parents[1]
 MEASUREMENTS = ROOT / "docs" / "measurements.md"
 OURS = "ours: "  # how the methods of the product begin
 LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # relative errors at which a winner is named
+WINNERS = """\
+The cheapest method that reaches each error. A row counts by its error, and also by its error bar where it states one;
+the product must state one."""
+WINNER_HEADS = ["error at most", "cheapest", "the product", "cheapest other program", "formula without a mesh"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,8 +66,8 @@ class Measurement:
     @property
     def cost(self) -> str:
         """Return method, worst error, whether it states no bar, and CPU seconds in words."""
-        bar = ", no error bar," if self.error_bar is None else ""
-        return f"{self.method} at {percent(self.worst)}{bar} in {self.cpu:.2g} CPU s"
+        bar = " without an error bar" if self.error_bar is None else ""
+        return f"{self.method}: {percent(self.worst)}{bar}, {self.cpu:.2g} CPU s"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,42 +117,45 @@ class Bench:
             errors = [signed_percent(error) for error in row.errors] or ["-"] * len(self.values)
             bar = "-" if row.error_bar is None else percent(row.error_bar)
             cells.append([row.method, row.mesh, str(row.dofs or "-"), f"{row.cpu:.2g}", *errors, bar, row.remark])
-        return section(f"{self.name.capitalize()}: work and precision", heads, cells, list(self._notes(rows)))
+        title = f"{self.name.capitalize()}: work and precision"
+        return section(title, heads, cells, list(self._notes(rows))) + self._winners(rows)
 
     def _notes(self, rows: Sequence[Measurement]) -> Iterator[str]:
-        """Yield the notes below the table: scene, reference, winners by level, missed error bars, absent peers."""
+        """Yield the notes below the table: scene, reference, missed error bars, absent peers."""
         truths = zip(self.values, self.reference.values, self.reference.errors, strict=True)
         reference = ", ".join(f"{name} {value:.6g} +- {error:.1g}" for name, value, error in truths)
-        yield f"{self.scene}; reference {reference} {self.unit} by {self.reference.source}"
-        yield f"meshing included in the CPU seconds; error bar of {self.values[0]}"
-        yield "each level counts every row with dofs by its error, and by its error bar where it states one"
-        for level in LEVELS:
-            if level >= self.reference.relative_error:
-                yield self._winner(rows, level)
+        yield self.scene
+        yield f"Reference: {reference} {self.unit}, by {self.reference.source}."
+        yield f"CPU seconds include meshing. The error bar is that of {self.values[0]}."
         yield from self._outside(rows)
         absent = absent_peers()
         if absent:
-            yield f"not installed, so not measured: {', '.join(absent)}"
+            yield f"Not installed, so not measured: {', '.join(absent)}."
 
-    def _winner(self, rows: Sequence[Measurement], level: float) -> str:
-        """Say who is cheapest within a relative error [1], and what the product and the cheapest peer take there.
+    def _winners(self, rows: Sequence[Measurement]) -> str:
+        """Return the table of the cheapest method at each level that the reference can tell, with its introduction."""
+        levels = [level for level in LEVELS if level >= self.reference.relative_error]
+        winners = table(WINNER_HEADS, (self._winner(rows, level) for level in levels))
+        return f"\n{WINNERS}\n\n{winners}\n"
 
-        A formula, which has no dofs and takes no time, is named beside them.
+    def _winner(self, rows: Sequence[Measurement], level: float) -> list[str]:
+        """Return who is cheapest within a relative error [1], and what the product and the cheapest peer take there.
+
+        Formulas, which have no dofs and take no time, have the last cell.
         """
         near = sorted((row for row in rows if self._is_within(row, level)), key=lambda row: row.cpu)
         meshed = [row for row in near if row.dofs]
-        formulas = "".join(f"; without a mesh: {row.method} at {percent(row.worst)}" for row in near if not row.dofs)
-        if not meshed:
-            return f"within {percent(level)}: nobody{formulas}"
-        first = meshed[0]
-        text = f"within {percent(level)} wins {first.cost}"
-        for name, methods in (("the product", OURS), ("the cheapest peer", PEER_NAMES)):
+        formulas = "; ".join(f"{row.method}: {percent(row.worst)}" for row in near if not row.dofs)
+        cells = [percent(level), meshed[0].cost if meshed else "none"]
+        for methods in (OURS, PEER_NAMES):
             row = next((row for row in meshed if row.method.startswith(methods)), None)
             if row is None:
-                text += f"; {name} is not there"
-            elif row is not first:
-                text += f"; {name}: {row.cost}, {row.cpu / first.cpu:.2g} times as much"
-        return text + formulas
+                cells.append("none")
+            elif row is meshed[0]:
+                cells.append("the same")
+            else:
+                cells.append(f"{row.cost}, {row.cpu / meshed[0].cpu:.2g} times as much")
+        return [*cells, formulas or "-"]
 
     def _is_within(self, row: Measurement, level: float) -> bool:
         """Say whether a row has a relative error [1]: by the reference, and by its error bar where it states one.
@@ -169,8 +176,8 @@ class Bench:
             missed = abs(row.errors[0]) > row.error_bar + uncertainty
             yield (
                 f"{row.method}, {row.mesh}: the error of {self.values[0]}, {percent(abs(row.errors[0]))}, is outside "
-                f"its error bar of {percent(row.error_bar)}; the reference is known to {percent(uncertainty)}, so "
-                f"{'the bar is missed' if missed else 'it cannot tell'}"
+                f"its error bar of {percent(row.error_bar)}. The reference is known to {percent(uncertainty)}, so "
+                f"{'the bar is missed' if missed else 'this shows nothing'}."
             )
 
 

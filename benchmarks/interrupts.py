@@ -1,7 +1,7 @@
-"""Ctrl-C and SIGTERM at random moments of commands: each ends at once, says one line, and loses nothing.
+"""Ctrl-C and SIGTERM at random moments of commands: each command ends at once with one line, and loses nothing.
 
-`python -m benchmarks.interrupts [--count 40] [--seed 1]` sends so many of each, and exits with 1 where a
-command ends otherwise. Ctrl-C ends it with what was sent.
+`python -m benchmarks.interrupts [--count 40] [--seed 1]` sends this number of each. It exits with 1 where a
+command ends in another way. Ctrl-C ends the benchmark with a summary so far.
 """
 
 import argparse

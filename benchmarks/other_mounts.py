@@ -18,12 +18,12 @@ PRESETS = ("paper", "mango", "paper-on-mango", "apple", "avocado", "kiwi", "peac
 MOUNTS = ("covers", "washers")
 HEADS = ["preset", "process", "mount", "the other mount that moves them most", "K_l, %", "K_h, %"]
 INTRODUCTION = """\
-Written by `python -m benchmarks.other_mounts`, never typed. Each preset is made by each process and held
-by each mount. Its springs are then solved in every other mount, on one mesh. A row has the other mount that moves a
-stiffness most; springs that a process cannot make have no row.
+`python -m benchmarks.other_mounts` writes this section. Each preset is made by each process and held by each mount. Its
+springs are then solved in every other mount, on one mesh. A row has the other mount that moves a stiffness most.
+Springs that a process cannot make have no row.
 
-A run does not solve other mounts. Its error bars take `LARGEST_MOUNT_CHANGES` of `pipeline/verdicts/errors/effects.py`:
-the largest changes of this section with a margin of a quarter. The mesh moves a change by a tenth of it."""
+A run does not solve other mounts. Its error bars use `LARGEST_MOUNT_CHANGES` of `pipeline/verdicts/errors/effects.py`.
+These are the largest changes of this section, plus a quarter. Another mesh moves a change by a tenth of it."""
 
 
 @dataclass(frozen=True, kw_only=True)

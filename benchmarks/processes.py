@@ -22,9 +22,10 @@ TARGET = 1e-3  # goal, relative: FE to target
 SAME_MESH = 1e-4  # goal, relative: CalculiX to FE on the same mesh
 HEADS = ["process", "target N/m", "L mm", "FE N/m", "against target", "error bar", "CalculiX - FE", "fit CPU s"]
 INTRODUCTION = """\
-`python -m benchmarks.processes` writes this table: the springs of the default design for every process that can make
-them. Each stiffness, in the mount that the design asks for, is compared with its target. CalculiX on the same mesh
-clamps the frame at its holes: it is compared with our own solve clamped there too. A fit finds both springs."""
+`python -m benchmarks.processes` writes this table. It has the springs of the default design for every process that can
+make them. Each stiffness, in the mount that the design asks for, is compared with its target. CalculiX solves the same
+mesh with the frame clamped at its holes. It is compared with our own solve, clamped in the same way. One fit finds both
+springs."""
 
 
 def rows_of(name: str) -> tuple[list[list[str]], bool]:
@@ -64,7 +65,8 @@ def main() -> int:
         table += lines
         if not good:
             missed.append(name)
-    goals = f"goals: {percent(TARGET)} against target, {percent(SAME_MESH)} between CalculiX and FE; missed: {missed}"
+    goals = f"Goals: {percent(TARGET)} against target, {percent(SAME_MESH)} between CalculiX and FE. "
+    goals += f"Missed by: {', '.join(missed) or 'none'}."
     page = section("Default design", HEADS, table, [goals])
     write_section("Springs of each process", INTRODUCTION, [page])
     return 1 if missed else 0

@@ -1,8 +1,8 @@
-"""What presses and single moments of a sensor tell of fruits of other shapes, and what moves both: tables of docs.
+"""Moduli read from presses and from single moments on fruits of other shapes, and their sensitivity: tables of docs.
 
-Forces are of boundary elements, which share no code with the product (`reference/ellipsoid_presses.py`). They are
-read by a unit with exact springs. Its bars count a standard uncertainty of 1 % for springs, and for channels 0.1 %
-beside their drift.
+Forces are from boundary elements, which share no code with the product (`reference/ellipsoid_presses.py`). A unit with
+exact springs reads them. Its error bars include a standard uncertainty of 1 % for springs, and of 0.1 % for channels
+besides their drift.
 """
 
 import argparse

@@ -36,17 +36,16 @@ E_MPA = 1.0
 SMALL_SLOPE = 1.0 / math.cos(math.radians(SCENE.steepest_deg)) - 1.0  # what our forces leave open, as their status says
 BENCH = Bench(
     name="unilateral contact",
-    scene=f"sphere of radius 35 mm, 20 x 20 mm, 12 mm thick, nu 0.3, E 1 MPa; flat tips of 1 mm, 8 mm apart, tilted "
-    f"by 1 degree, moved {TRAVEL_MM:g} mm from first touch without springs; our error bar counts "
-    f"{100.0 * SMALL_SLOPE:.2g} % for the {SCENE.steepest_deg:.2g} degrees between tip and skin, taken as small",
+    scene="A piece of a sphere of radius 35 mm: 20 x 20 mm, 12 mm thick, nu 0.3, E 1 MPa. Flat tips of 1 mm, 8 mm "
+    f"apart, are tilted by 1 degree and moved {TRAVEL_MM:g} mm from first touch, without springs. Our error bar "
+    f"includes {100.0 * SMALL_SLOPE:.2g} % for the slope of {SCENE.steepest_deg:.2g} degrees between tip and skin.",
     values=tuple(name.replace("_", " ") for name in FACES),
     unit="N",
     reference=Reference(
         values=(0.0987, 0.2760),
         errors=(6e-4, 6e-4),
-        source="augmented Lagrangian on quadratic tetrahedra of the solid by GetFEM, which competes here too: its rows "
-        "at 0.05 and 0.025 mm at the edges of the tips, extrapolated at first order; the error is the change from the "
-        "pair before",
+        source="the rows of GetFEM at 0.05 and 0.025 mm, extrapolated at first order. Their error is the change from "
+        "the pair before",
     ),
 )
 SCALES = (2.0, 1.0, 0.5, 0.25)  # of the size at the edges of the tips, as in mesh/fruit.py

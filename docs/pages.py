@@ -16,17 +16,21 @@ sys.path.insert(0, str(DOCS.parent))
 from pipeline.report.explain.entries import entries  # noqa: E402
 from pipeline.report.keys import report_keys  # noqa: E402
 from sensor.design.design_file import TABLE_TYPES  # noqa: E402
+from sensor.design.leaves import TARGET_SCATTER  # noqa: E402
 from sensor.design.processes import PROCESSES, Process  # noqa: E402
+from sensor.design.sheets import SHEETS  # noqa: E402
+from sensor.design.tip_mount import pad_height  # noqa: E402
+from solve.contact.scene import STEEPEST_DEG  # noqa: E402
 
 DESIGN_HEAD = """\
-# The design file
+# The design file: what you can choose
 
 *Written by `docs/pages.py` from the program's own parameters.*
 
-A design file is TOML text. It holds every number that a person may choose. A key that is left out has its default,
-which is the sensor of the paper that twintip starts from. An unknown key is refused, and the message names the nearest
-known one. A key of an older version that is gone is refused too, and the message says what to do. A key carries its
-unit; one without is a plain number.
+A design file is TOML text. It holds every number that a person may choose. A key that is left out has its default; all
+defaults together are the sensor of the paper. A key carries its unit; one without a unit is a plain number. An unknown
+key is refused, and the message names the nearest known one. A key that only older versions know is refused
+too, and the message says what to do.
 
     name = "mine"
 
@@ -37,92 +41,98 @@ unit; one without is a plain number.
     height_mm = 20.0
 
 Use it with `pipeline run --design mine.toml`. One key can also be set on the command line, on top of the file:
-`pipeline run --set fruit.height_mm=20`. The presets `paper`, `paper-on-mango` and `mango`, those of `kiwi`, `apple`,
-`peach`, `avocado` and `tomato`, and that of all six, `fruit`, are the files in [designs](../designs), each number with
-its source; `--design mango` uses one, and [presets](presets.md) says which to take. Every output folder holds a
-`design.toml` that repeats its run. Three tips in a line have no housing, as [fouly.toml](examples/fouly.toml). They are
-judged by their readings, or by their force ratio where the design has no `[reading]`, see
-[layouts](presets.md#layouts-of-tips).
+`pipeline run --set fruit.height_mm=20`. The [presets](presets.md) are design files too, in [designs](../designs), with
+the source of each number; `--design mango` uses one. Every output folder holds a `design.toml` that repeats its run.
 
-`name` is text of 1 to 64 letters, digits, `-` or `_`; it names the output folder and is engraved in the part. A file
+`name` is text of 1 to 64 letters, digits, `-` or `_`. It names the output folder and is engraved in the part. A file
 without a name is named after the file.
 """
 
 DESIGN_TAIL = """\
 ## What several keys decide together
 
+**The fruit**
+
+- A block has no radii. A sphere needs `radius_mm`; an ellipsoid needs `radius_mm` and `radius_across_mm`.
+- A piece of curved fruit lies on the fruit: its corners stay above its base.
+- `press.travel_mm` is less than the height of the fruit, or than its thickness where that is given.
+
+**The tips**
+
 - The tips stand on the fruit and do not overlap: `tips.spacing_mm` is greater than `tips.side_mm`.
 - `tips.fillet_mm` is less than half of `tips.side_mm`; a sphere has none.
-- `press.travel_mm` is less than the height of the fruit, or its thickness where that is given.
-- A block has no radii. A sphere needs `radius_mm`; an ellipsoid needs `radius_mm` and `radius_across_mm`.
-- The piece of curved fruit lies on the fruit: its corners stay above its base.
+- A tip face meets the fruit at {steepest:g} degrees at most; a steeper scene is refused.
+- The contact of a dome lies within half its face, or the verdict `geometry.tip_face` fails.
+- Printed tips are sharp squares, or domes on squares. Another shape or a fillet needs `tips.socket = "pin"`, because
+  ground pins have any shape.
+- A pair lies along the length of the fruit, the low tip at -x and the high tip at +x. A line lies there too, in its
+  order. A square goes round from (-x, -y): low, high, low, high.
+
+**The springs**
+
 - `springs` holds both stiffnesses or none, the low one less than the high one.
-- A tip face meets the fruit at 20 degrees at most; a steeper scene is refused.
-- The printed tips are sharp squares, or domes on squares. Another shape or a fillet is refused unless
-  `tips.socket = "pin"`: ground pins have any shape.
-- Half the face of a dome holds the contact, or the verdict `geometry.tip_face` fails.
-- A square is printed as two equal plates back to back: `tips.spacing_mm` holds a plate as deep as a tip is wide, and
-  the pads between the plates, 0.4 or 0.5 mm.
-- A line of three has no housing: its springs are those of `[springs]`, and `pipeline design` refuses it.
-- `print.leaves = "spring-steel"` takes strips of sold sheet, glued into slots of a plastic print; a process of metal, a
-  line of three and gauges are refused beside it. The sheet is the thinnest whose stiffness scatters by at most 5 % once
-  it is weighed, or the one that `leaf_thickness_low_mm` and `leaf_thickness_high_mm` name: 0.1, 0.15, 0.2, 0.25, 0.3
-  or 0.4 mm. Weigh each sheet, give what it measures as `leaf_measured_low_mm` and `leaf_measured_high_mm`, and print
-  the frame anew: its free lengths are fitted to the sheet at hand.
+- Lines and squares need `[springs]`, because targets size a pair only.
+- With `[springs]` and without `[targets]`, P_max and NL are reported but not judged.
+- With tilt, roll, curved fruit, fillets or spheres a tip may touch in part or lift off. The springs are then sized for
+  the flat block of the same size under sharp flat tips. The response is that of the actual scene.
+- A square is printed as two equal plates back to back. `tips.spacing_mm` must hold a plate as deep as a tip is wide,
+  and the pads between the plates, {pads} mm.
+- A line of three, as [fouly.toml](examples/fouly.toml), has no housing, and `pipeline design` refuses it. It is judged
+  by its readings, or by its force ratio without `[reading]`, see [layouts](presets.md#layouts-of-tips).
 
-A pair lies along the length of the fruit, the low tip at -x, the high tip at +x; a line too, in its order. A square
-goes round from (-x, -y): low, high, low, high. With tilt, roll, curved fruit, fillets or spheres a tip may touch in
-part or lift off. The springs are then sized for the flat block of the same size under sharp flat tips, and the response
-is that of the scene as it is.
+**Reading and read-out**
 
-Lines and squares need `[springs]`: targets size a pair only. With `[springs]` and without `[targets]`, P_max and NL are
-facts that are not judged. With `[reading]` the design is judged by the modulus that it reads, in place of the verdicts
-on P. With `[readout]` the noise of the forces is computed: `reading.noise_percent` and `noise_N` are then left out.
-`readout.transducer = "foil"` needs `print.gauges = "foil"`, "displacement" needs "none"; a process of your own needs
-`E_per_K`.
+- With `[reading]` the design is judged by the modulus that it reads, in place of the verdicts on P.
+- With `[readout]` the noise of the forces is computed; `reading.noise_percent` and `noise_N` are then left out.
+- `readout.transducer = "foil"` needs `print.gauges = "foil"`, "displacement" needs "none".
+- With `[readout]`, a process of your own needs `E_per_K`.
+
+**Leaves of spring steel**
+
+`print.leaves = "spring-steel"` takes strips of sold sheet, glued into slots of a plastic print. It is refused with a
+process of metal, a line of three or gauges. The thinnest sheet is taken whose stiffness scatters by at most
+{scatter:g} % once it is weighed. `leaf_thickness_low_mm` and `leaf_thickness_high_mm` choose another one:
+{thicknesses} mm. Weigh each sheet, give its measured thickness as `leaf_measured_low_mm` and `leaf_measured_high_mm`,
+and print the frame again. Its free lengths are fitted to these sheets.
 """
 
 PROCESS_HEAD = """\
 ## Print processes
 
-The terminal shows the same with
-`pipeline design --list-processes`.
+`pipeline design --list-processes` shows the same in the terminal. Each process can make the default design;
+[springs of each process](measurements.md#springs-of-each-process) has the errors.
 
-Each can make the default design; how exactly is shown in
-[springs of each process](measurements.md#springs-of-each-process).
-
-Leaf thicknesses of the filament processes are multiples of the printer's line: the low leaf is two lines of 0.4 mm,
-the high one three. These are the first and a middle layer in the slicer:
+Leaf thicknesses of the filament processes are multiples of the printer's line. The low leaf has {low_lines:g} lines of
+{line:g} mm, the high one {high_lines:g}. These are the first and a middle layer in the slicer:
 
 ![the paths of the nozzle in the first and in a middle layer of the housing](slices.png)
 
 Sources that begin with "typical" are values in common use that were not checked against a data sheet. All other numbers
-were read at the source that is named. They set the first print: calibrate each printed unit before you trust its
-numbers.
+were read at the named source. They set the first print: calibrate each printed unit before you trust its numbers.
 """
 
 PROCESS_TAIL = """\
 ### A printer of your own
 
-Copy the table of the process that is nearest to yours from `sensor/design/processes.toml` into a file of your own, give
-it a new name, and change what you have measured. Every number needs its source, and one that is out of bounds or
-unknown is refused in a line. Without `creep_per_decade` and `creep_scatter` its springs count as elastic. `kind` is
-fdm, sla, sls, dmls or other: it decides what the fabrication sheet says of supports, washing, heat and powder. Name the
-file in the design, with its path from the design file:
+Copy the table of the nearest process from `sensor/design/processes.toml` into a file of your own. Give it a new name,
+and change what you have measured. Every number needs its source. A number out of bounds or an unknown key is refused in
+one line. Without `creep_per_decade` and `creep_scatter` its springs count as elastic. `kind` is fdm, sla, sls, dmls or
+other. It sets what the fabrication sheet says of supports, washing, heat and powder. Name the file in the design, with
+its path from the design file:
 
     [print]
     process_file = "my-printer.toml"
 
-A file with several processes needs `process = "NAME"` beside it. The process itself, with its sources, then stands in
-`design.toml` and in `report.json` of every output folder as the table `printer`, so the folder stands alone.
-`pipeline design --list-processes` shows it too where the design is named.
+A file with several processes needs `process = "NAME"` beside it. The output folder contains the process with its
+sources, as the table `printer` of `design.toml` and of `report.json`. So the folder needs no other file.
+`pipeline design --list-processes` shows the process too where the design is named.
 """
 
 WORDS_HEAD = """\
-# Verdicts, words and symbols
+# What verdicts, words and symbols mean
 
-*Written by `docs/pages.py`.* `pipeline explain NAME` says more of each, its formula and its source, and with
-`--out DIR` the number of a run. Units are mm, N and MPa; a key or a label that uses another one says so.
+*Written by `docs/pages.py`.* `pipeline explain NAME` says more of each, with its formula and its source. With
+`--out DIR` it adds the number of a run. Units are mm, N and MPa; a key or a label that uses another unit says so.
 """
 
 Rows = Iterable[Sequence[str]]
@@ -164,7 +174,23 @@ def design_page() -> str:
     for name, items in tables.items():
         rows = [design_row(item) for item in items]
         parts += [f"## [{name}]\n", table(heads, rows) + "\n"]
-    return "\n".join([*parts, DESIGN_TAIL, process_section()])
+    return "\n".join([*parts, together(), process_section()])
+
+
+def together() -> str:
+    """Return the section on keys that decide something together, with the numbers of the code."""
+    return DESIGN_TAIL.format(
+        steepest=STEEPEST_DEG,
+        pads=or_list(sorted({2.0 * pad_height(process) for process in PROCESSES.values()})),
+        scatter=100.0 * TARGET_SCATTER,
+        thicknesses=or_list(SHEETS["spring-steel"].thicknesses_mm),
+    )
+
+
+def or_list(numbers: Sequence[float]) -> str:
+    """Return numbers as a list in words, the last two joined by "or"."""
+    *first, last = (f"{number:g}" for number in numbers)
+    return f"{', '.join(first)} or {last}"
 
 
 def process_section() -> str:
@@ -177,7 +203,11 @@ def process_section() -> str:
         cells = ("-" if value is None else f"{value:g}" for value in values)
         rows.append((f"`{key}`", *cells, declared["meaning"]))
     sources = [(f"`{key}`", sources_of(key)) for key in numbers]
-    parts = [PROCESS_HEAD, table(heads, rows) + "\n", "### Where each number comes from\n"]
+    petg = PROCESSES["fdm-petg"]
+    line = petg.line_width_mm
+    lines = [leaf / line for leaf in (petg.leaf_thickness_low_mm, petg.leaf_thickness_high_mm)]
+    head = PROCESS_HEAD.format(line=line, low_lines=lines[0], high_lines=lines[1])
+    parts = [head, table(heads, rows) + "\n", "### Where each number comes from\n"]
     return "\n".join([*parts, table(("number", "source"), sources) + "\n", PROCESS_TAIL])
 
 

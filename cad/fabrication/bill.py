@@ -14,6 +14,7 @@ from cad.parts.housing import DOWEL_MM, Housing
 from cad.parts.sensor import SensorSolids
 from cad.parts.strips import CutStrip, cut_strips, glue_volume, length_of_stock
 from sensor.design.processes import Process
+from sensor.design.readout import PROBE
 from sensor.theory.strain_gauge import FOIL
 
 _ROUND_MM = 10.0  # to which lengths of sheet are rounded up
@@ -61,6 +62,7 @@ def bill_of_materials(
         amplifier=HX711,
         resistor=series_resistor(process),
         signal=signal,
+        probe=PROBE,
         sheet=sensor.sheet,
         sheets=sheets_to_buy(sensor),
         strips=cut_strips(housing),

@@ -15,8 +15,8 @@ from cad.fabrication.bridges import (
     largest_excitation,
     series_resistor,
 )
+from cad.fabrication.mount import FLANGE_CIRCLE_MM, mounted_grip
 from cad.fabrication.mount import PLATE_MM as BRACKET_MM
-from cad.fabrication.mount import mounted_grip
 from cad.fabrication.templates import render_template
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
@@ -105,6 +105,7 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         gaps=_gaps(housing),
         length_within=FREE_LENGTH_MM,
         glue_edge_mm=GLUE_EDGE_MM,
+        step_mm=STEP_MM,
         length_moves=[_length_moves(arm) for arm in housing.arms],
         bed_face="front" if housing.back_to_back else "back",
         cover_mm=COVER_MM,
@@ -112,6 +113,7 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         cover_rim_mm=RECESS_MM,
         nut_mm=NUT_MM,
         bracket_mm=BRACKET_MM,
+        flange_circle_mm=FLANGE_CIRCLE_MM,
         screw=screw_name(mounted_grip(sensor)),
         bare_screw=screw_name(grip(sensor)),
         bare_grip_mm=grip(sensor),
@@ -135,4 +137,6 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         ledge_mm=LEDGE_MM,
         jig_presses=[_jig_press(spring) for spring in read_out.springs],
         last_digit=last_digit,
+        K_percent=100.0 * _K_ERROR,
+        gravity=STANDARD_GRAVITY,
     )

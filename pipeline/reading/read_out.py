@@ -19,7 +19,7 @@ class LevelReading:
     """What a level sensor in the middle of its fruit reads [MPa] where the modulus is E [MPa]: shape and skin."""
 
     E_MPa: float = report_field("MPa", "a modulus at which the sensor was pressed level in the middle of its fruit")
-    read_MPa: float = report_field("MPa", "what the rise of that press tells")
+    read_MPa: float = report_field("MPa", "modulus read from the rise of that press")
 
 
 def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
@@ -70,7 +70,7 @@ class ReadingConstants(Record):
     )
     lean_mm_per_N: Matrix | None = report_field(
         "mm/N",
-        "domes alone: what leaning forces of a level press add to the springs in the contrast, as they push tips "
+        "domes alone: what inclined forces of a level press add to the springs in the contrast, by their push "
         "sideways; left out for other tips",
         default=None,
         left_out=True,
@@ -89,9 +89,9 @@ class ReadingConstants(Record):
     )
     fastest_press_s: float | None = report_field(
         "s",
-        "shortest duration of a press by hand that tells E, from the first touch to the deepest point: a shorter one "
-        "has too few samples, or times of channels that leave 2 % of E open on level fruit; left out without "
-        "`[readout]`",
+        "shortest duration of a press by hand, from the first touch to the deepest point, that gives E. A "
+        "shorter one has too few samples, or an error of E of more than 2 % by its times on level "
+        "fruit. Left out without `[readout]`",
         default=None,
         left_out=True,
     )

@@ -67,14 +67,10 @@ class ListedFile:
 class SizingReport:
     """The springs that were sized and the fruit stiffness that sized them."""
 
-    K_l_N_per_m: float = report_field(
-        "N/m", "stiffness that the targets need of the low spring, or that the design gives"
-    )
-    K_h_N_per_m: float = report_field(
-        "N/m", "stiffness that the targets need of the high spring, or that the design gives"
-    )
+    K_l_N_per_m: float = report_field("N/m", "stiffness of the low spring, from the targets or from the design")
+    K_h_N_per_m: float = report_field("N/m", "stiffness of the high spring, from the targets or from the design")
     K_m_max_N_per_m: float = report_field(
-        "N/m", "stiffness of the firmest fruit under one tip, by which the springs were sized"
+        "N/m", "stiffness of the firmest fruit under one tip, from which the springs were sized"
     )
     K_m_over_E_mm: float = report_field("mm", "that stiffness over the modulus of the fruit")
     fruit_stiffness: str = report_field("", "`contact`: from the solved contact; `hayes`: from the paper's formula (6)")
@@ -92,7 +88,7 @@ class SpringReport:
     dimensions_mm: Flexure | None = report_field("", "its leaves; null where they are not made")
     root_strain: float | None = report_field(
         "1",
-        "largest strain of a leaf, at its root, at full travel on the firmest fruit; beyond the strain limit of the "
+        "largest strain of a leaf, at its root, at full travel on the firmest fruit. Beyond the strain limit of the "
         "material the leaf breaks or stays bent",
     )
     root_strain_error_percent: float | None = report_field("%", "half width of its error bar")
@@ -273,9 +269,9 @@ class ReadingReport:
     )
     sources: dict[str, float] = report_field(
         "%",
-        "standard uncertainty by each source: noise, drifts, times of channels in a press by hand of 3 s or the "
-        "fastest of the read-out, springs, their creep, gains, shape and pose, thickness of the flesh, Poisson's "
-        "ratio",
+        "standard uncertainty by each source: noise, drifts, springs, gains, creep, shape and pose, thickness of the "
+        "flesh, Poisson's ratio, times of channels. These are those of a press by hand of 3 s, or of the fastest "
+        "press of the read-out",
         each="SOURCE_percent",
     )
     method: str = report_field("", "how forces become a modulus")
@@ -287,8 +283,8 @@ class ReadingReport:
     )
     noise_for_10_percent: float | None = report_field(
         "% of full scale",
-        "noise of the forces at which the uncertainty of the modulus reaches 10 %: what the amplifier must do; null "
-        "where 10 % is exceeded without noise",
+        "noise of the forces at which the uncertainty of the modulus reaches 10 %, an upper limit for the amplifier. "
+        "Null where 10 % is exceeded without noise",
     )
     refused: str | None = report_field("", "the pose that has no reading, and why; null where every pose has one")
     moduli: tuple[ModulusReport, ...] = report_field("", "the reading of each modulus")
@@ -432,7 +428,9 @@ class Report:
         "", "what the error of each number is made of; null where it has none", level="files", each="NUMBER"
     )
     paper: PaperReport | None = report_field(
-        "", "the springs of the paper, judged alike; null where fruit or tips are not the paper's", level="files"
+        "",
+        "the springs of the paper, judged by the same rules; null where fruit or tips are not the paper's",
+        level="files",
     )
     accuracy: AccuracyReport = report_field("", "the accuracy that was asked for, and reached")
     notes: tuple[str, ...] = report_field("", "what a user must know beside the verdicts, one sentence each")

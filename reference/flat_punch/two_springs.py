@@ -59,7 +59,7 @@ FIRST, TRAVELS = 0.06, (0.1, 0.3, 0.6)  # [mm]
 
 
 def accuracy_rows() -> Iterator[str]:
-    """Yield the rows of the table in docs/accuracy.md: what large strain does to the paper's press on 1 MPa.
+    """Yield the rows of the table in docs/measurements.md: what large strain does to the paper's press on 1 MPa.
 
     For each Poisson's ratio and law: P, linear and large at both ends of the travel, its change, and the error of E.
     """

@@ -1,4 +1,4 @@
-"""The fruit as a person describes it: its shape, its flesh, the moduli that the sensor shall tell.
+"""The fruit as a person describes it: its shape, its flesh, the moduli that the sensor is to measure.
 
 Units: mm, MPa.
 """
@@ -110,7 +110,7 @@ class Fruit:
         MODULUS,
         default=3.5,
         hint="give the top of the range, 3.5 for mango",
-        meaning="modulus of the stiffest fruit that the sensor shall tell: the top of its range",
+        meaning="modulus of the stiffest fruit to be measured: the top of the range",
     )
     E_MPa: tuple[float, ...] = quantity(
         "MPa",
@@ -134,8 +134,8 @@ class Fruit:
         metadata={
             "text": FORM,
             "meaning": (
-                "Prony series of flesh that relaxes, shares of the force and the times in which they are lost; every "
-                "modulus is then that at the first instant"
+                "Prony series of flesh that relaxes: fractions of the force and the times in which they are lost. "
+                "Every modulus is then that at the first instant"
             ),
         },
     )

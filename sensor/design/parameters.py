@@ -51,14 +51,14 @@ class Targets:
         _FORCE_RATIO,
         default=5.0,
         hint="the paper uses 5",
-        meaning="force ratio P that the sensor shall show on the stiffest fruit, `fruit.E_max_MPa`",
+        meaning="force ratio P on the stiffest fruit, `fruit.E_max_MPa`",
     )
     NL: float = quantity(
         "1",
         _NONLINEARITY,
         default=0.05,
         hint="give a fraction, for 5 % write 0.05",
-        meaning=("how far P may bend away from a straight line over E, as a share of its rise; for 5 % write 0.05"),
+        meaning=("how far P may bend away from a straight line over E, as a fraction of P_max - 1; for 5 % write 0.05"),
     )
     NL_definition: Definition = choice(
         ("mid-range", "largest"),
@@ -159,15 +159,15 @@ class Print:
         MODULUS,
         default=None,
         hint="give what the coupon shows",
-        meaning="modulus that a printed coupon showed, in place of that of the process",
+        meaning="modulus measured on a printed coupon, in place of that of the process",
     )
     gauges: str = choice(
-        tuple(GAUGES), default="none", meaning="strain gauges glued on the leaves; what they stiffen is included"
+        tuple(GAUGES), default="none", meaning="strain gauges glued on the leaves; their stiffness is included"
     )
     mount: Mount = choice(
         ("covers", "washers"),
         default="covers",
-        meaning=("what the screws clamp the frame between: the two covers, or a washer on each side of each hole"),
+        meaning=("what holds the frame at its screws: the two covers, or a washer on each side of each hole"),
     )
     leaves: str = choice(
         (PRINTED, *SHEETS),
@@ -175,14 +175,16 @@ class Print:
         meaning="what the leaves are: printed with the frame, or strips of sheet glued into its slots",
     )
     leaf_thickness_low_mm: float | None = _of_strips(
-        "thickness of the sheet of the low spring, of those that dealers list; left out, the best is taken"
+        "stock thickness of the sheet of the low spring; by default the best one is taken"
     )
-    leaf_thickness_high_mm: float | None = _of_strips("thickness of the sheet of the high spring, likewise")
+    leaf_thickness_high_mm: float | None = _of_strips(
+        "stock thickness of the sheet of the high spring; by default the best one is taken"
+    )
     leaf_measured_low_mm: float | None = _of_strips(
-        "thickness of that very sheet by weighing it, in place of what it is sold as; needs leaf_thickness_low_mm"
+        "measured thickness of that sheet, by weighing, in place of the stock thickness; needs leaf_thickness_low_mm"
     )
-    leaf_measured_high_mm: float | None = _of_strips("the same of the high spring; needs leaf_thickness_high_mm")
-    clamp_mm: float | None = _of_strips("length that is glued at each end of a strip; left out, 4.5 mm or what fits")
+    leaf_measured_high_mm: float | None = _of_strips("the same for the high spring; needs leaf_thickness_high_mm")
+    clamp_mm: float | None = _of_strips("length that is glued at each end of a strip; by default 4.5 mm or what fits")
 
     def __post_init__(self) -> None:
         """Check each field; the process is checked with the design, which may have one of its own."""

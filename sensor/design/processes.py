@@ -45,19 +45,19 @@ class Process(Sourced):
     kind: str = choice(KINDS, default="other")
     E_MPa: float = quantity("MPa", MODULUS, meaning="modulus of the material")
     E_scatter: float = quantity(
-        "1", _SCATTER, meaning="scatter of the modulus from print to print, one sigma as a share of E"
+        "1", _SCATTER, meaning="scatter of the modulus from print to print, one sigma as a fraction of E"
     )
     E_per_K: float | None = quantity(
         "1/K",
         Bounds(at_least=-0.1, at_most=0.1),
         default=None,
-        meaning="change of the modulus by the temperature about 23 C, as a share of E; [readout] needs it",
+        meaning="change of the modulus by the temperature about 23 C, as a fraction of E; [readout] needs it",
     )
     creep_per_decade: float | None = quantity(
         "1",
         Bounds(above=0.0, below=1.0),
         default=None,
-        meaning="growth of the compliance in each decade of time under a load, as a share of it; none for metals",
+        meaning="growth of the compliance in each decade of time under a load, as a fraction of it; none for metals",
     )
     creep_scatter: float | None = quantity(
         "1",

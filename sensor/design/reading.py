@@ -71,35 +71,35 @@ class Reading:
         _SHARE,
         default=0.2,
         hint="mangoes differ by 0.2",
-        meaning="by how much of it the radius of a fruit may differ from the design's, without `radius_mm`",
+        meaning="largest deviation of the radius of a fruit from the design's, as a fraction, without `radius_mm`",
     )
     radius_mm: tuple[float, float] | None = quantity(
         "mm",
         LENGTH,
         default=None,
         hint="mangoes have 42 to 53",
-        meaning="one principal radius of the fruits that occur, from and to (ellipsoid), at any azimuth",
+        meaning="smallest and largest value of one principal radius of the fruits (ellipsoid), at any azimuth",
     )
     radius_across_mm: tuple[float, float] | None = quantity(
         "mm",
         LENGTH,
         default=None,
         hint="mangoes have 86 to 144",
-        meaning="the other principal radius, from and to (ellipsoid)",
+        meaning="smallest and largest value of the other principal radius (ellipsoid)",
     )
     thickness_mm: tuple[float, float] | None = quantity(
         "mm",
         LENGTH,
         default=None,
         hint="flesh over a mango's stone has 8 to 20",
-        meaning="flesh under the skin of the fruits that occur, from and to (domes on a curved fruit)",
+        meaning="smallest and largest thickness of the flesh under the skin (domes on a curved fruit)",
     )
     noise_percent: float = quantity(
         "%",
         _PERCENT,
         default=0.5,
         hint="a strain gauge has 0.5 of full scale",
-        meaning="noise of each force, one sigma, as a share of the largest force of its tip",
+        meaning="noise of each force, one sigma, as a fraction of the largest force of its tip",
     )
     noise_N: float = quantity(
         "N",
@@ -113,19 +113,19 @@ class Reading:
         _PERCENT,
         default=1.0,
         hint="a unit calibrated by weights has 1",
-        meaning="how far calibration leaves each spring unknown, one sigma",
+        meaning="standard uncertainty of each spring after calibration",
     )
     gain_percent: float = quantity(
         "%",
         _PERCENT,
         default=0.5,
         hint="an amplifier has 0.5",
-        meaning="how far calibration leaves each channel unknown, one sigma",
+        meaning="standard uncertainty of the gain of each channel after calibration",
     )
     calibrated_by: str | None = choice(
         CALIBRATED_BY,
         default=None,
-        meaning="weights: they calibrate the force of each channel; plate: a press on a hard plate its deflection too",
+        meaning="weights calibrate the force of each channel; a press on a hard plate calibrates its deflection too",
     )
     bias_limit: float = quantity(
         "1",
@@ -146,7 +146,7 @@ class Reading:
         DURATION,
         default=None,
         hint="travel / speed is when the press stops",
-        meaning="when flesh that relaxes is read, from the first touch; when the press stops where it is not set",
+        meaning="time from the first touch at which flesh that relaxes is read; by default when the press stops",
     )
 
     def __post_init__(self) -> None:

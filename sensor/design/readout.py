@@ -117,7 +117,7 @@ class Readout:
     amplifier: str | None = choice(
         tuple(AMPLIFIERS),
         default=None,
-        meaning="amplifier with its converter; HX711 for foil, ADS1220 for displacement where it is not set",
+        meaning="amplifier with its converter; by default HX711 for foil, ADS1220 for displacement",
     )
     board: str = choice(
         ("rp2040",), default="rp2040", meaning="microcontroller board of the wiring plan and of the MicroPython program"
@@ -127,10 +127,10 @@ class Readout:
         _POSITIVE,
         default=None,
         hint="leave it out to have what the leaf bears",
-        meaning="voltage across a bridge; what its resistors leave where it is not set",
+        meaning="voltage across a bridge; by default what its resistors leave",
     )
     bits: float | None = quantity(
-        "1", _BITS, default=None, hint=_AS_SOLD, meaning="bits of the converter, its sign too"
+        "1", _BITS, default=None, hint=_AS_SOLD, meaning="bits of the converter, its sign included"
     )
     full_scale_mV: float | None = quantity(
         "mV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="input range of the amplifier, to either side of zero"
@@ -146,21 +146,21 @@ class Readout:
         _DELAY,
         default=None,
         hint="leave it out to have the order of the amplifier's inputs",
-        meaning="how much later each channel of a sample is converted than its first one, a list in the order of tips",
+        meaning="delay of each channel of a sample after the first conversion, a list in the order of tips",
     )
     time_error_ms: float | None = quantity(
         "ms",
         _DELAY,
         default=None,
         hint=_AS_SOLD,
-        meaning="bound by which the time of a conversion may be off beside its delay",
+        meaning="bound of the error of the time of a conversion, beside its delay",
     )
     sensitivity_mV_per_mm: float | None = quantity(
         "mV/mm",
         _POSITIVE,
         default=None,
         hint="leave it out for a DRV5055A2 between two magnets",
-        meaning="slope of a sensor of displacement; that of a DRV5055A2 between two magnets where it is not set",
+        meaning="slope of a sensor of displacement; by default that of a DRV5055A2 between two magnets",
     )
     noise_um: float | None = quantity(
         "um",
@@ -170,14 +170,18 @@ class Readout:
         meaning="noise of a sensor of displacement, one sigma",
     )
     drift_K: float = quantity(
-        "K", _KELVIN, default=5.0, hint="a room keeps within 5", meaning="how far the air may be from the calibration's"
+        "K",
+        _KELVIN,
+        default=5.0,
+        hint="a room keeps within 5",
+        meaning="largest difference of the air's temperature from that of the calibration",
     )
     tare_K: float = quantity(
         "K",
         _KELVIN,
         default=1.0,
         hint="tare before each fruit",
-        meaning="how far the air may be from the last taring's",
+        meaning="largest difference of the air's temperature from that of the last taring",
     )
 
     def __post_init__(self) -> None:
@@ -202,7 +206,7 @@ class Readout:
 
     @property
     def largest_time_error_ms(self) -> float:
-        """Return the bound by which the time of a conversion may be off beside its delay [ms]."""
+        """Return the bound of the error of the time of a conversion, beside its delay [ms]."""
         amplifier = self.circuit
         typical = 1e3 / amplifier.rate_Hz * amplifier.time_error_periods
         return typical if self.time_error_ms is None else self.time_error_ms

@@ -1,4 +1,4 @@
-"""The table of docs/accuracy.md on large strain, row by row."""
+"""The table of docs/measurements.md on large strain, row by row."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_every_row_is_what_the_curves_give():
-    page = (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "measurements.md").read_text(encoding="utf-8")
     rows = list(accuracy_rows())
     assert len(rows) == 12
     assert [row for row in rows if row not in page] == []

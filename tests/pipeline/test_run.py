@@ -11,7 +11,7 @@ from golden.freeze import answer_of_run, measured
 
 from pipeline.cli import main
 
-ACCURACY = Path(__file__).parents[2] / "docs" / "accuracy.md"
+ACCURACY = Path(__file__).parents[2] / "docs" / "measurements.md"
 MAIN_KEYS = {
     "schema", "design", "springs", "flexures", "material", "contact", "response", "verdicts", "paper", "files",
     "seconds", "versions",

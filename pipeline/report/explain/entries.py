@@ -6,8 +6,35 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from cad.parts.housing import TILT_DEG
 from pipeline.report.keys import ReportKey, report_key
+from pipeline.verdicts.rules import (
+    FITTED_TOLERANCE,
+    NL_TOLERANCE,
+    P_MAX_TOLERANCE,
+    SPREAD_TOLERANCE,
+    STIFFNESS_TOLERANCE,
+)
+from sensor.design.leaves import GLUE_MM, SHORTEST_LEAF, SHORTEST_STRIP, SHOULDER_STRAIN
+from sensor.design.parameters import END_ROOM_MM
+from sensor.design.reading import LARGEST_TOUCH_FRACTION
 from sensor.quantity import InputError
+
+_LIMITS = {
+    "P_max_percent": 100.0 * P_MAX_TOLERANCE,
+    "NL_tolerance": NL_TOLERANCE,
+    "stiffness_percent": 100.0 * STIFFNESS_TOLERANCE,
+    "fitted_percent": 100.0 * FITTED_TOLERANCE,
+    "spread_percent": 100.0 * SPREAD_TOLERANCE,
+    "touch_fraction": LARGEST_TOUCH_FRACTION,
+    "shortest_leaf": SHORTEST_LEAF,
+    "shortest_strip": SHORTEST_STRIP,
+    "shoulder_strain": SHOULDER_STRAIN,
+    "glue_mm": GLUE_MM,
+    "end_room_mm": END_ROOM_MM,
+    "tilt_deg": TILT_DEG,
+}
+"""The limits that the texts name in braces."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +68,7 @@ def entries() -> tuple[Entry, ...]:
     One with a key of report.json has the unit of that key, and its meaning unless it has its own.
     """
     loaded = []
+    limits = {name: f"{limit:g}" for name, limit in _LIMITS.items()}
     for kind in ("verdicts", "symbols"):
         text = (Path(__file__).parent / f"{kind}.toml").read_text(encoding="utf-8")
         for name, table in tomllib.loads(text).items():
@@ -49,6 +77,7 @@ def entries() -> tuple[Entry, ...]:
             key = report_key(table.get("key", ""))
             if key is not None:
                 table = {"meaning": _sentence(key), **table, "unit": key.unit}
+            table |= {text: table[text].format(**limits) for text in ("meaning", "formula")}
             loaded.append(Entry(name=name, is_verdict=kind == "verdicts", aliases=aliases, each=each, **table))
     return tuple(loaded)
 
