@@ -65,7 +65,7 @@ def _integrals_less_one(square: float) -> tuple[float, float]:
 def large_deflection_stiffening(length: float, deflection: float) -> float:
     """Return the gain in secant stiffness of a guided leaf, or of a pair, at a deflection d of length L [1 from mm].
 
-    It is 36/35 (d / L)^2 while d is small. The platform is free along the leaves and does not turn, so each half of a
+    It is 36/35 (d / L)^2 while d is small. The shuttle is free along the leaves and does not turn, so each half of a
     leaf is a cantilever of length L / 2 with the deflection d / 2. Raises InputError beyond d = L / 2.
     """
     relative = deflection / length

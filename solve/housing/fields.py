@@ -34,15 +34,15 @@ def fields_in(mesh: Mesh, material: CellMaterial, u: Floats) -> NodalFields:
     strain = nodal_strain(basis, u, material, _FREE)
     displacement = u[np.hstack([basis.nodal_dofs, basis.edge_dofs]).T]
     # `stress` takes a gradient; of a strain, its own symmetric part, it is the same
-    nodes = _nodes_of(basis)
+    nodes = nodes_of_cells(basis.mesh)
     is_stiffest = _is_stiffest(nodes, material)
     E, poisson = (_at_nodes(nodes, is_stiffest, each) for each in (material.E, material.poisson))
     return NodalFields(displacement=displacement, stress=stress(strain, E, poisson), strain=strain)
 
 
-def _nodes_of(basis: CellBasis) -> Ints:
-    """Return the 20 nodes of each cell, shape (20, cells), the first of the mesh's 27."""
-    return np.asarray(basis.mesh.dofs.element_dofs[: len(basis.elem.elem.doflocs)])
+def nodes_of_cells(mesh: Mesh) -> Ints:
+    """Return the 20 nodes of each cell that is solved on, shape (20, cells), the first of the mesh's 27."""
+    return np.asarray(mesh.dofs.element_dofs[: len(ElementHexS2().elem.doflocs)])
 
 
 def _is_stiffest(nodes: Ints, material: CellMaterial) -> Flags:
@@ -75,7 +75,7 @@ def nodal_strain(basis: CellBasis, u: Floats, material: CellMaterial, free: str)
     misses its peak. Between materials only the stiffest cells of a node count.
     """
     corners = basis.elem.elem.doflocs  # nodes of the unit cube
-    nodes = _nodes_of(basis)
+    nodes = nodes_of_cells(basis.mesh)
     count = 1 + int(nodes.max())
     # What is extrapolated over a small cell is off by less.
     weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)

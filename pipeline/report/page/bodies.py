@@ -95,9 +95,10 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         moved=factor * np.concatenate([displacement, displacement * mirror]),
     )
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
+    only = "" if result.springs.leaves.is_printed else "; it is that of the strips, not of glue and print"
     caption = (
         f"At full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises stress "
-        f"{highest:.3g} MPa, limit {limit:.3g} MPa (E of {leaves.name} times its strain limit). Safety "
+        f"{highest:.3g} MPa, limit {limit:.3g} MPa (E of {leaves.name} times its strain limit{only}). Safety "
         f"against the strain limit: {', '.join(factors)}. A coarse mesh: up to a tenth too high."
     )
     return page_body(
