@@ -42,7 +42,7 @@ def fields_in(mesh: Mesh, material: CellMaterial, u: Floats) -> NodalFields:
 
 def nodes_of_cells(mesh: Mesh) -> Ints:
     """Return the 20 nodes of each cell that is solved on, shape (20, cells), the first of the mesh's 27."""
-    return np.asarray(mesh.dofs.element_dofs[: len(ElementHexS2().elem.doflocs)])
+    return np.asarray(mesh.dofs.element_dofs[: len(ElementHexS2().doflocs)])
 
 
 def _is_stiffest(nodes: Ints, material: CellMaterial) -> Flags:
