@@ -199,16 +199,21 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
                 raise cause from error
         bound = f"a unit.toml of pipeline calibrate ({str(error).splitlines()[0]})"
         raise validation_error("--unit", str(path), "", bound, "calibrate the unit") from error
-    digest = design_digest(report.design)
-    if unit.design_sha256 != digest or unit.tips != tuple(tip.name for tip in report.tips):
-        bound = f"the unit of design {report.design.name!r} as it is in this folder"
-        hint = f"its digest begins {digest[:12]}; calibrate against it"
-        raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
+    refuse_other_design(unit, report)
     if unit.scale is not None and "weighed_after_s" not in tables and report.creep.exponent:
         # Its curve belongs to readings of before springs had a time, which were smaller.
         bound = "of a unit with weighed_after_s, as its springs creep"
         raise validation_error("unit.scale", unit.scale.unit, "", bound, "calibrate it again, with --fruit")
     return unit
+
+
+def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
+    """Raise InputError for a unit of another design than that of a report."""
+    digest = design_digest(report.design)
+    if unit.design_sha256 != digest or unit.tips != tuple(tip.name for tip in report.tips):
+        bound = f"the unit of design {report.design.name!r} as it is in this folder"
+        hint = f"its digest begins {digest[:12]}; calibrate against it"
+        raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
 
 
 def unit_as_toml(unit: PrintedUnit) -> str:
