@@ -38,8 +38,8 @@ class ReportData(Plain):
 class Evaluation(Record):
     """A design, what was solved for its verdicts, and the verdicts that need no file.
 
-    `reached` are P_max and NL. `press` and `readings` are None where they were not asked for, `readings` also where
-    the design asks for none; `over_time` likewise, and for flesh that does not relax.
+    `reached` are P_max and NL. `press` and `readings` are None where they were not asked for, `readings` also where the
+    design asks for none. `over_time` is None likewise, and for flesh that does not relax.
     """
 
     options: RunOptions

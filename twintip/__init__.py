@@ -103,8 +103,8 @@ _MODULE_OF = {name: module for module, names in _NAMES_OF.items() for name in na
 def housing(result: SensorResult) -> cq.Workplane:
     """Return the housing of a result [mm] on a CadQuery workplane.
 
-    It is the solid of housing.step, of a square one of its two equal plates. x runs along the tips, whose faces lie at
-    z = 0, and z points away from the fruit. Raises InputError where the springs are not made.
+    It is the solid of housing.step, of a square one of its two equal plates. The axis x runs along the tips, whose
+    faces lie at z = 0, and z points away from the fruit. Raises InputError where the springs are not made.
     """
     from cad.parts.assembly import on_workplane, sensor_of
     from sensor.quantity import validation_error
@@ -195,8 +195,8 @@ def _measuring(report: Report, unit: PrintedUnit | str | Path | None) -> Measuri
 def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]:
     """Return the modulus [MPa] of each specimen in the file of a compression test, as `pipeline modulus` does.
 
-    Raises InputError for a file that holds no force over travel, and for a curve that is no compression of a fruit;
-    SolveError where the force of such a body cannot be solved.
+    Raises InputError for a file that holds no force over travel, and for a curve that is no compression of a fruit.
+    Raises SolveError where the force of such a body cannot be solved.
     """
     from pipeline.measure.compression.modulus import measured_modulus
     from pipeline.measure.compression.specimens import read_specimens

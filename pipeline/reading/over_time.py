@@ -41,10 +41,10 @@ class Moment:
 class ReadingOverTime(Record):
     """A level press to full travel and its hold on flesh of moduli E [MPa] at the first instant, at times t [s].
 
-    Forces F [N], shape (moduli, times, tips); the force ratio P [1] and the `apparent` modulus [MPa], (moduli, times),
-    are nan where a tip is off the fruit. `stop` is the index at which the press stops, `at` that of the reading.
-    `moves` [1] is how far the apparent modulus is elsewhere in the hold from that of the reading, the most of all
-    moduli. `moments` are the steadiest ones at the speed of the design and at others.
+    Forces F [N] have the shape (moduli, times, tips). The force ratio P [1] and the `apparent` modulus [MPa], (moduli,
+    times), are nan where a tip is off the fruit. `stop` is the index at which the press stops, `at` that of the
+    reading. `moves` [1] is how far the apparent modulus is elsewhere in the hold from that of the reading, the most of
+    all moduli. `moments` are the steadiest ones at the speed of the design and at others.
     """
 
     E: Floats

@@ -95,7 +95,7 @@ def mesh_pairs_for(housing: Housing, tolerance: float) -> tuple[MeshPair, ...]:
 def odd_shape_factor(flexure: Flexure) -> float:
     """Return the factor on the error bar from the difference of two meshes for a leaf of an odd shape [1].
 
-    All meshes have like fans at the roots, whose error shows where a leaf is not much deeper than thick, and few
+    All meshes have like fans at the roots, whose error shows where a leaf is not much deeper than thick. They have few
     layers for the bending across a leaf that is deeper than long. The 2.5 for a leaf as thick as deep covers the 2 that
     was seen.
     """

@@ -75,8 +75,8 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
 
     A search that was ended goes on: it asks for the same candidates again, and those that are stored are not solved.
     With more `evaluations` it asks for the same ones and then for more: no step of the method looks at how many are to
-    come. Raises InputError where a key has a distribution, where the base is no design with a value of the front, and
-    for a verdict that no candidate can have.
+    come. Raises InputError where a key has a distribution, and where the base is no design with a value of the front.
+    It does so too for a verdict that no candidate can have.
     """
     _refuse_unjudged(study)
     for key, varied in study.vary.items():

@@ -26,6 +26,7 @@ MOST_DOTS = 1_000  # of the points: more hide each other
 _DESIGNS = "best-designs"
 _BASE = "base.toml"
 _SEED = 1
+_OF_VALUE = re.compile(r"The value is [^.]*\.")
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")  # of Markdown
 
 
@@ -149,7 +150,8 @@ def _named(key: str, *, varies: bool) -> tuple[str, str]:
         if entry is None:
             return label, ""
         label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
-        return label, f"{entry.meaning.partition('?')[0]}?"
+        of_value = _OF_VALUE.search(entry.meaning) if field == "value" else None
+        return label, f"{entry.meaning.partition('?')[0]}?{f' {of_value[0]}' if of_value else ''}"
     if (
         varies
         and table in TABLE_TYPES

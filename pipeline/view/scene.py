@@ -69,7 +69,7 @@ class FieldScene:
     cut_y: float | None = None
     focus: tuple[float, ...] | None = None
 
-    def of(self, field: Field) -> "FieldScene":
+    def drawn_for(self, field: Field) -> "FieldScene":
         """Return the scene as a field is drawn on: whole, or the part alone that the field is of."""
         if not field.part:
             return self
@@ -106,7 +106,7 @@ def deformed_surface(scene: FieldScene, subdivision: int = SUBDIVISION) -> tuple
 def draw_scene(plotter: Plotter, scene: FieldScene, field: Field | None = None) -> None:
     """Draw a scene in the colours of one of its fields, over the outline of the body before it is pressed."""
     field = field or scene.fields[0]
-    scene = scene.of(field)
+    scene = scene.drawn_for(field)
     bar: dict[str, object] = {
         # VTK takes bars of one title for one bar, so the name of the scene is in it
         "title": f"{scene.name}: {field.title}\n",

@@ -1,7 +1,7 @@
 """Whether a process can make the two springs.
 
-Closed form: the guided-beam law. The solve on the solid moves the leaf length by up to `LENGTH_MARGIN`, so a leaf
-that near to a bound is undecided (passed is None) until its solved length is given.
+Closed form: the guided-beam law. The solve on the solid moves the leaf length by up to `LENGTH_MARGIN`. So a leaf that
+near to a bound is undecided (passed is None) until its solved length is given.
 """
 
 from dataclasses import dataclass

@@ -44,10 +44,10 @@ class PlateModulus:
 class CompressionResult:
     """What one specimen says: `E_MPa` with `u_percent` at 95 %, and the moduli that literature has beside it.
 
-    `shares_percent` are the parts of the error: scatter, force curve and Poisson's ratio in the root of their squares,
-    plus the others, which are bounds that a test may well reach together. `E_hertz_MPa` is the apparent modulus of
-    ASAE S368, None where Hertz's law cannot be fitted; `follows_hertz` says whether the curve follows it. `relaxation`
-    is what a hold tells, None where the curve has none.
+    `shares_percent` are the parts of the error. Scatter, force curve and Poisson's ratio add in the root of their
+    squares. The others add to that, as bounds that a test may well reach together. `E_hertz_MPa` is the apparent
+    modulus of ASAE S368, None where Hertz's law cannot be fitted; `follows_hertz` says whether the curve follows it.
+    `relaxation` is what a hold tells, None where the curve has none.
     """
 
     specimen: Specimen

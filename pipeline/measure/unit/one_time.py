@@ -24,8 +24,8 @@ CLOSEST = 0.9  # of the time between two samples of the read-out, whose loop may
 class AtOneTime:
     """Samples whose channels have one time: by the times of a log, or by the delays of the read-out [s], (tips,).
 
-    `deviation` [s] is the standard deviation of the time of each channel, which may differ from that of the read-out: a
-    log that has times tells them. Lines that come closer than the samples of the read-out are not its own: their
+    `deviation` [s] is the standard deviation of the time of each channel. It may differ from that of the read-out, as a
+    log that has times tells them. Lines that come closer than the samples of the read-out are not its own. Their
     channels stay as they are, each converted at any moment between two lines. `lag` is from how many samples before
     noise is independent.
     """

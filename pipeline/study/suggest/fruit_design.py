@@ -1,6 +1,6 @@
 """A sensor for one's own fruit: the preset of the fruit most like it, as much smaller or softer as the fruit is.
 
-Contact has no length and no modulus of its own: a sensor whose lengths are proportional to the fruit's radius, and
+Contact has no length and no modulus of its own. A sensor whose lengths are proportional to the fruit's radius, and
 whose springs are proportional to radius times modulus, reads as well. What does not scale is left to steps: rounded
 sizes, the bruise limit, how far off centre a hand is, what can be printed.
 """

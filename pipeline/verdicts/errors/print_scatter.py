@@ -1,6 +1,6 @@
 """How far a printed sensor may be off before it is calibrated: bands from the scatter of its process.
 
-Thickness error and modulus are taken as common to all springs, as they are in one print: t of each leaf shifts by
+Thickness error and modulus are taken as common to all springs, as they are in one print. So t of each leaf shifts by
 one offset, E by one factor. The stiffnesses follow a surrogate in ln t that finite elements pin at both ends.
 """
 

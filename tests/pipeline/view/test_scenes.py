@@ -94,13 +94,13 @@ def test_strain_over_limit_of_strips_is_drawn_on_the_strips_alone(tmp_path):
     scenes = field_scenes(read_report(tmp_path), tmp_path)
     for scene, factor in zip(scenes, (1.0, 2.0), strict=True):
         (field,) = [field for field in scene.fields if field.array == STRAIN_OVER_LIMIT.array]
-        strips = scene.of(field)
+        strips = scene.drawn_for(field)
         limit = SHEETS["spring-steel"].strain_limit
         expected = 1e-4 * factor * 4.0 / limit
         assert field.range_on(strips.mesh) == pytest.approx((0.0, expected), abs=DIGITS * largest / limit)
         assert np.abs(strips.mesh.points[:, 0]).max() == pytest.approx(4.0)
         assert STRIP in strips.caption
-        assert scene.of(scene.fields[0]) is scene
+        assert scene.drawn_for(scene.fields[0]) is scene
     fields = {name: values for name, values in fields.items() if name != STRIP}
     write_vtu(tmp_path / "flexure.vtu", half, fields)  # of a version before, without the mark
     assert all(len(scene.fields) == 3 for scene in field_scenes(read_report(tmp_path), tmp_path))
