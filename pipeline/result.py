@@ -27,7 +27,7 @@ NOT_MADE = failed_verdict(
 
 
 class ReportData(Plain):
-    """The data of report.json, short in print."""
+    """The data of report.json, which are printed as a short text."""
 
     def __repr__(self) -> str:
         """Return the names of its tables."""

@@ -82,8 +82,8 @@ def rise_of_skin(fruit: Fruit, x: Floats, y: Floats) -> Floats:
 class Stand:
     """How a sensor stands on a fruit whose apex is the origin, z up.
 
-    `feet` (tips, 2) [mm] are x and y of where each dome would touch first, `late` (tips,) [mm] after how much of a
-    travel.
+    `feet` (tips, 2) [mm] are x and y of where each dome would touch first, `late` (tips,) [mm] the travel of the sensor
+    at that touch.
     """
 
     def __init__(self, sensor: Sensor, fruit: Fruit) -> None:
@@ -236,7 +236,7 @@ class Pressed:
     ) -> tuple[Floats, Floats, Floats]:
         """Return pressures at the points of faces, and by the dofs of each face and its dome forces and stiffness.
 
-        `u` (n, 3) are displacements, `moved` (tips,) the ways of the domes up their axis. `expected` are the pressures
+        `u` (n, 3) are displacements, `moved` (tips,) those of the domes along their axis. `expected` are the pressures
         where nothing penetrates, to which the penalty on the penetration is added.
         """
         axis, centres = place

@@ -75,7 +75,7 @@ class Segment:
 class Block:
     """A four-sided piece of the profile; opposite sides have the same number of elements.
 
-    `region` names the material that it is of, nothing that of the print.
+    `region` names its material, and is empty for that of the print.
     """
 
     sides: tuple[tuple[Segment, ...], ...]

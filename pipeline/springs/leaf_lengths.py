@@ -43,8 +43,8 @@ COARSE = 2.0  # scale of the mesh that finds the lengths
 class MeshPair:
     """Scales of the mesh that is solved and of the coarser one that judges it, and the error bar made of the two.
 
-    The bar is a fraction [1] of the difference between both meshes plus a floor [1]. The pair is tried for tolerances
-    from `least_tolerance` [1] on.
+    The error bar is a fraction [1] of the difference between both meshes plus a floor [1]. The pair is tried for
+    tolerances from `least_tolerance` [1] on.
     """
 
     fine: float
@@ -194,9 +194,9 @@ def fit_lengths(
     """Return the housing whose leaf lengths give each spring its target stiffness [N/mm] to 0.1 %.
 
     A coarse mesh, stretched from step to step, finds the lengths; finer ones say by how much it lies high. The error
-    bars are within the relative tolerance where a mesh has it; a tolerance beyond 0.1 % holds for the targets too, up
-    to 0.5 %. Pins glued into the feet are in series with the springs. Raises InputError when a target leaves no leaf,
-    SolveError when 4 fine solves do not meet the targets.
+    bars are within the relative tolerance where a mesh reaches it. A tolerance beyond 0.1 % holds for the targets too,
+    up to 0.5 %. Pins glued into the feet are in series with the springs. Raises InputError when a target leaves no
+    leaf, SolveError when 4 fine solves do not meet the targets.
     """
     of_feet = targets_without_pins(housing, targets, solver.E, solver.poisson)
     solver.begin_solid(housing)  # a worker imports the CAD kernel for it while lengths are looked for

@@ -1,7 +1,7 @@
 """What the step between two meshes does not see of a curve's error: sizes by tests/reference/fits/test_flat_punch.py.
 
 They are fractions of the force over the linear one [1]. Each is the most over three laws, nu from 0.05 to 0.49 and
-edges up to 0.07. Of a sharp edge at nu < 0.3 the step between the meshes is larger than all of them.
+edges up to 0.07. For a sharp edge at nu < 0.3, the difference between the two meshes is larger than each of them.
 """
 
 import math

@@ -171,7 +171,7 @@ class Reading:
         return min(limits) if isinstance(limits, tuple) else limits
 
     def uncertainty_limit_at(self, E: float, moduli: Sequence[float]) -> float:
-        """Return the limit of the standard uncertainty [1] at a modulus [MPa], of those at `moduli` in its list."""
+        """Return the limit of the standard uncertainty [1] at a modulus [MPa], interpolated in those at `moduli`."""
         limits = self.uncertainty_limit
         if not isinstance(limits, tuple):
             return limits

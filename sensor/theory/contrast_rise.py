@@ -504,8 +504,8 @@ class _Solution(NamedTuple):
 def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
     """Return the solution of both equations of a press: that of the co-moments gives E, that of the means the offset.
 
-    Domes alone need more than one step: the offset changes S by some per cent, and S the root. Each step leaves that
-    fraction of the error of the step before. Raises RiseError.
+    Only domes need more than one step. Their offset changes S by some per cent, and S changes the offset. Each step
+    reduces the error to that fraction. Raises RiseError.
     """
     weights, _, S = law.contrast.arrays
     rise_rigid, rise_dome, _ = _terms(law.contrast, sums.with_instrument)

@@ -7,7 +7,7 @@ layer alone. A point load therefore acts as on a half-space of the layer, and be
 
     (1 - nu_s^2) / (pi E_s) l(r),    l(r) = int_0^inf (T(k h) - 1) J_0(k r) dk,
 
-which is smooth. Moduli are over that of the half-space below.
+which is smooth. Moduli are divided by that of the half-space below.
 """
 
 import functools

@@ -20,7 +20,7 @@ MOST_ARMS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class RelaxationArm:
-    """One arm of a Prony series: its share [1] of the force at the first instant and its time [s], with 95 %."""
+    """One arm of a Prony series: its fraction [1] of the force at the first instant and its time [s], each at 95 %."""
 
     share: Estimate
     time: Estimate

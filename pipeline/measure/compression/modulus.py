@@ -16,7 +16,7 @@ from pipeline.measure.compression.specimens import Specimen
 from sensor.quantity import Bounds, validation_error
 
 COVERAGE = 1.96
-"""Standard errors on each side: 95 %."""
+"""Standard errors to each side that hold 95 %."""
 PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Moduli of whole fruit and tubers [MPa]: beyond, a unit is wrong."""
 TELLING = Bounds(below=100.0)

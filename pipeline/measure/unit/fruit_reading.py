@@ -25,9 +25,9 @@ class FruitReading:
     All are None where the forces tell no modulus. `tilt` and `direction` [deg] are how the sensor stood on the skin,
     None where the layout does not tell. `others` are moduli [MPa] by other read-outs of the same forces. `t` [s] is the
     time of the reading in a signal. `relaxation` [1] is the apparent modulus late in the hold over that at its start,
-    None where the flesh is not said to relax. `firmness` is what another instrument shows of such fruit, half of its
-    band beside [N or MPa], where the unit has its scale. `samples` is how many of a press were weighed. `noise` [1] is
-    the part of `u` that falls with their number, None where it is not told apart.
+    None where the flesh is not said to relax. `firmness` is what another instrument would show of this fruit [N or
+    MPa], with its standard uncertainty, where the unit has that instrument's scale. `samples` is how many of a press
+    were weighed. `noise` [1] is the part of `u` that falls with their number, None where it is not told apart.
 
     `offset` [mm] is by how much the high tips stand nearer to the skin than the low ones, beyond what design and
     calibration say. `offset_u` [mm] is the half width that holds 95 %. A press of a line or a square tells them.
@@ -70,7 +70,7 @@ class FruitReading:
         """Return this reading, which moves by a fraction `shift` where one of its samples is left out.
 
         Where that is beyond the half width, the sample may be a bad one, and nothing tells. The half width of the
-        reading then holds that of the reading without the sample.
+        reading then includes the reading without the sample.
         """
         if self.u is None or shift <= self.u:
             return self

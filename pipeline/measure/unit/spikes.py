@@ -11,8 +11,8 @@ direction that is no modulus. The slope of the line is bounded, by three things 
 
 **The test.** Each sample of the row is left out in turn. The one whose absence leaves the least squares is suspected.
 It is a spike where it lies off every line that the others allow, by `LARGEST_RESIDUAL` of its standard deviations. They
-follow from the errors of the forces without a touch, or from the squares that the press itself has left, if these are
-larger. Normal noise leaves a sample out once in 1.7 million.
+follow from the errors of the forces without a touch, or from the residuals of the press itself, if these are larger.
+Normal noise leaves a sample out once in 1.7 million.
 
 **A lost touch.** A tip may be off the fruit in one sample between two with twice the least force of a touch. It was not
 lifted then. So a press is firm, and noise does not end it, once its tips had twice that force.
@@ -167,7 +167,7 @@ class _Waiting(Generic[Payload]):
 
 
 class SpikeFilter(Generic[Payload]):
-    """Releases the samples of a signal of a unit in their order, but those that contradict their press.
+    """Passes on the samples of a signal in their order, except those that contradict their press.
 
     `several` is how many samples in a row a bad conversion is part of. What is left out is added to `left_out`.
     """

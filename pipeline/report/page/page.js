@@ -124,7 +124,7 @@
 
   /* Error of the modulus read [%] over the tilt, at the ends of the moduli and at that of the slider. */
   function errorOverTilt() {
-    need(overTilts, "the design has no [reading] with presses over the tilt");
+    need(overTilts, "no press over the tilt is read");
     const { min, max } = sliderOf("E");
     const drawn = d3.sort(new Set([min, max, setting.E]));
     const points = drawn.flatMap((E) => steps(sliderOf("tilt"), 40).map((tilt) => ({ E, x: tilt, y: errorOf(lookUp(overTilts, { E, tilt }), E) })))
@@ -146,7 +146,7 @@
   }
 
   function readingOverModulus() {
-    const read = need(report.reading && report.reading.moduli.length && report.reading.moduli, "the design asks for no [reading], or no modulus is read");
+    const read = need(report.reading && report.reading.moduli.length && report.reading.moduli, "no modulus is read");
     const asked = report.design.reading;
     const points = read.flatMap((row) => [
       { E: row.E_MPa, y: Math.abs(row.E_bias_percent), what: "bias, worst pose", worst: row.worst },
@@ -244,8 +244,7 @@
     ["Force ratio over modulus", ratioOverModulus],
     ["Force ratio over travel", ratioOverTravel],
     ["Force of each tip", forcesOverTravel],
-    ["Error of the reading over the tilt", errorOverTilt],
-    ["Error over all poses", readingOverModulus],
+    ...(report.design.reading ? [["Error of the reading over the tilt", errorOverTilt], ["Error over all poses", readingOverModulus]] : []),
     ["Pressure on the skin", pressureOverTravel],
     ["Pressure where the tips touch", pressureUnderTips],
     ["What the errors are made of", errorBudget],
@@ -265,7 +264,7 @@
     const ends = [value - (error || 0), value + (error || 0)];
     const words = isTarget ? `${digits((value - limit) / width, 2)} of the tolerance from the target` : `${digits(value / limit, 2)} of the limit`;
     const svg = Plot.plot({
-      width: 150, height: 22, margin: 3, x: { domain, clamp: true, axis: null }, y: { axis: null }, style: { background: "none" },
+      width: 150, height: 22, margin: 5, x: { domain, clamp: true, axis: null }, y: { axis: null }, style: { background: "none" },
       marks: [
         Plot.ruleY([0], { x1: domain[0], x2: domain[1], stroke: "var(--line)", strokeWidth: 2 }),
         Plot.ruleY([0], { x1: passing[0], x2: passing[1], stroke: "var(--passing)", strokeWidth: 10 }),

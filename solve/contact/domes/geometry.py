@@ -23,7 +23,7 @@ FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)  # of a step over the least o
 
 @dataclass(frozen=True, eq=False)
 class DomeApproach:
-    """How domes stand to the undeformed fruit, each (poses, tips) but for three of (poses, tips, 3).
+    """Position and direction of domes relative to the undeformed fruit, (poses, tips) or (poses, tips, 3).
 
     `interference` [mm] is how far a dome would enter along the normal, negative where it is off. `foot` [mm] is the
     nearest point of the fruit, `normal` [1] that of the fruit there. `direction` [1] is the same in the frame of the
