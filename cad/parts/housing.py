@@ -297,7 +297,7 @@ def largest_tilt(press: Press) -> float:
 def profile(housing: Housing) -> list[Point]:
     """Return the corners (x, z) of the outline of the plate [mm], windows and holes left out.
 
-    Leaves of sheet are in it as if their slots were filled: what glue, strips and print fill together.
+    Where leaves are of sheet, the slots count as filled: the outline is that of glue, strips and print together.
     """
     left, right = housing.arms
     bottom, top = housing.protrusion, housing.top_level

@@ -29,7 +29,7 @@ SPEEDS = (1.0, 0.25, 0.5, 2.0, 4.0)  # of the design's speed: those that are tri
 class Moment:
     """A speed [mm/s], and the moment from the first touch [s] at which a reading is nearest to all others of the hold.
 
-    `moves` [1] is by how much of it the modulus that is read is another one elsewhere in the hold, at most.
+    `moves` [1] is the largest relative change of the modulus if it is read at another moment of the hold.
     """
 
     speed_mm_per_s: float

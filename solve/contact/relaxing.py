@@ -1,8 +1,8 @@
 """Forces of level tips over time, on springs and on flesh that relaxes: flat faces exactly, domes while they grow.
 
-Elastic flesh that a contact has entered as far as at a time would answer with forces n there. Those of flesh that
-relaxes are F(t) = n(t) - sum g_i m_i(t), tau_i dm_i/dt = n - m_i. See E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27
-(1960) 438, doi:10.1115/1.3644020. How far each tip has gone in is what its spring leaves of the travel,
+Let n(t) be the forces of elastic flesh at the indentation that the tips have reached at t. Those of flesh that relaxes
+are F(t) = n(t) - sum g_i m_i(t), tau_i dm_i/dt = n - m_i. See E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438,
+doi:10.1115/1.3644020. How far each tip has gone in is what its spring leaves of the travel,
 
     x_i - gap_i - (C F)_i = h (n_i / E)^(2/3) + (S n)_i / E,
 

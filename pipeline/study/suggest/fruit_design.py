@@ -179,7 +179,7 @@ def fruit_suggestion(
 
 
 class _Centring:
-    """By which factor [1] the fruit of the design becomes flatter or rounder: a bisection by square roots.
+    """The factor [1] by which the radius of the design's fruit changes next: a bisection of its logarithm.
 
     The largest bias has one sign where that fruit is too flat, the other where it is too round. A step that passes over
     the best radius changes the sign; from then on steps are half as long in the logarithm.
