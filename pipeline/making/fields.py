@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mesh.housing.sweep import flexure_mesh
+from mesh.housing.sweep import FlexureMesh, flexure_mesh
 from pipeline.options import RunOptions
 from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import ScenePress, scene_of
@@ -68,10 +68,18 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
         mark = np.zeros(len(fields.displacement))
         mark[most_strained_node(mesh, leaf_faces(spring.name), fields)] = 1.0
         marks[f"{spring.name}_largest_strain_place"] = mark
-    for region, cells in (mesh.subdomains or {}).items():
-        marks[region] = np.zeros(len(fields.displacement))
-        marks[region][nodes_of_cells(mesh)[:, cells]] = 1.0
+    marks |= region_marks(mesh)
     write_vtu(folder / "flexure.vtu", mesh, {**field_arrays(fields), **marks}, half_at_y=0.0)
+
+
+def region_marks(mesh: FlexureMesh) -> dict[str, NDArray[np.float64]]:
+    """Return by the name of each region an array that is 1 on the nodes of its cells, else 0."""
+    nodes = nodes_of_cells(mesh)
+    marks = {}
+    for region, cells in (mesh.subdomains or {}).items():
+        marks[region] = np.zeros(1 + int(nodes.max()))
+        marks[region][nodes[:, cells]] = 1.0
+    return marks
 
 
 def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFields:
