@@ -89,8 +89,8 @@ def check_targets(
 ) -> Evaluation:
     """Return the verdicts on a sensor with what they follow from; errors and files are left out.
 
-    Of the forces over travel and modulus, and the readings over all poses, those named in `parts` are solved: P_max
-    and NL of a level sensor on flat fruit need neither. Raises as `fitted_sensor`.
+    Of the forces over travel and modulus, and the readings over all poses, those named in `parts` are solved. P_max and
+    NL of a level sensor on flat fruit need neither. Raises as `fitted_sensor`.
     """
     timed = timed or Stopwatch()
     design = sensor.design
@@ -132,7 +132,7 @@ def complete_evaluation(checked: Evaluation, timed: Stopwatch) -> SensorResult:
     """Return an evaluation with all that its verdicts do not need: behaviour, constants of the read-out, errors.
 
     A stage that fails here is left out with its reason, as it does not undo the verdicts. Other mounts and modes are
-    solved beside the files for fabrication alone, and not at a rough tolerance; without them the error bars hold a
+    solved beside the files for fabrication alone, and not at a rough tolerance. Without them the error bars hold a
     bound on other mounts. Raises ValueError where the response was not evaluated.
     """
     sensor = checked.sensor

@@ -50,8 +50,8 @@ class RunOptions:
 
     `out` is the folder of the outputs; None writes nothing. `tolerance` is the relative error [1] allowed to the
     stiffness of both springs. `fields` adds displacement and stress to the VTU files, `fabrication` what a maker needs.
-    `force` keeps files that are not of the last run as NAME.bak, where they else refuse the folder. A `look` makes no
-    solid and no file of a part.
+    Files that are not of the last run make the folder refused; with `force` they are kept as NAME.bak. A `look` makes
+    no solid and no file of a part.
     """
 
     out: Path | None = None

@@ -27,7 +27,7 @@ NOT_MADE = failed_verdict(
 
 
 class ReportData(Plain):
-    """The data of report.json, short in print."""
+    """The data of report.json, which are printed as a short text."""
 
     def __repr__(self) -> str:
         """Return the names of its tables."""
@@ -38,8 +38,8 @@ class ReportData(Plain):
 class Evaluation(Record):
     """A design, what was solved for its verdicts, and the verdicts that need no file.
 
-    `reached` are P_max and NL. `press` and `readings` are None where they were not asked for, `readings` also where
-    the design asks for none; `over_time` likewise, and for flesh that does not relax.
+    `reached` are P_max and NL. `press` and `readings` are None where they were not asked for, `readings` also where the
+    design asks for none. `over_time` is None likewise, and for flesh that does not relax.
     """
 
     options: RunOptions

@@ -1,8 +1,8 @@
 """A quarter of a curved fruit under a central pair of tips, in curved quadratic tetrahedra by gmsh.
 
-Nothing is shared with the bent mesh of the product: the geometry is CadQuery's, the mesh gmsh's, the elements are
+Nothing is shared with the bent mesh of the product. The geometry is CadQuery's, the mesh gmsh's, the elements are
 others, and the load has no closed form beside it. What these meshes miss of the tips is that of a block on a mesh of
-the same sizes, whose answer is known: their difference counts.
+the same sizes. Its answer is known, and their difference counts.
 """
 
 from dataclasses import replace
@@ -81,7 +81,7 @@ def curved_mesh(fruit: Fruit, tips: Tips, size: SizeField) -> MeshTet2:
 def _on_skin(places: np.ndarray, fruit: Fruit) -> np.ndarray:
     """Return points near the skin of a fruit (3, n) [mm] moved onto its ellipsoid.
 
-    Those of a whole fruit move towards its centre, but for points of its base, which stay at their height; those of a
+    Those of a whole fruit move towards its centre, but for points of its base, which stay at their height. Those of a
     piece move along z.
     """
     radius = fruit.radius_mm or 0.0  # a curved fruit has one
@@ -133,8 +133,8 @@ def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, 
 def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:
     """Return the change of s11 - s12 along the normals by the shape of a piece [1/mm], from a mesh bent by height.
 
-    It is under loads that are round along the skin: those of the mesh are round as seen from above, on a slope s longer
-    by sqrt(1 + s^2) down it, which takes s^2 / 4 off their own compliance.
+    It is under loads that are round along the skin. Those of the mesh are round as seen from above, on a slope s longer
+    by sqrt(1 + s^2) down it. This takes s^2 / 4 off their own compliance.
     """
     shape, place = CurvedShape(fruit, Plan(0.0, 0.0)), tips.centres_mm[1]
     sharper = LOG_OFFSET * shape.mean_curvature(place, 0.0) * log_coefficient(fruit.poisson, 0.0)

@@ -8,11 +8,10 @@ Between grids it is Boussinesq's 1 / r, interpolated between Chebyshev nodes of 
 The gaps are those of true spheres over the skin z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2.
 Forces and displacements are along the axis of the sensor: slopes are small, contact is unilateral and frictionless.
 
-The cells in contact are found by an active set: cells that would pull leave it, cells that would enter join it, and a
+The cells in contact are found by an active set. Cells that would pull leave it, and cells that would enter join it. A
 step is shortened until it lowers the energy. The forces of a set are those of conjugate gradients, preconditioned by
 the inverse of each grid's convolution. Every grid follows its contact from sample to sample, so the error of
-discretisation is nearly one factor of all forces.
-Lengths in mm, forces in N, moduli in MPa.
+discretisation is nearly one factor of all forces. Lengths in mm, forces in N, moduli in MPa.
 """
 
 import math

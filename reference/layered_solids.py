@@ -1,7 +1,7 @@
 """A skinned body of revolution under a round tip in its middle, and a skinned block under a cube, as solids.
 
-Nothing of a layered half-space is in them: the skin is elements of another modulus. Quadratic elements, graded to the
-edge of the contact; the tip is rigid and frictionless, the base held, lengths in mm, the modulus of the flesh 1.
+Nothing of a layered half-space is in them: the skin is elements of another modulus. The elements are quadratic, graded
+to the edge of the contact. The tip is rigid and frictionless, the base held, lengths in mm, the modulus of the flesh 1.
 """
 
 import itertools
@@ -138,7 +138,10 @@ class ByLines:
 
 @dataclass(frozen=True, kw_only=True)
 class SkinnedBlock:
-    """A square block of a width and a height on a held base, under a skin and the side of a cube in its middle [mm]."""
+    """A square block of a width and a height [mm] on a held base, under a skin.
+
+    `side` is that of a cube in its middle.
+    """
 
     side: float
     width: float

@@ -1,8 +1,9 @@
 """Whole bodies between tools at finite strain, by finite elements that share nothing with the product.
 
-Nodes of Gauss and Lobatto, of fourth order, all points integrated, so that flesh of nu 0.49 does not lock; the tangent
-by differences of the stress; contact by penalty at the integration points of both ends of the whole body, with
-Coulomb's friction. The body is one of revolution, or of 1 mm length in plane strain. Lengths are in half heights.
+The nodes are those of Gauss and Lobatto, of fourth order, with all points integrated, so that flesh of nu 0.49 does not
+lock. The tangent is found by differences of the stress. Contact is held by penalty at the integration points of both
+ends of the whole body, with Coulomb's friction. The body is one of revolution, or of 1 mm length in plane strain.
+Lengths are in half heights.
 """
 
 import itertools
@@ -117,8 +118,8 @@ class End:
 class Body:
     """A section of half height 1: an ellipse or a rectangle of a half width.
 
-    `x` (nodes, 2) are r and z. At the integration points of the elements `w` (elements, points) are the volumes, and
-    `B` (elements, points, 5, dofs) turns displacements into the `PARTS` of F; `dofs` (elements, dofs) numbers them.
+    `x` (nodes, 2) are r and z. At the integration points of the elements, `w` (elements, points) are the volumes. `B`
+    (elements, points, 5, dofs) turns displacements into the `PARTS` of F. `dofs` (elements, dofs) numbers them.
     """
 
     def __init__(

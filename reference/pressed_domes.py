@@ -1,8 +1,9 @@
 """Four rigid, slippery balls on springs in a piece of a ball of flesh at finite strain, by tetrahedra in space.
 
-Nothing of a law of contact is in them: curved tetrahedra of second order, neo-Hooke in the tensor form, the skin held
-out of the balls themselves by a penalty at points of its faces, springs as unknowns beside the nodes. A plane of
-symmetry runs through two balls that stand across from each other; a level press has a second one. Lengths in mm, E = 1.
+Nothing of a law of contact is in them. They have curved tetrahedra of second order, neo-Hooke in the tensor form, and
+springs as unknowns beside the nodes. The skin is held out of the balls themselves by a penalty at points of its faces.
+A plane of symmetry runs through two balls that stand across from each other; a level press has a second one. Lengths in
+mm, E = 1.
 """
 
 import itertools
@@ -141,8 +142,8 @@ def shapes(points: Floats, edges: Sequence[tuple[int, int]]) -> tuple[Floats, Fl
 def flesh(u: Floats, solid: Ints, slope: Floats, weight: Floats, poisson: float) -> tuple[Floats, Floats]:
     """Return the forces at the nodes of neo-Hookean elements and their stiffness, (m, 30) and (m, 30, 30), E = 1.
 
-    `u` (n, 3) are displacements, `solid` (10, m) the elements, with slopes of their functions `slope` (m, points, 10,
-    3) and volumes `weight` (m, points) at their points. Raises ArithmeticError where one is turned inside out.
+    `u` (n, 3) are displacements, `solid` (10, m) the elements. At their points they have slopes of their functions
+    `slope` (m, points, 10, 3) and volumes `weight` (m, points). Raises ArithmeticError where one is turned inside out.
     """
     mu = 0.5 / (1.0 + poisson)
     lam = poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
@@ -167,7 +168,7 @@ class Pressed:
     """A piece of flesh under balls: unknowns are the displacements of its nodes and of the balls up their axis.
 
     `slope` and `weight` are those of the elements as `flesh` takes them. At the points of the faces of the skin near
-    balls, `on_face` (6, points) are shape functions and `area` (k, points) weights; `of_ball` (k,) is the nearest ball.
+    balls, `on_face` (6, points) are shape functions and `area` (k, points) weights. `of_ball` (k,) is the nearest ball.
     """
 
     def __init__(self, press: Press, size: float) -> None:

@@ -1,16 +1,17 @@
 """Four rigid, slippery domes on springs on a piece of an ellipsoid at finite strain, in any pose, by tetrahedra.
 
-Nothing of a law of contact is in them: curved tetrahedra of second order, neo-Hooke in the tensor form, the skin held
-out of the spheres themselves at points of its faces, springs as unknowns beside the nodes. Domes move along the axis of
-the sensor alone, and the sensor is pressed along it. Sensors and fruits are those of `ellipsoid_presses`.
+Nothing of a law of contact is in them. They have curved tetrahedra of second order, neo-Hooke in the tensor form, and
+springs as unknowns beside the nodes. The skin is held out of the spheres themselves at points of its faces. Domes move
+along the axis of the sensor alone, and the sensor is pressed along it. Sensors and fruits are those of
+`ellipsoid_presses`.
 
-**One mesh for all presses.** It is a box, finest under four places, made of eight mirror images of a part, so that it
+**One mesh for all presses.** It is a box, finest under four places. Eight mirror images of a part make it, so that it
 treats all domes alike. Bent, its top is the skin of the ellipsoid, and the places lie where the domes first touch. Its
 base is flat and held, its sides are free.
 
-**One factor for many samples.** The pressure of a point on the skin is that of the samples before, extrapolated, plus a
-soft penalty on its penetration (augmented Lagrangian). Newton's steps are those of conjugate gradients, preconditioned
-by an old factor as long as it serves.
+**One factor for many samples.** The pressure of a point on the skin is extrapolated from the samples before. A soft
+penalty on its penetration adds to it (augmented Lagrangian). Newton's steps are those of conjugate gradients,
+preconditioned by an old factor as long as it serves.
 
 **Error.** From 14,000 to 35,000 dofs forces move by 0.3 %, and a modulus read from them by less than 1 %.
 Lengths in mm, forces in N, moduli in MPa; within a press E = 1.
@@ -81,8 +82,8 @@ def rise_of_skin(fruit: Fruit, x: Floats, y: Floats) -> Floats:
 class Stand:
     """How a sensor stands on a fruit whose apex is the origin, z up.
 
-    `feet` (tips, 2) [mm] are x and y of where each dome would touch first, `late` (tips,) [mm] after how much of a
-    travel.
+    `feet` (tips, 2) [mm] are x and y of where each dome would touch first, `late` (tips,) [mm] the travel of the sensor
+    at that touch.
     """
 
     def __init__(self, sensor: Sensor, fruit: Fruit) -> None:
@@ -235,7 +236,7 @@ class Pressed:
     ) -> tuple[Floats, Floats, Floats]:
         """Return pressures at the points of faces, and by the dofs of each face and its dome forces and stiffness.
 
-        `u` (n, 3) are displacements, `moved` (tips,) the ways of the domes up their axis; `expected` are the pressures
+        `u` (n, 3) are displacements, `moved` (tips,) those of the domes along their axis. `expected` are the pressures
         where nothing penetrates, to which the penalty on the penetration is added.
         """
         axis, centres = place

@@ -1,7 +1,7 @@
 """Strips of sheet glued into a frame by CalculiX, on a mesh that shares nothing with the product's.
 
-The profile is drawn by OpenCASCADE as separate bodies, print, glue and strips, joined by a fragment: triangles in the
-print, quadrilaterals in glue and strips. It is swept over the half depth to 15-node wedges and 20-node bricks. The
+OpenCASCADE draws the profile as separate bodies, print, glue and strips, and joins them by a fragment. The print has
+triangles, glue and strips quadrilaterals. It is swept over the half depth to 15-node wedges and 20-node bricks. The
 holes are held; the tips are as deep as the plate. Units: mm, N, MPa.
 """
 

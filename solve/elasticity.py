@@ -51,12 +51,12 @@ def stiffness_matrix(
     one for each element.
 
     `skfem.models.elasticity.linear_elasticity` assembles the same matrix, ten times slower. Here the products of scalar
-    gradients are formed for all elements at once: M_iajb = int d_a N_i d_b N_j, with nodes i, j and axes a, b. The
-    element matrix is lambda M_iajb + mu M_ibja + mu delta_ab sum_c M_icjc.
+    gradients are formed for all elements at once. They are M_iajb = int d_a N_i d_b N_j, with nodes i, j and axes a, b.
+    The element matrix is lambda M_iajb + mu M_ibja + mu delta_ab sum_c M_icjc.
 
-    With `b_bar` the dilatation div u is projected on linear functions within each element (the B-bar method):
-    hexahedra then do not lock as nu tends to 0.5. With 27-node hexahedra this is the Q2 / P1 pair with the pressure
-    condensed, stable for every nu < 0.5: Boffi, Brezzi, Fortin, Mixed Finite Element Methods (2013), chapter 8,
+    With `b_bar` the dilatation div u is projected on linear functions within each element (the B-bar method). Hexahedra
+    then do not lock as nu tends to 0.5. With 27-node hexahedra this is the Q2 / P1 pair with the pressure condensed,
+    stable for every nu < 0.5. See Boffi, Brezzi, Fortin, Mixed Finite Element Methods (2013), chapter 8,
     doi:10.1007/978-3-642-36519-5.
     """
     moduli = np.reshape(np.asarray(E, dtype=np.float64), (-1, 1, 1, 1, 1))

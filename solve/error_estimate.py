@@ -94,7 +94,7 @@ def _observed_rate(step_quotient: float, sizes: Sequence[float], expected_rate: 
 def propagate_errors(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
     """Return the half width of the error bar of function(*values) [its unit], given those of its arguments.
 
-    All arguments are off at their worst at once, and the function counts as linear over their bars: the result is the
+    All arguments are off at their worst at once, and the function counts as linear over their bars. The result is the
     sum over the arguments of half the change from value - error to value + error.
     """
     total = 0.0

@@ -1,6 +1,6 @@
 """Quadrature on the named surfaces of hexahedra, by the elements' own shape functions on one of their facets.
 
-The facet basis of scikit-fem finds a point in its element by Newton steps with an absolute tolerance, which fail in
+The facet basis of scikit-fem finds a point in its element by Newton steps with an absolute tolerance. These fail in
 long elements and in thin layers.
 """
 

@@ -14,19 +14,26 @@ if TYPE_CHECKING:
 
     from pipeline.evaluate import evaluate
     from pipeline.main_job import run
+    from pipeline.measure.calibrating.calibration import Calibration
     from pipeline.measure.compression.bodies import CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger, RectangularBlock
     from pipeline.measure.compression.force_law import TestGeometry
     from pipeline.measure.compression.modulus import CompressionResult
     from pipeline.measure.unit.fruit_reading import FruitReading
+    from pipeline.measure.unit.measuring import MeasuringUnit
+    from pipeline.measure.unit.printed_unit import PrintedUnit
     from pipeline.options import RunOptions, load_design
     from pipeline.report.report import Report, read_report
     from pipeline.result import SensorResult
+    from pipeline.study.execute import StudySummary, run_study
+    from pipeline.study.study_file import Study, read_study
+    from pipeline.study.workers import process_engine
     from sensor.design.parameters import Design
     from sensor.quantity import InputError
     from sensor.theory.two_spring_law import Springs, force_ratio, fruit_stiffness, size_springs
     from sensor.verdict import Verdict
 
 __all__ = [
+    "Calibration",
     "CompressionResult",
     "CylinderOnEnd",
     "CylinderOnSide",
@@ -35,28 +42,38 @@ __all__ = [
     "FruitReading",
     "InputError",
     "Plunger",
+    "PrintedUnit",
     "RectangularBlock",
     "Report",
     "RunOptions",
     "SensorResult",
     "Springs",
+    "Study",
+    "StudySummary",
     "TestGeometry",
     "Verdict",
+    "c_header",
+    "calibrate",
     "evaluate",
     "force_ratio",
     "fruit_stiffness",
     "housing",
     "load_design",
+    "micropython",
     "modulus",
+    "process_engine",
     "read_press",
     "read_report",
+    "read_study",
     "run",
+    "run_study",
     "size_springs",
 ]
 
 _NAMES_OF = {
     "pipeline.evaluate": ("evaluate",),
     "pipeline.main_job": ("run",),
+    "pipeline.measure.calibrating.calibration": ("Calibration",),
     "pipeline.measure.compression.bodies": (
         "RectangularBlock",
         "CylinderOnEnd",
@@ -67,9 +84,13 @@ _NAMES_OF = {
     "pipeline.measure.compression.force_law": ("TestGeometry",),
     "pipeline.measure.compression.modulus": ("CompressionResult",),
     "pipeline.measure.unit.fruit_reading": ("FruitReading",),
+    "pipeline.measure.unit.printed_unit": ("PrintedUnit",),
     "pipeline.options": ("RunOptions", "load_design"),
     "pipeline.report.report": ("Report", "read_report"),
     "pipeline.result": ("SensorResult",),
+    "pipeline.study.execute": ("StudySummary", "run_study"),
+    "pipeline.study.study_file": ("Study", "read_study"),
+    "pipeline.study.workers": ("process_engine",),
     "sensor.design.parameters": ("Design",),
     "sensor.quantity": ("InputError",),
     "sensor.theory.two_spring_law": ("Springs", "force_ratio", "fruit_stiffness", "size_springs"),
@@ -82,8 +103,8 @@ _MODULE_OF = {name: module for module, names in _NAMES_OF.items() for name in na
 def housing(result: SensorResult) -> cq.Workplane:
     """Return the housing of a result [mm] on a CadQuery workplane.
 
-    It is the solid of housing.step, of a square one of its two equal plates. x runs along the tips, whose faces lie at
-    z = 0, and z points away from the fruit. Raises InputError where the springs are not made.
+    It is the solid of housing.step, of a square one of its two equal plates. The axis x runs along the tips, whose
+    faces lie at z = 0, and z points away from the fruit. Raises InputError where the springs are not made.
     """
     from cad.parts.assembly import on_workplane, sensor_of
     from sensor.quantity import validation_error
@@ -95,30 +116,87 @@ def housing(result: SensorResult) -> cq.Workplane:
     return on_workplane(sensor_of(result.design, made).part)
 
 
-def read_press(report: Report, file: str | Path, unit: str | Path | None = None) -> list[FruitReading]:
+def read_press(report: Report, file: str | Path, unit: PrintedUnit | str | Path | None = None) -> list[FruitReading]:
     """Return one reading for each press in a CSV file of forces or counts, as `pipeline read` does.
 
-    `unit` is the unit.toml of `pipeline calibrate`; without it the springs are taken as designed. Forces that tell no
-    modulus give a reading with flags and without E. Raises InputError for a file that is no signal of the sensor.
+    `unit` is that of a calibration, or the path of its unit.toml. Without it the springs are taken as designed. Forces
+    that tell no modulus give a reading with flags and without E. Raises InputError for a file that is no signal of the
+    sensor.
     """
     from pipeline.measure.tables.rows import lines_of
-    from pipeline.measure.unit.measuring import MeasuringUnit
     from pipeline.measure.unit.presses import readings_of
-    from pipeline.measure.unit.printed_unit import nominal_unit, read_unit
-    from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.measure.unit.signals import Signal
 
-    printed = nominal_unit(report) if unit is None else read_unit(Path(unit), report)
-    classes = ripeness_classes(printed.classes, "unit.classes") if printed.classes else None
     signal = Signal(lines_of(Path(file)), str(file), len(report.tips))
-    return list(readings_of(MeasuringUnit(report=report, unit=printed, classes=classes), signal))
+    return list(readings_of(_measuring(report, unit), signal))
+
+
+def calibrate(report: Report, weights: str | Path, after_s: float | None = None) -> Calibration:
+    """Return the calibration of a printed unit by a table of weights, as `pipeline calibrate` does.
+
+    `after_s` is the time from the hanging of a weight to its reading [s] where the table has no times. Raises
+    InputError for a table that is no measurement of this design's springs.
+    """
+    from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print
+    from pipeline.measure.unit.printed_unit import WEIGHED_AFTER
+    from sensor.quantity import validation_error
+    from sensor.theory.contrast_law import ReadingError
+
+    if after_s is not None and not WEIGHED_AFTER.hold(after_s):
+        raise validation_error("after_s", after_s, "s", str(WEIGHED_AFTER), "weights are read after some 30 s")
+    table = measured_print(weights, report)
+    if "coupon" in table.texts:
+        hint = "pipeline calibrate finds the modulus of a coupon"
+        raise validation_error("weights", str(weights), "", "a table with a column tip", hint)
+    try:
+        return calibrate_unit(report, table, after_s=after_s)
+    except ReadingError as error:
+        hint = "weigh each tip again"
+        raise validation_error("weights", str(weights), "", f"of springs that read a fruit ({error})", hint) from error
+
+
+def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
+    """Return the read-out of a unit as a C99 header, as `pipeline read --c-header` writes it.
+
+    `unit` is as in `read_press`. Raises InputError for a design with fruit.relaxation.
+    """
+    from pipeline.measure.unit import firmware
+
+    return firmware.c_header(_measuring(report, unit))
+
+
+def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
+    """Return the read-out of a unit as a MicroPython module, as `pipeline read --micropython` writes it.
+
+    `unit` is as in `read_press`. Raises InputError for a design with fruit.relaxation.
+    """
+    from pipeline.measure.unit import firmware
+
+    return firmware.micropython(_measuring(report, unit))
+
+
+def _measuring(report: Report, unit: PrintedUnit | str | Path | None) -> MeasuringUnit:
+    """Return a unit as it measures, as designed where none is given; raises InputError for one of another design."""
+    from pipeline.measure.unit.measuring import MeasuringUnit
+    from pipeline.measure.unit.printed_unit import nominal_unit, read_unit, refuse_other_design
+    from pipeline.measure.unit.ripeness import ripeness_classes
+
+    if unit is None:
+        printed = nominal_unit(report)
+    elif isinstance(unit, str | Path):
+        printed = read_unit(Path(unit), report)
+    else:
+        printed = unit
+        refuse_other_design(printed, report)
+    classes = ripeness_classes(printed.classes, "unit.classes") if printed.classes else None
+    return MeasuringUnit(report=report, unit=printed, classes=classes)
 
 
 def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]:
     """Return the modulus [MPa] of each specimen in the file of a compression test, as `pipeline modulus` does.
 
-    Raises InputError for a file that holds no force over travel, and for a curve that is no compression of a fruit;
-    SolveError where the force of such a body cannot be solved.
+    Raises InputError for a file that holds no force over travel, and for a curve that is no compression of a fruit.
+    Raises SolveError where the force of such a body cannot be solved.
     """
     from pipeline.measure.compression.modulus import measured_modulus
     from pipeline.measure.compression.specimens import read_specimens

@@ -73,7 +73,7 @@ def _cover_holes(sensor: SensorSolids, covers: dict[str, cq.Shape]) -> Verdict:
 def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.plates and geometry.plate_holes [mm] of the two plates of a square; none for another sensor.
 
-    Plates that run into each other, or whose pads do not meet, fail; else the value is the least distance of what moves
+    Plates that run into each other, or whose pads do not meet, fail. Else the value is the least distance of what moves
     in one plate, at rest, half way and at its stop, from the other.
     """
     if not sensor.housing.back_to_back:

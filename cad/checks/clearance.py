@@ -23,8 +23,8 @@ _ON_LEAF = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # and of the length from the wal
 def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.frame_clearance and geometry.neck_clearance [mm]: smallest distance from the fruit.
 
-    The housing is lowered by the travel. The frame is tilted by 3 degrees, or the press's own tilt where that is
-    more, in 16 directions, the necks by the press's own tilt. The fruit is taken undeformed: it gives way.
+    The housing is lowered by the travel. The frame is tilted by 3 degrees, or the press's own tilt where that is more,
+    in 16 directions. The necks are tilted by the press's own tilt. The fruit is taken undeformed: it gives way.
     """
     housing = sensor.housing
     low, high = housing.arms
@@ -93,7 +93,7 @@ def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple
 def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
     """Return the verdicts on the stop of an arm beyond a deflection [mm], and on the gap above its leaf there.
 
-    The frame stops the shuttle, or first a point of the leaf, which moves by a fraction of the shuttle's deflection: a
+    The frame stops the shuttle, or first a point of the leaf, which moves by a fraction of the shuttle's deflection. A
     guided leaf has the shape 3 s^2 - 2 s^3 over the fraction s of its length from the wall.
     """
     stops = f"geometry.stops_{arm.name}"

@@ -12,7 +12,7 @@ def least_distance(first: cq.Shape, second: cq.Shape) -> float:
     """Return the least distance between two shapes [mm], 0 where they cross or one lies in the other.
 
     Pairs of faces are measured from those whose boxes are nearest on, until the next boxes are farther apart than the
-    least distance so far: the kernel measures every pair that might count, whichever is nearest.
+    least distance so far. So the kernel measures every pair that might count, whichever is nearest.
     """
     if _lies_in(first, second) or _lies_in(second, first):
         return 0.0

@@ -109,7 +109,7 @@ def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
     package = read_3mf(path)
     names = ", ".join(repr(name) for name in package.names)
     faults = [f"{count} x {fault}" for fault, count in Counter(package.faults).items()]
-    reference = "; ".join([f"faults by the standard, which slicers pass over; objects {names}", *faults])
+    reference = "; ".join([f"faults against the standard, which slicers tolerate; objects {names}", *faults])
     strict = equal("geometry.3mf_strict", float(len(package.faults)), 0.0, 0.0, unit="1", reference=reference)
     return (strict, *_check_triangles(package.mesh, (), process))
 

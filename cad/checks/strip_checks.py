@@ -193,7 +193,7 @@ def spacer_verdicts(sensor: SensorSolids, spacer: cq.Shape, process: Process) ->
     """Return geometry.spacer [mm]: how far a block is off its free length, or the rail off the level of the tips.
 
     The tool stands where it is used. It fails where it cuts into a body, is nearer to a strip than the least gap of the
-    process, or cannot be taken out: the blocks along y by their handles, the rail downwards.
+    process, or cannot be taken out. The blocks are taken out along y by their handles, the rail downwards.
     """
     name = "geometry.spacer"
     housing = sensor.housing

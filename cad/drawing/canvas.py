@@ -190,7 +190,7 @@ class Canvas:
     def hatch(self, outlines: Sequence[Sequence[Point]]) -> None:
         """Hatch what lies within the first closed outline [mm] and outside the others; texts within it stay free.
 
-        The lines of ezdxf's pattern are drawn as plain lines, in order of their coordinates: every viewer then shows
+        The lines of ezdxf's pattern are drawn as plain lines, in order of their coordinates. Every viewer then shows
         the same, and the same drawing has the same bytes.
         """
         hatch = self.space.add_hatch()

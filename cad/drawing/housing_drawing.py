@@ -1,7 +1,7 @@
 """The drawing of a housing, which is its measuring sheet too [mm].
 
-It shows the section, the view from the left, that from behind of a plate with pads, the places of the read-out, every
-dimension once, and a table of those that decide K or the contact, with space for what was measured.
+It shows the section, the view from the left, that from behind of a plate with pads, and the places of the read-out. It
+has every dimension once, and a table of those that decide K or the contact, with space for what was measured.
 """
 
 import math
@@ -259,8 +259,8 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDim
 def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension) -> None:
     """Draw the radius of the fillets, and at the low spring's upper hole the diameter of those for screws.
 
-    `measured` is the row of the measuring table for the fillets. The dimension stands at one of them: in the angle
-    between the low spring's wall and the upper side of its lower leaf, or beside strips in a corner of the cavity.
+    `measured` is the row of the measuring table for the fillets. The dimension stands at one of them. That is the angle
+    between the low spring's wall and the upper side of its lower leaf. Beside strips it is a corner of the cavity.
     """
     height = canvas.text_height
     low, high = housing.arms

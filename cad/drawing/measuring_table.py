@@ -1,8 +1,9 @@
 """The table of the dimensions that decide K or the contact: what to measure, nominal, tolerance, what each moves.
 
 A tolerance is the accuracy of a thin wall by the process, where the process gives it, else the general tolerance.
-What a dimension moves is a closed form: two guided leaves, E w t^3 / L^3 each; the contact of a flat face by its width
-and of a ball by the root of its radius (K. L. Johnson, Contact Mechanics, 1985, 3.35 and 4.23); force by travel.
+What a dimension moves is a closed form. Two guided leaves have E w t^3 / L^3 each, and the force is proportional to the
+travel. The contact of a flat face follows its width, that of a ball the root of its radius. See K. L. Johnson, Contact
+Mechanics, 1985, 3.35 and 4.23.
 """
 
 import math

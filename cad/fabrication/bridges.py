@@ -1,6 +1,6 @@
 """Full bridges of foil gauges on the springs, and the signal path of a sensor: output, excitation, noise, drift.
 
-Excitation: Vishay Measurements Group, Tech Note TN-502: a bridge of equal arms whose grids may give off p of power per
+Excitation: Vishay Measurements Group, Tech Note TN-502. A bridge of equal arms whose grids may give off p of power per
 area takes V = 2 sqrt(R p A).
 """
 
@@ -172,7 +172,7 @@ def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
     """Return an order of conversion in which the mean time of the channels of both kinds of springs is the same.
 
     `kinds` are those of the springs, one for each tip; the order is of the tips, from 0. One kind is split about the
-    other, as in low, high, high, low: what a delay does to their contrast then cancels on a level sensor. A pair has no
+    other, as in low, high, high, low. What a delay does to their contrast then cancels on a level sensor. A pair has no
     such order, and keeps that of its tips.
     """
     of_even_number = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]

@@ -1,8 +1,8 @@
 """How a sensor is put together over its fruit: a housing, or the two plates of a square, with all that holds them.
 
-The plates of a square are equal. One stands on the side -y, its back to the middle; the other is that one turned half
-round the press axis, so that low and high change sides and springs of one kind stand on each diagonal. Their pads meet
-at y = 0. Sensor frame, mm.
+The plates of a square are equal. One stands on the side -y, its back to the middle. The other is that one turned half
+round the press axis. So low and high change sides, and springs of one kind stand on each diagonal. Their pads meet at y
+= 0. Sensor frame, mm.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
 def _with_pads(plate: cq.Shape, housing: Housing) -> cq.Shape:
     """Return a plate with a pad on its back, and with holes for screws and dowels through both.
 
-    The pad is a frame that is open towards the tips: it lies on the posts and the bar, where the rim of a cover lies,
+    The pad is a frame that is open towards the tips. It lies on the posts and the bar, where the rim of a cover lies,
     set back from what moves.
     """
     back = 0.5 * housing.depth

@@ -21,8 +21,8 @@ BEYOND_LEAF_MM = 0.5 * PAD_MM  # from the end of a leaf to the middle of the wei
 def modulus_factor(flexure: Flexure) -> float:
     """Return C [1/mm] in E = C F / d: a weight F [N] at the hole moves it by d [mm] when the block is clamped.
 
-    Euler-Bernoulli cantilever, C = integral of 12 (a - s)^2 / (w t(s)^3) ds over the leaf with its fillets,
-    a from the block to the hole; S. Timoshenko, Strength of Materials I, 1930, art. 34. The pad is taken rigid.
+    Euler-Bernoulli cantilever, C = integral of 12 (a - s)^2 / (w t(s)^3) ds over the leaf with its fillets. a is from
+    the block to the hole. S. Timoshenko, Strength of Materials I, 1930, art. 34. The pad is taken rigid.
     """
     r = flexure.fillet
     length = flexure.length

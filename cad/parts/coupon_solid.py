@@ -18,8 +18,8 @@ from cad.parts.part import FaceTest, Part, is_hole, named_part, round_upright_ed
 def coupon_part(housing: Housing) -> Part:
     """Return the coupon of a housing as one solid with the faces clamp_holes, low_weight and high_weight.
 
-    From its block a leaf of each arm stands out to the side of that arm, with a pad and the hole for a weight at its
-    end.
+    From its block a leaf of each arm stands out to the side of that arm. At its end are a pad and the hole for a
+    weight.
     """
     depth = housing.depth
     half_block = 0.5 * BLOCK_WIDTH_MM

@@ -1,6 +1,6 @@
 """The cover that closes the frame: one flat plate with a rim, printed twice, for the front and for the back.
 
-It is drawn as the back one, behind the face y = depth / 2 of the housing; turned by half a turn about its upright
+It is drawn as the back one, behind the face y = depth / 2 of the housing. Turned by half a turn about its upright
 middle line it is the front one. The rim lies on the frame alone, so nothing that moves can touch the plate.
 """
 

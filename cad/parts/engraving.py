@@ -1,7 +1,8 @@
 """Marks on the frame, where nothing bends: L and H beside the springs and the design's name on the bar above.
 
-They are engraved in the face that lies up in print pose, y = -depth / 2, and read from there; in a plate of a square in
-the pads of its back. Letters are made of straight strokes at 0, 45 or 90 degrees, so that no installed font has a say.
+They are engraved in the face that lies up in print pose, y = -depth / 2, and read from there. In a plate of a square
+they are in the pads of its back. Letters are made of straight strokes at 0, 45 or 90 degrees, so that no installed font
+has a say.
 """
 
 from __future__ import annotations

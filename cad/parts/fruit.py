@@ -28,7 +28,7 @@ def solved_block(fruit: Fruit, tips: Tips) -> Part:
 def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
     """Return the block [mm] with the faces base, top, low_tip and high_tip, or the part that stands for the whole.
 
-    `mirrors` name its planes of symmetry, which are faces of the part too: "symmetry_x" leaves x >= 0, which has no low
+    `mirrors` name its planes of symmetry, which are faces of the part too. "symmetry_x" leaves x >= 0, which has no low
     tip, and "symmetry_y" leaves y >= 0. Raises InputError when a tip stands beyond the fruit.
     """
     check_tips_on_fruit(fruit, tips)
@@ -141,7 +141,7 @@ def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
 def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shape:
     """Return an ellipsoid of half axes `radius` along x and z and `across` along y [mm]: its upper half, or the whole.
 
-    Half an ellipse turns about y. The whole has two surfaces, which turn a spline: one surface all around, or one with
+    Half an ellipse turns about y. The whole has two surfaces, which turn a spline. One surface all around, or one with
     a pole where an ellipse starts, is read back wrong from a STEP file.
     """
     middle, axis = cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0)

@@ -17,9 +17,9 @@ class HallSeats:
     """Places and sizes of the seats [mm]; levels count from the upper edge of the frame downwards.
 
     A pocket lies in the front y = -depth / 2 of the shuttle, over its tip. Where that face lies down in print, a cone
-    of 45 degrees closes the pocket but for its end. A window goes through the cover: one for each sensor, or one for
-    both where the wall between would be too thin; `windows` are their middles x. Ledges above and below hold the marked
-    face of a sensor at `face_out` before the front of the frame.
+    of 45 degrees closes the pocket but for its end. A window goes through the cover for each sensor, or one for both
+    where the wall between would be too thin. `windows` are their middles x. Ledges above and below hold the marked face
+    of a sensor at `face_out` before the front of the frame.
     """
 
     upper_disc: float

@@ -1,7 +1,7 @@
 """The printable housing: frame, two flexures and two tips in one plate; its dimensions and its profile.
 
-Sensor frame: x along the tips, low tip at -x; z against the press, both tip faces at z = 0; y across, the
-plate lies in |y| <= depth / 2. All lengths in mm.
+Sensor frame: x runs along the tips, low tip at -x. z runs against the press, both tip faces at z = 0. y runs across,
+and the plate lies in |y| <= depth / 2. All lengths in mm.
 """
 
 import itertools
@@ -30,10 +30,11 @@ _HINT = "choose another process, other tips or other targets"
 class Arm:
     """One spring of the housing with its shuttle and its wall: places x and levels z [mm].
 
-    `sign` is the side on which it lies, -1 or 1; `centre` is the tip's, `wall` and `shuttle` are the roots of the
-    leaves, `outer` is the far side of the wall; `levels` are those of the two leaves' middles, the lower one first.
-    The post, from `post` to `outer`, is what the screws hold: the whole wall, but where a short arm's wall is wider, or
-    where strips are glued into it before the post. `clamp` holds strips; leaves of one piece with the frame have none.
+    `sign` is the side on which it lies, -1 or 1. `centre` is the tip's, `wall` and `shuttle` are the roots of the
+    leaves, `outer` is the far side of the wall. `levels` are those of the two leaves' middles, the lower one first. The
+    post, from `post` to `outer`, is what the screws hold. It is the whole wall, but where a short arm's wall is wider,
+    or where strips are glued into it before the post. `clamp` holds strips; leaves of one piece with the frame have
+    none.
     """
 
     name: str
@@ -87,7 +88,7 @@ Span = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Strip:
-    """A leaf of sheet as it lies in the frame: its ends x, its faces z, and the two slots that it is glued into [mm].
+    """A leaf of sheet as it lies in the frame [mm]: its ends x, its faces z, and the two slots that hold it.
 
     A slot is its ends x and its faces z. Strip and slots go through the whole depth of the plate.
     """
@@ -296,7 +297,7 @@ def largest_tilt(press: Press) -> float:
 def profile(housing: Housing) -> list[Point]:
     """Return the corners (x, z) of the outline of the plate [mm], windows and holes left out.
 
-    Leaves of sheet are in it as if their slots were filled: what glue, strips and print fill together.
+    Where leaves are of sheet, the slots count as filled: the outline is that of glue, strips and print together.
     """
     left, right = housing.arms
     bottom, top = housing.protrusion, housing.top_level
@@ -307,8 +308,8 @@ def profile(housing: Housing) -> list[Point]:
 def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
     """Return the outline (x, z) of an arm [mm], from the foot of its wall round the arm to the corner of the cavity.
 
-    It runs along the underside of the lower leaf, round neck and tip, up the inner side of the shuttle, and back over
-    the upper leaf: the window between the leaves is cut later.
+    It runs along the underside of the lower leaf and round neck and tip. From there it runs up the inner side of the
+    shuttle, and back over the upper leaf. The window between the leaves is cut later.
     """
     half_leaf = 0.5 * arm.flexure.thickness
     underside = arm.levels[0] - half_leaf

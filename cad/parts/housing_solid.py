@@ -1,6 +1,6 @@
 """The solid of a housing with its named faces.
 
-A dome on a tip is left out of what is solved, whose tips are flat: as a bar it adds less than 5e-4 to 1 / K_h
+A dome on a tip is left out of what is solved, whose tips are flat. As a bar it adds less than 5e-4 to 1 / K_h
 (tests/cad/parts/test_domes.py).
 """
 

@@ -124,7 +124,7 @@ def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
 def _tip_side(tips: Tips, depth: float) -> float:
     """Return the side of a printed tip [mm]: that of its face, for a dome with room beside it.
 
-    A whole half ball stands on a wider tip; in a plate of a square a tip that is nearly as deep fills it, for the
+    A whole half ball stands on a wider tip. In a plate of a square a tip that is nearly as deep fills it, for the
     little step between them would print on air.
     """
     side = tips.side_mm

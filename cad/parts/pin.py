@@ -27,7 +27,7 @@ def pin_compliance(housing: Housing, E: float, poisson: float) -> Estimate:
     """Return the compliance of a pin against the foot it is glued in [mm/N, E in MPa]; 0 for a printed tip.
 
     The steel that stands out is a bar in compression, the glue a layer in shear on three sides of the pin. What the
-    foot gives differs little from what its whole face would, which is in the solve of the springs; a ball at the end
+    foot gives differs little from what its whole face would, which is in the solve of the springs. A ball at the end
     counts as a cylinder. The error holds half of what the glue gives and the range of the foot.
     """
     if not housing.pin_side:

@@ -1,7 +1,7 @@
 """The tool that holds both shuttles to the frame while glue sets: two blocks and a rail, printed flat [mm].
 
 A block lies in the window of an arm between wall and shuttle: its length is the free length of the leaves. The rail
-lies below the frame: the feet of the walls stand on its ends, the tips on its middle, which is lower by as much as the
+lies below the frame. The feet of the walls stand on its ends, the tips on its middle. That is lower by as much as the
 tips shall stand out of the frame. All lie flat beside frame and shuttles, on the face that is flat on the print bed.
 Their edges there are bevelled, so that no wide first layer of any part keeps them apart.
 """

@@ -1,7 +1,8 @@
 """Leaves of sheet and the printed bodies that they are glued into: strips, and a frame and two shuttles with slots.
 
-The solid of a housing with strips is what print, glue and strips fill together. Its printed bodies are what a cut along
-the leaves leaves of it: the cut is as wide as a slot, and reaches from the end of one slot to that of the other.
+The solid of a housing with strips is what print, glue and strips fill together. Its printed bodies are the pieces that
+a cut along the leaves makes of it. The cut is as wide as a slot, and reaches from the end of one slot to that of the
+other.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ _BISECTIONS = 50
 class Counts:
     """Numbers of elements along the curves of the profile; `frame_size` is the length of an element in the frame.
 
-    `across_leaf` is that over the thickness of a leaf, `root` that over half the height of a fan, `near` and `far`
+    `across_leaf` is that over the thickness of a leaf, `root` that over half the height of a fan. `near` and `far` are
     those along both halves of a shuttle. Those of a slot are used where strips of sheet are glued in.
     """
 
@@ -75,7 +75,7 @@ class Segment:
 class Block:
     """A four-sided piece of the profile; opposite sides have the same number of elements.
 
-    `region` names the material that it is of, nothing that of the print.
+    `region` names its material, and is empty for that of the print.
     """
 
     sides: tuple[tuple[Segment, ...], ...]
@@ -165,8 +165,8 @@ def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
 def _fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
     """Return the fan at the root of a leaf at x [mm]; its box reaches `depth` [mm] along x into the solid.
 
-    The depth has the sign of that direction. The four sides of the fan are the end of the straight leaf, fillet and
-    face above, the box in the solid, fillet and face below.
+    The depth has the sign of that direction. The fan has four sides: the end of the straight leaf, fillet and face
+    above, the box in the solid, fillet and face below.
     """
     lower, level, upper = fan.levels
     half = 0.5 * arm.flexure.thickness
@@ -201,7 +201,7 @@ def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) 
 def root_blocks(arm: Arm, x: float, fan: Fan, ends: Sequence[tuple[float, int]], count: Counts) -> Iterator[Block]:
     """Yield the fan at the root of a printed leaf at x [mm], or the slot of a strip with what is around it.
 
-    `ends` are x [mm] at which the columns in the solid end, with their numbers of elements: a fan ends at the first,
+    `ends` are x [mm] at which the columns in the solid end, with their numbers of elements. A fan ends at the first,
     the box around a slot at the last.
     """
     if arm.clamp is None:

@@ -117,8 +117,8 @@ class _Wall:
     def _ring_end_level(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
         """Return the level [mm] at which the ring of a hole ends, above the hole or below it (sign -1).
 
-        It is the nearest level that leaves the ring wide enough, or a new one where none is near; never one in a fan,
-        whose sectors are fixed.
+        It is the nearest level that leaves the ring wide enough, or a new one where none is near. It is never one in a
+        fan, whose sectors are fixed.
         """
         for level in sorted(levels, reverse=sign < 0.0):  # outwards from the hole
             distance = sign * (level - hole[1]) / self.radius

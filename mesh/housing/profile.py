@@ -18,8 +18,8 @@ _DIGITS = 9  # points closer than 1e-9 mm are one point
 class Profile:
     """Points (2, points) [mm] in (x, z), quadrilaterals (4, m) counterclockwise, edges (2, k) on arcs, their middles.
 
-    `surfaces` gives by name the edges (2, k) that lie on a named surface, `regions` the quadrilaterals of a material
-    other than that of the print.
+    `surfaces` gives by name the edges (2, k) that lie on a named surface. `regions` gives the quadrilaterals of a
+    material other than that of the print.
     """
 
     points: Floats

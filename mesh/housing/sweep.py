@@ -31,15 +31,15 @@ _AREA_TOLERANCE = 2e-3  # relative: holes have as few as nine of them
 _VOLUME_ORDER = 5  # of the quadrature
 _LAYER_GROWTH = 2.0  # from the free side face inwards: the anticlastic bending of a leaf fades near it
 _NEAR = 1e-7  # [mm]
-_VERY = "mesh the very housing of the solid"
+_VERY = "mesh the same housing that the solid was made of"
 _CORNERS = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}  # of a quadrilateral, counterclockwise
 
 
 def flexure_mesh(housing: Housing, scale: float = 1.0, layers: int | None = None) -> MeshHex2:
     """Return the mesh [mm] of the half y >= 0; `scale` 1 is the mesh to solve on, 2 a coarse one, 0.5 a reference.
 
-    `layers` is how many elements stand over the half depth, by the scale where it is left out. Raises MeshError with
-    the stage that failed.
+    `layers` is the number of elements over the half depth; where it is left out, it follows from the scale. Raises
+    MeshError with the stage that failed.
     """
     if layers is None:
         layers = 2 if scale >= 1.0 else 1 + round(1.0 / scale)

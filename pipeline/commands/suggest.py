@@ -38,8 +38,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add_design_flags(parser)
     words = (
-        "find a sensor for this fruit from the preset most like it: 'radius 26, E 0.3 to 2' [mm, MPa], kiwi or another "
-        "single fruit of a preset, or a .json file"
+        "find a sensor for this fruit from the preset most like it: 'radius 26, E 0.3 to 2' [mm, MPa], "
+        "kiwi or another preset, or a .json file"
     )
     add("--fruit", metavar="TEXT|NAME|FILE.json", help=f"{words} of pipeline modulus --json")
     add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")

@@ -81,15 +81,15 @@ class Readings(Record):
     """How good readings of whole presses are: at each modulus, the worst bias and standard uncertainty [1].
 
     `touch` is the travel at which all tips touch over the whole one [1], the largest over all poses. `refused` says in
-    how many poses there is no reading, and why, None where there always is: bias and uncertainty are those of the
+    how many poses there is no reading, and why, None where there always is. Bias and uncertainty are those of the
     others, None where a level press has no reading. `level` are the readings of level presses, by which all are
-    corrected.
-    `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
-    `full_scale` is the largest force of each channel over all poses [N], (tips,). `pressures` are those on the skin at
-    each modulus. `heights` is by how much E moves per height contrast of the tips, which counts as a saddle of the skin
-    [1/mm]. `flesh` is by how much E moves to either side where the flesh under domes obeys the law of Hencky or of
-    Storakers [1]. `face_mm` is how wide the face of a dome must be to hold the contact in every pose, 0 for other tips.
-    `tilted` are presses at tilts along the tips, at full travel of the middle, None without a tilt or not asked for.
+    corrected. `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does
+    without noise. `full_scale` is the largest force of each channel over all poses [N], (tips,). `pressures` are those
+    on the skin at each modulus. `heights` is by how much E moves per height contrast of the tips, which counts as a
+    saddle of the skin [1/mm]. `flesh` is by how much E moves to either side where the flesh under domes obeys the law
+    of Hencky or of Storakers [1]. `face_mm` is how wide the face of a dome must be to hold the contact in every pose, 0
+    for other tips. `tilted` are presses at tilts along the tips, at full travel of the middle, None without a tilt or
+    not asked for.
     """
 
     method: str
@@ -304,8 +304,8 @@ def _read(
 def _by_poisson(sensor: Sensor, model: RiseModel, press: Floats) -> float:
     """Return the standard uncertainty of a reading [1] by Poisson's ratio nu.
 
-    The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one away. A press feels E / (1 - nu^2):
-    flesh of E and nu' is felt as flesh of r E and nu, where the felt ratio is r = (1 - nu^2) / (1 - nu'^2). Flat tips
+    The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one away. A press feels E / (1 - nu^2).
+    Flesh of E and nu' is felt as flesh of r E and nu, where the felt ratio is r = (1 - nu^2) / (1 - nu'^2). Flat tips
     then read r E. Domes feel the base under the flesh too, S' = S + r base(nu') - base(nu), and read r E / b. The base
     ratio b is the modulus that a press has by S' over the one it has by S.
     """
@@ -335,7 +335,7 @@ def _largest(biases: Sequence[float]) -> int:
 def touch_fraction(presses: Presses) -> Estimate:
     """Return the travel at which all tips touch over the whole one, the largest of all presses [1].
 
-    It is 1 where a tip stays off. Each tip is followed back to where it has no force, on the travel left to it: that is
+    It is 1 where a tip stays off. Each tip is followed back to where it has no force, on the travel left to it. That is
     proportional to the force where its spring gives way, to its power 2/3 where the flesh under a dome does.
     """
     forces = np.nan_to_num(presses.F)

@@ -29,7 +29,7 @@ SPEEDS = (1.0, 0.25, 0.5, 2.0, 4.0)  # of the design's speed: those that are tri
 class Moment:
     """A speed [mm/s], and the moment from the first touch [s] at which a reading is nearest to all others of the hold.
 
-    `moves` [1] is by how much of it the modulus that is read is another one elsewhere in the hold, at most.
+    `moves` [1] is the largest relative change of the modulus if it is read at another moment of the hold.
     """
 
     speed_mm_per_s: float
@@ -41,10 +41,10 @@ class Moment:
 class ReadingOverTime(Record):
     """A level press to full travel and its hold on flesh of moduli E [MPa] at the first instant, at times t [s].
 
-    Forces F [N], shape (moduli, times, tips); the force ratio P [1] and the `apparent` modulus [MPa], (moduli, times),
-    are nan where a tip is off the fruit. `stop` is the index at which the press stops, `at` that of the reading.
-    `moves` [1] is how far the apparent modulus is elsewhere in the hold from that of the reading, the most of all
-    moduli. `moments` are the steadiest ones at the speed of the design and at others.
+    Forces F [N] have the shape (moduli, times, tips). The force ratio P [1] and the `apparent` modulus [MPa], (moduli,
+    times), are nan where a tip is off the fruit. `stop` is the index at which the press stops, `at` that of the
+    reading. `moves` [1] is how far the apparent modulus is elsewhere in the hold from that of the reading, the most of
+    all moduli. `moments` are the steadiest ones at the speed of the design and at others.
     """
 
     E: Floats

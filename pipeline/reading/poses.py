@@ -146,7 +146,7 @@ def occurring(design: Design, reading: Reading) -> Iterator[Placement]:
     """Yield how the sensor may stand: level on the design's own fruit, at the ends of all ranges, and drawn from them.
 
     The ends are those of the flesh, and of radii at azimuths along the tips and along the diagonals between them. On
-    the diagonals the sensor is tilted towards each of four tips, up to the largest tilt at the end of the press, and
+    the diagonals the sensor is tilted towards each of four tips, up to the largest tilt at the end of the press. It
     stands as far beside the apex as it may.
     """
     fruits = fruits_of(design.fruit, reading)

@@ -50,9 +50,8 @@ def rolling_domes(
 def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | None = None) -> RiseLaw:
     """Return the law by which a press is read, of a contrast on the design's fruit.
 
-    Where the principal curvatures of the fruit are told [1/mm], h is proportional to R*^(-1/3), contacts are as far
-    from each other as domes roll, and gaps are those of a ball of the mean curvature in place of those of the design's
-    fruit.
+    Where the fruit's principal curvatures are told [1/mm], h is proportional to R*^(-1/3), and contacts are as far from
+    each other as domes roll. Gaps are those of a ball of the mean curvature in place of those of the design's fruit.
     """
     designed = rolling_domes(design, contrast.weights)
     rolling = rolling_domes(design, contrast.weights, curvatures)

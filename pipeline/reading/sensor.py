@@ -33,9 +33,9 @@ class Presses(Record):
     """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
 
     F is nan where a contact runs off the face of a dome. `flesh` [N], as F, is what Hencky's law of flesh adds under
-    domes; `mean_pressure` [MPa], as F, is that of each contact, which may be off by `pressure_error` [MPa]; `error`
-    [N], as F, is how far all forces are off where what is left open has one sign under all tips; `face_mm` (moduli,
-    placements) is how wide the face of a dome must be to hold every contact of a press, 0 for other tips.
+    domes. `mean_pressure` [MPa], as F, is that of each contact, which may be off by `pressure_error` [MPa]. `error`
+    [N], as F, is how far all forces are off where the error has one sign under all tips. `face_mm` (moduli, placements)
+    is how wide the face of a dome must be to hold every contact of a press, 0 for other tips.
     """
 
     moduli: tuple[float, ...]

@@ -29,8 +29,8 @@ OF_FRUIT = ("pose", "thickness", "poisson")
 class UncertaintySources:
     """The relative standard uncertainty of the modulus by each source [1].
 
-    `stiffness_slope` is that per relative error of each spring, apart from the others [1]; `noise_slope` that per cent
-    of noise in forces [1/%]; `by_noise` what noise in forces makes in all [1].
+    `stiffness_slope` is that per relative error of each spring, apart from the others [1]. `noise_slope` is that per
+    cent of noise in forces [1/%], `by_noise` what noise in forces makes in all [1].
     """
 
     contributions: Mapping[str, float]
@@ -97,7 +97,7 @@ class Channels:
 def by_heat(signal: SignalPath | None) -> dict[str, float]:
     """Return what the temperature of the leaves leaves open of any modulus [1].
 
-    Leaves of another modulus have the same deflection under a force of another size: deflections are read right, all
+    Leaves of another modulus have the same deflection under a force of another size. Deflections are read right, all
     forces are off by that fraction, and so is the modulus, which is proportional to forces.
     """
     if signal is None:
@@ -144,10 +144,10 @@ def least_forces(errors: Floats, full_scale: Sequence[float] | Floats) -> Floats
 class LeftOpen:
     """What is left open of the channels and springs of a design or of a unit, each a standard deviation, (tips,).
 
-    `zeros` [N] are those of each force, `gains` [1] those of each channel by their cause, `springs` [1] those of each
-    stiffness, `time_s` that of the time of each channel. Channels that were calibrated `on_plate` tell deflections.
-    `creep` [1] is that of all stiffnesses together in a press, of leaves that creep: deflections are read right, forces
-    are off alike, and so is the modulus.
+    `zeros` [N] are those of each force, `gains` [1] those of each channel by their cause. `springs` [1] are those of
+    each stiffness, `time_s` is that of the time of each channel. Channels that were calibrated `on_plate` tell
+    deflections. `creep` [1] is that of all stiffnesses together in a press, of leaves that creep. Deflections are read
+    right, forces are off alike, and so is the modulus.
     """
 
     zeros: Floats

@@ -83,7 +83,7 @@ def _strips(result: SensorResult) -> Note:
     )
     return Note(
         max(scatters),
-        f"{todo}: K_l and K_h as made lie within {scatters[0]:.2g} and {scatters[1]:.2g} % (two sigma), and glue that "
+        f"{todo}: K_l and K_h as made lie within {scatters[0]:.2g} and {scatters[1]:.2g} % (two sigma). Glue that "
         f"misses the last {UNBONDED_MM:g} mm at each shoulder costs {lost[0]:.2g} and {lost[1]:.2g} % of them.",
     )
 

@@ -36,11 +36,11 @@ def contact_compliance(
 ) -> FruitCompliance:
     """Return the compliance [1/mm] that sizes the springs: under level tips with sharp flat faces, pressed vertically.
 
-    A curved fruit is the block of its plan and thickness plus what its shape changes, a filleted tip stands for the
-    sharp one, a spherical tip for the cylinder of its diameter, a dome for a circle of half its width where it touches;
-    the status says so. "auto" takes the split in its domain, on the coarsest mesh whose error meets the relative
-    tolerance, else direct finite elements. Raises InputError for an unknown method, where "split" is asked for outside
-    its domain, or for a curved fruit outside that of its own (`solve/fruit/curved_body.py`).
+    A curved fruit is the block of its plan and thickness plus what its shape changes. A filleted tip is taken as the
+    sharp one, and a spherical tip as the cylinder of its diameter. A dome is taken as a circle of half its width where
+    it touches. The status says so. "auto" takes the split in its domain, on the coarsest mesh whose error meets the
+    relative tolerance, else direct finite elements. Raises InputError for an unknown method, where "split" is asked for
+    outside its domain, or for a curved fruit outside that of its own (`solve/fruit/curved_body.py`).
     """
     methods = contact_methods(fruit, tips)
     if method not in methods:

@@ -27,10 +27,10 @@ _SCAN = 20  # moduli, from the least asked for to E_max, at which P must rise
 class ScenePress(Record):
     """The presses of one set of springs on the fruit of a design.
 
-    `table` is over travel at each modulus shown, `scan` over 20 moduli up to E_max at full travel, `at_largest_E` at
+    `table` is over travel at each modulus shown, `scan` over 20 moduli up to E_max at full travel. `at_largest_E` is at
     the largest modulus of all and full travel. `curve` is over equal steps of the modulus up to E_max at six travels;
     its first modulus stands for the softest fruit there may be. `tilted` are the presses at full travel of the curve's
-    first, middle and last modulus with the tilt off by its spread to either side, where contact is solved on cells.
+    first, middle and last modulus, where contact is solved on cells. Their tilt is off by its spread to either side.
     `height_offsets` is how far each tip stands before the foremost one [mm], none where all are level. `level` says
     that flat sharp tips touch a flat fruit all at once, so that P is one number over the travel.
     """

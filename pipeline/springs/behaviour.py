@@ -71,7 +71,7 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | N
 def _arm_behaviour(springs: FittedSprings, fitted: FittedHousing, i: int, forces: list[float]) -> ArmBehaviour:
     """Return the behaviour of one spring, by its index, under the largest force of its tips at each modulus [N].
 
-    The frequency is Rayleigh's quotient, a formula. The bridge is full, of gauges at both roots of one leaf: where they
+    The frequency is Rayleigh's quotient, a formula. The bridge is full, of gauges at both roots of one leaf. Where they
     are fitted their strain is that of the solve with them, else the beam law's, their own stiffening left out.
     """
     arm = fitted.housing.arms[i]

@@ -84,7 +84,7 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
 class FittedSprings(Record):
     """The springs, low first, their process and leaves, deflections at full travel [mm], and the housing with them.
 
-    Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized; nothing is made,
+    Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized. Nothing is made,
     and `ideal_offsets_mm` are the heights of their tips over the foremost one. `of_plate` is the sideways compliance of
     the tips of one plate; None where flat tips meet a flat fruit, as no force leans there.
     """
@@ -345,7 +345,8 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     """Return the movement of each tip towards the fruit by the weight of its parts [mm]; none where nothing is made.
 
     It is positive where the sensor presses down, negative where it presses up. Held sideways the weight acts across the
-    press: along the plate it moves a tip by at most the error, either way; out of the plate not at all, by symmetry.
+    press. Along the plate it moves a tip by at most the error, either way. Out of the plate it moves it not at all, by
+    symmetry.
     """
     fitted = springs.fitted
     if fitted is None:

@@ -43,8 +43,8 @@ COARSE = 2.0  # scale of the mesh that finds the lengths
 class MeshPair:
     """Scales of the mesh that is solved and of the coarser one that judges it, and the error bar made of the two.
 
-    The bar is a fraction [1] of the difference between both meshes plus a floor [1]. The pair is tried for tolerances
-    from `least_tolerance` [1] on.
+    The error bar is a fraction [1] of the difference between both meshes plus a floor [1]. The pair is tried for
+    tolerances from `least_tolerance` [1] on.
     """
 
     fine: float
@@ -95,7 +95,7 @@ def mesh_pairs_for(housing: Housing, tolerance: float) -> tuple[MeshPair, ...]:
 def odd_shape_factor(flexure: Flexure) -> float:
     """Return the factor on the error bar from the difference of two meshes for a leaf of an odd shape [1].
 
-    All meshes have like fans at the roots, whose error shows where a leaf is not much deeper than thick, and few
+    All meshes have like fans at the roots, whose error shows where a leaf is not much deeper than thick. They have few
     layers for the bending across a leaf that is deeper than long. The 2.5 for a leaf as thick as deep covers the 2 that
     was seen.
     """
@@ -194,9 +194,9 @@ def fit_lengths(
     """Return the housing whose leaf lengths give each spring its target stiffness [N/mm] to 0.1 %.
 
     A coarse mesh, stretched from step to step, finds the lengths; finer ones say by how much it lies high. The error
-    bars are within the relative tolerance where a mesh has it; a tolerance beyond 0.1 % holds for the targets too, up
-    to 0.5 %. Pins glued into the feet are in series with the springs. Raises InputError when a target leaves no leaf,
-    SolveError when 4 fine solves do not meet the targets.
+    bars are within the relative tolerance where a mesh reaches it. A tolerance beyond 0.1 % holds for the targets too,
+    up to 0.5 %. Pins glued into the feet are in series with the springs. Raises InputError when a target leaves no
+    leaf, SolveError when 4 fine solves do not meet the targets.
     """
     of_feet = targets_without_pins(housing, targets, solver.E, solver.poisson)
     solver.begin_solid(housing)  # a worker imports the CAD kernel for it while lengths are looked for

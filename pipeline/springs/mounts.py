@@ -110,8 +110,9 @@ def sideways_give(
 def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
     """Return the relative change of each spring's stiffness [1] in other mounts, by their names; E in MPa.
 
-    They are the other mount that a design may ask for, covers that press near the screws alone, and screws so loose
-    that they carry by bending alone. The mesh is coarse, which moves a change by a tenth of it. Raises SolveError.
+    One is the other mount that a design may ask for, one has covers that press near the screws alone. In the last,
+    screws are so loose that they carry by bending alone. The mesh is coarse, which moves a change by a tenth of it.
+    Raises SolveError.
     """
     half = coarse_half(housing, E, poisson, rough=False)
     own_K = np.array(stiffness_of(half))
@@ -178,7 +179,7 @@ def _sorted(a: float, b: float) -> tuple[float, float]:
 def bonded_foils(housing: Housing) -> tuple[BondedFoil, ...]:
     """Return the gauges glued on the leaves [mm, N/mm]; none on a housing that is made without.
 
-    Each is a backing and, inside it, the metal with the grid that senses. `sign` is that of its strain: a bent leaf is
+    Each is a backing and, inside it, the metal with the grid that senses. `sign` is that of its strain. A bent leaf is
     pulled on one face and pressed on the other, and the other way round at its other root. Raises InputError where a
     leaf has no room.
     """

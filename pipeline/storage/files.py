@@ -23,9 +23,9 @@ _WRITTEN = "written"
 def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False, renew: bool = False) -> None:
     """Raise InputError, which names the flag, where something is in one of these places, or nothing can be.
 
-    With `renew` a file that is as `write_files` once wrote it is in nobody's way, with `force` no file is; a folder, a
-    link, a pipe or a device always is. The output folder of a run takes no other file at all: its next run would
-    refuse it.
+    With `renew`, a file that `write_files` wrote and nobody changed may be replaced. With `force`, any file may be, but
+    never a folder, a link, a pipe or a device. The output folder of a run takes no other file at all: its next run
+    would refuse it.
     """
     for path in paths:
         existing = next(folder for folder in path.absolute().parents if folder.exists())

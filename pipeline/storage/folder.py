@@ -1,7 +1,7 @@
 """The output folder: written aside and renamed whole, one run at a time; a file that no run wrote is never touched.
 
-What a run needs beside the folder NAME is in the hidden folder .NAME.twintip: the lock, the new outputs, and for
-the moment between two renames the old ones. A run that was killed leaves it behind, and the next run clears it.
+What a run needs beside the folder NAME is in the hidden folder .NAME.twintip. It holds the lock, the new outputs, and
+for the moment between two renames the old ones. A run that was killed leaves it behind, and the next run clears it.
 """
 
 import json
@@ -35,7 +35,7 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
 
     Without a path it vanishes either way. Of the folder before it only files as its report.json lists them are
     dropped; what the block copies from it stays. Raises OutputError before the block runs when `path` cannot be
-    written, is in use by another run, or holds anything else; with `force` that is kept as NAME.bak instead.
+    written, is in use by another run, or holds anything else. With `force` that is kept as NAME.bak instead.
     """
     if path is None:
         with uninterrupted(), tempfile.TemporaryDirectory(prefix="twintip-") as name, interruptible():

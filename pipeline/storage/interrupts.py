@@ -16,7 +16,7 @@ _REPEAT_S = 1.0  # after which the exception is raised again: some libraries tak
 class InterruptedCommand(KeyboardInterrupt):
     """The end of this process by a signal.
 
-    It is a class of its own for one reason: a plain KeyboardInterrupt that leaves `exec` is remembered by Python, which
+    It is a class of its own for one reason. A plain KeyboardInterrupt that leaves `exec` is remembered by Python, which
     then ends itself by Ctrl-C instead of with our exit code.
     """
 
@@ -80,8 +80,8 @@ def interruptible() -> Iterator[None]:
 def signals_for_this_thread() -> Iterator[None]:
     """Let threads and processes that are started inside the block inherit that they get no signal.
 
-    A terminal sends Ctrl-C to workers too, which would print tracebacks. A thread would hand a signal to gmsh, which
-    puts its own handlers in the place of ours for the moment that `mesh.session` blocks signals in the main thread.
+    A terminal sends Ctrl-C to workers too, which would print tracebacks. A thread would hand a signal to gmsh. That
+    puts its own handlers in the place of ours while `mesh.session` blocks signals in the main thread.
     """
     with uninterrupted():
         try:

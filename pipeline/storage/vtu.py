@@ -55,9 +55,9 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_
     Points are those of `mesh.doflocs`, without the middles of facets and cells; cells are those of `mesh.t`. Six
     components are a symmetric tensor's xx, yy, zz, xy, yz, xz, as ParaView names them. Values are those to a millionth
     of the largest of their array. A named boundary becomes a point array of that name, 1 on its nodes. A mesh that is
-    one half says so by an array without points, the plane y [mm] of its mirror. Raises
-    ValueError for an array of another size, with a value that is not finite or with the name of a boundary, and for
-    cells that VTK does not have.
+    one half says so by an array without points, the plane y [mm] of its mirror. Raises ValueError for an array of
+    another size, with a value that is not finite or with the name of a boundary. It does so too for cells that VTK does
+    not have.
     """
     kind, cells = _vtk_cells(mesh)
     points = np.ascontiguousarray(mesh.doflocs.T[: 1 + int(cells.max())])

@@ -2,8 +2,9 @@
 
 import math
 from array import array
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +20,12 @@ class PointColumns:
     """The numbers of the points that are done (points,), and the values of each key whose values are numbers.
 
     `values` holds arrays of shape (points,) [unit of the key], nan where a report has null. Keys of texts and of truth
-    values have none.
+    values have none: `counts` says how many points have each of theirs.
     """
 
     points: NDArray[np.int64]
     values: Mapping[str, Floats]
+    counts: Mapping[str, Mapping[str | bool, int]] = field(default_factory=dict)
 
     def differs(self, key: str) -> bool:
         """Say whether the values of a key are numbers that differ by more than round-off."""
@@ -51,6 +53,7 @@ def point_columns(store: StudyStore, keys: Sequence[str]) -> PointColumns:
     """
     points = array("q")
     columns = {key: array("d") for key in keys}
+    counts: dict[str, Counter[str | bool]] = {key: Counter() for key in keys}
     for point in store.rows():
         if point.status != "done":
             continue
@@ -58,10 +61,12 @@ def point_columns(store: StudyStore, keys: Sequence[str]) -> PointColumns:
         point_values = {**point.settings, **point.values}
         for key, column in columns.items():
             value = point_values.get(key)
+            if isinstance(value, str | bool):
+                counts[key][value] += 1
             column.append(value if isinstance(value, int | float) and not isinstance(value, bool) else math.nan)
     values = {}
     for key, column in columns.items():
         numbers = np.array(column)
         if not np.isnan(numbers).all():
             values[key] = numbers
-    return PointColumns(points=np.array(points, dtype=np.int64), values=values)
+    return PointColumns(points=np.array(points, dtype=np.int64), values=values, counts=counts)

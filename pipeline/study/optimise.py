@@ -32,7 +32,7 @@ from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.wanted import VERDICT_FIELDS
 from pipeline.study.workers import Engine, ProgressReport, completed_items
 from sensor.arrays import Floats
-from sensor.design.design_file import design_as_toml
+from sensor.design.design_file import design_as_toml, design_from_mapping
 from sensor.design.parameters import Design
 from sensor.quantity import validation_error
 from sensor.verdict import Verdict
@@ -42,6 +42,11 @@ DESIGN = "design.toml"
 RUN = "best"
 FRONT = "front"
 _MEMBERS = 8  # of a generation, for each key that varies
+_KEYS_OF_VERDICTS = {
+    "bruise": ("fruit.bruise_limit_MPa",),
+    "reading.relaxation": ("reading.", "fruit.relaxation"),
+}
+"""What a design must say for a verdict to be judged; any other on readings needs the table `[reading]` alone."""
 _UNNUMBERED = -1  # until a point is to be solved: one that is stored has its number already
 
 
@@ -70,8 +75,10 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
 
     A search that was ended goes on: it asks for the same candidates again, and those that are stored are not solved.
     With more `evaluations` it asks for the same ones and then for more: no step of the method looks at how many are to
-    come. Raises InputError where a key has a distribution, or the base is no design with a value of the front.
+    come. Raises InputError where a key has a distribution, and where the base is no design with a value of the front.
+    It does so too for a verdict that no candidate can have.
     """
+    _refuse_unjudged(study)
     for key, varied in study.vary.items():
         if isinstance(varied, Normal):
             bound = "a span, from and to, or a list"
@@ -82,6 +89,28 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
         _evolve(study, store, engine, progress)
         candidates = [candidate_of(study, result) for result in store.rows()]
     return tuple(sorted(candidates, key=lambda candidate: (candidate.cost, candidate.number)))
+
+
+def _refuse_unjudged(study: Study) -> None:
+    """Raise InputError for a verdict of the goal that needs a key which the base lacks and which does not vary."""
+    design = design_from_mapping(study.base)
+    given = {
+        "fruit.bruise_limit_MPa": bool(design.fruit.bruise_limits_MPa),
+        "fruit.relaxation": bool(design.fruit.relaxation),
+        "reading.": design.reading is not None,
+    }
+    of_number = study.goal.minimise.removeprefix("verdicts.").rpartition(".")[0]
+    of_number = of_number if study.goal.minimise.startswith("verdicts.") else ""
+    for field, names in (("optimise.minimise", [of_number]), ("optimise.under", study.goal.under)):
+        for name in names:
+            for key in _KEYS_OF_VERDICTS.get(name, ("reading.",) if name.startswith("reading.") else ()):
+                if not given[key] and not any(varied.startswith(key) for varied in study.vary):
+                    asked = "a [reading] table" if key == "reading." else key
+                    bound = f"a verdict of the base, which has no {key.rstrip('.')}"
+                    hint = (
+                        f"give {asked} in the base or under [set], or choose optimise.minimise and under without {name}"
+                    )
+                    raise validation_error(field, name, "", bound, hint)
 
 
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:

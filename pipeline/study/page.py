@@ -1,5 +1,6 @@
 """The page of a study, one file that needs no network: what the points trade off, and the best ten."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -25,10 +26,15 @@ MOST_DOTS = 1_000  # of the points: more hide each other
 _DESIGNS = "best-designs"
 _BASE = "base.toml"
 _SEED = 1
+_OF_VALUE = re.compile(r"The value is [^.]*\.")
+_LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")  # of Markdown
 
 
 class ShownKey(NamedTuple):
-    """A key that a page of a study shows: its name with its unit, its span over the points, what it means."""
+    """A key that a page of a study shows: its name with its unit, its span over the points, what it means.
+
+    `counts` are the texts that it has at the points, each with how many have it; empty for numbers.
+    """
 
     key: str
     label: str
@@ -36,6 +42,7 @@ class ShownKey(NamedTuple):
     low: float | None
     high: float | None
     meaning: str
+    counts: tuple[tuple[str, int], ...] = ()
 
 
 def refuse_page(folder: Path, *, force: bool = False) -> None:
@@ -90,6 +97,7 @@ def write_page(
         counts=store.counts(),
         dots=MOST_DOTS,
         shown=shown,
+        told_text=told_text,
         messages=store.messages(),
     )
     path = store.path.parent / PAGE
@@ -108,8 +116,11 @@ def shown_keys(study: Study, columns: PointColumns) -> tuple[ShownKey, ...]:
     for key in study.keys:
         if key not in folded:
             low, high = columns.span(key) if key in columns.values else (None, None)
-            label, meaning = _named(key)
-            shown.append(ShownKey(key, label, key in study.vary, low, high, meaning.replace("`", "")))
+            varies = key in study.vary
+            label, meaning = _named(key, varies=varies)
+            meaning = _LINK.sub(r"\1", meaning).replace("`", "")
+            counts = {told_text(value): count for value, count in columns.counts.get(key, {}).items()}
+            shown.append(ShownKey(key, label, varies, low, high, meaning, tuple(sorted(counts.items()))))
     return tuple(shown)
 
 
@@ -119,8 +130,18 @@ def is_part_of_limit(key: str) -> bool:
     return key.startswith("verdicts.") and last == "limit" and sense_of(name) is not None
 
 
-def _named(key: str) -> tuple[str, str]:
-    """Return the name of a key, with its unit where the key does not carry it, and what the key means."""
+def told_text(value: object) -> str:
+    """Return a value of a point as text: an outcome in words, a number with five digits, nothing for None."""
+    if isinstance(value, bool):
+        return "passed" if value else "failed"
+    return "" if value is None else f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def _named(key: str, *, varies: bool) -> tuple[str, str]:
+    """Return the name of a key, with its unit where the key does not carry it, and what the key means.
+
+    A key that varies is one of the design; any other is one of the report, though a design has it too.
+    """
     table, _, last = key.partition(".")
     if table == "verdicts":
         name, _, field = last.rpartition(".")
@@ -129,8 +150,13 @@ def _named(key: str) -> tuple[str, str]:
         if entry is None:
             return label, ""
         label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
-        return label, f"{entry.meaning.partition('?')[0]}?"
-    if table in TABLE_TYPES and last in (declared := {item.name: item for item in fields(TABLE_TYPES[table])}):
+        of_value = _OF_VALUE.search(entry.meaning) if field == "value" else None
+        return label, f"{entry.meaning.partition('?')[0]}?{f' {of_value[0]}' if of_value else ''}"
+    if (
+        varies
+        and table in TABLE_TYPES
+        and last in (declared := {item.name: item for item in fields(TABLE_TYPES[table])})
+    ):
         return key, declared[last].metadata["meaning"]
     found = report_key(key)
     return key, "" if found is None else found.meaning

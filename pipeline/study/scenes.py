@@ -1,7 +1,7 @@
 """The contact scene of a design on tips of side 1: designs that differ by size or modulus alone share its solution.
 
-The compliance S of a linear body depends on ratios of lengths and on Poisson's ratio alone: S of a scene that is
-larger by a factor is smaller by it, and its indentation is over E.
+The compliance S of a linear body depends on ratios of lengths and on Poisson's ratio alone. S of a scene that is larger
+by a factor is smaller by it, and its indentation is over E.
 """
 
 import dataclasses

@@ -139,8 +139,8 @@ class StudyStore:
 def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
     """Open the store of a study in a folder, made where there is none, for one run at a time.
 
-    Raises InputError where another run has it, where it holds another study, naming the difference, or where the folder
-    cannot be made or holds anything else than a study.
+    Raises InputError where another run has it, and where it holds another study, whose difference is named. It does so
+    too where the folder cannot be made or holds anything else than a study.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

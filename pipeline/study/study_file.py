@@ -41,7 +41,7 @@ _FILE_KEYS = ("base", "samples", "seed", "wanted", "vary", "set", "how", "points
 class Goal:
     """What `pipeline optimise` makes least, in how many points, and the names of the verdicts that must pass.
 
-    `front` is the key for each of whose values that is done anew, or empty.
+    `front` is a key, or empty. The search is repeated for each of its values.
     """
 
     minimise: str = text_field(default="verdicts.reading.uncertainty.value", hint="name a key of report.json")

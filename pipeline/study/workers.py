@@ -54,7 +54,7 @@ def completed_items(
 ) -> Generator[tuple[Item, Result]]:
     """Yield each item with what a piece of work makes of it, in the order in which they end.
 
-    An item that was out when a worker was lost is tried again in the end, alone; where that worker is lost too,
+    An item that was out when a worker was lost is tried again in the end, alone. Where that worker is lost too,
     `if_lost` says what becomes of it. Raises InputError where the engine has no workers any more.
     """
     in_doubt: list[Item] = []

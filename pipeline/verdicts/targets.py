@@ -73,8 +73,8 @@ class ForceRatioCurve:
     def modulus_fraction(self, K_m: float) -> float:
         """Return the modulus of the flesh over E_max [1] at which the fruit has a stiffness [N/mm].
 
-        Without a skin K_m is proportional to E. With one it lies on the curve of `stiffening`, and beyond its end on
-        the line through its last two points.
+        Without a skin K_m is proportional to E. With one it lies on the curve of `stiffening`. Beyond its end it lies
+        on the line through its last two points.
         """
         stiffness = K_m / self.K_m_max
         if not self.stiffening:
@@ -159,8 +159,8 @@ def _scene_P_max(law: ForceRatioCurve, pair: Sensor, curve: SensorResponse) -> E
 def _scene_NL(law: ForceRatioCurve, targets: Targets, curve: SensorResponse) -> Estimate | None:
     """Return NL at full travel [1]; None where a tip is off the fruit.
 
-    The errors of springs and compliance move it as they move NL of the level sensor. The error of the cells is added:
-    the larger change from coarser cells at the last two travels, as at one of them it may be 0 by accident.
+    The errors of springs and compliance move it as they move NL of the level sensor. The error of the cells is added.
+    It is the larger change from coarser cells at the last two travels, as at one of them it may be 0 by accident.
     """
     E = curve.E.tolist()
     coarse_P = curve.P * (1.0 - curve.P_step)

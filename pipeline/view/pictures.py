@@ -62,9 +62,10 @@ def pictures(folder: Path) -> list[Picture]:
         drawn.append(Picture(name="exploded", draw=apart, in_window=False))
     for scene in field_scenes(report, folder):
         drawn.append(Picture(name=scene.name, draw=partial(draw_scene, scene=scene)))
-        if STRAIN_OVER_LIMIT in scene.fields:
-            draw = partial(draw_scene, scene=scene, field=STRAIN_OVER_LIMIT)
-            drawn.append(Picture(name=f"{scene.name}-limit", draw=draw, in_window=False))
+        for field in scene.fields:
+            if field.array == STRAIN_OVER_LIMIT.array:
+                draw = partial(draw_scene, scene=scene, field=field)
+                drawn.append(Picture(name=f"{scene.name}-limit", draw=draw, in_window=False))
     if (folder / FLEXURE).is_file():
         mesh = whole_model(read_mesh(folder / FLEXURE))
         title = f"mesh of the housing: {mesh.n_cells} cells, {mesh.n_points} points with the mirrored half"

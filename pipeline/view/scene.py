@@ -1,7 +1,7 @@
 """A scene: a body with its fields, deformed and in colour, with a bar for the colours and a ruler for the size."""
 
 import textwrap
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,10 +37,14 @@ FRONT = Vector(0.25, -1.0, 0.45)
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """A number at every node: the array that holds it, and its title with the unit."""
+    """A number at every node: the array that holds it, and its title with the unit.
+
+    `part` is the array that marks the nodes of the only part it is drawn on, which it also names; empty for all.
+    """
 
     array: str
     title: str
+    part: str = ""
 
     def range_on(self, mesh: Mesh) -> tuple[float, float]:
         """Return the range of colours, in the unit of the field: from 0, or the least value below, to the largest."""
@@ -64,6 +68,14 @@ class FieldScene:
     direction: Vector = FRONT
     cut_y: float | None = None
     focus: tuple[float, ...] | None = None
+
+    def drawn_for(self, field: Field) -> "FieldScene":
+        """Return the scene as a field is drawn on: whole, or the part alone that the field is of."""
+        if not field.part:
+            return self
+        nodes = np.asarray(self.mesh.point_data[field.part]) == 1.0
+        cells = self.mesh.extract_points(nodes, adjacent_cells=False)
+        return replace(self, mesh=cells, title=f"{self.title}, {field.part} alone: other parts have other limits")
 
     @property
     def caption(self) -> str:
@@ -94,6 +106,7 @@ def deformed_surface(scene: FieldScene, subdivision: int = SUBDIVISION) -> tuple
 def draw_scene(plotter: Plotter, scene: FieldScene, field: Field | None = None) -> None:
     """Draw a scene in the colours of one of its fields, over the outline of the body before it is pressed."""
     field = field or scene.fields[0]
+    scene = scene.drawn_for(field)
     bar: dict[str, object] = {
         # VTK takes bars of one title for one bar, so the name of the scene is in it
         "title": f"{scene.name}: {field.title}\n",
@@ -155,7 +168,13 @@ def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tu
     start = np.array([left, front, bottom - 0.06 * diagonal])
     plotter.add_mesh(pv.Line(start, start + np.array([length, 0.0, 0.0])), color=EDGE, line_width=4)
     plotter.add_point_labels(
-        [start], [f"{length:g} mm"], text_color=EDGE, shape=None, show_points=False, always_visible=True
+        [start],
+        [f"{length:g} mm"],
+        text_color=EDGE,
+        shape=None,
+        show_points=False,
+        always_visible=True,
+        justification_vertical="bottom" if direction[2] > 0.0 else "top",  # the ruler rises where it is seen from below
     )
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_parallel_projection()

@@ -1,6 +1,8 @@
 """What can be drawn of an output folder: each spring, the fruit, the assembly."""
 
+import dataclasses
 import itertools
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +12,10 @@ from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
 from cad.parts.assembly import assembly_bodies, outwards, sensor_of
 from cad.parts.sensor import NamedSolid
+from mesh.housing.blocks import STRIP
 from pipeline.report.report import Report
 from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
+from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.quantity import validation_error
 from solve.fruit.bent_block import core_of
@@ -39,9 +43,12 @@ _ZZ = 2  # of xx, yy, zz, xy, yz, xz
 _FOCUS = 0.4  # of the spacing of the tips: how far around them the picture of the fruit reaches
 _CHORD_MM = 0.05
 _FACET_ANGLE = 0.2  # rad
-_LEADER = 0.13  # of the height of the picture: by how much each name stands above the one before
+_LEADER = 0.13  # of the height of the picture: by how much each name stands beyond the one before
+_FRUIT_DOWN = 1.2  # of its height: how far the fruit moves from the tips in a picture that shows each body apart
+_TIP_ASIDE = 0.3  # of the length of the sensor: how far the name of a tip stands aside of the fruit
+_AS_LOW_MM = 1e-3  # heights that differ by less are those of equal tips
 ASSEMBLY_DIRECTION = Vector(0.55, -1.0, 0.5)
-_APART_DIRECTION = Vector(1.0, -0.9, 0.75)
+_APART_DIRECTION = Vector(0.7, -1.0, -0.35)  # from below, where the tips are
 
 
 def read_mesh(path: Path) -> Mesh:
@@ -71,7 +78,12 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
     """Return the housing on the side of each spring, cut off midway between the tips."""
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
-    data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.leaves.made_of.strain_limit
+    fields = [VON_MISES, LARGEST_STRAIN, TOTAL_DISPLACEMENT]
+    leaves = report.leaves
+    part = "" if leaves.is_printed else STRIP  # glue and print have other limits than strips
+    if not part or part in data:
+        data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / leaves.made_of.strain_limit
+        fields.insert(1, dataclasses.replace(STRAIN_OVER_LIMIT, part=part))
     node_x = np.asarray(mesh.points)[:, 0]
     cell_x = np.asarray(mesh.cell_centers().points)[:, 0]
     tip_x = {spring: node_x[np.asarray(data[tip_face(spring)]) == 1].mean() for spring in SPRINGS}
@@ -83,7 +95,7 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
             name=f"flexure-{spring}",
             title=f"{report.design.name}: {spring} spring",
             mesh=mesh.extract_cells(np.flatnonzero(same_side)),
-            fields=(VON_MISES, STRAIN_OVER_LIMIT, LARGEST_STRAIN, TOTAL_DISPLACEMENT),
+            fields=tuple(fields),
             enlarged=True,
         )
         scenes.append(scene)
@@ -147,46 +159,80 @@ def assembly(report: Report) -> tuple[NamedSolid, ...]:
 
 def draw_assembly(plotter: Plotter, bodies: tuple[NamedSolid, ...], title: str) -> None:
     """Draw bodies in their colours, where they are."""
-    surfaces = [_drawn(plotter, body, 0.0) for body in bodies]
+    surfaces = [_drawn(plotter, body) for body in bodies]
     frame(plotter, pv.merge(surfaces), title, ASSEMBLY_DIRECTION)
 
 
 def draw_apart(plotter: Plotter, bodies: tuple[NamedSolid, ...], title: str) -> None:
-    """Draw bodies moved outwards across the sensor, so that each shows; a line leads from each kind to its name.
+    """Draw bodies moved outwards across the sensor, the fruit downwards; a line leads from each kind to its name.
 
-    The names stand above all bodies, one a step higher than the next, so that none hides another.
+    Seen from below, so that the tips show. The names of tips and fruit stand below all bodies, the others above, each a
+    step beyond the one before, so that none hides another.
     """
     surfaces = []
-    first_of_kind: dict[str, Mesh] = {}
+    starts: dict[str, Floats] = {}  # of the lines to the names, those above first
+    below: dict[str, Floats] = {}
+    lowest: list[Floats] = []  # the lowest point of each body but the fruit
     for body in bodies:
-        surface = _drawn(plotter, body, outwards(body))
+        kind = body.name.rstrip("0123456789 ")
+        is_fruit = kind == "fruit"
+        down = _FRUIT_DOWN * body.shape.BoundingBox().zlen if is_fruit else 0.0
+        surface = _drawn(plotter, body, (0.0, outwards(body), -down))
         surfaces.append(surface)
-        first_of_kind.setdefault(body.name.rstrip("0123456789 "), surface)
+        if is_fruit:
+            below[kind] = _middle_at(surface, surface.bounds[4])
+        else:
+            starts.setdefault(kind, _middle_at(surface, surface.bounds[5]))
+            lowest.append(min(np.asarray(surface.points), key=_height))
+    lowest_z = min(map(_height, lowest))
+    below["tip"] = next(point for point in lowest if _height(point) < lowest_z + _AS_LOW_MM)
     whole = pv.merge(surfaces)
+    left, right, front, back, bottom, top = whole.bounds
+    beside_fruit = below["tip"] - np.array([_TIP_ASIDE * (right - left), 0.0, 0.0])
+    ends = {**_name_ends(whole, starts, 1.0), **_name_ends(whole, {**below, "tip": beside_fruit}, -1.0)}
+    look: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
+    for kind, end in ends.items():
+        plotter.add_mesh(pv.Line({**starts, **below}[kind], end), color=EDGE, line_width=1)
+        # of labels that are added together VTK leaves out those that are near to others
+        plotter.add_point_labels([end], [kind], always_visible=True, show_points=False, **look)
+    heights = [bottom, top, *(float(end[2]) for end in ends.values())]
+    frame(plotter, whole, title, _APART_DIRECTION, (left, right, front, back, min(heights), max(heights)))
+
+
+def _height(point: Floats) -> float:
+    return float(point[2])
+
+
+def _middle_at(surface: Mesh, z: float) -> Floats:
+    """Return the point at a height [mm] over or under the middle of a surface."""
+    x, y, _ = surface.center
+    return np.array([x, y, z])
+
+
+def _name_ends(whole: Mesh, starts: Mapping[str, Floats], sign: float) -> dict[str, Floats]:
+    """Return where names stand above (`sign` 1) or below (-1) a body [mm] in the picture of its parts.
+
+    Each is over or under its start, a step beyond the name before it.
+    """
     left, right, front, back, bottom, top = whole.bounds
     # The direction that is up in the picture, seen along `eye`; a level is how high a point stands in it.
     eye = np.array(_APART_DIRECTION) / np.linalg.norm(_APART_DIRECTION)
     upwards = np.array([0.0, 0.0, 1.0]) - eye[2] * eye
-    level = max(float(np.dot(corner, upwards)) for corner in itertools.product((left, right), (front, back), (top,)))
-    highest = top
-    for kind, surface in first_of_kind.items():
+    corners = itertools.product((left, right), (front, back), (top if sign > 0.0 else bottom,))
+    level = max(sign * float(np.dot(corner, upwards)) for corner in corners)
+    ends = {}
+    for kind, (x, y, _) in starts.items():
         level += _LEADER * (top - bottom)
-        x, y, _ = surface.center
-        end = np.array([x, y, (level - x * upwards[0] - y * upwards[1]) / upwards[2]])  # above the body, at the level
-        highest = max(highest, float(end[2]))
-        plotter.add_mesh(pv.Line((x, y, surface.bounds[5]), end), color=EDGE, line_width=1)
-        look: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
-        # of labels that are added together VTK leaves out those that are near to others
-        plotter.add_point_labels([end], [kind], always_visible=True, show_points=False, **look)
-    frame(plotter, whole, title, _APART_DIRECTION, (left, right, front, back, bottom, highest))
+        ends[kind] = np.array([x, y, (sign * level - x * upwards[0] - y * upwards[1]) / upwards[2]])
+    return ends
 
 
-def _drawn(plotter: Plotter, body: NamedSolid, outwards_mm: float) -> Mesh:
-    """Draw a body in its colour with its edges, moved outwards across the sensor [mm]; return its surface."""
+def _drawn(plotter: Plotter, body: NamedSolid, moved_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
+    """Draw a body in its colour with its edges, moved by a vector [mm]; return its surface."""
     vertices, triangles = body.shape.tessellate(_CHORD_MM, _FACET_ANGLE)
     points = np.array([vertex.toTuple() for vertex in vertices])
     surface = pv.PolyData.from_regular_faces(points, np.array(triangles)).clean()
-    surface = surface.translate((0.0, outwards_mm, 0.0))
+    surface = surface.translate(moved_mm)
     plotter.add_mesh(surface, color=body.colour, smooth_shading=True, split_sharp_edges=True, ambient=0.2)
     plotter.add_mesh(sharp_edges(surface), color=EDGE, line_width=1)
     return surface

@@ -35,8 +35,9 @@ _STEP = '    <DataSet timestep="{x:.9g}" group="" part="0" file="{kind}_{step:02
 def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Path]:
     """Write flexure.pvd and fruit.pvd with their VTU files over the travel at the largest modulus; return the paths.
 
-    The time of a step is its travel [mm]. Raises InputError where the folder has no housing, springs or response, the
-    target cannot be written, or holds unmanaged files that `force` does not keep aside; SolveError.
+    The time of a step is its travel [mm]. Raises InputError where the folder has no housing, springs or response. It
+    does so too where the target cannot be written, or holds unmanaged files that `force` does not keep aside. Raises
+    SolveError.
     """
     report = read_report(folder)
     housing = report.housing

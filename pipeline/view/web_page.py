@@ -33,8 +33,8 @@ def refuse_page(path: Path, flag: str, *, force: bool = False) -> None:
 def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     """Write the bodies of an output folder with their fields as one web page; return its path.
 
-    Raises InputError where the folder has no body, the path ends in another way than .html or cannot be written, or
-    an unmanaged file is there and `force` does not keep it as NAME.bak.
+    Raises InputError where the folder has no body, and where the path ends in another way than .html or cannot be
+    written. It does so too where an unmanaged file is there and `force` does not keep it as NAME.bak.
     """
     refuse_page(path, FLAG, force=force)
     report = read_report(folder)
@@ -62,6 +62,7 @@ def field_bodies(report: Report, folder: Path) -> list[Plain]:
 
 def _coloured(scene: FieldScene, field: Field) -> Plain:
     """Return a scene in the colours of a field, which its animation bends."""
+    scene = scene.drawn_for(field)
     at_rest, _ = deformed_surface(scene, subdivision=0)
     surface = at_rest.triangulate()
     lowest, highest = field.range_on(scene.mesh)

@@ -1,8 +1,8 @@
 """Energy, forces and tangent of a round body at finite strain: quadratic elements with a linear pressure in each.
 
-The logarithm of the volume enters the energy by its projection on linear functions within each element, which keeps
-elements from locking as nu nears 0.5: the Q2 / P1 pair with its pressure condensed, Boffi, Brezzi, Fortin, Mixed Finite
-Element Methods (2013), chapter 8, doi:10.1007/978-3-642-36519-5.
+The logarithm of the volume enters the energy by its projection on linear functions within each element. This keeps
+elements from locking as nu nears 0.5. It is the Q2 / P1 pair with its pressure condensed, Boffi, Brezzi, Fortin, Mixed
+Finite Element Methods (2013), chapter 8, doi:10.1007/978-3-642-36519-5.
 """
 
 import math
@@ -23,8 +23,8 @@ _REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])[:, None, None]  # F without displace
 class Deformed:
     """A body at displacements u (nodes, 2) [tip sides]: F (5, points, elements) [1] and its principal stretches.
 
-    `theta` (points, elements) [1] is the projected logarithm of the volume, `energy` [E times tip side^3] is that of
-    the strain, infinite where the body is turned inside out; then theta is 0.
+    `theta` (points, elements) [1] is the projected logarithm of the volume, `energy` [E times tip side^3] that of the
+    strain. Where the body is turned inside out, the energy is infinite and theta 0.
     """
 
     u: Floats

@@ -1,7 +1,7 @@
 """What the step between two meshes does not see of a curve's error: sizes by tests/reference/fits/test_flat_punch.py.
 
-Fractions of the force over the linear one [1], each the most over three laws, nu from 0.05 to 0.49 and edges up to
-0.07: of a sharp edge at nu < 0.3 the step between the meshes is larger than all of them.
+They are fractions of the force over the linear one [1]. Each is the most over three laws, nu from 0.05 to 0.49 and
+edges up to 0.07. For a sharp edge at nu < 0.3, the difference between the two meshes is larger than each of them.
 """
 
 import math
@@ -36,9 +36,9 @@ def unseen_error(press: TipPress, grip: float, depths: Floats) -> Floats:
 def rim_error(press: TipPress, depths: Floats) -> Floats:
     """Return the relative error [1] at depths [tip sides] as the rim of the contact on a fillet lies between two nodes.
 
-    Nodes are half an element apart, so that the radius of the contact is off by up to a quarter of an element, and with
-    it the slope of the force. This lasts until the next node touches: as the depth goes with covered^(3/2), over
-    3/2 (half an element / covered) of the depth, all of it at most.
+    Nodes are half an element apart. So the radius of the contact is off by up to a quarter of an element, and with it
+    the slope of the force. This lasts until the next node touches. As the depth is proportional to covered^(3/2), that
+    is over 3/2 (half an element / covered) of the depth, all of it at most.
     """
     tip = press.tip
     if tip.edge == 0.0:
@@ -52,8 +52,8 @@ def rim_error(press: TipPress, depths: Floats) -> Floats:
 def fillet_covered(radius: float, edge: float, depths: Floats) -> Floats:
     """Return how far a fillet is in contact [tip sides] at depths > 0 [tip sides], of their shape, at small strain.
 
-    d = sqrt(8 radius) s^(3/2) / (3 edge): a fillet that is narrow against the radius, as a parabola, in
-    I. N. Sneddon, Int. J. Eng. Sci. 3, 1965, doi 10.1016/0020-7225(65)90019-4.
+    d = sqrt(8 radius) s^(3/2) / (3 edge). It holds for a fillet that is narrow against the radius, as a parabola, in I.
+    N. Sneddon, Int. J. Eng. Sci. 3, 1965, doi 10.1016/0020-7225(65)90019-4.
     """
     return np.minimum((3.0 * edge * depths / math.sqrt(8.0 * radius)) ** (2.0 / 3.0), edge)
 

@@ -23,8 +23,8 @@ ROWS, COLUMNS = np.tril_indices(DOFS)  # of the entries of an element's matrix t
 class Elements:
     """What the energy needs of every element at its Gauss points.
 
-    `gradient` (5, points, 18) turns displacements into F less its value at rest, up to `scale` (5, points, elements)
-    [1 / tip side]; `squares` (entries, pairs times points) turns second derivatives by pairs of parts of F into the
+    `gradient` (5, points, 18) turns displacements into F less its value at rest, up to `scale` (5, points, elements) [1
+    / tip side]. `squares` (entries, pairs times points) turns second derivatives by pairs of parts of F into the
     entries of a matrix below and on its diagonal. `weights` (points, elements) are volumes [tip sides^3], `pressures`
     (functions, points, elements) are orthonormal in them.
     """

@@ -31,8 +31,8 @@ class TipPress:
 class PressedForces:
     """Forces [E times tip side^2] at the depths asked for that were reached [tip sides], and what they cost.
 
-    `sharp` is the stiffness [E times tip side] of the sharp tip of this radius at small strain, `sliding` that of one
-    that slides instead of gripping.
+    `sharp` is the stiffness [E times tip side] of the sharp tip of this radius at small strain. `sliding` is that of
+    one that slides instead of gripping.
     """
 
     depths: Floats

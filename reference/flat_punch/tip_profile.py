@@ -14,7 +14,7 @@ from sensor.arrays import Flags, Floats
 class Distance:
     """Signed distance of points from a tip, negative inside, shape (points,), with its normal and curvature.
 
-    `normal` (points, 2) is its gradient, `curvature` (points, 2, 2) its second derivative [1 / tip side], and `face`
+    `normal` (points, 2) is its gradient, `curvature` (points, 2, 2) its second derivative [1 / tip side]. `face`
     (points,) says where the nearest point of the tip is not on its side wall.
     """
 

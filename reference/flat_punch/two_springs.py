@@ -1,7 +1,7 @@
 """A level sensor of two springs whose tips go deep: what it shows, and what the linear law reads from that.
 
-The fruit under a tip carries K_m g(d) d, with d the indentation and g the factor of large strain at d over the tip's
-side, and its spring K (x - d). Lengths in mm, forces in N.
+The fruit under a tip carries K_m g(d) d, and its spring K (x - d). d is the indentation and g the factor of large
+strain at d over the tip's side. Lengths in mm, forces in N.
 """
 
 from collections.abc import Iterator

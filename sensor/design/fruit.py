@@ -27,11 +27,11 @@ Coordinate = TypeVar("Coordinate", float, "NDArray[np.float64]")
 class Fruit:
     """The fruit fixed at its base, tips on its top; length along the tips, width across, height along the press.
 
-    A sphere or an ellipsoid has its apex in the middle of the top and is whole down to its base; a length and a width
-    that are given cut a piece out of it. `thickness_mm` is what lies under the apex, down to the stone or the table,
-    and stands for the height, which serves where no thickness is given. `radius_mm` is the radius of curvature along
-    the tips and half the height of the whole fruit, `radius_across_mm` the radius of curvature across (an ellipsoid's
-    only). These are its principal directions; `azimuth_deg` turns both against the tips, about the axis of the press.
+    A sphere or an ellipsoid has its apex in the middle of the top and is whole down to its base. A length and a width
+    that are given cut a piece out of it. `thickness_mm` is what lies under the apex, down to the stone or the table.
+    Where it is not given, the height takes its place. `radius_mm` is the radius of curvature along the tips and half
+    the height of the whole fruit. `radius_across_mm` is the radius of curvature across, of an ellipsoid only. These are
+    its principal directions; `azimuth_deg` turns both against the tips, about the axis of the press.
     """
 
     shape: FruitShape = choice(

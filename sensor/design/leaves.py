@@ -37,7 +37,7 @@ class Leaves:
 
     `made_of` has the numbers of their material; `accuracies_mm` are two sigma of the thicknesses. `strain_factor` is
     the strain at a root over that of a beam, `least_slenderness` the least length over thickness. `clamp` is None where
-    leaves and frame are of one piece. An end of a strip counts as longer than it is by `gives_mm`; `sold_mm` are the
+    leaves and frame are of one piece. An end of a strip counts as longer than it is by `gives_mm`. `sold_mm` are the
     thicknesses that sheets were sold as, None for printed leaves.
     """
 
@@ -115,7 +115,7 @@ def strip_leaves(design: Design, sheet: SoldSheet, springs: Springs) -> Leaves:
     """Return strips of a sheet, of the thicknesses that a design names, of the best ones where it names none.
 
     The best is the thinnest sheet whose stiffness scatters by at most 5 % once it is weighed, else the one of the least
-    scatter, of those whose leaves `print.max_length_mm` and whose ends the clamps hold.
+    scatter. Its leaves must fit `print.max_length_mm`, and the clamps must hold its ends.
     """
     process = design.process
     asked = design.print

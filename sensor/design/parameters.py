@@ -462,8 +462,8 @@ class Design:
     def full_travels_mm(self) -> tuple[float, float]:
         """Return the largest travel of a low and of a high tip at full press [mm]; negative for one that stays off.
 
-        The press's own tilt lowers one side. With a reading travel counts from the first touch in its pose, and the
-        tilt may change by `reading.tilt_change_deg` towards any tip, which adds to the travel of the outermost ones.
+        The press's own tilt lowers one side. With a reading, travel counts from the first touch in its pose. The tilt
+        may change by `reading.tilt_change_deg` towards any tip, which adds to the travel of the outermost ones.
         """
         centres = self.tips.centres_mm
         slope = math.tan(math.radians(self.press.tilt_deg))

@@ -1,7 +1,7 @@
 """Whether a process can make the two springs.
 
-Closed form: the guided-beam law. The solve on the solid moves the leaf length by up to `LENGTH_MARGIN`, so a leaf
-that near to a bound is undecided (passed is None) until its solved length is given.
+Closed form: the guided-beam law. The solve on the solid moves the leaf length by up to `LENGTH_MARGIN`. So a leaf that
+near to a bound is undecided (passed is None) until its solved length is given.
 """
 
 from dataclasses import dataclass
@@ -158,7 +158,7 @@ def _asked_of(design: Design, springs: Springs) -> tuple[str, str]:
 def _judged(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None, str]:
     """Return whether leaves of a length [mm] can be made, and in words what is wrong with them, nothing if they can.
 
-    The length may be off by the relative margin [1] to either side: None where it decides.
+    The length may be off by the relative margin [1] to either side. The first is None where the margin decides it.
     """
     certain = leaf.faults(length, -margin / (1.0 + margin))
     possible = leaf.faults(length, margin)

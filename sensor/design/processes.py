@@ -33,9 +33,9 @@ KINDS = ("fdm", "sla", "sls", "dmls", "other")
 class Process(Sourced):
     """A way to make the housing: material, limits of the machine, and the leaves that suit it.
 
-    `E_scatter` is one sigma of E from print to print as a fraction of E; `strain_limit` holds for cyclic bending;
-    `accuracy_mm` is plus or minus two sigma of the thickness of a thin wall; `overhang_deg` is the largest slope from
-    the vertical that needs no support; `line_width_mm` and `layer_mm` are None where the process has none. `kind`
+    `E_scatter` is one sigma of E from print to print as a fraction of E. `strain_limit` holds for cyclic bending.
+    `accuracy_mm` is plus or minus two sigma of the thickness of a thin wall. `overhang_deg` is the largest slope from
+    the vertical that needs no support. `line_width_mm` and `layer_mm` are None where the process has none. `kind`
     decides what the sheet for the maker says of supports, washing, heat and powder.
     """
 

@@ -35,14 +35,14 @@ LEAST_OF_SCALE = 0.01  # of the largest force of its tip: a zero that is off by 
 class Reading:
     """Poses that occur and noise of the forces, one standard deviation, with the limits that the reading must keep.
 
-    `tilt_deg` is the largest tilt against the normal of the skin, in any direction, which may change by
-    `tilt_change_deg` during a press; `off_centre_mm` is how far from the apex the sensor is set down at most.
-    `radius_mm` and `radius_across_mm` are the principal radii of the fruits that occur, from and to, at any azimuth,
-    `thickness_mm` is their flesh; without them the radius of a ball may differ by `radius_spread` of it.
-    `noise_percent` is a share of the largest force of each tip. `stiffness_percent` and `gain_percent` are what
-    calibration leaves: by weights of each spring and of each force; by a hard plate too, which moves all tips alike, of
-    each force at a known deflection and of each deflection. `bias_limit` bounds the largest |E read / E - 1| without
-    noise, `uncertainty_limit` its standard uncertainty.
+    `tilt_deg` is the largest tilt against the normal of the skin, in any direction. It may change by `tilt_change_deg`
+    during a press. `off_centre_mm` is how far from the apex the sensor is set down at most. `radius_mm` and
+    `radius_across_mm` are the principal radii of the fruits that occur, from and to, at any azimuth. `thickness_mm` is
+    their flesh. Without them the radius of a ball may differ by `radius_spread` of it. `noise_percent` is a share of
+    the largest force of each tip. `stiffness_percent` and `gain_percent` are what calibration leaves. By weights it is
+    that of each spring and of each force. A hard plate moves all tips alike: then it is that of each force at a known
+    deflection and of each deflection. `bias_limit` bounds the largest |E read / E - 1| without noise,
+    `uncertainty_limit` its standard uncertainty.
     """
 
     tilt_deg: float = quantity(
@@ -171,7 +171,7 @@ class Reading:
         return min(limits) if isinstance(limits, tuple) else limits
 
     def uncertainty_limit_at(self, E: float, moduli: Sequence[float]) -> float:
-        """Return the limit of the standard uncertainty [1] at a modulus [MPa], of those at `moduli` in its list."""
+        """Return the limit of the standard uncertainty [1] at a modulus [MPa], interpolated in those at `moduli`."""
         limits = self.uncertainty_limit
         if not isinstance(limits, tuple):
             return limits

@@ -23,9 +23,8 @@ class TipMount(NamedTuple):
 def tip_mount(design: Design, process: Process) -> TipMount:
     """Return the tip, or the foot for a pin, at the end of a shuttle.
 
-    A foot holds a pocket that the pin fits into. The gable of the pocket ends a whole side of the pocket from its
-    middle, with a wall beyond it: that is half the side of the foot. Raises InputError when the feet leave no gap
-    between them.
+    A foot holds a pocket that the pin fits into. Half the side of the foot is a whole side of the pocket and a wall, as
+    the gable ends a side from the pocket's middle. Raises InputError when the feet leave no gap between them.
     """
     tips = design.tips
     if tips.socket == "none":

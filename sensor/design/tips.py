@@ -25,7 +25,7 @@ class Tips(ShapeKeys):
     """The rigid tips on their springs; `side_mm` is the side of a square tip, the diameter of a round one.
 
     A pair stands on the length axis of the fruit, low spring first. A line is three in a row, `spacing_mm` from one to
-    the next, in the given order of low and high springs; its outer tips stand out by `outer_mm` more. A square is four
+    the next, in the given order of low and high springs. Its outer tips stand out by `outer_mm` more. A square is four
     at (+-spacing / 2, +-spacing / 2), springs of one kind on each diagonal. The keys of each shape are in
     `sensor/tips`. Tips are printed with the housing, or with the socket "pin" are ground steel pins glued into it.
     """

@@ -44,8 +44,8 @@ class ReadingError(ValueError):
 class ContrastLaw:
     """What the contrast of a sensor needs to know.
 
-    `weights` [1], `gaps` [mm] under each tip before the press; `C` [mm/N] and `S`, times E [1/mm], have a row and a
-    column for each tip; `hertz`, times E^(2/3) [mm (MPa/N)^(2/3)], is that of `hertz.hertz_factor`.
+    `weights` [1] are of each tip, `gaps` [mm] under it before the press. `C` [mm/N] and `S`, times E [1/mm], have a row
+    and a column for each tip. `hertz`, times E^(2/3) [mm (MPa/N)^(2/3)], is that of `hertz.hertz_factor`.
     """
 
     weights: tuple[float, ...]

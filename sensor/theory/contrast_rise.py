@@ -8,7 +8,7 @@ with weights w whose contrast of any travel and tilt is 0. The offset gamma [mm]
 tips. It holds all that the sensor cannot know: the saddle of the skin, the heights and places of the tips, their mount.
 It is unknown, and the same in all samples of one press. A reading of the forces at one moment takes it for known.
 
-**A pair.** Its weights (-1, 1) drop the travel alone, so its tilt must not change during the press: gamma is by how
+**A pair.** Its weights (-1, 1) drop the travel alone, so its tilt must not change during the press. Its gamma is by how
 much the low tip travels farther than the high one. Of flat tips, b = 0, a plotted against d is a line of slope -1/E.
 
 **The estimator.** An instrument u is any quantity that rises with the press; here it is the total force, of an earlier
@@ -21,8 +21,9 @@ the same cubic as of one sample, with covariances for a, b and d. Its smallest r
 **No bias by noise.** The instrument of a sample is the sum of all forces in the sample before. Where noise is white
 from sample to sample, u and F are then independent, and cov(u, F) has the mean that it has without noise. The sample's
 own sum would not do: its noise is part of F (errors in variables). A sample counts where the sample before has all tips
-on the fruit: chosen by its own forces, samples whose noise is upwards would count more often. What is left is of second
-order: F^(2/3) of a noisy force has another mean, which leaves E some 0.2 % high at a noise of 0.5 % of full scale.
+on the fruit. If it were chosen by its own forces, samples whose noise is upwards would count more often. What is left
+is of second order. F^(2/3) of a noisy force has another mean, which leaves E some 0.2 % high at a noise of 0.5 % of
+full scale.
 
 Channels that were brought to one time by interpolation share the noise of two neighbours. The instrument is then the
 total force two samples earlier. Summed over many samples, interpolated noise has the variance of white noise, so the
@@ -33,20 +34,20 @@ how samples count. With independent noises sigma_t of the forces, the residual r
 
     s^2 = sum_t c_t^2 sigma_t^2,    c_t = dr/dF_t = (w C)_t + 2/3 h w_t z^2 F_t^(-1/3) + (w S)_t z^3 .
 
-Nothing is known of the path of the true forces, so a sample tells of z and gamma by its residual r alone, the left side
-of the law. The information on z is sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, means weighted by
-1 / s^2; its inverse is the Cramer-Rao bound of the variance of z. Where s is constant, an instrument u leaves the
-variance s^2 var(u) / n / (dG/dz)^2. By the inequality of Cauchy and Schwarz it is least for u = q / s^2, and it is
-larger by 1 / corr(u, q)^2 for another u. Both q and the total force rise together: their correlation is above 0.98, so
-the total force comes within some per cent of the bound.
+Nothing is known of the path of the true forces. So a sample tells of z and gamma by its residual r alone, the left side
+of the law. The information on z is sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, means weighted by 1 /
+s^2. Its inverse is the Cramer-Rao bound of the variance of z. Where s is constant, an instrument u leaves the variance
+s^2 var(u) / n / (dG/dz)^2. By the inequality of Cauchy and Schwarz it is least for u = q / s^2, and it is larger by 1 /
+corr(u, q)^2 for another u. Both q and the total force rise together: their correlation is above 0.98, so the total
+force comes within some per cent of the bound.
 
 **What E moves by.** A cause that changes the law by dG moves ln E by 3 dG / (z dG/dz). For an error that is the same in
 every sample, dG follows from the covariances that are kept. A change of u moves nothing to first order, as G = 0 for
 all u.
 
 **Time.** A channel whose time is off by dt has a force that is off by dt dF/dt. Its part of dG is the covariance of u
-with that, c_t dt cov(u, dF_t/dt): nothing in a steady press, and the more the faster a press slows to its end. So the
-covariance of u with the increments of each force is kept, each over the time that it took.
+with that, c_t dt cov(u, dF_t/dt). It is nothing in a steady press, and the more the faster a press slows to its end. So
+the covariance of u with the increments of each force is kept, each over the time that it took.
 
 **The saddle.** Domes roll on the skin, so their contacts are nearer to each other than their axes, the more the skin is
 curved. The offset tells the saddle, and the saddle the distances of the contacts: S becomes S(gamma), and the cubic is
@@ -57,7 +58,7 @@ by `RiseSlopes.offset` per mm.
 samples are. The moduli without each one tell by how much, of whatever kind it is: the jackknife, J. W. Tukey, Ann.
 Math. Stat. 29 (1958) 614. So the first samples of a press are kept.
 
-Of all others only means and co-moments are kept, each from its mean: a press of any length needs the same memory, and
+Of all others only means and co-moments are kept, each from its mean. A press of any length needs the same memory, and
 single precision is enough. W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is
 not white, as behind a filter, must be thinned out before. mm, N, MPa.
 """
@@ -244,9 +245,9 @@ class RiseSums:
     """Samples of a press as means and as co-moments with the instrument u, in a memory that does not grow.
 
     Rows of `means` and `with_instrument` (3, tips) are the forces F [N], F^(2/3) and F^(-1/3). `spread` [N^2] is the
-    co-moment of u with itself, `with_count` [N] that with the number of the sample, `with_rates` (tips,) [N^2/s] that
-    with the rates at which the forces rise, whose means are `rates` [N/s]. Co-moments are sums over samples of products
-    of what both differ by from their means.
+    co-moment of u with itself, `with_count` [N] that with the number of the sample. `with_rates` (tips,) [N^2/s] is
+    that with the rates at which the forces rise, whose means are `rates` [N/s]. Co-moments are sums over samples of
+    products of what both differ by from their means.
     """
 
     count: int = 0
@@ -292,10 +293,10 @@ class RiseSlopes:
     """By which fraction of E a reading moves with the causes of its error.
 
     `noise` is that of noise in each force which is independent from sample to sample, one standard deviation [1/N].
-    All others are the same in all samples. Per tip: relative change of the gain of its channel and of the stiffness of
-    its spring [1], a zero that is off [1/N], a zero that drifts evenly by so much from the first sample to the last
-    [1/N], a time of its channel that is later than told [1/s]. Alike for all tips: relative change of the Hertz term
-    and of S [1], and an offset that is no saddle of the skin [1/mm].
+    All others are the same in all samples. Per tip they are the relative changes of gain and stiffness [1], and a zero
+    that is off [1/N]. Then a zero that drifts evenly from the first sample to the last [1/N], and a time of its channel
+    that is later than told [1/s]. Alike for all tips: relative change of the Hertz term and of S [1], and an offset
+    that is no saddle of the skin [1/mm].
     """
 
     noise: tuple[float, ...]
@@ -320,7 +321,7 @@ class RiseSlopes:
 class RiseReading:
     """What a press tells: the modulus E [MPa], and the offset gamma [mm], the contrast of gaps that is not in the law.
 
-    `noise` [1] is the standard uncertainty of E, relative, by noise that is independent from sample to sample;
+    `noise` [1] is the standard uncertainty of E, relative, by noise that is independent from sample to sample.
     `offset_noise` [mm] is that of the offset, `offset_per_log_E` [mm] by how much it moves with ln E where other causes
     move E. `touch` [1] is the whole force where the last tip touches over the largest.
     """
@@ -340,8 +341,8 @@ class RisingPress:
 
     `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. The instrument is that
     of the sample before, or of as many before as the `lag` says: 2 where channels were brought to one time. A sample
-    counts where every force of the samples up to there is above `least_forces` (channels,) [N], some times its noise,
-    and its own above 0.
+    counts where every force of the samples up to there is above `least_forces` (channels,) [N], some times its noise.
+    Its own must be above 0.
 
     The channels are the forces of the tips, of which the instrument is made. Behind them there may be as many again
     that are made from the same forces (`RiseLaw.over_time`).
@@ -503,8 +504,8 @@ class _Solution(NamedTuple):
 def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
     """Return the solution of both equations of a press: that of the co-moments gives E, that of the means the offset.
 
-    Domes alone need more than one step: the offset changes S by some per cent, and S the root. Each step leaves that
-    fraction of the error of the step before. Raises RiseError.
+    Only domes need more than one step. Their offset changes S by some per cent, and S changes the offset. Each step
+    reduces the error to that fraction. Raises RiseError.
     """
     weights, _, S = law.contrast.arrays
     rise_rigid, rise_dome, _ = _terms(law.contrast, sums.with_instrument)
@@ -599,7 +600,7 @@ class _SlopesAtRoot:
     def with_saddle(self, zeros: Floats, per_offset: Floats) -> Floats:
         """Return the slopes over zeros [1/N], (tips,), with what the offset adds that they cause.
 
-        A zero that is off moves the offset, by up to 4 mm/N; the law takes the offset for a saddle of the skin, so it
+        A zero that is off moves the offset, by up to 4 mm/N. The law takes the offset for a saddle of the skin. So it
         moves S by `per_offset`, and S moves the modulus. The other causes move the offset less than the modulus.
 
         With x the slope of the offset over a zero [mm/N], ln E moves by zeros + by_offset x. The offset is minus the

@@ -11,15 +11,15 @@ Viscoelastic Materials (1976), on the power law and on superposition.
 **A weight** that hangs for t has K(t) = K(1 s) t^-n.
 
 **A press.** A force that rises evenly for T is answered with J(T) / (1 + n), the mean of J. A hand slows to its stop,
-x = X (1 - (1 - t / T)^2): to the first order in n, force over deflection there is K(T / sqrt(e)). The rise of a press
-tells slopes, by which late samples count in another way: for hands and even presses, with contacts of flat tips and of
+x = X (1 - (1 - t / T)^2). To the first order in n, force over deflection there is K(T / sqrt(e)). The rise of a press
+tells slopes, by which late samples count in another way. For hands and even presses, with contacts of flat tips and of
 domes, it tells K of a time from T / 3 to 1.6 T. So K(T / sqrt(e)) is taken for all of them, a time within a factor e.
 
 **What E moves by.** Channels show deflections, scaled to forces by weights. So forces are too small in a press, all by
 the ratio k of both stiffnesses, and so is the modulus. Deflections, and what drops out of them, are right.
 
-**The zero.** By superposition a press that lasted T leaves, a time s after its lift, at most J(s + T) - J(s) of its
-largest force: J rises ever more slowly, so a force that stayed at its largest leaves most.
+**The zero.** By superposition, a press that lasted T leaves at most J(s + T) - J(s) of its largest force, a time s
+after its lift. J rises ever more slowly, so a force that stayed at its largest leaves most.
 """
 
 import math

@@ -25,10 +25,10 @@ class Cantilever:
 def cantilever(sine: float) -> Cantilever:
     """Return the cantilever whose end has turned by an angle of the given sine [1].
 
-    Raises InputError for a sine below 0 or from 1 on. With s = sine the force is 2 s I^2 and the deflection s J / I,
-    where I is the integral of 1 / q over 0 < v < 1, J that of (1 - v^2) / q, and q = sqrt(1 - s^2 (1 - v^2)^2).
-    They are the elliptic integrals of K. E. Bisshopp and D. C. Drucker, Quart. Appl. Math. 3, 1945, with s (1 - v^2)
-    for the sine of the slope.
+    Raises InputError for a sine below 0 or from 1 on. With s = sine the force is 2 s I^2 and the deflection s J / I.
+    Over 0 < v < 1, I is the integral of 1 / q, J that of (1 - v^2) / q, and q = sqrt(1 - s^2 (1 - v^2)^2). They are the
+    elliptic integrals of K. E. Bisshopp and D. C. Drucker, Quart. Appl. Math. 3, 1945, with s (1 - v^2) for the sine of
+    the slope.
     """
     if not _SINES.hold(sine):
         raise validation_error("sine of the end's slope", sine, "1", str(_SINES), "press less")
@@ -65,7 +65,7 @@ def _integrals_less_one(square: float) -> tuple[float, float]:
 def large_deflection_stiffening(length: float, deflection: float) -> float:
     """Return the gain in secant stiffness of a guided leaf, or of a pair, at a deflection d of length L [1 from mm].
 
-    It is 36/35 (d / L)^2 while d is small. The platform is free along the leaves and does not turn, so each half of a
+    It is 36/35 (d / L)^2 while d is small. The shuttle is free along the leaves and does not turn. So each half of a
     leaf is a cantilever of length L / 2 with the deflection d / 2. Raises InputError beyond d = L / 2.
     """
     relative = deflection / length

@@ -50,8 +50,8 @@ def roll(forces: Sequence[float], places: Sequence[float], stiffness: Sequence[f
     """Return how tips at places x [mm] from the apex roll a ball of a radius [mm] along x.
 
     `forces` [N] are vertical, `stiffness` [N/mm] is that of each tip's spring and flesh in series. Rolling by u moves
-    the point of support by u, and lifts the skin under a tip by x u / R, which presses that tip harder: the moment
-    about the support is sum F x - u (sum F - sum k x^2 / R). Friction H at the tips holds with its moment 2 R H.
+    the point of support by u. It lifts the skin under a tip by x u / R, which presses that tip harder. The moment about
+    the support is sum F x - u (sum F - sum k x^2 / R). Friction H at the tips resists rolling with the moment 2 R H.
     """
     total = sum(forces)
     moment = sum(force * x for force, x in zip(forces, places, strict=True))

@@ -1,7 +1,8 @@
 """Hertz's contact of smooth bodies, its one home: a dome on a fruit, a fruit on a table, a fruit between plates.
 
-Two bodies touch at a point and are pressed together by d: F = 4/3 E* sqrt(R) d^(3/2), with E* = E / (1 - nu^2) where
-one of them is rigid. K. L. Johnson, Contact Mechanics (1985), chapter 4, doi:10.1017/CBO9781139171731. mm, N, MPa.
+Two bodies touch at a point and are pressed together by d. Then F = 4/3 E* sqrt(R) d^(3/2), with E* = E / (1 - nu^2)
+where one of them is rigid. K. L. Johnson, Contact Mechanics (1985), chapter 4, doi:10.1017/CBO9781139171731. mm, N,
+MPa.
 """
 
 import math
@@ -59,8 +60,8 @@ def equivalent_radius(radius: float, radius_across: float) -> float:
 
     The contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii fixes the square
     m = 1 - (b / a)^2 of its eccentricity. The complete elliptic integrals K(m) and E(m) stand in Carlson's forms, which
-    subtract no numbers that are nearly equal: K = R_F(0, 1 - m, 1), K - E = m / 3 R_D(0, 1 - m, 1) and
-    E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m), https://dlmf.nist.gov/19.25.
+    subtract no numbers that are nearly equal. They are K = R_F(0, 1 - m, 1), K - E = m / 3 R_D(0, 1 - m, 1) and E / (1
+    - m) - K = m / 3 R_D(0, 1, 1 - m), https://dlmf.nist.gov/19.25.
     """
     from scipy.optimize import brentq  # seldom needed, and slow to load
     from scipy.special import elliprd, elliprf

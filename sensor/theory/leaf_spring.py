@@ -1,4 +1,4 @@
-"""A flexure, two parallel leaves that guide a platform: its dimensions, and its stiffness as guided beams."""
+"""A flexure, two parallel leaves that guide a shuttle: its dimensions, and its stiffness as guided beams."""
 
 import math
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """Flesh that relaxes at a constant Poisson's ratio: its Prony series.
 
 Under an indentation that is held, a force falls as g(t) = 1 - sum g_i (1 - exp(-t / tau_i)). The modulus of elastic
-flesh is that at the first instant: E. H. Lee, J. R. M. Radok, The contact problem for viscoelastic bodies, J. Appl.
+flesh is that at the first instant. See E. H. Lee, J. R. M. Radok, The contact problem for viscoelastic bodies, J. Appl.
 Mech. 27 (1960) 438, doi:10.1115/1.3644020.
 """
 

@@ -29,7 +29,7 @@ def log_coefficient(poisson: float, slope: float) -> float:
     """Return C [1]: a skin of mean curvature H [1/mm] adds -C H ln(r) to vertical compliance times E [1/mm].
 
     Removing the skin below the tangent plane, H r^2 deep, frees the strain energy 1/2 sigma:eps there of two unit loads
-    (shape derivative); surface stress of normal and tangential loads: Johnson (3.20) and (3.76).
+    (shape derivative). The surface stress of normal and tangential loads is that of Johnson (3.20) and (3.76).
     """
     cosine_squared = 1.0 / (1.0 + slope**2)
     free = 1.0 - 2.0 * poisson
@@ -42,8 +42,8 @@ def log_coefficient(poisson: float, slope: float) -> float:
 def frictionless_press(poisson: float, slope: float) -> float:
     """Return the fruit's stiffness to a guided tip that slides on a slope [1], over that to a vertical load [1].
 
-    A tip without friction presses along the normal: going down by d it presses by d cos(slope) along the normal, and of
-    its force the share cos(slope) is vertical, the rest is borne by the guide. Negative: -sin^2 as a rule.
+    A tip without friction presses along the normal. Going down by d it presses by d cos(slope) along the normal. Of its
+    force the fraction cos(slope) is vertical, and the guide bears the rest. Negative: -sin^2 as a rule.
     """
     return slope_factor(poisson, slope) / ((1.0 + slope**2) * stretch_factor(slope)) - 1.0
 

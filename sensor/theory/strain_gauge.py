@@ -1,7 +1,7 @@
 """Foil strain gauges, read from gauges.toml, where they lie along a leaf, and what they stiffen by the beam law.
 
-Four make a full bridge: one on each face of the upper leaf of a flexure, at its root in the wall and at its root in
-the shuttle. The strains at the two roots, and on the two faces, are equal and opposite, so all four arms work.
+Four make a full bridge. They lie on both faces of the upper leaf of a flexure, at its root in the wall and at its root
+in the shuttle. The strains at the two roots, and on the two faces, are equal and opposite, so all four arms work.
 """
 
 import itertools
@@ -24,8 +24,8 @@ _ROOM = "choose another process or other targets, or print.gauges = 'none'"
 class FoilGauge(Sourced):
     """A gauge of one grid: sizes [mm], layers and gauge factor; metal ends `margin_mm` inside the backing's edges.
 
-    The metal is the grid, which begins at the edge next to a leaf's root, and its solder tabs behind it; `foil_fill`
-    is the share of that rectangle which the foil covers.
+    The metal is the grid, which begins at the edge next to a leaf's root, and its solder tabs behind it. `foil_fill` is
+    the fraction of that rectangle which the foil covers.
     """
 
     LABEL: ClassVar[str] = "gauge"
@@ -133,7 +133,7 @@ def gauge_spans(flexure: Flexure, gauge: FoilGauge) -> tuple[GaugeSpans, GaugeSp
 def sandwich_gain(E: float, leaf: LeafProfile, length: float, gauge: FoilGauge) -> float:
     """Return K of a pair of leaves with gauges on one of them over K without [1 from MPa, mm].
 
-    Beam law of a clamped-guided leaf, K = 1 / (J2 - J1^2 / J0) with Jn the integral of s^n / EI: a skin of stiffness
+    Beam law of a clamped-guided leaf, K = 1 / (J2 - J1^2 / J0) with Jn the integral of s^n / EI. A skin of stiffness
     E_g t_g, b wide, on both faces adds E_g t_g b t^2 / 2 to EI. S. Timoshenko, Strength of Materials I, 1930, art. 43.
     """
     depth, thickness, fillet = leaf

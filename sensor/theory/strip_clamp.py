@@ -57,7 +57,7 @@ class StripClamp:
         """Return 1 / beta [mm], by which an end of a strip counts as longer in a print of E [MPa].
 
         The foundation is two layers of glue that cannot spread, each on a half-space of the print pressed in waves of
-        the number beta: K. L. Johnson, Contact Mechanics, 1985, section 13.2. It is good to a fifth.
+        the number beta. See K. L. Johnson, Contact Mechanics, 1985, section 13.2. It is good to a fifth.
         """
         nu = self.glue_poisson
         glue = self.gap * (1.0 + nu) * (1.0 - 2.0 * nu) / (self.glue_E_MPa * (1.0 - nu))  # [mm/MPa], of one layer

@@ -105,7 +105,7 @@ def nonlinearity(
     """Return NL, the departure of P from its straight line over 0..K_m,max divided by P's rise [1].
 
     "mid-range" takes it at K_m,max / 2 as in (7); "largest" at its maximum. A skin makes K_m rise less than the modulus
-    of the flesh: `stiffening` is then K_m / K_m,max [1] at `curve_shares` of E_max, over which NL is taken.
+    of the flesh. `stiffening` is then K_m / K_m,max [1] at `curve_shares` of E_max, over which NL is taken.
     """
     if stiffening:
         P = [force_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]
@@ -126,7 +126,7 @@ def curve_shares(steps: int) -> list[float]:
 def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Definition) -> float:
     """Return NL as `nonlinearity` does, from P [1] at the moduli E of a curve [MPa]; nan where a tip is off the fruit.
 
-    "mid-range" takes the middle one of the moduli; "largest" is the top of the parabola through the largest departure
+    "mid-range" takes the middle one of the moduli. "largest" is the top of the parabola through the largest departure
     and its two neighbours, which count as equally far apart.
     """
     rise = P[-1] - P[0]

@@ -1,7 +1,7 @@
 """What the shape of a rigid tip decides: its outline, its meridian, and by what laws its contact is solved.
 
-A meridian says how high the surface of a tip lies above its lowest point, from its axis outwards: over the distance
-from the axis of a round tip, over the larger of |x| and |y| of a square one. The gap before contact and the solid of a
+A meridian says how high the surface of a tip lies above its lowest point, from its axis outwards. A round tip has it
+over the distance from the axis, a square one over the larger of |x| and |y|. The gap before contact and the solid of a
 pin both follow from it.
 """
 

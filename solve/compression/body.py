@@ -31,8 +31,8 @@ _LARGEST_ELEMENT = 0.15  # of the section along r or z
 class Section:
     """The section of a body along the press, to its `half_height` over the middle; lengths in mm.
 
-    A round one is an ellipse with a `radius` of curvature at the top: of a ball or an ellipsoid of revolution or, with
-    a `length`, of a cylinder on its side. Else it is a rectangle, of a cylinder on its end with a radius; `on_table`
+    A round one is an ellipse with a `radius` of curvature at the top. It is a ball or an ellipsoid of revolution or,
+    with a `length`, a cylinder on its side. Else it is a rectangle, of a cylinder on its end with a radius; `on_table`
     its middle is its base, which a grip holds too.
     """
 
@@ -56,8 +56,8 @@ class Section:
 class HalfBody:
     """The elements of the upper half of a body with a law of flesh, E = 1 MPa; displacements (nodes, 2) are r, z [mm].
 
-    `x` (nodes, 2) [mm] are the nodes, `surface` those that a plate may touch, outwards from the axis, with the `area`
-    that belongs to each [mm^2]. `held` (2 nodes,) are the dofs that symmetry holds, `on_table` nodes on a table.
+    `x` (nodes, 2) [mm] are the nodes. `surface` are those that a plate may touch, outwards from the axis, with the
+    `area` that belongs to each [mm^2]. `held` (2 nodes,) are the dofs that symmetry holds, `on_table` nodes on a table.
     """
 
     def __init__(
@@ -173,7 +173,7 @@ def _section_lines(section: Section, contact: float, refinement: float, edge: fl
 def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     """Return the operator from displacements of elements to F less its value at rest, and the volumes [mm^3].
 
-    Both are at the Gauss points of elements with nodes x (elements, 9, 2) [mm]; their shapes are (elements, points, 5,
+    Both are at the Gauss points of elements with nodes x (elements, 9, 2) [mm]. Their shapes are (elements, points, 5,
     18) [1/mm] and (elements, points). With a length [mm] the section is in plane strain, else it is one of revolution.
     """
     points, weights = np.polynomial.legendre.leggauss(_POINTS)

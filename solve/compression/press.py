@@ -1,6 +1,6 @@
 """A half body under a rigid tool, pressed step by step: the force at each travel of the tool.
 
-Contact is a penalty on how far nodes of the surface lie above the tool's face; equilibrium is the least energy of both,
+Contact is a penalty on how far nodes of the surface lie above the tool's face. Equilibrium is the least energy of both,
 found by Newton's method with a line search. The tool is slippery, or grips what it has touched.
 """
 
@@ -98,7 +98,7 @@ class _ToolPress:
     def _linearised(self, state: _ToolState, held: Flags, *, convex: bool) -> tuple[Floats, csc_matrix, float]:
         """Return residual (2 nodes,) [N], its slope (2 nodes, 2 nodes) [N/mm], and the force on the tool [N].
 
-        The penalty's energy is 1/2 k height^2 of each touching node, whose height grows by 1 upwards and by minus the
+        The penalty's energy is 1/2 k height^2 of each touching node. The height grows by 1 upwards and by minus the
         slope of the face outwards. With `convex` negative curvatures of the energy are left out.
         """
         body = self.body

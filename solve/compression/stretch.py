@@ -27,7 +27,7 @@ def principal_stretches(F: Floats) -> Floats:
 def principal_modes(F: Floats) -> Floats:
     """Return the four modes of F in the plane, shape (4 modes, 4 parts of F, ...) [1].
 
-    The modes are the two stretches in the plane, its turn and its shear: in them, and in the hoop, the second
+    The modes are the two stretches in the plane, its turn and its shear. In them, and in the hoop, the second
     derivative of any isotropic energy is diagonal. B. Smith, F. de Goes, T. Kim, ACM Trans. Graph. 38, 2019, doi
     10.1145/3241041.
     """

@@ -1,7 +1,8 @@
 """Cells of pressure on the tips' footprints and what they do to each other: the matrix of unilateral contact.
 
-Near by, the Galerkin influence of the half-space on each footprint; from tip to tip and through the block's finite
-size, the smooth rest through the nodal polynomials of the punch tables. One matrix serves all E, travels and gaps.
+Near by it is the Galerkin influence of the half-space on each footprint. From tip to tip and through the block's finite
+size it is the smooth rest, through the nodal polynomials of the punch tables. One matrix serves all E, travels and
+gaps.
 """
 
 import functools

@@ -1,7 +1,7 @@
 """What the sensor reads where flat level faces touch whole or not at all: exact from one compliance.
 
-Travel x of a tip is the deflection of its spring plus the indentation of the fruit: x = C F + S F / E, with C the
-compliance of the springs and S that of the fruit times E. Linear, so every E and x comes from the same S.
+Travel x of a tip is the deflection of its spring plus the indentation of the fruit: x = C F + S F / E. C is the
+compliance of the springs and S that of the fruit times E. It is linear, so every E and x comes from the same S.
 """
 
 import time
@@ -26,11 +26,11 @@ class SensorResponse(Record):
     """Tip forces F [N], shape (moduli, travels, tips), over the moduli E [MPa] and the travels x [mm] of the housing.
 
     All others but `mean_pressure` have shape (moduli, travels). The force ratio P and the ratio of the force slopes
-    over the travel [1] are those of tips on high springs over low ones, nan where a tip is off the fruit. `F_error`
-    [1] is the relative error of the forces of the tips that touch (nan where none does), `P_error` [1] that of P.
-    `P_step` [1] is by how much P lies, over itself, above that on a coarser grid of cells. `cells` counts the contact
-    cells; it and `P_step` are 0 where the law needs no cells. `mean_pressure` [MPa], as F, is that of the contact of
-    each dome; None for other tips.
+    over the travel [1] are those of tips on high springs over low ones. They are nan where a tip is off the fruit.
+    `F_error` [1] is the relative error of the forces of the tips that touch (nan where none does), `P_error` [1] that
+    of P. `P_step` [1] is by how much P lies, over itself, above that on a coarser grid of cells. `cells` counts the
+    contact cells; it and `P_step` are 0 where the law needs no cells. `mean_pressure` [MPa], as F, is that of the
+    contact of each dome; None for other tips.
     """
 
     E: Floats

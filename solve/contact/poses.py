@@ -1,7 +1,8 @@
 """Forces of one sensor in many poses: tilted to any side, set down off centre, on fruits of other radii and moduli.
 
-Domes follow their law in closed form. Flat tips are pressed on cells: all poses on one coarse grid, which stays where
-it is on the fruit, and the poses that were pressed hardest or tilted most on a finer one too, for the error.
+Domes follow their law in closed form. Flat tips are pressed on cells. All poses are pressed on one coarse grid, which
+stays where it is on the fruit. Those that were pressed hardest or tilted most are pressed on a finer one too, for the
+error.
 """
 
 import dataclasses
@@ -37,7 +38,7 @@ class Pose:
     `radii_mm` are the principal radii of the fruit, the first at an azimuth [deg] from the line along the tips;
     `thickness_mm` is its flesh. Where they are None the fruit is that of the scene.
 
-    Where `from_touch`, a hand presses: the tilt is against the normal of the skin where the sensor is set down, and the
+    Where `from_touch`, a hand presses. The tilt is against the normal of the skin where the sensor is set down. The
     travel counts from the first touch in this pose, since when the tilt has changed by `turned_deg`.
     """
 
@@ -70,12 +71,11 @@ class PoseForces(Record):
     """Forces F of the tips [N], shape (poses, tips), nan in a pose whose contact runs off the face of a dome.
 
     `F_error` [N] is how far each may be off, `error_alike` [N] how far all are off where the errors have one sign under
-    all tips; both leave out `F_flesh` [N], what Hencky's law of flesh adds under domes
-    to the neo-Hookean one, and that of Storakers takes. `error` (poses,) is the
-    largest relative error of a force above 0 [1]; `touching` (poses, tips) says which tips touch; `contact_radius` [mm]
-    and `mean_pressure` [MPa], which may be off by `pressure_error` [MPa], all (poses, tips), are those of a round
-    contact of the same area; `face_mm` (poses,) [mm] is how wide the face of a dome must be to hold its contact, 0 for
-    other tips.
+    all tips. Both leave out `F_flesh` [N]. That is what Hencky's law of flesh adds under domes to the neo-Hookean one,
+    and what that of Storakers takes. `error` (poses,) is the largest relative error of a force above 0 [1]. `touching`
+    (poses, tips) says which tips touch. `contact_radius` [mm] and `mean_pressure` [MPa], which may be off by
+    `pressure_error` [MPa], all (poses, tips), are those of a round contact of the same area. `face_mm` (poses,) [mm] is
+    how wide the face of a dome must be to hold its contact, 0 for other tips.
     """
 
     F: Floats
@@ -218,8 +218,8 @@ def _cell_forces(
 def _grid_steps(F: Floats, finer: Floats, compared: Ints, moduli: Floats) -> tuple[float, float]:
     """Return the largest relative steps from the coarse to the fine grid [1]: of a force, and of the sum over the tips.
 
-    F (poses, tips) are the forces on the coarse grid, `finer` those on the fine one in the `compared` poses, and
-    `moduli` (poses,) are those of all poses.
+    F (poses, tips) are the forces on the coarse grid, `finer` those on the fine one in the `compared` poses. `moduli`
+    (poses,) are those of all poses.
     """
     steps = np.divide(np.abs(finer - F[compared]), finer, out=np.zeros_like(finer), where=finer > 0.0)
 

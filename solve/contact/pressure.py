@@ -16,8 +16,8 @@ from solve.fruit.compliance import FruitCompliance
 class FootprintPressure:
     """Forces on square grids of cells under all tips at modulus E [MPa].
 
-    `cell_forces` (tips, n, n) [N], along the tips then across; `edges` (n + 1,) [mm] are the lines of cells from the
-    centre of a tip, `centres` (tips, 2) [mm] those of the tips from the apex.
+    `cell_forces` (tips, n, n) [N] are along the tips, then across. `edges` (n + 1,) [mm] are the lines of cells from
+    the centre of a tip. `centres` (tips, 2) [mm] are those of the tips from the apex.
     """
 
     E: float

@@ -1,13 +1,13 @@
 """Forces of level tips over time, on springs and on flesh that relaxes: flat faces exactly, domes while they grow.
 
-Elastic flesh that a contact has entered as far as at a time would answer with forces n there; those of flesh that
-relaxes are F(t) = n(t) - sum g_i m_i(t), tau_i dm_i/dt = n - m_i: E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960)
-438, doi:10.1115/1.3644020. How far each tip has gone in is what its spring leaves of the travel,
+Let n(t) be the forces of elastic flesh at the indentation that the tips have reached at t. Those of flesh that relaxes
+are F(t) = n(t) - sum g_i m_i(t), tau_i dm_i/dt = n - m_i. See E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438,
+doi:10.1115/1.3644020. How far each tip has gone in is what its spring leaves of the travel,
 
     x_i - gap_i - (C F)_i = h (n_i / E)^(2/3) + (S n)_i / E,
 
 the law of `sensor/theory/contrast_law.py`. Within a step n is taken to run straight, and the memory m is integrated
-exactly; what that leaves out is proportional to the square of the step and is extrapolated from two (Richardson).
+exactly. What that leaves out is proportional to the square of the step and is extrapolated from two (Richardson).
 """
 
 from dataclasses import dataclass

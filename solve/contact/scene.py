@@ -27,8 +27,8 @@ STEEPEST_DEG = 20.0
 class SidewaysGive:
     """How far forces that lean move tips on their springs, beside what moves along the press.
 
-    `compliance` (tips, tips, 3, 3) [mm/N] is along the tips, across and up the sensor: of flat faces, or of the centres
-    of the spheres of domes. From up to up it is 0, as the springs have it; `error` [1] is its relative error.
+    `compliance` (tips, tips, 3, 3) [mm/N] is along the tips, across and up the sensor. It is of flat faces, or of the
+    centres of the spheres of domes. From up to up it is 0, as the springs have it; `error` [1] is its relative error.
     """
 
     compliance: Floats
@@ -39,13 +39,13 @@ class SidewaysGive:
 class Scene:
     """The fruit, the tips on it and how they are pressed.
 
-    `height_offset_mm` is how far springs that sag let each tip stand before the level plane of the sensor, at
-    most 0: the foremost tip touches first; no entries stand for tips that are level. What tips stand out by design is
-    in `tips`, and travel counts from where such tips touch. `off_centre_mm` is where the sensor was set down, along and
+    `height_offset_mm` is how far springs that sag let each tip stand before the level plane of the sensor, at most 0.
+    The foremost tip touches first. No entries stand for tips that are level. What tips stand out by design is in
+    `tips`, and travel counts from where such tips touch. `off_centre_mm` is where the sensor was set down, along and
     across, from where it belongs on the fruit. Only domes are moved `sideways`, where that is given.
 
-    Where `from_touch`, travel is along the axis of the sensor and counts from its first touch in this pose, and the
-    tilt has changed by `turned_deg` along and across since then, about the middle of the tips.
+    Where `from_touch`, travel is along the axis of the sensor and counts from its first touch in this pose. Since then
+    the tilt has changed by `turned_deg` along and across, about the middle of the tips.
     """
 
     fruit: Fruit

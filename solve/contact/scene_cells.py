@@ -1,6 +1,6 @@
 """Cells on the footprints of a scene and how far each lies from the fruit.
 
-The cells of a curved fruit lie on the block of its plan and thickness; its shape adds the gap under each tip, and the
+The cells of a curved fruit lie on the block of its plan and thickness. Its shape adds the gap under each tip, and the
 change that its body makes to the answer to a level press.
 """
 
@@ -46,10 +46,10 @@ OF_BOUND = 1.5  # margin of the bound on a skin: it is found on rough cells, and
 class SceneCells:
     """Cells on the footprints of a scene, their gap before the press, and what the grid misses of a level press.
 
-    `edges` [mm] are the lines of cells from the centre of a footprint, alike along and across; `gap` (cells,) [mm]
-    counts from first touch, infinite without a face; `middle` (2,) [mm] is the mean of the tips' centres.
+    `edges` [mm] are the lines of cells from the centre of a footprint, alike along and across. `gap` (cells,) [mm]
+    counts from first touch, infinite without a face. `middle` (2,) [mm] is the mean of the tips' centres.
     `compliance_correction` (tips, tips), times E [1/mm], makes the cells of flat tips answer a level press as the
-    compliance does; cells of other tips get the change by the shape of the fruit alone. Where `is_half` the cells lie
+    compliance does. Cells of other tips get the change by the shape of the fruit alone. Where `is_half` the cells lie
     at y > 0 and stand for both sides.
     """
 

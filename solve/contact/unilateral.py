@@ -5,8 +5,9 @@ every cell
 
     A f + E (C F)_tip - b >= 0,   f >= 0,   one of them 0,     F_tip = sum of the tip's f.
 
-A primal-dual active set finds the touching cells: Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865,
-doi:10.1137/S1052623401383558; where it cycles, non-negative least squares on the Cholesky factor (Lawson and Hanson).
+A primal-dual active set finds the touching cells (Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865,
+doi:10.1137/S1052623401383558). Where it cycles, it is non-negative least squares on the Cholesky factor (Lawson and
+Hanson).
 """
 
 from dataclasses import dataclass
@@ -98,8 +99,8 @@ class UnilateralContact:
     def _forces(self, active: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return the forces that close the gap of the active cells.
 
-        They solve A f = b - E C F with F the sums of f over the tips: Woodbury's formula, so that one factor of A
-        serves all springs and moduli.
+        They solve A f = b - E C F with F the sums of f over the tips. By Woodbury's formula one factor of A serves all
+        springs and moduli.
         """
         f = np.zeros(len(b))
         if not active.any():

@@ -45,8 +45,8 @@ class BentBlock:
     def forces(self, parity: Parity, normals: Sequence[Sequence[float]]) -> Floats:
         """Return the nodal forces of each unit load and its mirror images, shape (dofs, loads).
 
-        A load presses against its outward normal (3,). Seen from above it is a product of two normal distributions:
-        the fraction of a node is that of its line along x times that of its line along y. The part of a force across a
+        A load presses against its outward normal (3,). Seen from above it is a product of two normal distributions. The
+        fraction of a node is that of its line along x times that of its line along y. The part of a force across a
         mirror plane changes sign with the image.
         """
         forces = np.zeros((self.flat.N, len(self.loads)))

@@ -87,7 +87,8 @@ def _apart(marks: Sequence[float], least: float) -> list[float]:
 def _step_size(loads: Floats, extent: float, least: float, steps: BodySteps) -> Callable[[Floats], Floats]:
     """Return the step [mm] at coordinates of one axis [mm], which grows with the distance from loads (n,) on it.
 
-    `extent` is that of the block along the axis, `least` the smallest deviation of a load, both in [mm].
+    `extent` [mm] is the length of the block along the axis. `least` [mm] is the smallest standard deviation of a load,
+    each of which is a normal distribution.
     """
 
     def size(s: Floats) -> Floats:

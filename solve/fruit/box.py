@@ -1,7 +1,7 @@
 """A box of hexahedra with graded lines and named faces.
 
-A tensor-product box needs no mesher: its lines follow the loads of the scene, keep mirror symmetry to rounding and
-cost milliseconds; the fields of a fruit of any shape stay with the meshes of `mesh`.
+A tensor-product box needs no mesher. Its lines follow the loads of the scene, keep mirror symmetry to rounding and cost
+milliseconds. The fields of a fruit of any shape stay with the meshes of `mesh`.
 """
 
 from collections.abc import Callable, Sequence
@@ -75,8 +75,8 @@ class Grading:
 def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading: Grading) -> Lines:
     """Return lines [mm] along x, y and z for the smooth remainder of loads on a block's top.
 
-    The block lies at |x| <= length/2, |y| <= width/2, 0 <= z <= height; `points` (n, 2) are those of the loads; a
-    mirrored axis, x or y, begins at 0. The remainder looks like the field of the loads' images behind the faces, so a
+    The block lies at |x| <= length/2, |y| <= width/2, 0 <= z <= height. `points` (n, 2) are those of the loads. A
+    mirrored axis, x or y, begins at 0. The remainder looks like the field of the loads' images behind the faces. So a
     step may be as large as its distance to the nearest image allows. The last step at a face is cut into a layer.
     """
     extent = (block.length_mm, block.width_mm, block.height_mm)

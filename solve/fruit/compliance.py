@@ -50,10 +50,9 @@ class FruitCompliance(Record):
 
     `tips` names the tips in the order of S, from -x to +x. `error_pair` bounds s11 - s12 (the number that sizes the
     springs) and `error_own` bounds s11, both relative to the value [1]. `shape_change` is what the shape of a curved
-    fruit adds to S of its equivalent block, which is in S [1/mm], shape (tips, tips); zero for a block. A fruit with a
-    skin has another S at each modulus of its flesh: `at` gives it, of that `flesh_E` [MPa]; S
-    is that of the flesh alone where there is none. `rough` says that percents were asked for: contact follows on few
-    cells.
+    fruit adds to S of its equivalent block [1/mm], shape (tips, tips). S holds it. It is zero for a block. A fruit with
+    a skin has another S at each modulus of its flesh. `at` gives it, of that `flesh_E` [MPa]. S is that of the flesh
+    alone where there is none. `rough` says that percents were asked for: contact follows on few cells.
     """
 
     tips: tuple[str, ...] = TIPS

@@ -2,10 +2,9 @@
 
 One mesh of the block, and the same mesh bent into the fruit, answer the same loads: the error that both have in common
 cancels. The loads are vertical and smooth, a normal distribution about each tip as seen from above, so that few
-elements resolve them. What the shape does to the sharper load of a rigid tip beyond that is the doing of slope and
-curvature under the tip, in closed form (`sensor/theory/sloped_skin.py`).
-Flat tips are guided and sink along the vertical. Domes press and sink along the normal where they touch: their loads
-and answers are taken along the normals of the skin.
+elements resolve them. What the shape does beyond that to the sharper load of a rigid tip comes from slope and curvature
+under the tip. It has a closed form (`sensor/theory/sloped_skin.py`). Flat tips are guided and sink along the vertical.
+Domes press and sink along the normal where they touch: their loads and answers are taken along the normals of the skin.
 The pressure under the rigid tip may be that on the block, for the change is stationary in it. E = 1 throughout.
 """
 

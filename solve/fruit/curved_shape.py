@@ -69,7 +69,7 @@ def ellipsoid_curvatures(semi_axes: Floats, from_centre: Floats) -> tuple[Floats
 class CurvedShape:
     """A fruit that falls away from its apex like an ellipsoid, and `core`, half of the plan [mm] that holds its tips.
 
-    A piece of it takes each column of the block to a shorter one. A whole fruit has no corners: the top of the block
+    A piece of it takes each column of the block to a shorter one. A whole fruit has no corners. The top of the block
     becomes a cap about the apex, its sides the rest of the skin, its base the base.
     """
 
@@ -149,7 +149,7 @@ class CurvedShape:
         """Return the positions of points of the block on a whole fruit, both (3, n) [mm].
 
         Each level of the block becomes a disc, an ellipse seen from above. The top disc is the cap about the apex, the
-        bottom one the base, and the rims of those between make up the rest of the skin.
+        bottom one the base. The rims of those between make up the rest of the skin.
         """
         a, b, c = self.semi_axes
         thickness = self.fruit.depth_mm
@@ -177,7 +177,7 @@ class CurvedShape:
         """Return the points of the unit disc, shape (2, n), that points (2, n) [mm] of the block's plan become.
 
         Points of the core become (x, y) / cap. On the edge of the plan the map is the elliptical one of a square on a
-        disc: (p, q) becomes (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). Between core and edge it is a blend of both.
+        disc. So (p, q) becomes (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). Between core and edge it is a blend of both.
         """
         half_plan = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
         core = np.array(self.core)

@@ -139,8 +139,8 @@ def check_balance(stiffness: Floats, support: Floats) -> None:
     skew = float(np.abs(stiffness - stiffness.T).max())
     if not skew <= BALANCE_LIMIT * scale:
         msg = (
-            f"contact: force on one tip from the other differs by {skew / scale:.1e} of the largest reaction when they "
-            f"change places: must be at most {BALANCE_LIMIT:.0e}; check that the matrix is symmetric"
+            f"contact: the forces of one tip on another and back differ by {skew / scale:.1e} of the largest reaction: "
+            f"must be at most {BALANCE_LIMIT:.0e}. Check that the matrix is symmetric."
         )
         raise SolveError(msg)
 

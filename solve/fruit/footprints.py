@@ -2,8 +2,8 @@
 
 Nodal forces F and nodal displacements U of a footprint are tied by its punch table, F = Y U
 (`solve/halfspace/punch.py`). U is what the tip prescribes less what the other tips and the block's finite size add
-there: U = d - G F, with G the half-space between different tips plus the remainder v everywhere. So
-(I + Y G) F = Y d holds the forces of all tips at once, however close they are.
+there. So U = d - G F, with G the half-space between different tips plus the remainder v everywhere. So (I + Y G) F = Y
+d holds the forces of all tips at once, however close they are.
 """
 
 import functools
@@ -122,8 +122,8 @@ def node_remainder(
 
     There are `counts.between` nodes a side. It is solved for loads on fewer nodes, `counts.within` a side, and
     interpolated. The mesh is the box over `lines` [mm], which begin at mirror planes. There a load is the mean of loads
-    even and odd in x and in y: a parity is +1, -1, or 0 on an axis without a plane, and one that is left out of
-    `parities` counts as zero. Raises SolveError when a solve is not exact.
+    even and odd in x and in y. A parity is +1, -1, or 0 on an axis without a plane. One that is left out of `parities`
+    counts as zero. Raises SolveError when a solve is not exact.
     """
     # A node beyond a mirror plane is replaced by its image in the part that is meshed.
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])

@@ -1,14 +1,14 @@
 """The remainder, what a finite block of fruit adds to the half-space: v = u - u_halfspace, smooth, on a coarse mesh.
 
-v is elastic in the block, carries minus the half-space tractions on the free sides, takes minus the half-space
-displacements on the clamped base and nothing on the top. Its value under a load follows from Betti's theorem,
+v is elastic in the block. It carries minus the half-space tractions on the free sides and nothing on the top, and takes
+minus the half-space displacements on the clamped base. Its value under a load follows from Betti's theorem,
 
     v_z^j(x_k) = int_base t^k . u^j - int_sides t^j . u^k - int_sides t^k . v^j + int_base t(v^j) . u^k,
 
 t, u of the half-space: symmetric, no value is read off at a point, and the error is a product of two energy errors.
-On a half or a quarter of the block, u is that of a load and its mirror images, and the theorem holds as it stands: one
-of these loads lies on the part, and two fields of one parity do no work on each other across a mirror plane.
-27-node hexahedra with B-bar dilatation do not lock as nu tends to 0.5. E = 1 throughout.
+On a half or a quarter of the block, u is that of a load and its mirror images. The theorem holds as it stands. One of
+these loads lies on the part, and two fields of one parity do no work on each other across a mirror plane. 27-node
+hexahedra with B-bar dilatation do not lock as nu tends to 0.5. E = 1 throughout.
 """
 
 import itertools
@@ -46,8 +46,8 @@ BASE = {"base": (0.0, 0.0, 1.0)}
 class FaceQuadrature:
     """Quadrature on some faces of the box.
 
-    Points [mm] and outward normals (3, facets, q), weights [mm^2] (facets, q), values of the scalar shape functions
-    (nodes, facets, q) and dofs (nodes, 3, facets).
+    They are points [mm] and outward normals (3, facets, q), and weights [mm^2] (facets, q). Values of the scalar shape
+    functions are (nodes, facets, q), dofs (nodes, 3, facets).
     """
 
     points: Floats
@@ -63,10 +63,10 @@ def remainder_compliance(
     """Return the compliance of the remainder for each parity, E = 1 [1/mm], (loads, loads) each, and the dofs.
 
     Entry kj is v_z at load k per unit normal load j. `mesh` is the block, or the half or quarter of it that lies at x
-    >= 0 or y >= 0, with faces named as `box_mesh` does; `loads` (n, 2) are points on its top [mm]. A parity has one
-    sign for x and one for y, which mirrors every load at the plane x = 0 or y = 0: +1, -1, or 0 where the mesh holds
-    both sides. Raises ValueError where parities differ in their zeros, for they share the mesh and its planes. Raises
-    SolveError when a solve is not exact or the compliance is not symmetric.
+    >= 0 or y >= 0, with faces named as `box_mesh` does. `loads` (n, 2) are points on its top [mm]. A parity has one
+    sign for x and one for y, which mirrors every load at the plane x = 0 or y = 0. It is +1, -1, or 0 where the mesh
+    holds both sides. Raises ValueError where parities differ in their zeros, for they share the mesh and its planes.
+    Raises SolveError when a solve is not exact or the compliance is not symmetric.
     """
     mirrored = np.abs(parities[0])
     if (np.abs(parities) != mirrored).any():

@@ -1,9 +1,9 @@
 """What a skin bonded on the flesh changes in the compliance of the fruit, at each modulus of the flesh.
 
-As in `solve/fruit/curved_body.py`, one mesh answers smooth loads with and without the skin: what is left of its error
+As in `solve/fruit/curved_body.py`, one mesh answers smooth loads with and without the skin. What is left of its error
 is small, for the sharp part of the change is that of a half-space (`solve/halfspace/layered.py`). With m the modulus of
-the skin over that of the flesh, the stiffness of the mesh is K + m K_skin: solutions at a few m span those at all of
-them, and the compliance, an energy, is off by the square of what the span misses (Galerkin). Times E throughout.
+the skin over that of the flesh, the stiffness of the mesh is K + m K_skin. Solutions at a few m span those at all of
+them. The compliance, an energy, is off by the square of what the span misses (Galerkin). Times E throughout.
 """
 
 import time
@@ -65,7 +65,7 @@ def skin_compliance(
 ) -> FruitCompliance:
     """Return the compliance [1/mm] of a fruit with its skin, given that of its flesh alone under the same footprints.
 
-    At each modulus of the flesh a mesh gives the change under smooth loads; the half-space gives that under the tips
+    At each modulus of the flesh a mesh gives the change under smooth loads. The half-space gives that under the tips
     less that under the smooth loads. `along_normals` says that the tips press along the normals of the skin, as domes
     do. Raises SolveError when a solve is not exact.
     """
@@ -101,8 +101,8 @@ def skin_compliance(
 class _LocalChange:
     """Changes of compliance by layers that a half-space tells, times E [1/mm], each (layers, tips, tips).
 
-    `sharp` is the change under rigid tips, `fewer_nodes` the same from half as many nodes, `smooth` the change under
-    the smooth loads; `shell` is what a curved skin bears as a shell, 0 on a block.
+    `sharp` is the change under rigid tips, `fewer_nodes` the same from half as many nodes. `smooth` is the change under
+    the smooth loads. `shell` is what a curved skin bears as a shell, 0 on a block.
     """
 
     sharp: Floats
@@ -146,8 +146,8 @@ def _local_change(
 def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: Ints) -> Errors:
     """Return the largest relative errors [1] over some rows of a table (moduli, tips, tips) [1/mm].
 
-    They add up a floor, a fraction of the steps between two meshes, one of the step between numbers of nodes, and one
-    of what the skin bears as a shell.
+    They add up a floor and three fractions: of the steps between two meshes, of the step between numbers of nodes, and
+    of what the skin bears.
     """
     node_steps = local.sharp - local.fewer_nodes
     pair = own = 0.0

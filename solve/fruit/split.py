@@ -1,6 +1,6 @@
 """Compliance of a block of fruit under rigid flat tips by singularity subtraction, `split` for short.
 
-The pressure under the tips is singular at their edges: the half-space carries it in closed form
+The pressure under the tips is singular at their edges. The half-space carries it in closed form
 (`solve/fruit/footprints.py`), and only the smooth remainder of the block is solved on a mesh
 (`solve/fruit/remainder.py`). A tip keeps level and its pressure adapts.
 """
@@ -117,8 +117,8 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
 
     The tolerance is relative, of s11 - s12 [1]; where no mesh meets it, the best counts if its error is at most 1e-3.
     Raises InputError for a tolerance that is not above 0, SolveError when a solve is not exact. Raises SplitDomainError
-    beyond both errors or outside the domain: tip edge at least 1.5 sides from each side face, side at most the height,
-    spacing at least 1.05 sides, -0.5 <= nu <= 0.4999.
+    beyond both errors or outside the domain. In it each tip edge is at least 1.5 sides from each side face, the side at
+    most the height, the spacing at least 1.05 sides, and -0.5 <= nu <= 0.4999.
     """
     start = time.perf_counter()
     if not tolerance > 0.0:

@@ -1,13 +1,13 @@
 """A half-space under a bonded layer of another modulus: how its surface sinks under normal loads.
 
-Under a pressure of wave number k the surface sinks by 2 (1 - nu_s^2) / (E_s k) T(k h) per unit, with T that of
-D. M. Burmister, J. Appl. Phys. 16 (1945) 89, doi:10.1063/1.1707558, as K. L. Johnson, Contact Mechanics (1985), 5.8
-and T. C. O'Sullivan, R. B. King, J. Tribol. 110 (1988) 235, doi:10.1115/1.3261591 have it: 1 for short waves, which
-meet the layer alone. A point load therefore acts as on a half-space of the layer, and beside it by
+Under a pressure of wave number k the surface sinks by 2 (1 - nu_s^2) / (E_s k) T(k h) per unit. T is that of D. M.
+Burmister, J. Appl. Phys. 16 (1945) 89, doi:10.1063/1.1707558, as K. L. Johnson, Contact Mechanics (1985), 5.8 and T. C.
+O'Sullivan, R. B. King, J. Tribol. 110 (1988) 235, doi:10.1115/1.3261591 have it. T is 1 for short waves, which meet the
+layer alone. A point load therefore acts as on a half-space of the layer, and beside it by
 
     (1 - nu_s^2) / (pi E_s) l(r),    l(r) = int_0^inf (T(k h) - 1) J_0(k r) dk,
 
-which is smooth. Moduli are over that of the half-space below.
+which is smooth. Moduli are divided by that of the half-space below.
 """
 
 import functools
@@ -70,9 +70,9 @@ class Layer:
         """Return the compliance that a curved layer loses as a shallow shell, times E below [1/mm].
 
         It is that under a flat circle of a radius [mm], less that under a normal distribution of a standard deviation
-        [mm]; `curvatures` [1/mm] are the two principal ones. A shell is stiffer normal to it by
-        (E_s - E) h (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4, here its mean over all directions of the wave vector:
-        E. Reissner, J. Math. Phys. 25 (1946) 80, doi:10.1002/sapm194625180. The energy is of first order in it.
+        [mm]. `curvatures` [1/mm] are the two principal ones. A shell is stiffer normal to it by (E_s - E) h (kappa_y
+        k_x^2 + kappa_x k_y^2)^2 / k^4, here its mean over all directions of the wave vector. See E. Reissner, J. Math.
+        Phys. 25 (1946) 80, doi:10.1002/sapm194625180. The energy is of first order in it.
         """
         along, across = curvatures
         shell = (self.modulus - 1.0) * self.thickness * (3.0 * along**2 + 3.0 * across**2 + 2.0 * along * across) / 8.0
@@ -112,7 +112,7 @@ class RoundContact:
     """Rigid round bodies on a layered half-space, at contact radii [mm], shape (n,), rising, each as these.
 
     `depth` is the depth times the radius of curvature of a paraboloid [mm^2], `force` its force times that over the
-    modulus below [mm^3]; `stiffness` that of the flat circle over it [mm], which is also d force / d depth.
+    modulus below [mm^3]. `stiffness` is that of the flat circle over it [mm], which is also d force / d depth.
     """
 
     radius: Floats

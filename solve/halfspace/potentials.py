@@ -1,6 +1,6 @@
 """Elastic half-space z >= 0 under normal pressure on z = 0: displacements and stresses in closed form.
 
-Every field follows from one harmonic potential phi with phi = ln(R + z) for the unit point load (Boussinesq) and its
+Every field follows from one harmonic potential phi. It is ln(R + z) for the unit point load (Boussinesq), and its
 integral over the loaded area for a pressure (Love). With psi = d phi/dz and c = (1 + nu) / (2 pi E):
 
     u_x = c (-z psi,x - (1 - 2 nu) phi,x)        u_z = c (-z psi,z + 2 (1 - nu) psi)

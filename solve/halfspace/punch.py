@@ -1,10 +1,10 @@
 """Rigid frictionless flat punches on a half-space: what pressure answers a given shape of indentation.
 
 A table holds, for a footprint of unit size and E* = E / (1 - nu^2) = 1, the symmetric matrix Y of nodal forces that
-answer nodal displacements, F = Y U: a displacement that is a polynomial through its nodal values U is answered by a
+answer nodal displacements, F = Y U. A displacement that is a polynomial through its nodal values U is answered by a
 pressure whose moments against the nodal polynomials l_k are F_k = int p l_k. Nodes are the Gauss points of the flat
-punch's own pressure, so that three a side carry the moments of a flat punch up to the fifth order.
-Tables depend neither on E nor on nu.
+punch's own pressure. So three a side carry the moments of a flat punch up to the fifth order. Tables depend neither on
+E nor on nu.
 """
 
 import functools
@@ -84,7 +84,7 @@ def square_punch(nodes_per_side: int) -> Punch:
 def circle_punch(nodes_per_side: int) -> Punch:
     """Return the punch table of a circle of diameter 1, exact to rounding.
 
-    Harmonics P_l^m(sqrt(1 - r^2)) cos m phi with l - m even are eigenfunctions of the unit disc: the pressure that
+    Harmonics P_l^m(sqrt(1 - r^2)) cos m phi with l - m even are eigenfunctions of the unit disc. The pressure that
     answers one as a displacement is proportional to it / sqrt(1 - r^2). Eigenvalues from J. Boersma and E. Danicki,
     SIAM J. Appl. Math. 53 (1993) 925.
     """
@@ -147,8 +147,8 @@ def graded_edges(cells: int, grading: float = GRADING) -> Floats:
 def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
     """Return the work of pressures that answer polynomial displacements of a square, and the flat punch's forces.
 
-    The work is int P_a A^-1 P_b, shape (n^2, n^2), for the products P_a of the first n Legendre polynomials each way;
-    A is the influence of `cells` x `cells` uniform pressures. The forces of the flat punch are (cells, cells).
+    The work is int P_a A^-1 P_b, shape (n^2, n^2), for the products P_a of the first n Legendre polynomials each way. A
+    is the influence of `cells` x `cells` uniform pressures. The forces of the flat punch are (cells, cells).
     """
     # Integrals of P_0(2 x) ... P_n-1(2 x) over each cell, by the recurrence of their antiderivatives
     powers = legendre.legvander(2.0 * graded_edges(cells), n).T
@@ -195,7 +195,7 @@ def influence(x: Floats, y: Floats) -> Floats:
 def _gauss_points(weight: Floats, n: int) -> Floats:
     """Return the n Gauss points on (-1/2, 1/2) of a symmetric measure, given as weights of graded cells.
 
-    They are the eigenvalues of its Jacobi matrix (Golub and Welsch), which the Lanczos recurrence makes: each power of
+    They are the eigenvalues of its Jacobi matrix (Golub and Welsch), which the Lanczos recurrence makes. Each power of
     x is made orthogonal to the ones before. A symmetric measure leaves the diagonal 0.
     """
     edges = graded_edges(len(weight))

@@ -158,13 +158,13 @@ def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> 
     """Raise SolveError unless the loads are reciprocal (Betti) and the mount carries each, half a newton on the half.
 
     `work` (loads, loads) [mm N] is that of one load on the displacements by another. `support` (loads,) [N] is the
-    force of the mount, None where the plane of symmetry carries a part; `round_off` [N] is what is unknown of it.
+    force of the mount, None where the plane of symmetry carries a part. `round_off` [N] is what is unknown of it.
     """
     skew = float(np.abs(work - work.T).max())
     if not skew <= BALANCE_LIMIT * float(np.abs(work).max()):
         msg = (
-            f"flexure: work of one load on the other's displacement differs by {skew:.1e} mm N when they change "
-            "places: must be equal; check that the matrix is symmetric"
+            f"flexure: the work of two loads, each on the displacement by the other, differs by {skew:.1e} mm N: "
+            "must be equal. Check that the matrix is symmetric."
         )
         raise SolveError(msg)
     missing = 0.0 if support is None else float(np.abs(support + 0.5).max())

@@ -1,8 +1,8 @@
 """Fields of the loaded housing for viewing, at the nodes of its 20-node hexahedra.
 
-Strain is extrapolated from the points where it is most accurate, the 2^3 Gauss points of a cell and, on a free surface,
-the 2^2 of a facet: Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243, doi:10.1002/nme.1620100202. From there it is
-continued linearly along the axes of the cell or facet, and at a node the neighbours are averaged.
+Strain is extrapolated from the points where it is most accurate. These are the 2^3 Gauss points of a cell and, on a
+free surface, the 2^2 of a facet. See Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243, doi:10.1002/nme.1620100202. From
+there it is continued linearly along the axes of the cell or facet, and at a node the neighbours are averaged.
 """
 
 import numpy as np
@@ -34,15 +34,15 @@ def fields_in(mesh: Mesh, material: CellMaterial, u: Floats) -> NodalFields:
     strain = nodal_strain(basis, u, material, _FREE)
     displacement = u[np.hstack([basis.nodal_dofs, basis.edge_dofs]).T]
     # `stress` takes a gradient; of a strain, its own symmetric part, it is the same
-    nodes = _nodes_of(basis)
+    nodes = nodes_of_cells(basis.mesh)
     is_stiffest = _is_stiffest(nodes, material)
     E, poisson = (_at_nodes(nodes, is_stiffest, each) for each in (material.E, material.poisson))
     return NodalFields(displacement=displacement, stress=stress(strain, E, poisson), strain=strain)
 
 
-def _nodes_of(basis: CellBasis) -> Ints:
-    """Return the 20 nodes of each cell, shape (20, cells), the first of the mesh's 27."""
-    return np.asarray(basis.mesh.dofs.element_dofs[: len(basis.elem.elem.doflocs)])
+def nodes_of_cells(mesh: Mesh) -> Ints:
+    """Return the 20 nodes of each cell that is solved on, shape (20, cells), the first of the mesh's 27."""
+    return np.asarray(mesh.dofs.element_dofs[: len(ElementHexS2().doflocs)])
 
 
 def _is_stiffest(nodes: Ints, material: CellMaterial) -> Flags:
@@ -71,11 +71,11 @@ def nodal_strain(basis: CellBasis, u: Floats, material: CellMaterial, free: str)
     """Return the strain [1] of displacements u, shape (dofs,), at the nodes, shape (3, 3, nodes).
 
     `basis` is that of 20-node cells with 2^3 Gauss points. At nodes on the boundary `free`, which carries no load, only
-    its facets count: over the thickness of a leaf strain is curved at a fillet, and a line through two points of a cell
+    its facets count. Over the thickness of a leaf strain is curved at a fillet, and a line through two points of a cell
     misses its peak. Between materials only the stiffest cells of a node count.
     """
     corners = basis.elem.elem.doflocs  # nodes of the unit cube
-    nodes = _nodes_of(basis)
+    nodes = nodes_of_cells(basis.mesh)
     count = 1 + int(nodes.max())
     # What is extrapolated over a small cell is off by less.
     weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)
@@ -131,9 +131,9 @@ def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, we
 def _without_load(gradient: Floats, normal: Floats, poisson: Floats) -> Floats:
     """Return the strain of a displacement gradient on a surface that carries no load, as a strain gauge is read.
 
-    Its part in the surface is kept; the stress on the surface is zero, so the strain across it is
-    -nu / (1 - nu) (e_1 + e_2) and its shear is zero. Shapes (3, 3, facets, points) and, of any length, `normal` (3,
-    facets, points); Poisson's ratio is that of each facet, shape (facets,).
+    Its part in the surface is kept. The stress on the surface is zero, so the strain across it is -nu / (1 - nu) (e_1 +
+    e_2) and its shear is zero. Shapes (3, 3, facets, points) and, of any length, `normal` (3, facets, points);
+    Poisson's ratio is that of each facet, shape (facets,).
     """
     n = normal / np.linalg.norm(normal, axis=0)
     across = np.einsum("i...,j...->ij...", n, n)
@@ -145,8 +145,8 @@ def _without_load(gradient: Floats, normal: Floats, poisson: Floats) -> Floats:
 def _extrapolation(nodes: Floats, gauss: Floats) -> Floats:
     """Return the matrix (n, q) from values at 2^d Gauss points (d, q) of the unit cube to those at nodes (d, n).
 
-    Along one axis the function that is 1 at one Gauss point and 0 at the other is (1 + 3 X X') / 2, with X of the node
-    and X' = -+ 1 / sqrt(3) of the point, both from -1 to 1.
+    Along one axis the function that is 1 at one Gauss point and 0 at the other is (1 + 3 X X') / 2. X is that of the
+    node and X' = -+ 1 / sqrt(3) that of the point, both from -1 to 1.
     """
     X = 2.0 * nodes - 1.0
     X_gauss = 2.0 * gauss - 1.0

@@ -54,7 +54,7 @@ def modes_of(half: ClampedHalf, solid: Solid, stiffness: PerTip) -> Modes:
     """Return the three lowest modes of a housing in its mount, given half of it and its material.
 
     `stiffness` is that of each tip on finer meshes [N/mm]. Both symmetries about the plane y = 0 are solved. Raises
-    SolveError when a mode is not exact.
+    SolveError when the residual of a mode is too large.
     """
     mass = mass_matrix(half.basis, _TONNES * solid.density * half.material.relative_density)
     # Frequencies along the press are proportional to the root of the stiffness, which finer meshes know better. Each

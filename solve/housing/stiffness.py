@@ -67,11 +67,11 @@ def leaf_faces(spring: str) -> str:
 class TipCompliance:
     """One mesh: C[i, j] is the displacement of tip i along the press for 1 N on tip j [mm/N], shape (tips, tips).
 
-    One number for each tip: `strain_per_N` is the largest principal strain on the leaves of a flexure for 1 N on its
-    tip [1/N], continued to the edges of the elements, `strain_inside_per_N` the largest one inside them; `tilt_per_N`
-    the turn of a tip's face in the plane of the plate [rad/N]; `gauge_strain_per_N` the mean strain under the grids
-    of its bridge [1/N]; `weight_sag` how far a weight of 1 N/mm^3 moves it along the press when it acts along the
-    press, `weight_sag_lengthwise` when it acts along x [mm^4/N].
+    Each has one number for each tip. `strain_per_N` is the largest principal strain on a flexure's leaves for 1 N on
+    its tip [1/N], continued to the edges of the elements. `strain_inside_per_N` is the largest one inside them.
+    `tilt_per_N` is the turn of a tip's face in the plane of the plate [rad/N]. `gauge_strain_per_N` is the mean strain
+    under the grids of its bridge [1/N]. `weight_sag` is how far a weight of 1 N/mm^3 along the press moves it along the
+    press [mm^4/N]. `weight_sag_lengthwise` is the same for a weight along x.
     """
 
     C: Floats

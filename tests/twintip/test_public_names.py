@@ -7,16 +7,20 @@ from pathlib import Path
 
 import cadquery as cq
 import pytest
-from stand_ins import result_of
+from stand_ins import relaxing_result, result_of
 
 import pipeline
 import twintip
+from pipeline import study
 from pipeline.cli import main
 from pipeline.measure.compression import modulus
 from pipeline.measure.compression.force_law import POISSON, hertz_law
 from pipeline.measure.compression.summary import result_mapping
 from pipeline.measure.unit.fruit_reading import reading_as_mapping
+from pipeline.measure.unit.printed_unit import unit_as_toml
+from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import write_outputs
+from sensor.quantity import STANDARD_GRAVITY
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
@@ -39,8 +43,9 @@ def test_page_and_editors_know_all_names_and_no_others():
 
 
 def test_names_are_those_of_the_pipeline():
-    for name in pipeline.__all__:
-        assert getattr(twintip, name) is getattr(pipeline, name)
+    for room, names in ((pipeline, pipeline.__all__), (study, set(study.__all__) - {"Engine"})):
+        for name in names:
+            assert getattr(twintip, name) is getattr(room, name)
 
 
 def test_cut_takes_its_volume_from_the_housing():
@@ -84,6 +89,59 @@ def test_presses_of_a_pair_are_read_as_by_the_command(tmp_path, capsys):
     readings = twintip.read_press(twintip.read_report(out), file)
     assert len(readings) == 2
     assert [reading_as_mapping(reading) for reading in readings] == printed_lines(["read", out, file, "--json"], capsys)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return the output folder of a pair."""
+    out = tmp_path_factory.mktemp("pair") / "out"
+    out.mkdir()
+    write_outputs(result_of(), out)
+    return out
+
+
+STIFFNESS = {"low": 0.9, "high": 20.0}  # [N/mm] of the printed springs
+
+
+@pytest.fixture(scope="module")
+def weights(tmp_path_factory):
+    """Return a table of weights of up to 100 g on springs of these stiffnesses."""
+    rows = ["tip,weight_g,deflection_mm"]
+    for tip, K in STIFFNESS.items():
+        rows += [f"{tip},{grams},{STANDARD_GRAVITY * 1e-3 * grams / K}" for grams in (0, 20, 50, 100)]
+    path = tmp_path_factory.mktemp("weights") / "weights.csv"
+    path.write_text("\n".join(rows), encoding="utf-8")
+    return path
+
+
+def test_unit_is_calibrated_and_written_as_firmware_as_by_the_commands(folder, weights, tmp_path):
+    unit, header, module = (tmp_path / name for name in ("unit.toml", "sensor.h", "sensor.py"))
+    assert main(["calibrate", str(folder), str(weights), "--out", str(unit), "--after", "60"]) in (0, 1)
+    written = ["--unit", str(unit), "--c-header", str(header), "--micropython", str(module)]
+    assert main(["read", str(folder), *written]) == 0
+    report = twintip.read_report(folder)
+    calibrated = twintip.calibrate(report, weights, after_s=60.0).unit
+    assert calibrated.K_N_per_m == pytest.approx([1e3 * K for K in STIFFNESS.values()], rel=1e-9)
+    assert unit_as_toml(calibrated) == unit.read_text(encoding="utf-8")
+    for of_unit in (unit, calibrated):
+        assert twintip.c_header(report, of_unit) == header.read_text(encoding="utf-8")
+        assert twintip.micropython(report, of_unit) == module.read_text(encoding="utf-8")
+    file = tmp_path / "press.csv"
+    file.write_text(presses(), encoding="utf-8")
+    assert twintip.read_press(report, file, calibrated) == twintip.read_press(report, file, unit)
+
+
+def test_what_no_unit_can_be_is_refused(folder, weights):
+    report = twintip.read_report(folder)
+    calibrated = twintip.calibrate(report, weights).unit
+    for field, refused in (
+        ("after_s", lambda: twintip.calibrate(report, weights, after_s=-1.0)),
+        ("unit.design", lambda: twintip.c_header(report, replace(calibrated, design_sha256="0" * 64))),
+        ("fruit.relaxation", lambda: twintip.micropython(report_of_result(relaxing_result()))),
+    ):
+        with pytest.raises(twintip.InputError) as raised:
+            refused()
+        assert raised.value.field == field
 
 
 @pytest.mark.slow

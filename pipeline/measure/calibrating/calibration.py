@@ -46,11 +46,11 @@ _EXAMPLES = {what: f"{what},weight_g,deflection_mm" for what in ("tip", "coupon"
 class Calibration:
     """A unit with what it shows, whether it meets the targets of its design, and how to trim it where it does not.
 
-    `nominal` are the stiffnesses of the design [N/mm], `trims` by how much longer leaves must be to have them [mm], for
-    each tip, None where its error holds its target; `assumed` what was taken for granted, `error_by` says what the
-    errors of the table count. `scale` is that of the unit, where fruit was pressed with it; `channels` are what counts
-    told, None where none were given. `weighing` is when weights were read, and how springs creep; `stiffened` the
-    stiffness in a press of `press_s` [s] over that of the weighing [1].
+    `nominal` are the stiffnesses of the design [N/mm]. `trims` are by how much longer leaves must be to have them [mm],
+    for each tip, None where its error holds its target. `assumed` is what was taken for granted, `error_by` says what
+    the errors of the table count. `scale` is that of the unit, where fruit was pressed with it; `channels` are what
+    counts told, None where none were given. `weighing` is when weights were read, and how springs creep; `stiffened`
+    the stiffness in a press of `press_s` [s] over that of the weighing [1].
     """
 
     unit: PrintedUnit
@@ -106,7 +106,7 @@ def calibrate_unit(
 ) -> Calibration:
     """Return the calibration of a unit, with the scale of `fruit` that was pressed with it, as `measured_fruit` has it.
 
-    `plate` is a press on a hard plate, as `measured_plate` has it; each weight was read `after_s` [s] after it was
+    `plate` is a press on a hard plate, as `measured_plate` has it. Each weight was read `after_s` [s] after it was
     hung, where the table has no times. Raises InputError, and ReadingError for springs that read nothing.
     """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
@@ -173,9 +173,9 @@ def _worse_on_plate(unit: PrintedUnit, by_weights: PrintedUnit, plate: MeasuredT
         return []
     step = float(plate.last_digits["travel"].min())
     return [
-        f"the plate tells the spring of {unit.tips[worst]} to +- {on_plate:.2g} %, the weights to +- {before:.2g} %; "
-        f"its travel is taken as read to {step:g} mm, the last digit written: write all that the dial shows, "
-        "press farther and oftener, or leave --plate out"
+        f"the plate tells the spring of {unit.tips[worst]} to +- {on_plate:.2g} %, the weights to +- {before:.2g} %. "
+        f"Its travel is taken as read to {step:g} mm, the last digit written. Write all that the dial shows, "
+        "press farther and oftener, or leave --plate out."
     ]
 
 

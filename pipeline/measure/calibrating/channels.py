@@ -25,8 +25,8 @@ class ChannelCalibration:
 
     `counts_per_N` (channels, tips) are slopes, `gain_percent` what is left of the force of each tip, one sigma.
     `crosstalk_percent` is the largest slope of a channel over a tip that is not its own, of its own one.
-    `hysteresis_percent` is how far readings of one weight are apart at most, `drift_percent` how far the last reading
-    without weight is from the first, both of what the largest weight shows.
+    `hysteresis_percent` is how far readings of one weight are apart at most. `drift_percent` is how far the last
+    reading without weight is from the first. Both are of what the largest weight shows.
     """
 
     counts_per_N: Floats

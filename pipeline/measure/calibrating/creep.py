@@ -1,8 +1,8 @@
 """Weights that were read some time after they were hung: the creep of a unit, and readings as of one time.
 
 Springs that creep sink by d = zero + C F (t / t0)^n under a weight F that has hung for t. Readings of one weight at
-several times tell n, by Gauss-Newton on d over F (t / t0)^n and its slope over n, for the dial and for the counts of
-each tip. All springs of a print have one n, the mean of what they tell.
+several times tell n, for the dial and for the counts of each tip. The method is Gauss-Newton on d over F (t / t0)^n and
+its slope over n. All springs of a print have one n, the mean of what they tell.
 """
 
 import math

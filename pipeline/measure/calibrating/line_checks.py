@@ -26,8 +26,8 @@ class OddRow:
 def odd_row(x: Floats, shown: Floats, last_digits: Floats, span: float) -> OddRow | None:
     """Return the row of a line of what is shown over x that the others contradict; None where all fit.
 
-    The residual of each row about the line of the others is compared with their scatter by Student's t (R. D. Cook,
-    S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.2). It counts where it is a hundredth of a `span`.
+    The residual of each row about the line of the others is compared with their scatter by Student's t. See R. D. Cook,
+    S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.2. It counts where it is a hundredth of a `span`.
     """
     freedom = len(x) - 3  # of a line through the others
     if freedom < 1:

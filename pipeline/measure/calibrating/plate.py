@@ -1,6 +1,6 @@
 """Springs from a press on a hard flat plate, which lowers all tips alike: what each channel shows of a deflection.
 
-A modulus follows from small differences of deflections. Weights calibrate forces; a deflection that follows from a
+A modulus follows from small differences of deflections. Weights calibrate forces. A deflection that follows from a
 force, as F / K, has the error of the dial too that told K. On a plate all tips move by one travel, but for what glass
 flattens of each dome, as Hertz has it.
 """

@@ -26,8 +26,9 @@ STEP = 1e-4
 class UnitRow:
     """What a level unit shows of a fruit of modulus E [MPa] in a press to full travel.
 
-    `forces` [N] at its end, P = F_high / F_low [1], the half width that holds 95 % of E by what `error_sources` names
-    [1], and the relative error of E where it is read with the stiffnesses of the design [1], None where they read none.
+    It has the `forces` [N] at its end and P = F_high / F_low [1]. `u` is the half width that holds 95 % of E by what
+    `error_sources` names [1]. `with_design` is the relative error of E where it is read with the stiffnesses of the
+    design [1], None where they read none.
     """
 
     E: float

@@ -183,8 +183,8 @@ class CylinderOnEnd(CompressedBody):
 class RectangularBlock(CompressedBody):
     """A rectangular block, solved as a cylinder of the area of its end.
 
-    That is exact between slippery plates; of all ends of an area the round one is held most by plates that grip, which
-    the share of friction holds.
+    That is exact between slippery plates. Of all ends of an area, plates that grip hold the round one most, which the
+    part of friction holds.
     """
 
     kind: ClassVar[str] = "block"

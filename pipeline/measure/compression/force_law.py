@@ -62,8 +62,8 @@ class TestGeometry:
 class ForceLaw:
     """The force at E = 1 MPa, `forces` [N], over the `travels` by which tools have come nearer since the touch [mm].
 
-    It begins as travel^`exponent`. `error` [1] is how far the curve itself may be off; `others` are the laws where
-    what is not known of a test is otherwise, by its name.
+    It begins as travel^`exponent`. `error` [1] is how far the curve itself may be off. `others` are the laws where what
+    is not known of a test is otherwise, by its name.
     """
 
     exponent: float

@@ -20,7 +20,7 @@ MOST_ARMS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class RelaxationArm:
-    """One arm of a Prony series: its share [1] of the force at the first instant and its time [s], with 95 %."""
+    """One arm of a Prony series: its fraction [1] of the force at the first instant and its time [s], each at 95 %."""
 
     share: Estimate
     time: Estimate
@@ -68,8 +68,8 @@ def held_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: fl
 
     The force falls as F_inf + sum A_i exp(-t / tau_i), with as many arms as the criterion of Schwarz asks for
     (G. Schwarz, Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136). An arm of share g has already lost some in a
-    loading n(s): A = g integral of exp(-(T - s) / tau) dn, here with n as Hertz's depth to the power of 3/2. Raises
-    InputError for a hold that lasts less than the loading.
+    loading n(s). It is A = g integral of exp(-(T - s) / tau) dn, here with n as Hertz's depth to the power of 3/2.
+    Raises InputError for a hold that lasts less than the loading.
     """
     time = np.asarray(specimen.time, dtype=np.float64)
     depth = np.maximum(upwards(specimen.travel)[: hold.start + 1] - touch_mm, 0.0)

@@ -1,7 +1,7 @@
 """A force law fitted to a force-travel curve, together with the touch, the settling of the skin and the zero line.
 
-The travel to a force F is x = x0 + D(F) - s exp(-F / F_s): the law's depth D from the touch x0 on, less what the skin
-has not settled yet. The load cell shows f0 + f1 x besides.
+The travel to a force F is x = x0 + D(F) - s exp(-F / F_s). That is the law's depth D from the touch x0 on, less what
+the skin has not settled yet. The load cell shows f0 + f1 x besides.
 """
 
 import math

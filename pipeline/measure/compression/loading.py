@@ -30,7 +30,7 @@ _QUIET = 0.25  # of the range of forces: the zero line lies below
 class Loading:
     """A curve up to failure, or to the end of the load: travel [mm] and force [N], shape (points,).
 
-    `zero` [N] is about where the load cell begins, `noise` [N] its standard deviation, `failure` the travel at which
+    `zero` [N] is about where the load cell begins, `noise` [N] its standard deviation. `failure` is the travel at which
     the force fell [mm], None where it did not.
     """
 
@@ -76,7 +76,7 @@ def _first_unloading(depth: Floats, load: Floats) -> tuple[int, int] | None:
     """Return the deepest row before a first way back, and the first row that is surely on it; None for no unloading.
 
     Depth [mm] and load [N] grow with the compression, (rows,). A way back that sheds little of the force which the
-    loading has at that depth is none; nor is one after a load so small that it was a tap before the test.
+    loading has at that depth is none. Nor is one after a load so small that it was a tap before the test.
     """
     deepest = np.maximum.accumulate(depth)
     span = float(depth.max() - depth[: int(np.argmax(depth)) + 1].min())
@@ -94,8 +94,8 @@ def _first_unloading(depth: Floats, load: Floats) -> tuple[int, int] | None:
 def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loading:
     """Return the loading of a specimen; with `compression_negative` the signs of columns that fall are turned.
 
-    Raises InputError for too few rows, time or travel that runs backwards, a force below the zero line, one that never
-    rises, and one that rises ever less.
+    Raises InputError for too few rows, and for time or travel that runs backwards. It does so too for a force that is
+    below the zero line, never rises or rises ever less.
     """
     travel = specimen.travel
     force = specimen.force

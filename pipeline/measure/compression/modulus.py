@@ -16,7 +16,7 @@ from pipeline.measure.compression.specimens import Specimen
 from sensor.quantity import Bounds, validation_error
 
 COVERAGE = 1.96
-"""Standard errors on each side: 95 %."""
+"""Standard errors to each side that hold 95 %."""
 PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Moduli of whole fruit and tubers [MPa]: beyond, a unit is wrong."""
 TELLING = Bounds(below=100.0)
@@ -44,10 +44,10 @@ class PlateModulus:
 class CompressionResult:
     """What one specimen says: `E_MPa` with `u_percent` at 95 %, and the moduli that literature has beside it.
 
-    `shares_percent` are the parts of the error: scatter, force curve and Poisson's ratio in the root of their squares,
-    plus the others, which are bounds that a test may well reach together. `E_hertz_MPa` is the apparent modulus of
-    ASAE S368, None where Hertz's law cannot be fitted; `follows_hertz` says whether the curve follows it. `relaxation`
-    is what a hold tells, None where the curve has none.
+    `shares_percent` are the parts of the error. Scatter, force curve and Poisson's ratio add in the root of their
+    squares. The others add to that, as bounds that a test may well reach together. `E_hertz_MPa` is the apparent
+    modulus of ASAE S368, None where Hertz's law cannot be fitted; `follows_hertz` says whether the curve follows it.
+    `relaxation` is what a hold tells, None where the curve has none.
     """
 
     specimen: Specimen

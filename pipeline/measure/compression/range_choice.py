@@ -28,7 +28,7 @@ _TABULATED = 1e-4  # of the modulus: more than the straight lines between the ta
 class RangeFit:
     """A law fitted over a range of travel that ends at `last` [mm].
 
-    `fit` is the more probable of the fits with and without a drift of the zero line; `modulus` [MPa] and `touch` [mm]
+    `fit` is the more probable of the fits with and without a drift of the zero line. `modulus` [MPa] and `touch` [mm]
     are means of both by their probability, with standard errors. `follows` says whether the residuals are noise, `idle`
     how many points lie before the touch.
     """
@@ -59,7 +59,7 @@ def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
 def with_choice(best: Estimate, others: Sequence[Estimate]) -> Estimate:
     """Return the modulus of the chosen range with what those of other ranges add to its error [MPa].
 
-    What noise explains of their difference is left out: the variance of the difference to a fit of more points is the
+    What noise explains of their difference is left out. The variance of the difference to a fit of more points is the
     difference of the variances (J. A. Hausman, Econometrica 46 (1978) 1251, doi:10.2307/1913827).
     """
     excess = []

@@ -1,6 +1,6 @@
 """Where the tables of a file begin and end, and which of its rows they have.
 
-A header names each column with its unit, as in `force_N`, `Force (kgf)` or `Stroke [mm]`; a row of units may lie below
+A header names each column with its unit, as in `force_N`, `Force (kgf)` or `Stroke [mm]`. A row of units may lie below
 it, and lines above it may state them. What other columns and lines say is passed over.
 """
 

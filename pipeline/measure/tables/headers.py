@@ -148,7 +148,7 @@ class HeaderWords:
         return None
 
     def _read_label(self, label: str) -> tuple[str, str, bool]:
-        """Return the quantity and the unit of a label; for a tail that is no unit that tail, and False."""
+        """Return the quantity and the unit of a label, and True; if its end is no unit, that end and False."""
         if name := self.name_of(label):
             return name, "", True
         near = ("", "", False)

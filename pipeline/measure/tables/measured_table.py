@@ -1,7 +1,7 @@
 """The one table of a file as numbers and texts.
 
-The rooms beside lead here: bytes to lines (`files`), lines to cells (`rows`), cells to numbers (`numbers`), headers to
-quantities (`headers`, `units`), and both to columns (`columns`) and tables (`blocks`).
+The modules beside it lead here: bytes to lines (`files`), lines to cells (`rows`), and cells to numbers (`numbers`).
+Headers become quantities (`headers`, `units`), and both become columns (`columns`) and tables (`blocks`).
 """
 
 from collections.abc import Collection, Mapping, Sequence

@@ -112,7 +112,7 @@ def _may_be_thousands(number: WrittenNumber, sign: str) -> bool:
 
 
 def _parts_thousands(column: Sequence[tuple[int, WrittenNumber]]) -> bool:
-    """Say whether a column shows that it parts thousands: it has decimals, and parts each large number."""
+    """Say whether a column separates thousands: it has decimals, and each large number is separated."""
     numbers = [number for _, number in column]
     is_parted = all(number.grouping or number.unclear or len(_whole(number)) <= 3 for number in numbers)  # noqa: PLR2004
     return is_parted and any(number.decimal for number in numbers)

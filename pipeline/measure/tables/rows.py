@@ -117,7 +117,8 @@ def delimiter_of(lines: Sequence[str]) -> str:
 def _rows(delimiter: str, lines: Sequence[str]) -> list[TableRow]:
     """Return the rows of lines; without the empty ones where every other line is empty.
 
-    A commented line with numbers is left out, as data that somebody took out. One without may be the header.
+    A commented line with numbers is left out, as data that somebody took out. A commented line without numbers may be
+    the header.
     """
     rows: list[TableRow] = []
     index = 0

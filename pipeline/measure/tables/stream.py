@@ -63,9 +63,10 @@ class TableStream:
 def table_stream(
     lines: Iterable[str], source: str, quantities: Mapping[str, Quantity], needed: Sequence[Sequence[str]], example: str
 ) -> TableStream:
-    """Return the table in lines that come one by one, whose header names one of some sets of quantities.
+    """Return the table in lines that come one by one.
 
-    What a board says before is passed over. Raises InputError where no such header comes.
+    Its header names all quantities of one set in `needed`. Lines that a board prints before it are skipped. Raises
+    InputError where no such header comes.
     """
     words = HeaderWords(quantities)
     by_number = next((names for names in needed if words.by_number(names)), None)

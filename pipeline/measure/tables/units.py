@@ -42,7 +42,7 @@ class Quantity:
 
     `default` is the unit of a header that gives none; without it a unit must be given. `most` bounds the size of the
     number in the unit whose factor is 1. `words` are other names that headers have for it. `flag_unit` is the unit that
-    a flag gives, which a header may leave out and not contradict; `chosen` is the header, or the number of a column
+    a flag gives, which a header may leave out and not contradict. `chosen` is the header, or the number of a column
     from 1, that a flag gives. The clock of a serial monitor may stand for it where it is `by_clock`.
     """
 

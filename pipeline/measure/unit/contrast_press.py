@@ -19,9 +19,9 @@ class ContrastPress:
     """The samples of one press of a unit, of whatever length, in a memory that does not grow.
 
     Samples after the deepest one are left out: by then flesh may have yielded. What is the same in all samples drops
-    out of the modulus: the saddle of the skin, the heights and places of the tips, how the sensor stands. `lag` is from
-    how many samples before noise is independent, `time_deviation_s` the standard deviation of the time of each channel.
-    With a `hold`, the channels are those of `RelaxingFlesh`.
+    out of the modulus. This is the saddle of the skin, the heights and places of the tips, and how the sensor stands.
+    `lag` is from how many samples before noise is independent, `time_deviation_s` the standard deviation of the time of
+    each channel. With a `hold`, the channels are those of `RelaxingFlesh`.
     """
 
     def __init__(

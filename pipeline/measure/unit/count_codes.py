@@ -1,7 +1,7 @@
 """Signed counts of converters whose log has no sign: in two's complement, or in offset binary.
 
-A converter of n bits counts from -2^(n-1) on. Where the sign of two's complement is left out, -1 is written as 2^n - 1;
-in offset binary the least count is written as 0, and 0 as 2^(n-1). Both are told apart by what a channel does: it has
+A converter of n bits counts from -2^(n-1) on. Where the sign of two's complement is left out, -1 is written as 2^n - 1.
+In offset binary the least count is written as 0, and 0 as 2^(n-1). Both are told apart by what a channel does. It has
 no jump by most of the range, and a free sensor shows the zero of its calibration.
 """
 

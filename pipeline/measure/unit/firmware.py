@@ -13,6 +13,7 @@ from pipeline.measure.unit.seating import ROUNDS, seating_of
 from pipeline.measure.unit.spikes import BESIDE, FIRM, LARGEST_RESIDUAL, OTHERS, SLACK, press_line
 from pipeline.reading.read_out import LevelReading
 from sensor.design.readout import AMPLIFIERS
+from sensor.quantity import validation_error
 from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, LARGEST_TOUCH_FORCE, LEAST_RISE, RiseLaw
 
 SADDLE_STEPS = 12
@@ -21,17 +22,29 @@ SETTLED = 1e-4  # of the springs' part of the contrast: an offset that moves mor
 
 
 def c_header(sensor: MeasuringUnit) -> str:
-    """Return the read-out of a unit in single-precision C99, without heap, the unit's constants in it."""
+    """Return the read-out of a unit in single-precision C99, without heap, the unit's constants in it.
+
+    Raises InputError where the design has fruit.relaxation.
+    """
     return render_template("unit/firmware.h.j2", _single, **_constants(sensor))
 
 
 def micropython(sensor: MeasuringUnit) -> str:
-    """Return the read-out of a unit as a MicroPython module that imports math alone."""
+    """Return the read-out of a unit as a MicroPython module that imports math alone.
+
+    Raises InputError where the design has fruit.relaxation.
+    """
     return render_template("unit/firmware.py.j2", repr, **_constants(sensor))
 
 
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return what the templates name: forces [N], lengths [mm], moduli [MPa]."""
+    """Return what the templates name: forces [N], lengths [mm], moduli [MPa].
+
+    Raises InputError for flesh that relaxes, which is read by a press with its hold.
+    """
+    if sensor.design.fruit.relaxation is not None:
+        bound = "left out for firmware, which reads no hold"
+        raise validation_error("fruit.relaxation", "given", "", bound, "read a press with pipeline read")
     least, largest = sensor.range_MPa
     signal = sensor.report.read_out.signal
     return {

@@ -25,18 +25,18 @@ class FruitReading:
     All are None where the forces tell no modulus. `tilt` and `direction` [deg] are how the sensor stood on the skin,
     None where the layout does not tell. `others` are moduli [MPa] by other read-outs of the same forces. `t` [s] is the
     time of the reading in a signal. `relaxation` [1] is the apparent modulus late in the hold over that at its start,
-    None where the flesh is not said to relax. `firmness` is what another instrument shows of such fruit, half of its
-    band beside [N or MPa], where the unit has its scale. `samples` is how many of a press were weighed, `noise` [1] the
-    part of `u` that falls with their number, None where it is not told apart.
+    None where the flesh is not said to relax. `firmness` is what another instrument would show of this fruit [N or
+    MPa], with its standard uncertainty, where the unit has that instrument's scale. `samples` is how many of a press
+    were weighed. `noise` [1] is the part of `u` that falls with their number, None where it is not told apart.
 
     `offset` [mm] is by how much the high tips stand nearer to the skin than the low ones, beyond what design and
-    calibration say, and `offset_u` [mm] the half width that holds 95 %. A press of a line or a square tells them.
+    calibration say. `offset_u` [mm] is the half width that holds 95 %. A press of a line or a square tells them.
 
     `lines_left_out` are those of samples of the signal that contradict their press, at most some of them.
 
-    `zero_left` [N] is the force that springs which creep show a second after the lift, at most, of the tip where it is
-    the largest fraction of the least force of a touch, and `zero_left_of_touch` is that fraction [1]; None where they
-    show none.
+    `zero_left` [N] is the most that springs which creep show a second after the lift. It is of the tip where it is the
+    largest fraction of the least force of a touch, and `zero_left_of_touch` is that fraction [1]. Both are None where
+    springs show none.
     """
 
     E: float | None = None
@@ -69,8 +69,8 @@ class FruitReading:
     def with_shift(self, shift: float) -> "FruitReading":
         """Return this reading, which moves by a fraction `shift` where one of its samples is left out.
 
-        Where that is beyond the half width, the sample may be a bad one, and nothing tells: the half width of the
-        reading then holds that of the reading without the sample.
+        Where that is beyond the half width, the sample may be a bad one, and nothing tells. The half width of the
+        reading then includes the reading without the sample.
         """
         if self.u is None or shift <= self.u:
             return self
@@ -187,7 +187,7 @@ def checked_reading(
 def half_width(sensor: MeasuringUnit, E: float, deviations: Sequence[float]) -> float:
     """Return the half width that holds 95 % of a reading of E [MPa], as a fraction of it [1].
 
-    `deviations` are standard deviations [1] of what is read by noise and by the unit: E moves by the steepness of its
+    `deviations` are standard deviations [1] of what is read by noise and by the unit. E moves by the steepness of its
     level readings for each of them. Fruit, poses and the temperature of the leaves add to them. An error of the contact
     model may lie anywhere within its bound (JCGM 100:2008, 4.3.7).
     """

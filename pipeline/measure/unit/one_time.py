@@ -1,4 +1,4 @@
-"""Channels that are converted one after the other, brought to one time: that of the first conversion of each sample.
+"""Channels that are converted one after the other, interpolated to the time of the first conversion of each sample.
 
 Between two conversions of a channel its value is taken to lie on a straight line. What lies before the first conversion
 of a channel is left out, never extrapolated.
@@ -15,7 +15,7 @@ from pipeline.measure.unit.signals import Sample
 from sensor.quantity import validation_error
 
 MOST_LINES = 64
-"""How many lines the times of channels in one line may lie apart, all of which are kept."""
+"""The times of the channels of one line may lie so many lines apart; so many lines are kept."""
 AHEAD = 9
 """Samples at the beginning of a log whose intervals tell its rate, by their median: one gap does not count."""
 CLOSEST = 0.9  # of the time between two samples of the read-out, whose loop may be some per cent faster than told
@@ -24,8 +24,8 @@ CLOSEST = 0.9  # of the time between two samples of the read-out, whose loop may
 class AtOneTime:
     """Samples whose channels have one time: by the times of a log, or by the delays of the read-out [s], (tips,).
 
-    `deviation` [s] is the standard deviation of the time of each channel, which may differ from that of the read-out: a
-    log that has times tells them. Lines that come closer than the samples of the read-out are not its own: their
+    `deviation` [s] is the standard deviation of the time of each channel. It may differ from that of the read-out, as a
+    log that has times tells them. Lines that come closer than the samples of the read-out are not its own. Their
     channels stay as they are, each converted at any moment between two lines. `lag` is from how many samples before
     noise is independent.
     """

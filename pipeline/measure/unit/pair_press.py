@@ -1,4 +1,4 @@
-"""What a pair tells beside the rise of its press: the modulus by the force ratio of one moment, and by the stroke."""
+"""Two more readings of a pair: the modulus by the force ratio of one moment, and the modulus by the stroke."""
 
 import math
 from dataclasses import replace
@@ -54,7 +54,8 @@ def with_force_ratio(
 class Stroke:
     """The modulus by how far the high tip sinks while the travel is measured.
 
-    The travel x = (C F) + (S F) / E + lead of the high tip is a law of a rise, with x as a third channel.
+    The law of a rise holds for the travel of the high tip too, x = (C F) + (S F) / E + lead, with x as a third channel.
+    The lead is a constant of the press.
     """
 
     def __init__(self, sensor: MeasuringUnit, lag: int = 1) -> None:

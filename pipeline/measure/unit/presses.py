@@ -74,8 +74,8 @@ def tare_of(sensor: MeasuringUnit, signal: Signal, say: Callable[[str], None]) -
 
     Their counts are signed, as the zero of the calibration tells; `say` hears so where those of the file are not.
 
-    Raises InputError for a unit whose counts were not calibrated, for counts at the end of the converter's range, and
-    for a tare that is no free sensor's: unsteady, or more than a full scale off that of the calibration.
+    Raises InputError where counts were not calibrated, for counts at the end of the converter's range, and for a tare
+    that is no free sensor's. Such a tare is unsteady, or more than a full scale off that of the calibration.
     """
     unit = sensor.unit
     _refuse_uncalibrated(sensor, "FILE.csv")

@@ -37,15 +37,15 @@ class PrintedUnit:
     """The springs, tips and channels of one unit, in the order of its tips, each with its standard deviation.
 
     `design_sha256` is the digest of the design that it is a print of. Each reading of a channel [N] times its gain is
-    the force; `gain_percent` is of that, or of the deflection where the unit is `calibrated_by` a hard plate.
-    `classes` are ripeness classes as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found.
-    Where counts were calibrated, forces of all tips [N] are `newtons_per_count` (tips, channels) times the counts of
-    all channels less their tare; `zero_counts` are those of the calibration, and counts of `saturation_counts` or more
-    are none. `scale` is what another instrument shows of fruit that it reads.
+    the force. `gain_percent` is of that, or of the deflection where the unit is `calibrated_by` a hard plate. `classes`
+    are ripeness classes as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found. Where counts
+    were calibrated, forces of all tips [N] are `newtons_per_count` (tips, channels) times the counts of all channels
+    less their tare. `zero_counts` are those of the calibration, and counts of `saturation_counts` or more are none.
+    `scale` is what another instrument shows of fruit that it reads.
 
     Stiffnesses and gains are those of weights that were read `weighed_after_s` after they were hung. `creep_per_decade`
-    is the unit's own growth of the compliance in a decade of time, `creep_error` its standard deviation [1]; None where
-    it was not found: then it has that of its process.
+    is the unit's own growth of the compliance in a decade of time, `creep_error` its standard deviation [1]. Both are
+    None where it was not found. Then it has that of its process.
     """
 
     design: str
@@ -199,16 +199,21 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
                 raise cause from error
         bound = f"a unit.toml of pipeline calibrate ({str(error).splitlines()[0]})"
         raise validation_error("--unit", str(path), "", bound, "calibrate the unit") from error
-    digest = design_digest(report.design)
-    if unit.design_sha256 != digest or unit.tips != tuple(tip.name for tip in report.tips):
-        bound = f"the unit of design {report.design.name!r} as it is in this folder"
-        hint = f"its digest begins {digest[:12]}; calibrate against it"
-        raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
+    refuse_other_design(unit, report)
     if unit.scale is not None and "weighed_after_s" not in tables and report.creep.exponent:
         # Its curve belongs to readings of before springs had a time, which were smaller.
         bound = "of a unit with weighed_after_s, as its springs creep"
         raise validation_error("unit.scale", unit.scale.unit, "", bound, "calibrate it again, with --fruit")
     return unit
+
+
+def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
+    """Raise InputError for a unit of another design than that of a report."""
+    digest = design_digest(report.design)
+    if unit.design_sha256 != digest or unit.tips != tuple(tip.name for tip in report.tips):
+        bound = f"the unit of design {report.design.name!r} as it is in this folder"
+        hint = f"its digest begins {digest[:12]}; calibrate against it"
+        raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
 
 
 def unit_as_toml(unit: PrintedUnit) -> str:

@@ -83,9 +83,9 @@ class Hold:
 
         `stiffened` [1] is the stiffness of the springs in a press over that of the weighing.
 
-        That are the apparent modulus at the moment of the design, and the relaxation: the apparent modulus late in the
-        hold over that at the stop [1], None where the press ended before. A press that ended before the moment of the
-        design has no reading.
+        These are the apparent modulus at the moment of the design, and the relaxation. That is the apparent modulus
+        late in the hold over that at the stop [1], None where the press ended before. A press that ended before the
+        moment of the design has no reading.
         """
         if self._at not in self._found:
             return FruitReading(flags=("released_early",))

@@ -1,9 +1,9 @@
 """A press that is summed from several forces on, so that its beginning can be left out afterwards.
 
 A flat tip that leans touches with an edge first. It is seated, and its law is that of a flat tip, once it is pressed in
-by its side times the lean (K. L. Johnson, Contact Mechanics, 1985, 5.2: a tilted punch stays whole while
-M / F < side/6). How far tips lean is known only when the press is over. So sums begin anew at loads that rise by a
-constant factor, in a memory that does not grow, and those are read that begin when the tips are seated.
+by its side times the lean. (K. L. Johnson, Contact Mechanics, 1985, 5.2. A tilted punch stays whole while M / F <
+side/6). How far tips lean is known only when the press is over. So sums begin anew at loads that rise by a constant
+factor, in a memory that does not grow. Those are read that begin when the tips are seated.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ ROUNDS = 3  # of finding modulus and lean, and leaving out what is not seated at
 class Seating:
     """Loads, E times depth [N/mm], from which on a press is summed, and the forces of the tips there [N].
 
-    Tips are seated at a load of E (per_offset |offset| + by_skin) of an offset [mm]: per_offset is side over spacing
+    Tips are seated at a load of E (per_offset |offset| + by_skin) of an offset [mm]. per_offset is side over spacing
     [1], by_skin the side times the slope of the skin [mm]. Tips without a flat face have one load alone.
     """
 

@@ -1,9 +1,9 @@
 """Samples that contradict their press, found and left out as the samples come.
 
-**The residual.** In every sample of one press the contrast y = w.(C F) + h z^2 w.F^(2/3) + z^3 w.(S F) is the same,
-at the modulus E = 1 / z^3 of the fruit, whatever the pose and however fast the press is (`contrast_rise.py`). At
+**The residual.** The contrast is y = w.(C F) + h z^2 w.F^(2/3) + z^3 w.(S F), at the modulus E = 1 / z^3 of the fruit.
+It is the same in every sample of one press, whatever the pose and however fast the press is (`contrast_rise.py`). At
 another modulus some samples in a row lie on a line of y over the whole force u. A spike in one channel moves both in a
-direction that is no modulus: the slope of the line is bounded, by three things that all hold.
+direction that is no modulus. The slope of the line is bounded, by three things that all hold.
 
 - The other samples of the row have a slope, known by their noise.
 - The mean of the press before the row is a point of the line, but for a tenth of what the moduli allow.
@@ -11,11 +11,11 @@ direction that is no modulus: the slope of the line is bounded, by three things 
 
 **The test.** Each sample of the row is left out in turn. The one whose absence leaves the least squares is suspected.
 It is a spike where it lies off every line that the others allow, by `LARGEST_RESIDUAL` of its standard deviations. They
-follow from the errors of the forces without a touch, or from the squares that the press itself has left, if these are
-larger. Normal noise leaves a sample out once in 1.7 million.
+follow from the errors of the forces without a touch, or from the residuals of the press itself, if these are larger.
+Normal noise leaves a sample out once in 1.7 million.
 
-**A lost touch.** A tip that is off the fruit in one sample, between two with twice the least force of a touch, was not
-lifted. So a press is firm, and noise does not end it, once its tips had twice that force.
+**A lost touch.** A tip may be off the fruit in one sample between two with twice the least force of a touch. It was not
+lifted then. So a press is firm, and noise does not end it, once its tips had twice that force.
 
 Where channels were brought to one time, a bad conversion is part of two samples, so two in a row are judged as one. A
 decision waits for two samples more, and the memory does not grow.
@@ -47,8 +47,8 @@ Payload = TypeVar("Payload")
 class PressLine:
     """The contrast of forces at the middle of the range of moduli, and the slopes that it may have over their sum.
 
-    `linear` [mm/N] and `domes` [mm/N^(2/3)] are what forces, and their power of two thirds, add to the contrast, and
-    `errors` [N] the standard deviations of the forces, each (tips,). `least` and `most` [mm/N] bound the slope.
+    `linear` [mm/N] and `domes` [mm/N^(2/3)] are what forces, and their power of two thirds, add to the contrast.
+    `errors` [N] are the standard deviations of the forces, each (tips,). `least` and `most` [mm/N] bound the slope.
     """
 
     linear: tuple[float, ...]
@@ -167,7 +167,7 @@ class _Waiting(Generic[Payload]):
 
 
 class SpikeFilter(Generic[Payload]):
-    """Releases the samples of a signal of a unit in their order, but those that contradict their press.
+    """Passes on the samples of a signal in their order, except those that contradict their press.
 
     `several` is how many samples in a row a bad conversion is part of. What is left out is added to `left_out`.
     """

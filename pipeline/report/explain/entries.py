@@ -42,7 +42,7 @@ class Entry:
     """What a name means: a paragraph, its formula and its source.
 
     The number of a symbol lies at `key` in report.json, parts of lists by their index, with the error in per cent at
-    `error_percent`; it has the unit of the key, and `part` says of what it is. That of a verdict is found by its name,
+    `error_percent`. It has the unit of the key, and `part` says of what it is. That of a verdict is found by its name,
     and at `key` where nothing was judged. A name that ends in `*` stands for the names in `each`. `level` says what a
     study solves for a verdict, None for one that it cannot ask for.
     """

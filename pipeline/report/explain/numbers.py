@@ -65,7 +65,7 @@ def _with_error(value: float, error: float | None, unit: str) -> str:
 def default_number(entry: Entry) -> str | None:
     """Return the number of a symbol by the true contact of the default design, which sizes its springs.
 
-    None for one that needs more than that.
+    It is None for a symbol that needs a whole run.
     """
     design = Design()
     options = RunOptions()

@@ -95,9 +95,10 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         moved=factor * np.concatenate([displacement, displacement * mirror]),
     )
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
+    only = "" if result.springs.leaves.is_printed else ", which is that of the strips, not of glue and print"
     caption = (
-        f"At full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises stress "
-        f"{highest:.3g} MPa, limit {limit:.3g} MPa (E of {leaves.name} times its strain limit). Safety "
+        f"At full travel on the firmest fruit, deflection drawn {factor:g} times. The largest von Mises stress is "
+        f"{highest:.3g} MPa, its limit {limit:.3g} MPa (E of {leaves.name} times its strain limit{only}). Safety "
         f"against the strain limit: {', '.join(factors)}. A coarse mesh: up to a tenth too high."
     )
     return page_body(
@@ -185,7 +186,7 @@ def skin_body(report: Report, scene: Scene) -> Plain:
     )
     caption = (
         f"The skin on a fruit of {row.E_MPa:g} MPa at full travel, pressed in by up to {deepest:.3g} mm, drawn as it "
-        "is: each tip as on a half-space. Where flat tips touch, their edges are drawn round."
+        "is. Each tip presses as on a half-space. Where flat tips touch, their edges are drawn round."
     )
     labels = []
     for tip, centre in zip(report.tips, centres, strict=True):

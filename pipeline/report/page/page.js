@@ -51,10 +51,10 @@
       y: "1", x1: (one) => Math.max(one[low] ?? 0, 0), x2: (one) => Math.min(one[high] ?? E_max, E_max), fill: colours[0], fillOpacity: opacity,
     });
     const softest = curve.P_softest;
-    const chord = softest !== null && Number.isFinite(last(curve.P)) ? [[0, softest], [E_max, last(curve.P)]] : [];
+    const NL = verdictOf("NL");
+    const chord = NL && softest !== null && Number.isFinite(last(curve.P)) ? [[0, softest], [E_max, last(curve.P)]] : [];
     const moving = steps(sliderOf("E"), 40).map((E) => [E, at({ E }).P]);
     const { P } = at();
-    const NL = verdictOf("NL");
     return {
       x: { label: "modulus of the fruit E [MPa]", domain: [0, E_max] }, y: { label: "force ratio P [1]", zero: true },
       marks: here([
@@ -68,18 +68,23 @@
         Plot.tip(points, Plot.pointerX({ x: "0", y: "1", title: (one) => `E ${text(one[0], "MPa")}\nP ${text(one[1])}\ncalibrated ${text(one[4])} to ${text(one[5], "MPa")}` })),
         Plot.tip(data.mangoes, Plot.pointer({ x: "E_MPa", y: "P", title: (one) => `mango ${one.number}, ${one.variety}\nE ${text(one.E_MPa, "MPa")} ± ${text(one.scatter_MPa)}\nP ${text(one.P)}` })),
       ]),
-      caption: `At full travel; bands: moduli that may show P, as printed (light) and after calibrating (dark). Ochre: mangoes of the paper's Table I. Dashed: straight line; dotted: at the sliders.${NL && Number.isFinite(NL.value) ? ` NL ${percent(NL.value)}.` : ""}`,
+      caption: `At full travel; bands: moduli that may show P, as printed (light) and after calibrating (dark). Ochre: mangoes of the paper's Table I.${chord.length ? " Dashed: straight line." : ""} Dotted: at the sliders.${NL && Number.isFinite(NL.value) ? ` NL ${percent(NL.value)}.` : ""}`,
     };
   }
 
   function overTravel(points, label, marks, caption) {
+    /* The name of each modulus stands at the end of its line, a line of text above the one below it. */
+    const step = 0.05 * d3.max(points, (one) => one.y);
+    const ends = d3.sort(d3.groups(points, (one) => one.E).map(([, line]) => last(line)), (one) => one.y);
+    const named = [];
+    for (const one of ends) named.push({ ...one, y: Math.max(one.y, named.length ? last(named).y + step : -Infinity) });
     return {
       x: { label: "travel x [mm]", domain: [0, travel] }, y: { label, zero: true }, marginRight: 62,
       color: moduli,
       marks: [
         ...here(marks),
         Plot.line(points, { x: "x", y: "y", stroke: "E" }), Plot.dot(points, { x: "x", y: "y", fill: "E", r: 1.6 }),
-        Plot.text(points, Plot.selectLast({ x: "x", y: "y", z: "E", text: (one) => `${one.E} MPa`, fill: "E", textAnchor: "start", dx: 9 })),
+        Plot.text(named, { x: "x", y: "y", text: (one) => `${one.E} MPa`, fill: "E", textAnchor: "start", dx: 9 }),
         Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `E ${one.E} MPa, travel ${text(one.x, "mm")}\n${text(one.y)}${one.error ? ` ± ${digits(one.error, 2)} %` : ""}` })),
       ],
       caption,
@@ -119,9 +124,9 @@
 
   /* Error of the modulus read [%] over the tilt, at the ends of the moduli and at that of the slider. */
   function errorOverTilt() {
-    need(overTilts, "the design has no [reading] with presses over the tilt");
+    need(overTilts, "no press over the tilt is read");
     const { min, max } = sliderOf("E");
-    const drawn = [...new Set([min, max, setting.E])];
+    const drawn = d3.sort(new Set([min, max, setting.E]));
     const points = drawn.flatMap((E) => steps(sliderOf("tilt"), 40).map((tilt) => ({ E, x: tilt, y: errorOf(lookUp(overTilts, { E, tilt }), E) })))
       .filter((one) => Math.abs(one.y) <= 100);
     need(points.length, "no setting has a reading within 100 %");
@@ -141,7 +146,7 @@
   }
 
   function readingOverModulus() {
-    const read = need(report.reading && report.reading.moduli.length && report.reading.moduli, "the design asks for no [reading], or no modulus is read");
+    const read = need(report.reading && report.reading.moduli.length && report.reading.moduli, "no modulus is read");
     const asked = report.design.reading;
     const points = read.flatMap((row) => [
       { E: row.E_MPa, y: Math.abs(row.E_bias_percent), what: "bias, worst pose", worst: row.worst },
@@ -159,7 +164,7 @@
         atSlider(setting.E, own, `bias at the sliders ${text(own, "%")}`),
         Plot.tip(points, Plot.pointer({ x: "E", y: "y", title: (one) => `E ${text(one.E, "MPa")}\n${one.what} ${text(one.y, "%")}\n${one.worst}` })),
       ]),
-      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. All tips touch by ${text(report.reading.touch_fraction)} of the travel.${Number.isFinite(own) ? " Large dot: bias at the sliders." : ""}`,
+      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. All tips touch by ${percent(report.reading.touch_fraction)} of the travel.${Number.isFinite(own) ? " Large dot: bias at the sliders." : ""}`,
     };
   }
 
@@ -239,8 +244,7 @@
     ["Force ratio over modulus", ratioOverModulus],
     ["Force ratio over travel", ratioOverTravel],
     ["Force of each tip", forcesOverTravel],
-    ["Error of the reading over the tilt", errorOverTilt],
-    ["Error over all poses", readingOverModulus],
+    ...(report.design.reading ? [["Error of the reading over the tilt", errorOverTilt], ["Error over all poses", readingOverModulus]] : []),
     ["Pressure on the skin", pressureOverTravel],
     ["Pressure where the tips touch", pressureUnderTips],
     ["What the errors are made of", errorBudget],
@@ -260,7 +264,7 @@
     const ends = [value - (error || 0), value + (error || 0)];
     const words = isTarget ? `${digits((value - limit) / width, 2)} of the tolerance from the target` : `${digits(value / limit, 2)} of the limit`;
     const svg = Plot.plot({
-      width: 150, height: 22, margin: 3, x: { domain, clamp: true, axis: null }, y: { axis: null }, style: { background: "none" },
+      width: 150, height: 22, margin: 5, x: { domain, clamp: true, axis: null }, y: { axis: null }, style: { background: "none" },
       marks: [
         Plot.ruleY([0], { x1: domain[0], x2: domain[1], stroke: "var(--line)", strokeWidth: 2 }),
         Plot.ruleY([0], { x1: passing[0], x2: passing[1], stroke: "var(--passing)", strokeWidth: 10 }),
@@ -330,6 +334,7 @@
     element("numbers").replaceChildren(...numbers.map(([name, value, verdict]) => made("tr", {},
       made("th", { scope: "row", textContent: name }), made("td", { textContent: value }), judgedCell(verdict))));
     const verdicts = numbers.filter(([, , verdict]) => verdict);
+    element("judged").textContent = verdicts.length ? "judged" : "";
     const wrong = verdicts.filter(([, , { outcome }]) => outcome === "failed").map(([name]) => name);
     const passed = verdicts.length === 0 ? "No number here has a limit in this design." : "Every number here that has a limit passes.";
     element("live-answer").textContent = wrong.length === 0 ? passed : `These numbers fail: ${wrong.join(", ")}.`;

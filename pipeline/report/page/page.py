@@ -157,8 +157,8 @@ def dome_pressure() -> tuple[Floats, Floats]:
 def flat_pressure(tips: Tips) -> tuple[Floats, Floats]:
     """Return positions along the middle of a flat tip over the root of its face, and the pressure over its mean [1].
 
-    Under a round tip it is 1 / (2 sqrt(1 - r^2 / a^2)), K. L. Johnson, Contact Mechanics, (3.34); under a square one
-    it is uniform on each of graded cells that go down by the same depth.
+    Under a round tip it is 1 / (2 sqrt(1 - r^2 / a^2)), K. L. Johnson, Contact Mechanics, (3.34). Under a square one it
+    is uniform on each of graded cells that go down by the same depth.
     """
     edges = graded_edges(_CELLS)
     along = 0.5 * (edges[1:] + edges[:-1])

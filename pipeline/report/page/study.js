@@ -102,8 +102,9 @@
     const y = element("up").value;
     need(key !== y, "it is the number that is drawn up");
     const held = points.filter(isHeld);
+    const turned = isWord(key) && d3.sum(new Set(points.map((one) => one[key])), (one) => one.length) > 40 ? { tickRotate: -30 } : {};
     return {
-      x: { label: labelOf(key) }, y: { label: labelOf(y) }, marginLeft: 60, height: 260,
+      x: { label: labelOf(key), ...turned }, y: { label: labelOf(y) }, marginLeft: 60, height: 260, ...(turned.tickRotate ? { marginBottom: 70 } : {}),
       marks: [
         Plot.dot(points, { x: key, y, r: points.length < 100 ? 3 : 1.6, fill: colour, fillOpacity: (one) => (isHeld(one) ? 0.6 : 0.05) }),
         isWord(key)
@@ -129,10 +130,12 @@
     const point = found();
     element("picked").value = setting.picked;
     element("point-number").textContent = setting.picked;
-    const told = (value) => (typeof value === "number" ? digits(value, 5) : value ?? "none");
+    const outcome = (passed) => (passed === null ? "undecided" : passed ? "passed" : "failed");
+    const told = (value) => (typeof value === "number" ? digits(value, 5) : typeof value === "boolean" ? outcome(value) : value ?? "none");
     const judged = (key) => {
       const [limit, passed] = ["limit", "passed"].map((field) => point[key.replace(/value$/, field)]);
-      return [limit ?? null, passed ?? null].every((one) => one === null) ? "" : `, asked: ${told(limit)}${passed === undefined ? "" : passed === null ? ", undecided" : passed ? ", passed" : ", failed"}`;
+      if ([limit ?? null, passed ?? null].every((one) => one === null)) return "";
+      return `${limit === undefined ? "" : `, asked: ${told(limit)}`}${passed === undefined ? "" : `, ${outcome(passed)}`}`;
     };
     element("point").replaceChildren(...data.shown.map((key) => made("tr", {},
       made("th", { scope: "row" }, ...labelOf(key).split(/(?<=[._])/).flatMap((part) => [part, made("wbr")])),

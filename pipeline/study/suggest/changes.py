@@ -80,8 +80,8 @@ def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[S
 def _words(design: Design, failed: set[str]) -> list[Changes]:
     """Return the changes to other words or to zero, each by itself, that may mend some verdicts.
 
-    For a force ratio they are a level press, flat faces, and springs that targets size; for springs that cannot be made
-    other gauges, processes and leaves.
+    For a force ratio they are a level press, flat faces, and springs that targets size. For springs that cannot be made
+    they are other gauges, processes and leaves.
     """
     changes: list[Changes] = []
     if failed & _OF_THE_RATIO:

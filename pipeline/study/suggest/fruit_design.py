@@ -1,6 +1,6 @@
 """A sensor for one's own fruit: the preset of the fruit most like it, as much smaller or softer as the fruit is.
 
-Contact has no length and no modulus of its own: a sensor whose lengths are proportional to the fruit's radius, and
+Contact has no length and no modulus of its own. A sensor whose lengths are proportional to the fruit's radius, and
 whose springs are proportional to radius times modulus, reads as well. What does not scale is left to steps: rounded
 sizes, the bruise limit, how far off centre a hand is, what can be printed.
 """
@@ -179,7 +179,7 @@ def fruit_suggestion(
 
 
 class _Centring:
-    """By which factor [1] the fruit of the design becomes flatter or rounder: a bisection by square roots.
+    """The factor [1] by which the radius of the design's fruit changes next: a bisection of its logarithm.
 
     The largest bias has one sign where that fruit is too flat, the other where it is too round. A step that passes over
     the best radius changes the sign; from then on steps are half as long in the logarithm.

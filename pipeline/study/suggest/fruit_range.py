@@ -16,8 +16,8 @@ BRUISE_MPA = 0.1  # of flesh of 1 MPa: an assumption, as the exponent; apple fle
 BRUISE_EXPONENT = 0.85
 BALL_SPREAD = 0.2  # of the radius of a ball: no fruit is one
 _FORM = (
-    "as in 'radius 26, E 0.3 to 2' or 'radius 24 to 31 by 40 to 51, flesh 14 to 27, E 0.3 to 2' [mm, MPa], or a file "
-    "of pipeline modulus --json that ends in .json, or the name of a fruit that has a preset, as kiwi"
+    "as in 'radius 26, E 0.3 to 2' or 'radius 24 to 31 by 40 to 51, flesh 14 to 27, E 0.3 to 2' [mm, MPa]. It may also "
+    "be a file of pipeline modulus --json that ends in .json, or the name of a fruit that has a preset, as kiwi"
 )
 _NUMBER = r"(\S+?)"
 _RANGE = rf"{_NUMBER} to {_NUMBER}"

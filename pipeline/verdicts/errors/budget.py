@@ -62,7 +62,7 @@ class UncertaintyBudget(Record):
 class Budgets(Record):
     """The budget of each number; `contact` is that of s11 - s12.
 
-    Springs that are not made have none, nor have P_max and NL of a scene in which a tip is off the fruit or of a sensor
+    Springs that are not made have none. Nor have P_max and NL of a scene in which a tip is off the fruit or of a sensor
     that reads no force ratio. Domes touch by a part that grows: no s11 - s12 is theirs.
     """
 
@@ -150,8 +150,8 @@ def change_of_ratio(sensor: LevelSensor, E: float, travel: float) -> Change:
 def ratio_with(sensor: LevelSensor, E: float, travel: float, effect: Effect, times: float) -> float:
     """Return P [1] of a level sensor with a multiple of an effect; nan where that takes a tip off the fruit.
 
-    The forces solve (E C + S) F = E (travel + height offset), where C is the compliance of the springs and S, over E,
-    that of the fruit. Flesh of no modulus is taken as next to none.
+    The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the springs and S, over E, that of
+    the fruit. Flesh of no modulus is taken as next to none.
     """
     contact = sensor.contact.at(max(E, SOFTEST * sensor.design.fruit.E_max_MPa))
     crosstalk = contact.crosstalk

@@ -1,7 +1,7 @@
 """What moves the numbers of a sensor beside their numerical error.
 
 An effect is either left out by the model, or the scatter of an input, two sigma. It changes the stiffness of a spring,
-that of the fruit under a tip, or the height of a tip; budget.py turns that into contributions to each number.
+that of the fruit under a tip, or the height of a tip. `budget.py` turns that into contributions to each number.
 """
 
 import math

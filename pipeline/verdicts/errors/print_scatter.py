@@ -1,6 +1,6 @@
 """How far a printed sensor may be off before it is calibrated: bands from the scatter of its process.
 
-Thickness error and modulus are taken as common to all springs, as they are in one print: t of each leaf shifts by
+Thickness error and modulus are taken as common to all springs, as they are in one print. So t of each leaf shifts by
 one offset, E by one factor. The stiffnesses follow a surrogate in ln t that finite elements pin at both ends.
 """
 
@@ -83,7 +83,7 @@ def thicken_leaves(housing: Housing, offsets: Sequence[float]) -> Housing:
 def fit_surrogate(housing: Housing, offset: float, stiffnesses: Stiffnesses) -> StiffnessSurrogate:
     """Return the surrogate through the stiffnesses of leaves all thinner, nominal, all thicker by the offset [mm].
 
-    Its error is taken where it was not fitted, at the corners: one spring thicker, the next one thinner.
+    Its error is measured at points that were not fitted, the corners: one spring thicker, the next one thinner.
     """
     count = len(housing.arms)
     nominal = np.array(stiffnesses(housing))

@@ -23,10 +23,10 @@ from solve.contact.linear_response import SensorResponse
 class ReadingTable(Record):
     """The response of the scene, and two bands of the modulus that may show each P [MPa].
 
-    `printed` and `calibrated` have shape (moduli, travels, 2), lower and upper; nan where a tip is off or the springs
-    show no such P. The band as printed holds the errors of mesh, model and inputs; after calibrating the unit each
-    stiffness is known to 1 %, and what calibration takes away is left out. Row 0 is that of flesh softer than all, for
-    NL alone; no band is for it.
+    `printed` and `calibrated` have shape (moduli, travels, 2), lower and upper. They are nan where a tip is off or the
+    springs show no such P. The band as printed holds the errors of mesh, model and inputs. After calibrating the unit
+    each stiffness is known to 1 %, and what calibration takes away is left out. Row 0 is that of flesh softer than all,
+    for NL alone; no band is for it.
     """
 
     response: SensorResponse
@@ -94,7 +94,7 @@ def modulus_scale(law: ForceRatioCurve, P: Floats, E: Floats) -> Callable[[float
     """Return the modulus [MPa] as a function of P [1] at one travel, through P of the scene at moduli E, softest first.
 
     Between these it is interpolated over the fruit stiffness by the two-spring law, over which it is nearly a straight
-    line; beyond the last it goes on along the line through the last two, below the first it is 0. It is nan where the
+    line. Beyond the last it goes on along the line through the last two. Below the first it is 0. It is nan where the
     springs show no such P. None where some P is not known, or P does not rise.
     """
 

@@ -25,10 +25,10 @@ OTHER_THICKNESS = 0.25  # of what the thickness changes: a piece that is solved 
 class FruitUnderDomes:
     """The fruit under the domes: Poisson's ratio [1], and what it adds to a half-space.
 
-    `remainder` (poses, tips, tips), times E [1/mm], is that of the compliance; `bound`, as the remainder, how far that
-    may be off; `size` [mm] the nearest distance from a contact to what bounds the fruit; `feet` (tips, 2) [mm] where
-    the domes touch as it was solved; `skinned` the contact of one dome on a half-space of the flesh under its skin,
-    None without one.
+    `remainder` (poses, tips, tips), times E [1/mm], is that of the compliance. `bound`, as the remainder, is how far
+    that may be off. `size` [mm] is the nearest distance from a contact to what bounds the fruit. `feet` (tips, 2) [mm]
+    is where the domes touch as it was solved. `skinned` is the contact of one dome on a half-space of the flesh under
+    its skin, None without one.
     """
 
     poisson: float
@@ -91,7 +91,7 @@ def _changes(scene: Scene, compliance: FruitCompliance, feet: Floats, fruits: Se
 def _change(scene: Scene, compliance: FruitCompliance, feet: Floats, fruit: Fruit) -> tuple[Floats, Floats]:
     """Return the change of compliance from the scene's own fruit to another, and its bound, both (tips, tips) [1/mm].
 
-    `feet` (tips, 2) [mm] are where the domes touch. The change by the shape is proportional to the mean curvature; the
+    `feet` (tips, 2) [mm] are where the domes touch. The change by the shape is proportional to the mean curvature. The
     difference of the two principal curvatures is not in it, and counts in the bound.
     """
     solved = scene.fruit

@@ -1,7 +1,7 @@
 """Where domes meet the fruit: spheres on an ellipsoid, a sphere or a plane, exact for any tilt. Lengths in mm.
 
 The apex of the fruit is the origin, z points up. A dome that has come nearer to the fruit's surface than its radius
-would enter it; its springs let it move in the frame of the sensor: along the tips, across, and up its axis.
+would enter it. Its springs let it move in the frame of the sensor: along the tips, across, and up its axis.
 """
 
 import math
@@ -23,13 +23,13 @@ FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)  # of a step over the least o
 
 @dataclass(frozen=True, eq=False)
 class DomeApproach:
-    """How domes stand to the undeformed fruit, each (poses, tips) but for three of (poses, tips, 3).
+    """Position and direction of domes relative to the undeformed fruit, (poses, tips) or (poses, tips, 3).
 
     `interference` [mm] is how far a dome would enter along the normal, negative where it is off. `foot` [mm] is the
-    nearest point of the fruit, `normal` [1] that of the fruit there, `direction` [1] the same in the frame of the
-    sensor. `radius` [mm] is that of relative curvature, the geometric mean of both directions. `depth_ratio` [1] is
-    the depth of an elliptic contact over that of a round one, 1 - ln(ratio of both)^2 / 72: Johnson, Contact Mechanics
-    (1985), equations (4.26) to (4.32), to 0.1 % up to 3 : 1.
+    nearest point of the fruit, `normal` [1] that of the fruit there. `direction` [1] is the same in the frame of the
+    sensor. `radius` [mm] is that of relative curvature, the geometric mean of both directions. `depth_ratio` [1] is the
+    depth of an elliptic contact over that of a round one, 1 - ln(ratio of both)^2 / 72. It is that of Johnson, Contact
+    Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up to 3 : 1.
     """
 
     interference: Floats
@@ -53,9 +53,9 @@ class DomeApproach:
 class DomePoses:
     """Domes of one radius [mm] on their unloaded springs, in many poses.
 
-    `centres` (poses, tips, 3) [mm] are those of the domes' spheres, `frame` (poses, 3, 3) [1] has in its rows how the
+    `centres` (poses, tips, 3) [mm] are those of the domes' spheres. `frame` (poses, 3, 3) [1] has in its rows how the
     sensor stands: along the tips, across, and up its axis. `semi_axes` (poses, 3) [mm] are those of the fruit, infinite
-    for a flat one; `principal` (poses, 3, 3) [1] has their directions in its rows, None where no fruit is turned.
+    for a flat one. `principal` (poses, 3, 3) [1] has their directions in its rows, None where no fruit is turned.
     """
 
     dome_radius: float

@@ -52,8 +52,8 @@ FULL = 0.1  # s + t from which on all of both counts
 class LargeStrain:
     """What large strain does to Hertz's contacts [1], all of one shape.
 
-    `factor` is g, `slope` its slope over ln a, `error` how far it may be off, `law_spread` half of what laws of flesh
-    put it apart. `edge` is the radius of the contact over Hertz's, `edge_error` how far it may be off.
+    `factor` is g, `slope` its slope over ln a, `error` how far it may be off. `law_spread` is half of what laws of
+    flesh put it apart. `edge` is the radius of the contact over Hertz's, `edge_error` how far it may be off.
     """
 
     factor: Floats

@@ -13,10 +13,10 @@ K. L. Johnson, Contact Mechanics (1985), equation (4.23), doi:10.1017/CBO9781139
 with p the distance of two contacts, a their radii, and B what the body adds to a half-space, along the normals where
 the domes touch. The second moments are those of the pressures: of Hertz where a force acts, of its increment, the flat
 punch, where it is felt. The slope that the others make under a dome moves its contact by R times that slope. The force
-along the spring is N times the cosine of the normal to the axis; what leans moves the dome sideways, as far as the
+along the spring is N times the cosine of the normal to the axis. What leans moves the dome sideways, as far as the
 housing gives. A dome that is off has q <= 0 and no force: one smooth system, solved by Newton's method. Friction is not
 in it. The flesh is neo-Hookean; other laws are told apart. Under a skin N is that of a layered half-space at small
-strain (`solve/halfspace/layered.py`), and all that large strain does to bare flesh is in the bar.
+strain (`solve/halfspace/layered.py`). All that large strain does to bare flesh is in the error bar.
 """
 
 from dataclasses import dataclass, replace
@@ -55,8 +55,8 @@ class DomeForces:
     """Forces F of the domes along their springs [N], (poses, tips), and what they do, each as F.
 
     `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off in neo-Hookean flesh.
-    `error_alike` [N] is how far all are off together where what is left open has one sign under all domes, as where the
-    fruit sinks otherwise. `flesh` [N] is what Hencky's law adds and that of Storakers takes. `contact_radius` [mm] and
+    `error_alike` [N] is how far all are off together where the error has one sign under all domes, as where the fruit
+    sinks otherwise. `flesh` [N] is what Hencky's law adds and that of Storakers takes. `contact_radius` [mm] and
     `mean_pressure` [MPa] are those of the contacts as they are pressed. `pressure_error` [1] is how far the latter may
     be off by the edge of the contact alone. `face` [mm] is the width of a face that would hold each.
     """
@@ -129,9 +129,9 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -
 class DomeContrast:
     """What the contrast of forces along the springs needs to know of level domes (`sensor/theory/contrast_law.py`).
 
-    `S` (tips, tips), times E [1/mm], is the compliance but for Hertz's part; `hertz` [mm (MPa/N)^(2/3)] is h of
-    h (F / E)^(2/3), the mean over the tips. `lean` (tips, tips) [mm/N] is what forces that lean add to the compliance
-    of the springs, which move the tips sideways on the slope of the fruit.
+    `S` (tips, tips), times E [1/mm], is the compliance but for Hertz's part. `hertz` [mm (MPa/N)^(2/3)] is h of h (F /
+    E)^(2/3), the mean over the tips. `lean` (tips, tips) [mm/N] is what leaning forces add to the compliance of the
+    springs. They move the tips sideways on the slope of the fruit.
     """
 
     S: Floats

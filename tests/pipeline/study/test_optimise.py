@@ -285,6 +285,26 @@ def test_distribution_is_refused_before_anything_is_written(written, engine, tmp
 
 
 @pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [
+        ('under = ["P_max"]', 'under = ["P_max", "bruise"]', "optimise.under"),
+        ('under = ["P_max"]', 'under = ["reading.bias"]', "optimise.under"),
+        ("springs.K_l_N_per_m", "verdicts.bruise.value", "optimise.minimise"),
+        ('minimise = "springs.K_l_N_per_m"', "", "optimise.minimise"),  # the default is an uncertainty of readings
+    ],
+)
+def test_verdict_that_no_candidate_can_have_is_one_line_before_anything_is_solved(
+    written, tmp_path, capsys, old, new, field
+):
+    """The design `paper` has neither a bruise limit nor readings."""
+    assert main(["optimise", str(written(SOFTEST.replace(old, new))), "--out", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{field} = " in line
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.usefixtures("in_process")
 def test_search_whose_candidates_are_all_refused_says_why(written, tmp_path, capsys):
     text = SOFTEST.replace("from = 3, to = 8", "from = 101, to = 108").replace("400", "1")
     assert main(["optimise", str(written(text)), "--out", str(tmp_path / "out")]) == 1
