@@ -10,10 +10,12 @@ from stand_ins import result_of
 
 import twintip
 from pipeline.report.outputs import write_outputs
+from sensor.quantity import STANDARD_GRAVITY
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-RUNS, CUTS, READS, TESTS, FORMULAS = re.findall(r"^```python\n(.+?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)
+STIFFNESS = {"low": 1.0, "high": 22.0}  # [N/mm] of the printed springs
+RUNS, CUTS, READS, CALIBRATES, TESTS, FORMULAS = re.findall(r"(?ms)^```python\n(.+?)^```", PAGE)
 
 
 def attributes():
@@ -64,9 +66,19 @@ def test_press_is_read(tmp_path, monkeypatch, capsys):
     table = re.search(r"^    t_s,x_mm,F_l_N,F_h_N\n(?:    .+\n)+", page, flags=re.MULTILINE)
     assert table is not None
     (tmp_path / "press.csv").write_text(re.sub(r"^    ", "", table[0], flags=re.MULTILINE), encoding="utf-8")
-    reading = run_example(READS)["reading"]
+    names = run_example(READS)
+    reading = names["reading"]
     assert abs(reading.E / 1.5 - 1.0) < reading.u
     assert capsys.readouterr().out.split()[0] == str(reading.E)
+
+    rows = ["tip,weight_g,deflection_mm"]
+    for tip, K in STIFFNESS.items():
+        rows += [f"{tip},{grams},{1e-3 * STANDARD_GRAVITY * grams / K}" for grams in (0, 20, 50, 100)]
+    (tmp_path / "weights.csv").write_text("\n".join(rows), encoding="utf-8")
+    made = run_example(CALIBRATES, **names)
+    assert made["calibration"].unit.K_N_per_m == pytest.approx([1e3 * K for K in STIFFNESS.values()], rel=1e-9)
+    assert [reading.flags for reading in made["readings"]] == [()]
+    assert "twintip_end" in (tmp_path / "sensor.h").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
