@@ -20,10 +20,12 @@ from pathlib import Path
 
 from benchmarks.harness import ROOT
 from benchmarks.usage import ONE_THREAD
+from pipeline.commands.console import FAILED, PASSED
 from pipeline.storage.folder import whole_report
 
 SECONDS = 600  # until a command is taken to hang
 AT_ONCE_S = 20.0  # between a signal and the end: a solve of a library is not cut
+LAST_S = 1.0  # between the answer of a command, whose exit code holds from then on, and the end of its process
 STUDY = """
 base = "paper"
 samples = 200
@@ -91,14 +93,16 @@ def interrupted(name: str, number: int, moment: float, unit: Path, place: Path) 
 
 def _fault(name: str, number: int, code: int, said: str, start: float, before: bytes | None, place: Path) -> str:
     """Return the fault of how a command ended, or of what it left; empty where there is none."""
-    if code == -number and not said:  # before Python began, or after the answer; a shell says 128 and the number
+    took = time.monotonic() - start
+    is_answered = code in (PASSED, FAILED) and took < LAST_S
+    if is_answered or (code == -number and not said):  # before Python began; a shell says 128 and the number
         code = 128 + number
     if code != 128 + number:
         return f"exit code {code}: {said.strip()[-300:]}"
     if "Traceback" in said or "resource_tracker" in said or said.count("pipeline: interrupted") > 1:
         return f"said {said.strip()[-300:]}"
-    if time.monotonic() - start > AT_ONCE_S:
-        return f"ended {time.monotonic() - start:.0f} s after the signal"
+    if took > AT_ONCE_S:
+        return f"ended {took:.0f} s after the signal"
     kept = {"tmp", "mine.toml", "many.toml", "weights.csv", "out", "unit.toml", "study"}
     left = {path.name for path in place.iterdir()} - kept
     left |= {path.name for path in (place / "tmp").iterdir()}

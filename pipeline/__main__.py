@@ -1,10 +1,9 @@
 """`python -m pipeline` and the console scripts: the command line, which Ctrl-C and SIGTERM end at once."""
 
 import os
-import signal
 import sys
 
-from pipeline.storage.interrupts import end_by_signals, ended_by, leave_signals
+from pipeline.storage.interrupts import end_by_signals, ended_by, ignore_signals
 
 _STDOUT, _STDERR = 1, 2
 
@@ -17,14 +16,14 @@ def main() -> int:
         from pipeline.cli import main as command
 
         code = command()
-        leave_signals(signal.SIG_DFL)  # the answer is out, and nothing is left to clear
+        ignore_signals()  # the answer is out, and its exit code holds
     except BaseException:  # a library may turn an interruption into an error of its own
         if ended_by() is None:
             raise
     number = ended_by()
     if number is None:
         return code
-    leave_signals(signal.SIG_IGN)
+    ignore_signals()
     os.dup2(os.open(os.devnull, os.O_WRONLY), _STDOUT)  # or Python would wait for a reader of half an answer
     os.write(_STDERR, b"pipeline: interrupted\n")
     return 128 + number

@@ -1,5 +1,6 @@
 """What every test gets: a fixed seed, a cache of its own, and a way to plant source files."""
 
+import contextlib
 import importlib
 import os
 import random
@@ -55,6 +56,17 @@ def _own_cache(tmp_path_factory):
     folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
+        yield
+
+
+@pytest.fixture(scope="session")
+def kernel_here():
+    """Let runs make their solids in this process: each worker would load the CAD kernel once more, for 3 s.
+
+    `default_run` and commands in processes of their own have their worker.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(importlib.import_module("pipeline.main_job"), "cad_worker", lambda _: contextlib.nullcontext())
         yield
 
 

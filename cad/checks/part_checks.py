@@ -24,6 +24,7 @@ from cad.checks.triangle_checks import (
 from cad.files.step import read_step
 from cad.files.stl import scan_stl, triangles
 from cad.files.threemf import read_3mf
+from cad.parts.strips import PRINTED_AROUND_STRIPS
 from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import validation_error
 from sensor.verdict import Verdict, equal, readable, unreadable
@@ -51,13 +52,13 @@ def check_solid(shape: cq.Shape, bodies: int = 1) -> tuple[Verdict, ...]:
     )
 
 
-def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
-    """Return every verdict on triangles [mm]: closed, one body, simple, size, wall, gap, overhang.
+def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str], bodies: int = 1) -> tuple[Verdict, ...]:
+    """Return every verdict on triangles [mm]: closed, as many bodies, simple, size, wall, gap, overhang.
 
     Only what still has a meaning is measured on a mesh that is not closed.
     """
     closed = closed_verdicts(mesh)
-    verdicts = (*closed, body_verdict(mesh), self_intersection_verdict(mesh), *size_verdicts(mesh, process))
+    verdicts = (*closed, body_verdict(mesh, bodies), self_intersection_verdict(mesh), *size_verdicts(mesh, process))
     if any(verdict.passed is not True for verdict in closed):
         return verdicts
     return (*verdicts, *printability_verdicts(mesh, process, poses))
@@ -78,7 +79,7 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
     try:
         if kind == ".stl":
             content = scan_stl(path)
-            return _check_triangles(content.mesh, content.passed_over, process)
+            return _check_triangles(content.mesh, process, passed_over=content.passed_over)
         if kind == ".3mf":
             return _check_3mf(path, process)
         return _check_step(path, process)
@@ -111,11 +112,14 @@ def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
     faults = [f"{count} x {fault}" for fault, count in Counter(package.faults).items()]
     reference = "; ".join([f"faults against the standard, which slicers tolerate; objects {names}", *faults])
     strict = equal("geometry.3mf_strict", float(len(package.faults)), 0.0, 0.0, unit="1", reference=reference)
-    return (strict, *_check_triangles(package.mesh, (), process))
+    bodies = len(PRINTED_AROUND_STRIPS) if set(package.names) == set(PRINTED_AROUND_STRIPS) else 1
+    return (strict, *_check_triangles(package.mesh, process, bodies=bodies))
 
 
-def _check_triangles(mesh: trimesh.Trimesh, passed_over: tuple[str, ...], process: Process) -> tuple[Verdict, ...]:
-    """Return every verdict on the triangles of a file in print pose.
+def _check_triangles(
+    mesh: trimesh.Trimesh, process: Process, *, passed_over: tuple[str, ...] = (), bodies: int = 1
+) -> tuple[Verdict, ...]:
+    """Return every verdict on the triangles of a file in print pose, of as many bodies.
 
     Before them stands geometry.readable, where slicers pass something over: what the file had, or what is found here.
     """
@@ -125,7 +129,7 @@ def _check_triangles(mesh: trimesh.Trimesh, passed_over: tuple[str, ...], proces
         notes.append(f"triangles of no area are left out, {spare} of {len(mesh.faces)}")
     if cavities := shells_of(used).cavities:
         notes.append(f"sets of triangles that are walls of cavities: {cavities}")
-    verdicts = check_mesh(used, process, [AS_IT_STANDS])
+    verdicts = check_mesh(used, process, [AS_IT_STANDS], bodies)
     if not notes:
         return verdicts
     return (readable(f"read as slicers do: {'; '.join(notes)}"), *verdicts)

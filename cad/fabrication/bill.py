@@ -73,11 +73,14 @@ def bill_of_materials(
 
 @dataclass(frozen=True, kw_only=True)
 class SheetToBuy:
-    """A piece of sheet for strips of one thickness: thickness, width and least length [mm], and the springs."""
+    """A piece of sheet for strips of one thickness: thickness, width and least length [mm], and the springs.
+
+    The length is None where no piece that is sold is as wide as the strips; the width is then that of the widest.
+    """
 
     thickness: float
     width: float
-    length: float
+    length: float | None
     springs: tuple[str, ...]
 
 
@@ -95,7 +98,9 @@ def sheets_to_buy(sensor: SensorSolids) -> tuple[SheetToBuy, ...]:
             width for width, length in sheet.stock if sum(length_of_stock(each, width) for each in kinds) <= length
         ]
         width = min(enough, default=max(sheet.stock_widths_mm))
-        length = sum(math.ceil(length_of_stock(each, width) / _ROUND_MM) * _ROUND_MM for each in kinds)
+        lengths = [length_of_stock(each, width) for each in kinds]
+        is_wide_enough = math.isfinite(sum(lengths))
+        length = sum(math.ceil(each / _ROUND_MM) * _ROUND_MM for each in lengths) if is_wide_enough else None
         springs = tuple(each.spring for each in kinds)
         found.append(SheetToBuy(thickness=thickness, width=width, length=length, springs=springs))
     return tuple(found)

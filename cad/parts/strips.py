@@ -17,6 +17,7 @@ from cad.parts.housing import Arm, Housing, Strip
 from cad.parts.part import NEAR_MM, box_through
 
 FRAME = "frame"
+PRINTED_AROUND_STRIPS = (FRAME, "low shuttle", "high shuttle")
 _CUT_MM = 1.0  # of sheet that a cut takes
 
 
@@ -29,6 +30,15 @@ class CutStrip:
     length: float
     width: float
     thickness: float
+
+    @property
+    def length_with_cut(self) -> float:
+        """Return the length of sheet that a strip takes with its cut [mm]."""
+        return self.length + _CUT_MM
+
+    def across(self, stock_width: float) -> int:
+        """Return how many strips lie side by side on a piece of sheet of a width [mm]."""
+        return math.floor((stock_width + NEAR_MM) / self.width)
 
     @property
     def size(self) -> str:
@@ -113,11 +123,11 @@ def length_of_stock(strips: CutStrip, stock_width: float) -> float:
 
     Infinite where the strips are wider.
     """
-    across = math.floor((stock_width + NEAR_MM) / strips.width)
-    return math.ceil(strips.count / across) * (strips.length + _CUT_MM) if across else math.inf
+    across = strips.across(stock_width)
+    return math.ceil(strips.count / across) * strips.length_with_cut if across else math.inf
 
 
 def pieces_of_stock(strips: CutStrip, stock: tuple[float, float]) -> int:
-    """Return how many strips a piece of sheet of a width and length [mm] yields, their length along its length."""
-    across = math.floor((stock[0] + NEAR_MM) / strips.width)
-    return across * math.floor((stock[1] + NEAR_MM) / strips.length)
+    """Return how many strips a piece of sheet of a width and length [mm] yields, each with its cut along the length."""
+    width, length = stock
+    return strips.across(width) * math.floor((length + NEAR_MM) / strips.length_with_cut)

@@ -44,12 +44,11 @@ def ended_by() -> int | None:
     return _Ending.by
 
 
-def leave_signals(handler: signal.Handlers) -> None:
-    """Hear no signal any more: the system ends the process by one, or it comes to its own end."""
+def ignore_signals() -> None:
+    """Hear no signal any more: the process comes to its own end, with its own exit code."""
     signal.setitimer(signal.ITIMER_REAL, 0.0)
     for number in (*SIGNALS, signal.SIGALRM):
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, handler)
+        signal.signal(number, signal.SIG_IGN)
 
 
 @contextmanager

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TypeVar
 
@@ -48,6 +49,8 @@ def open_workers(count: int) -> Executor:
         def __init__(self) -> None:
             self.folder = tempfile.TemporaryDirectory(prefix="twintip-", ignore_cleanup_errors=True)
             environment = {**_ENVIRONMENT, "TMPDIR": self.folder.name}
+            with uninterrupted():  # its start unblocks both signals: the first worker would inherit them so
+                resource_tracker.ensure_running()
             super().__init__(count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=environment)
 
         def submit(self, *call: object, **named: object) -> Future[object]:
@@ -100,6 +103,7 @@ def finished_future(value: T) -> Future[T]:
 
 
 def _prepare_worker() -> None:
-    """Unblock SIGTERM, as a worker inherits both signals blocked; keep quiet about warnings of libraries."""
+    """Hear SIGTERM, as a worker inherits both signals blocked, and never Ctrl-C; keep quiet about library warnings."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     warnings.simplefilter("ignore")

@@ -18,6 +18,12 @@ domes, it tells K of a time from T / 3 to 1.6 T. So K(T / sqrt(e)) is taken for 
 **What E moves by.** Channels show deflections, scaled to forces by weights. So forces are too small in a press, all by
 the ratio k of both stiffnesses, and so is the modulus. Deflections, and what drops out of them, are right.
 
+**The hold.** A force that rose evenly for T and stays for h has deflected springs, over what it did at its stop, by
+
+    g(h) = (1 + h/T)^(1 + n) - (h/T)^(1 + n),
+
+the mean of J. A hold keeps the travel: the force falls meanwhile, by which g is off by (g - 1)^2 at most.
+
 **The zero.** By superposition, a press that lasted T leaves at most J(s + T) - J(s) of its largest force, a time s
 after its lift. J rises ever more slowly, so a force that stayed at its largest leaves most.
 """
@@ -57,6 +63,14 @@ class CreepLaw:
         `press_s` [s] is the duration of the press, from the first touch to the deepest point.
         """
         return self.growth(EFFECTIVE * press_s, weighed_s)
+
+    def growth_in_hold(self, held_s: float, press_s: float) -> float:
+        """Return g [1], the compliance of springs after a hold [s] over that at its begin.
+
+        `press_s` [s] is the duration of the even press before it, from the first touch to the deepest point.
+        """
+        held = held_s / press_s
+        return float((1.0 + held) ** (1.0 + self.exponent) - held ** (1.0 + self.exponent))
 
     def deviation(self, weighed_s: float, press_s: float) -> float:
         """Return the standard deviation of ln k [1]: by the law, and by the effective time within a factor e."""

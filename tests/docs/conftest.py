@@ -7,6 +7,11 @@ import pytest
 from pipeline.cli import main
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _kernel_here(kernel_here):
+    """Make solids in this process."""
+
+
 @pytest.fixture(scope="session")
 def designed(tmp_path_factory):
     """Return the output folder of `pipeline design`."""

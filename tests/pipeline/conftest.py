@@ -10,10 +10,12 @@ import pytest
 from stand_ins import result_of, stored_report
 
 import pipeline
+from pipeline import main_job
 from pipeline.cli import main
 from pipeline.options import RunOptions
 from pipeline.result import SensorResult
 from pipeline.storage.folder import output_folder
+from pipeline.storage.workers import cad_worker
 from sensor.design.parameters import Design
 
 
@@ -25,6 +27,11 @@ class DefaultRun:
     folder: Path
     result: SensorResult
     printed: str
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _kernel_here(kernel_here):
+    """Make solids in this process."""
 
 
 @pytest.fixture(scope="session")
@@ -40,6 +47,7 @@ def default_run(tmp_path_factory):
     printed = io.StringIO()
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(printed):
         patch.setattr(pipeline, "run", kept)
+        patch.setattr(main_job, "cad_worker", cad_worker)
         code = main(["run", "--nl", "0.05", "--out", str(folder)])
     return DefaultRun(code=code, folder=folder, result=results[0], printed=printed.getvalue())
 

@@ -38,7 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("measured", metavar="MEASURED.csv", type=Path, help=f"a table with the columns {columns}")
     since = "seconds from the hanging of a weight to its reading, for springs that creep (default: 30)"
     add("--after", metavar="SECONDS", type=number, help=f"{since}; a column t_s has them for each row")
-    firm = "fruit,firmness_N (or E_MPa) and a force for each tip: fruit that another instrument measured"
+    firm = "fruit,firmness_N (or E_MPa), a force for each tip, t_s if known: fruit that another instrument measured"
     add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
     pressed = "travel_mm and the counts of each channel: a press on a hard flat plate, all tips on it"
     add("--plate", metavar="PLATE.csv", type=Path, help=f"calibrate deflections, of the columns {pressed}")

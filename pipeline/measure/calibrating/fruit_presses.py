@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 from scipy.special import stdtrit
 
@@ -20,8 +21,9 @@ from pipeline.measure.tables.columns import read_csv
 from pipeline.measure.tables.files import place_of
 from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
-from pipeline.measure.tables.units import FORCE, MODULUS, Quantity
+from pipeline.measure.tables.units import FORCE, MODULUS, TIME, Quantity
 from pipeline.measure.unit.contrast_press import ContrastPress
+from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.signals import force_keys
@@ -67,6 +69,7 @@ def measured_fruit(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS)
         "fruit": Quantity(units={}),
         "firmness": Quantity(units=FORCE, most=1e4),
         "E": Quantity(units=MODULUS, most=1e4),
+        "t": Quantity(units=TIME),
     }
     quantities |= {key: Quantity(units=FORCE, most=1e3) for key in keys}
     example = ",".join(["fruit", "firmness_N", *(f"{key}_N" for key in keys)])
@@ -143,23 +146,14 @@ def _squares_left_out(curve: _Curve, of_fruit: Sequence[_Points], means: _Points
 def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
     """Return the modulus [MPa] that each row reads: that of all rows of its fruit, the samples of one press."""
     if sensor.design.fruit.relaxation is not None:
-        bound = "left out where presses of fruit are calibrated: a row has no time"
+        bound = "left out where presses of fruit are calibrated: they may have no times"
         raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
     fruit = table.texts["fruit"]
     sensor.refuse_without_rise_level()
-    channels = np.column_stack([table.numbers[key] for key in force_keys(len(sensor.report.tips))]).tolist()
-    presses = {}
+    readings = {}
     for name in dict.fromkeys(fruit):
         rows = [row for row, each in enumerate(fruit) if each == name]
-        spikes = SpikeFilter[int](sensor)
-        presses[name] = ContrastPress(sensor)
-        for _, forces in spikes.filtered((table.lines[row], sensor.forces_of_channels(channels[row])) for row in rows):
-            presses[name].add(forces)
-        if spikes.left_out:
-            place = f"{place_of(table.source, spikes.left_out[0])}: fruit {name}"
-            bound = "as the other samples of its press"
-            raise validation_error(place, "forces", "", bound, "correct that line, or leave it out")
-    readings = {name: press.reading() for name, press in presses.items()}
+        readings[name] = _reading_of(table, rows, name, sensor)
     moduli = []
     for line, name in zip(table.lines, fruit, strict=True):
         reading = readings[name]
@@ -169,6 +163,47 @@ def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
             raise validation_error(place, ", ".join(reading.flags), "", bound, "press farther, or leave the fruit out")
         moduli.append(reading.E)
     return np.array(moduli)
+
+
+def _reading_of(table: MeasuredTable, rows: Sequence[int], name: str, sensor: MeasuringUnit) -> FruitReading:
+    """Return what the rows of a fruit read as one press, of the duration that their times tell where they have any."""
+    keys = force_keys(len(sensor.report.tips))
+    spikes = SpikeFilter[int](sensor)
+    press = ContrastPress(sensor)
+    samples = ((table.lines[row], sensor.forces_of_channels([table.numbers[key][row] for key in keys])) for row in rows)
+    pressed = []
+    for _, forces in spikes.filtered(samples):
+        press.add(forces)
+        pressed.append(forces)
+    if spikes.left_out:
+        place = f"{place_of(table.source, spikes.left_out[0])}: fruit {name}"
+        raise validation_error(
+            place, "forces", "", "as the other samples of its press", "correct that line, or leave it out"
+        )
+    return press.reading(_duration(table, rows, name, np.array(pressed) > sensor.least_forces, np.sum(pressed, axis=1)))
+
+
+def _duration(
+    table: MeasuredTable, rows: Sequence[int], name: str, touching: NDArray[np.bool_], whole: Floats
+) -> float | None:
+    """Return the duration [s] of the press of some rows from its first touch to its deepest sample.
+
+    It is None where times do not tell it. `touching` says which tips touch, (rows, tips), `whole` is their force [N].
+    Raises InputError for times that do not rise.
+    """
+    if "t" not in table.numbers:
+        return None
+    t = table.numbers["t"][rows]
+    if (stays := np.flatnonzero(np.diff(t) <= 0.0)).size:
+        row = int(stays[0]) + 1
+        place = f"{place_of(table.source, table.lines[rows[row]], 't')}: fruit {name}"
+        hint = "give each press a name of its own"
+        raise validation_error(place, float(t[row]), "s", f"greater than {t[row - 1]:g} s", hint)
+    deepest = int(whole.argmax())
+    free = np.flatnonzero(~touching[:deepest].any(axis=1))
+    touched = int(free[-1]) + 1 if free.size else 0
+    touched += int(whole[touched : deepest + 1].argmin())  # a tip may show the zero that the press before has left
+    return float(t[deepest] - t[touched]) or None
 
 
 def _mean(fruit: _Points, ends: Floats) -> _Points:

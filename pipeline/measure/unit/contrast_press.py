@@ -81,7 +81,12 @@ class ContrastPress:
         if self._hold is None:
             return reading
         contrast = sensor.rise_law.with_offset(found.offset)
-        return self._hold.beside(reading, contrast, found.offset, stiffened)
+        return self._hold.beside(
+            reading,
+            contrast,
+            found.offset,
+            lambda held_s: stiffened * sensor.softening_in_hold(held_s, press_s),
+        )
 
     def _shift_by_one(self, E: float, load: int, press_s: float | None) -> float:
         """Return the largest change of E [1] by leaving out what one bad conversion is part of; all of it for no E.

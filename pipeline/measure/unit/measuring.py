@@ -162,6 +162,13 @@ class MeasuringUnit:
         """
         return self.creep.press_over_weighed(self.unit.weighed_after_s, press_s or self.design.press_s)
 
+    def softening_in_hold(self, held_s: float, press_s: float | None = None) -> float:
+        """Return the stiffness of its springs after a hold [s] over that at its begin [1].
+
+        `press_s` [s] is as `press_over_weighed` has it.
+        """
+        return 1.0 / self.creep.growth_in_hold(held_s, press_s or self.design.press_s)
+
     def left_open(self, time_s: float = 0.0, press_s: float | None = None) -> LeftOpen:
         """Return what is left open of channels and springs in a press of a duration [s], or of that of the design.
 

@@ -5,6 +5,7 @@ modulus at the first instant, whatever the speed of the press was (`RiseLaw.over
 tell, as if flesh were elastic, is an apparent modulus.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -78,10 +79,12 @@ class Hold:
                 self._found[moment] = before + part * (forces - before)
         self._before = (t, forces)
 
-    def beside(self, reading: FruitReading, contrast: ContrastLaw, offset: float, stiffened: float) -> FruitReading:
+    def beside(
+        self, reading: FruitReading, contrast: ContrastLaw, offset: float, stiffened: Callable[[float], float]
+    ) -> FruitReading:
         """Return a reading with what its hold tells, by a contrast with an offset [mm].
 
-        `stiffened` [1] is the stiffness of the springs in a press over that of the weighing.
+        `stiffened` returns the stiffness of the springs, so long after the stop [s], over that of the weighing [1].
 
         These are the apparent modulus at the moment of the design, and the relaxation. That is the apparent modulus
         late in the hold over that at the stop [1], None where the press ended before. A press that ended before the
@@ -91,7 +94,8 @@ class Hold:
             return FruitReading(flags=("released_early",))
         try:
             apparent = {
-                moment: stiffened * read_modulus(contrast, F.tolist(), offset) for moment, F in self._found.items()
+                moment: stiffened(moment) * read_modulus(contrast, F.tolist(), offset)
+                for moment, F in self._found.items()
             }
         except ReadingError:
             return reading

@@ -10,6 +10,7 @@ from markdown_it import MarkdownIt
 from squares import RESIN, square_sensor
 
 from cad.drawing.sheet import Title
+from cad.fabrication import bill as bill_module
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.bridges import Spring, SpringReadOut, excitation, largest_excitation, series_resistor
 from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
@@ -50,6 +51,11 @@ def test_pair_and_square_have_the_screws_of_their_holes_and_the_covers_of_their_
     assert not any(part == "cover" for part, _ in washers)
     assert washers["washer", "M3"] == 12  # head, between frame and bracket, nut
     assert washers["screw", "M3 x 16"] == 4  # 6 + 5 + 2.4 + 3 x 0.5 mm are 14.9
+
+
+def test_grip_that_no_screw_is_long_enough_for_is_a_rod(sensor, monkeypatch):
+    monkeypatch.setattr(bill_module, "screw_length", lambda _: None)
+    assert counts(bill(sensor, PETG))["screw", "M3 threaded rod"] == 4
 
 
 def test_gauges_are_four_a_spring_with_an_amplifier_each(sensor):

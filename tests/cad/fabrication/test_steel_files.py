@@ -65,11 +65,11 @@ def test_printed_bodies_have_their_names_in_every_file(folder):
     assert {*names, "low upper strip"} <= set(trimesh.load(folder / "assembly.glb").geometry)
 
 
-@pytest.mark.parametrize("name", ["housing.3mf", "spacer.stl"])
-def test_what_is_printed_needs_no_support_and_is_thick_enough(folder, name):
-    """They are three bodies each, which is all that a check of one part has against them."""
+@pytest.mark.parametrize(("name", "expected"), [("housing.3mf", {}), ("spacer.stl", {"geometry.one_solid": 3.0})])
+def test_what_is_printed_needs_no_support_and_is_thick_enough(folder, name, expected):
+    """The objects of a 3MF say that they are frame and shuttles; an STL holds no names of its three bodies."""
     failed = {verdict.name: verdict.value for verdict in check_file(folder / name) if verdict.passed is not True}
-    assert failed == {"geometry.one_solid": 3.0}
+    assert failed == expected
 
 
 @pytest.mark.slow
@@ -105,6 +105,18 @@ def test_sheet_to_buy_is_long_enough_for_both_springs_of_one_thickness():
     weighed = replace(sensor.housing.high, thickness=0.098)  # sold as 0.1 mm
     (both,) = sheets_to_buy(replace(sensor, housing=sensor.housing.with_flexures({"high": weighed})))
     assert (both.springs, both.thickness, both.length) == (("low", "high"), 0.1, 120.0)
+
+
+def test_strips_wider_than_any_sheet_that_is_sold_are_told_in_bill_and_sheet():
+    sensor = steel_sensor()
+    narrow = replace(sensor.sheet, stock_widths_mm=(6.0, 9.9), stock_lengths_mm=(5000.0, 500.0))
+    sensor = replace(sensor, sheet=narrow)
+    assert [(piece.width, piece.length) for piece in sheets_to_buy(sensor)] == [(9.9, None), (9.9, None)]
+    bill = bill_of_materials(sensor, PAIR.process, read_out(sensor).springs, MASSES)
+    sizes = [row.size for row in bill if row.part == "sheet"]
+    assert ["none is sold" in size and "9.9 mm" in size for size in sizes] == [True, True]
+    text = fabrication_sheet(sensor, Title(name="steel", process=PAIR.process), bill, read_out(sensor))
+    assert [size for size in sizes if size not in text] == []
 
 
 @pytest.mark.parametrize("design", [PAIR, SQUARE])

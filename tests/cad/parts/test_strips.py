@@ -56,8 +56,11 @@ def test_strips_are_cut_for_all_plates_and_glue_fills_what_they_leave(design, pl
 
 def test_sheet_yields_what_lies_side_by_side_on_it():
     (strips, _) = cut_strips(steel_housing())
-    assert pieces_of_stock(strips, (12.7, 5000.0)) == 204  # 5000 / 24.5
-    assert pieces_of_stock(strips, (20.0, 49.0)) == 4  # no round-off makes fewer of them
+    assert pieces_of_stock(strips, (12.7, 5000.0)) == int(5000.0 / (24.5 + 1.0))  # each with a cut
+    assert pieces_of_stock(strips, (20.0, 51.0)) == 4  # no round-off makes fewer of them
+    for count in (1, 2, 3, 5, 204):  # what is bought yields as many as are needed, and no row more
+        length = length_of_stock(replace(strips, count=count), 20.0)
+        assert count <= pieces_of_stock(strips, (20.0, length)) < count + 2
     assert pieces_of_stock(strips, (9.9, 5000.0)) == 0
     assert length_of_stock(strips, 20.0) == pytest.approx(24.5 + 1.0)  # both strips side by side, and a cut
     assert length_of_stock(strips, 9.9) == float("inf")

@@ -30,7 +30,7 @@ from solve.halfspace.layered import base_compliance
 E = 2.0
 STEP = 1e-4
 SMALL = 0.02  # of a slope: what an error moves by the saddle that the offset is taken for is left out
-COUNTS = pytest.mark.parametrize("count", [400, pytest.param(4000, marks=pytest.mark.slow)])
+COUNTS = pytest.mark.parametrize("count", [400, pytest.param(4000, marks=pytest.mark.study)])
 QUIET = {"noise_percent": 0.0, "stiffness_percent": 0.0, "gain_percent": 0.0}
 
 

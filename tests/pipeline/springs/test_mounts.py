@@ -108,6 +108,8 @@ def test_bar_holds_a_finer_mesh_in_each_mount(mount):
     apart = np.abs(np.array(found.K) / np.array(finer.K) - 1.0)
     assert np.all(apart < bars)
     assert max(bars) < 1e-3
+    strain = np.abs(np.array(found.strain_per_N) / np.array(finer.strain_per_N) - 1.0)
+    assert np.all(strain < found.strain_error)
     sag = np.abs(np.array(found.weight_sag) / np.array(finer.weight_sag) - 1.0)
     assert np.all(sag < found.weight_sag_error)
 

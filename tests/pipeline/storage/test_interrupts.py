@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 
 from mesh.session import gmsh_session
+from pipeline import cli
+from pipeline.__main__ import main
 from pipeline.commands.console import showing_progress
 from pipeline.storage import files, folder, interrupts
 from pipeline.storage.digests import with_digest
@@ -23,7 +25,6 @@ from pipeline.storage.interrupts import (
     end_by_signals,
     ended_by,
     interruptible,
-    leave_signals,
     signals_for_this_thread,
     uninterrupted,
 )
@@ -163,14 +164,21 @@ def test_signal_that_a_library_swallows_comes_again():
 
 
 @pytest.mark.parametrize("number", SIGNALS)
-def test_signal_after_the_answer_ends_the_process_and_while_it_clears_up_does_not(number):
-    def work(handler):
-        leave_signals(handler)
-        signal.raise_signal(number)
-        return 0
+@pytest.mark.parametrize(("is_early", "code"), [(False, 1), (True, 128)])
+def test_signal_after_the_answer_or_while_a_command_clears_up_changes_no_exit_code(is_early, code, number, monkeypatch):
+    def command():
+        if is_early:
+            signal.raise_signal(number)
+        return 1
 
-    assert in_child(lambda: work(signal.SIG_DFL)) == -number
-    assert in_child(lambda: work(signal.SIG_IGN)) == 0
+    def work():
+        ended = main()
+        for late in (*SIGNALS, signal.SIGALRM):
+            signal.raise_signal(late)
+        return ended
+
+    monkeypatch.setattr(cli, "main", command)
+    assert in_child(work) == code + is_early * number
 
 
 def test_gmsh_takes_no_signal_while_it_opens():

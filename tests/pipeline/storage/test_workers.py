@@ -3,6 +3,7 @@
 import os
 import signal
 from concurrent.futures import BrokenExecutor
+from multiprocessing import resource_tracker
 
 import pytest
 
@@ -40,6 +41,23 @@ def test_work_runs_elsewhere_on_one_thread_and_its_errors_come_back_whole(execut
         submit(executor, refuse, "tips.side_mm").result()
     assert (refused.value.field, refused.value.value, refused.value.bound) == ("tips.side_mm", 3.0, "less than 2")
     assert submit(executor, abs, -3).result() == 3
+
+
+def test_worker_never_hears_ctrl_c(monkeypatch):
+    """Nor the first one of a process, which is started with Python's own tracker of semaphores."""
+    tracker = resource_tracker._resource_tracker
+    for name in ("_fd", "_pid"):
+        monkeypatch.setattr(tracker, name, None)
+    executor = open_workers(1)
+    process = executor.submit(os.getpid)
+    (pid,) = executor._processes
+    os.kill(pid, signal.SIGINT)  # it is loading
+    assert process.result() == pid
+    executor.submit(os.kill, pid, signal.SIGINT).result()
+    assert submit(executor, abs, -3).result() == 3
+    close_workers(executor)
+    os.close(tracker._fd)
+    os.waitpid(tracker._pid, 0)
 
 
 def test_worker_that_is_killed_is_one_error_and_the_next_executor_works(executor):

@@ -24,7 +24,7 @@ def part(tmp_path_factory):
     return named_housing(read_step(path), SMALL_HOUSING)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_stiffness_of_the_step_file_lies_inside_bar_and_spread(part):
     meshes = [tetrahedra(part, fine_boxes(SMALL_HOUSING, size), size) for size in SIZES]
     fine, coarse = (tip_compliance(flexure_mesh(SMALL_HOUSING, scale), *PETG) for scale in (1.0, 2.0))

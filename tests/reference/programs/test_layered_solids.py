@@ -38,8 +38,15 @@ def compliances(fruit, footprint):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("radius", [0.564, 1.2])
-@pytest.mark.parametrize("fruit", [pytest.param(BLOCK, id="block"), pytest.param(PIECE, id="sphere")])
+@pytest.mark.parametrize(
+    ("fruit", "radius"),
+    [
+        pytest.param(BLOCK, 0.564, id="block", marks=pytest.mark.study),
+        pytest.param(BLOCK, 1.2, id="block, wide"),
+        pytest.param(PIECE, 0.564, id="sphere"),
+        pytest.param(PIECE, 1.2, id="sphere, wide", marks=pytest.mark.study),
+    ],
+)
 def test_round_tips_on_a_skin_are_as_stiff_as_solids(fruit, radius):
     """A flat circle, and a dome that a fruit without a skin would meet in the same circle."""
     bare, skinned = compliances(fruit, Footprint(0.0, 0.0, 2.0 * radius, circle_punch))

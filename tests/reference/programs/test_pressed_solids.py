@@ -57,7 +57,7 @@ def bonded(distance, poisson):
     return (1.0 - poisson**2) / np.pi * quad(missing, 0.0, 30.0)[0] / THICKNESS
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_light_press_of_a_layer_is_that_of_boundary_elements():
     """On stiff flesh, nearly flat but for its saddle; a rigid base takes as much as domes that stand out.
 

@@ -1,10 +1,11 @@
 import math
 
+import numpy as np
 import pytest
 
 from pipeline.verdicts.hints import HINTS
 from sensor.design.design_file import design_as_toml, design_from_mapping
-from sensor.design.leaves import TARGET_SCATTER, beam_lengths, creep_of, leaves_of, stiffness_per_K
+from sensor.design.leaves import TARGET_SCATTER, beam_lengths, best_thickness, creep_of, leaves_of, stiffness_per_K
 from sensor.design.parameters import Design, Print
 from sensor.design.sheets import SHEETS
 from sensor.quantity import InputError
@@ -31,6 +32,11 @@ def lengths_of(leaves):
     """Return the free lengths of leaves 10 mm deep by the beam law, with what their clamps give."""
     pairs = zip(leaves.thicknesses_mm, SOFT.stiffnesses, leaves.gives_mm, strict=True)
     return [t * math.cbrt(2.0 * SHEET.E_MPa * 10.0 / K) - 2.0 * give for t, K, give in pairs]
+
+
+def next_of(thickness):
+    """Return the next thicker sheet of the list [mm], twice the thickness where there is none."""
+    return min((each for each in SHEET.thicknesses_mm if each > thickness), default=2.0 * thickness)
 
 
 def test_printed_leaves_are_those_of_the_process_and_leave_no_trace_in_the_file():
@@ -84,6 +90,27 @@ def test_thicker_strips_of_one_stiffness_strain_less():
         strains.append(root_strain(thickness, length, 1.0))
     assert strains == pytest.approx([strains[0], strains[0] / 2.0, strains[0] / 4.0])
     assert "thicker" in HINTS["geometry.stop_strain_high"]
+
+
+@pytest.mark.parametrize("process", ["fdm-petg", "fdm-pla", "sls-pa12", "sla-resin"])
+def test_no_sheet_tires_at_the_narrowest_stop_that_is_known_well_enough(process):
+    """A stop is no nearer than the least gap. Both scatter and strain fall with thickness, and scatter asks for more.
+
+    Where no sheet is known well enough, the thickest that the clamps hold is taken, which strains least.
+    """
+    design = strips(process=process)
+    for K in np.geomspace(0.05, 60.0, 60).tolist():
+        thickness = best_thickness(design, SHEET, K)
+        keys = {"leaf_thickness_high_mm": thickness, "leaf_measured_high_mm": thickness}
+        springs = Springs(K_l=0.05, K_h=K)
+        leaves = leaves_of(strips(process=process, **keys), springs)
+        lengths = beam_lengths(design, leaves, springs)
+        strain = leaves.strain_factor * root_strain(thickness, lengths[1], design.process.min_gap_mm)
+        is_thickest = not leaves.clamp.holds(
+            leaves.clamp.give(next_of(thickness), design.process.E_MPa, design.process.poisson)
+        )
+        assert strain <= SHEET.strain_limit or is_thickest
+        assert scatter(leaves, lengths)[1] <= TARGET_SCATTER or is_thickest
 
 
 def test_a_measured_thickness_replaces_the_one_it_was_sold_as():

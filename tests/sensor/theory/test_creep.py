@@ -49,6 +49,17 @@ def test_stiffness_at_the_stop_of_a_hand_is_that_of_its_effective_time(T):
     assert force == pytest.approx(LAW.press_over_weighed(1.0, T), rel=(math.pi * n) ** 2 / 4.0)
 
 
+@pytest.mark.parametrize("held", [0.0, 0.3, 20.0])
+def test_springs_grow_softer_in_a_hold_by_superposition(held):
+    n = LAW.exponent
+    times = np.linspace(0.0, 2.0 + held, 100_001)
+    even = np.minimum(times / 2.0, 1.0)
+    at_stop = 2.0**n / (1.0 + n)
+    grown = superposed(lambda t: t**n, even, times) / at_stop
+    assert LAW.growth_in_hold(held, 2.0) == pytest.approx(grown, rel=1e-6)
+    assert NO_CREEP.growth_in_hold(held, 2.0) == pytest.approx(1.0, rel=1e-12)
+
+
 @pytest.mark.parametrize("since", [0.1, 1.0, 20.0])
 def test_a_press_leaves_at_most_the_zero_that_is_told(since):
     """A force that stays leaves just that, one that rises and falls by hand within 2 s less."""

@@ -62,7 +62,7 @@ def test_forces_of_another_sensor_are_refused():
     assert refused.value.flag == "out_of_range"
 
 
-@pytest.mark.parametrize("presses", [100, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("presses", [100, pytest.param(1000, marks=pytest.mark.study)])
 @pytest.mark.parametrize("noise", [0.001, 0.005])
 @pytest.mark.parametrize("E", [0.5, 3.5])
 def test_noise_scatters_a_pair_as_told_near_the_bound_and_does_not_bias_it(E, noise, presses):

@@ -30,7 +30,7 @@ def meshes():
     return tuple(fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, scale) for scale in (4.0, 2.0, 1.0))
 
 
-@pytest.fixture(scope="module", params=[pytest.param(0.3, marks=pytest.mark.slow), 0.45])
+@pytest.fixture(scope="module", params=[pytest.param(0.3, marks=pytest.mark.study), 0.45])
 def reference(request, meshes):
     """Return the result and the reference: on the meshes of the product, and at 0.45 on the next coarser family."""
     family = meshes if request.param > 0.3 else fruit_meshes(BLOCK, TIPS)

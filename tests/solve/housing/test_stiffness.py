@@ -52,7 +52,7 @@ def test_stiffness_is_near_that_of_guided_beams(fine):
     assert list(fine.K) == pytest.approx(beams, rel=BEAM)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_error_bar_holds_the_difference_to_a_mesh_of_four_times_the_dofs(fine, coarse):
     result = housing_stiffness(fine, coarse)
     finer = tip_compliance(flexure_mesh(HOUSING, FINER), *PETG)

@@ -151,6 +151,28 @@ def test_pair_reads_all_rows_of_a_fruit_as_one_press(paper, tmp_path):
     assert np.divide(fit.scale.firmness, fit.scale.E_MPa) == pytest.approx(20.0, rel=2e-3)
 
 
+def test_times_of_a_press_tell_its_duration_as_a_reading_has_it(mango, measured):
+    """Springs that creep are stiffer in a fast press: k = (30 s / (T / sqrt(e)))^n. The sensor hangs free at first."""
+    creeping = mango.measuring()
+    creeping = replace(creeping, unit=replace(creeping.unit, creep_per_decade=0.05))
+    travels = (np.linspace(0.2, 1.0, 12) * mango.design.press.travel_mm).tolist()
+
+    def scale(duration=None):
+        lines = [HEADER if duration is None else f"{HEADER},t_s"]
+        for E in np.geomspace(0.5, 3.5, 7).tolist():
+            rows = [[0.0] * 4, *mango.forces([Pose(E=E, travel=x) for x in travels]).tolist()]
+            for step, row in enumerate(rows):
+                time = [] if duration is None else [f"{5.0 + (step - 1) / 11.0 * duration if step else 0.0}"]
+                lines.append(",".join([f"{E:.2f}", f"{2.0 * E}", *(f"{force:.9f}" for force in row), *time]))
+        return np.array(scale_of_presses(measured("\n".join(lines)), creeping).scale.E_MPa)
+
+    n = np.log10(1.05)
+    of_design = mango.design.press_s
+    # What the contact model adds at a level press differs a little between the moduli before and behind: by 3e-5.
+    for duration in (10.0, 0.5):
+        assert scale(duration) / scale() == pytest.approx((of_design / duration) ** n, rel=1e-4)
+
+
 def test_reading_tells_the_scale_and_where_it_ends(mango, tmp_path):
     """Half way between two points in logarithms lies their geometric mean."""
     sensor = mango.measuring()
@@ -207,6 +229,14 @@ def test_forces_that_read_nothing_are_refused_by_line_and_fruit(mango, measured)
     with pytest.raises(InputError) as caught:
         scale_of_presses(measured(f"{HEADER}\nkent,1,0,0.3,0.05,0.3"), mango.measuring())
     assert "line 2: fruit kent" in caught.value.field
+
+
+def test_times_that_do_not_rise_are_refused_by_line_and_fruit(mango, measured):
+    rows = "\n".join(f"kent,1,{force},{force},{force},{force},{t}" for force, t in ((0.1, 0.0), (0.2, 1.0), (0.3, 1.0)))
+    with pytest.raises(InputError) as caught:
+        scale_of_presses(measured(f"{HEADER},t_s\n{rows}"), mango.measuring())
+    assert "line 4" in caught.value.field
+    assert "kent" in caught.value.field
 
 
 def test_too_few_fruit_and_readings_that_tell_nothing_are_refused():

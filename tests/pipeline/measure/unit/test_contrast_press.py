@@ -53,7 +53,7 @@ def forces_into_the_fruit(measured):
     return forces[(forces > 0.02).all(axis=1)]
 
 
-@pytest.mark.parametrize("repeats", [(1, 4), pytest.param((1, 4, 16), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("repeats", [(1, 4), pytest.param((1, 4, 16), marks=pytest.mark.study)])
 def test_noise_scatters_as_stated_and_falls_with_the_samples(repeats, noisy, going_in, rng):
     """A scatter of 200 draws is known to 5 %, so that three deviations are 15 %; a mean, to four of its own."""
     sensor = noisy.measuring()

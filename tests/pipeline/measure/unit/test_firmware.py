@@ -192,7 +192,7 @@ def pair(request):
     return request.getfixturevalue(request.param)
 
 
-@pytest.mark.parametrize("samples", [10, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("samples", [10, pytest.param(1000, marks=pytest.mark.study)])
 def test_press_of_a_pair_agrees_sample_for_sample(samples, pair, rng, tmp_path, in_c):
     """Random tilts, there and back, with noise and air beside; of tips that lean the part in which they are seated."""
     sensor = pair.measuring(FACTORS["paper"])

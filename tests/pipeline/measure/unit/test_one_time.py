@@ -239,7 +239,7 @@ def test_times_widen_the_bar_of_a_pair_by_what_they_move(paper, on_foil):
     assert math.sqrt(wider.u**2 - first.u**2) == pytest.approx(2.0 * math.hypot(*moved), rel=0.05)
 
 
-@pytest.mark.parametrize("draws", [50, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("draws", [50, pytest.param(200, marks=pytest.mark.study)])
 def test_noise_leaves_no_bias_where_neighbours_share_it(draws, sensor, rng):
     """Of draws with both signs what is odd in the noise drops out; by the sample before, E would be off by 1 %.
 

@@ -12,13 +12,13 @@ sideways compliance makes of the bias, up to 0.022 of these designs."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["kiwi", pytest.param("mango", marks=pytest.mark.study)])
-def test_bias_of_small_domes_is_that_of_fitted_springs(name):
-    """Without the sideways compliance the bias of `kiwi` is 0.022 too low."""
+@pytest.mark.parametrize(("name", "tolerance"), [("kiwi", 0.02), pytest.param("mango", 0.01, marks=pytest.mark.study)])
+def test_bias_of_small_domes_is_that_of_fitted_springs(name, tolerance):
+    """Without the sideways compliance the bias of `kiwi` is 0.022 too low. Both have one contact, however rough."""
     design = load_design(name)
-    options = RunOptions(tolerance=0.01)
+    options = RunOptions(tolerance=tolerance)
     fitted = check_targets(fitted_sensor(design, options), options).readings
-    sized = check_targets(sized_sensor(design, 0.01)).readings
+    sized = check_targets(sized_sensor(design, tolerance)).readings
     for of_model, of_run in zip(sized.moduli, fitted.moduli, strict=True):
         assert abs(of_model.bias.value) == pytest.approx(abs(of_run.bias.value), abs=BIAS)
         assert of_model.sources.total == pytest.approx(of_run.sources.total, rel=0.01)

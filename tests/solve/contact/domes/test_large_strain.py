@@ -88,12 +88,13 @@ def test_both_curvatures(poisson, contact, force, edge):
     assert c4 * (0.3 * contact) * (0.1 * contact) > FIT + OWN
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("dome", "fruit", "poisson"),
     [
-        pytest.param(0.15, 0.045, 0.3, marks=pytest.mark.slow),
-        pytest.param(0.15, 0.0, 0.3, marks=pytest.mark.study),
-        pytest.param(0.3, 0.05, 0.45, marks=pytest.mark.study),
+        (0.15, 0.045, 0.3),
+        (0.15, 0.0, 0.3),
+        (0.3, 0.05, 0.45),
     ],
 )
 def test_other_elements_find_the_same(dome, fruit, poisson, monkeypatch):
