@@ -1,5 +1,6 @@
 """`python -m pipeline` and the console scripts: the command line, which Ctrl-C and SIGTERM end at once."""
 
+import gc
 import os
 import signal
 import sys
@@ -18,6 +19,7 @@ def main() -> int:
 
         code = command()
         leave_signals(signal.SIG_DFL)  # the answer is out, and nothing is left to clear
+        gc.freeze()  # nor to be searched for what could be freed: the process ends
     except BaseException:  # a library may turn an interruption into an error of its own
         if ended_by() is None:
             raise
