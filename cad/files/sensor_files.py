@@ -6,7 +6,6 @@ from pathlib import Path
 
 import cadquery as cq
 import numpy as np
-import OCP
 import trimesh
 
 from cad.files.export_error import ExportError
@@ -16,7 +15,7 @@ from cad.files.stl import CHORD_MM, read_stl, triangles, write_stl
 from cad.files.threemf import read_3mf, write_3mf
 from cad.parts.assembly import assembly_bodies, outwards
 from cad.parts.part import one_shape
-from cad.parts.pose import print_pose
+from cad.parts.pose import location_matrix, print_pose
 from cad.parts.sensor import NamedSolid, SensorSolids
 from sensor.quantity import Estimate
 
@@ -101,13 +100,14 @@ def shown_bodies(bodies: Sequence[NamedSolid]) -> list[GlbBody]:
     """Return bodies as triangles to be looked at, which the animation moves outwards; screws alike are meshed once."""
     shown = {}
     for instances in by_shape(bodies):
-        at_origin = cq.Shape.cast(instances[0].shape.wrapped.Located(OCP.TopLoc.TopLoc_Location())).copy()
+        at_origin = instances[0].shape.located(cq.Location()).copy()
+        vertices, triangles = at_origin.tessellate(_SHOWN_CHORD_MM, _SHOWN_ANGLE)
+        corners = np.array([vertex.toTuple() for vertex in vertices])
         for body in instances:
-            placed = cq.Shape.cast(at_origin.wrapped.Located(body.shape.wrapped.Location()))
-            vertices, triangles = placed.tessellate(_SHOWN_CHORD_MM, _SHOWN_ANGLE)
+            matrix = location_matrix(body.shape.location())
             shown[body.name] = GlbBody(
                 name=body.name,
-                vertices=np.array([vertex.toTuple() for vertex in vertices]),
+                vertices=corners @ matrix[:, :3].T + matrix[:, 3],
                 triangles=np.array(triangles),
                 colour=np.array(body.colour),
                 moved=np.array([0.0, outwards(body), 0.0]),

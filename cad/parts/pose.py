@@ -29,9 +29,14 @@ def pose_shape(shape: cq.Shape, travel: float, tilt: float, heading: float) -> c
 
 def pose_matrix(travel: float, tilt: float, heading: float) -> Floats:
     """Return the matrix (3, 4) of `pose_shape` [1, and mm in the last column]."""
-    placed = cq.Location(cq.Vector(0.0, 0.0, -travel)) * cq.Location(_MIDPOINT, _tilt_axis(heading), tilt)
-    rows = placed.wrapped.Transformation()
-    return np.array([[rows.Value(row, column) for column in (1, 2, 3, 4)] for row in (1, 2, 3)])
+    tilted = cq.Location(_MIDPOINT, _tilt_axis(heading), tilt)
+    return location_matrix(cq.Location(cq.Vector(0.0, 0.0, -travel)) * tilted)
+
+
+def location_matrix(location: cq.Location) -> Floats:
+    """Return the matrix (3, 4) of a location [1, and mm in the last column]."""
+    moved = location.wrapped.Transformation()
+    return np.array([[moved.Value(row, column) for column in (1, 2, 3, 4)] for row in (1, 2, 3)])
 
 
 def _tilt_axis(heading: float) -> cq.Vector:
