@@ -1,21 +1,75 @@
-"""Loads the CAD kernel ahead of its use, without most of VTK, which nothing here asks for."""
+"""Loads the CAD kernel ahead of its use, without what its libraries load beside and nothing here asks for."""
 
+import gc
 import importlib
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import ModuleType
+from typing import NoReturn
 
-_VTK = "vtk"
-# Each of these imports all 140 modules of VTK to see whether there is any. CadQuery imports the few that it needs.
+# Each of these imports all 140 modules of VTK to see whether there is any.
 _ASK_FOR_VTK = ("OCP.IVtk", "OCP.IVtkOCC", "OCP.IVtkTools", "OCP.IVtkVTK")
+# What CadQuery draws pictures, reads and writes DXF and places assemblies with, and trimesh searches, fits and loads.
+_LEFT_OUT = (
+    "PIL",
+    "casadi",
+    "ezdxf",
+    "ezdxf.entities",
+    "meshio",
+    "scipy",
+    "scipy.ndimage",
+    "scipy.optimize",
+    "scipy.sparse",
+    "scipy.sparse.linalg",
+    "scipy.spatial",
+    "vtk",
+    "vtkmodules.vtkCommonDataModel",
+    "vtkmodules.vtkFiltersCore",
+    "vtkmodules.vtkFiltersExtraction",
+    "vtkmodules.vtkIOExport",
+    "vtkmodules.vtkIOXML",
+    "vtkmodules.vtkRenderingCore",
+)
 
 
 def load_kernel() -> None:
-    """Import all that draws, writes and checks a sensor; it takes as long as the contact and half the springs."""
-    if _VTK not in sys.modules:
-        sys.modules[_VTK] = ModuleType(_VTK)
-        try:
-            for name in _ASK_FOR_VTK:
+    """Import all that draws, writes and checks a sensor, in a process that does nothing else.
+
+    What is imported stays to the end of the process. The garbage collector, which would search it again and again, is
+    told so: a third of the processor time of these imports was its.
+    """
+    gc.disable()
+    try:
+        with _left_out():
+            for name in (*_ASK_FOR_VTK, "cadquery", "trimesh"):
                 importlib.import_module(name)
-        finally:
-            del sys.modules[_VTK]
-    importlib.import_module("cad.checks.sensor_checks")
+        importlib.import_module("cad.checks.sensor_checks")
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+@contextmanager
+def _left_out() -> Iterator[None]:
+    """Let empty modules stand for those that are left out; who imports one afterwards gets the module itself."""
+    absent = [name for name in _LEFT_OUT if name not in sys.modules]
+    sys.modules.update({name: _StandIn(name) for name in absent})
+    try:
+        yield
+    finally:
+        for name in absent:
+            del sys.modules[name]
+
+
+class _StandIn(ModuleType):
+    """A module, and whatever has a name in it: all can be imported, and none can be called."""
+
+    def __getattr__(self, name: str) -> "_StandIn":
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return _StandIn(f"{self.__name__}.{name}")
+
+    def __call__(self, *_: object, **__: object) -> NoReturn:
+        msg = f"{self.__name__} is left out where the CAD kernel is loaded ahead; import CadQuery plainly for it"
+        raise ImportError(msg)

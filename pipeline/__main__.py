@@ -1,5 +1,6 @@
 """`python -m pipeline` and the console scripts: the command line, which Ctrl-C and SIGTERM end at once."""
 
+import gc
 import os
 import sys
 
@@ -17,6 +18,7 @@ def main() -> int:
 
         code = command()
         ignore_signals()  # the answer is out, and its exit code holds
+        gc.freeze()  # the process ends: nothing is to be searched for what could be freed
     except BaseException:  # a library may turn an interruption into an error of its own
         if ended_by() is None:
             raise

@@ -26,7 +26,7 @@ DISTRIBUTION = {
     "skfem": "scikit-fem",
     "vtkmodules": "pyvista",
 }
-NEEDED_BY_TRIMESH = {"rtree", "manifold3d"}
+NEEDED_BY_TRIMESH = {"rtree"}
 
 
 def pins(text):

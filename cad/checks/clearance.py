@@ -4,18 +4,25 @@ import itertools
 import math
 
 import cadquery as cq
+import manifold3d
+import numpy as np
+import OCP
+from numpy.typing import NDArray
 
 from cad.checks.line_probe import UP, Lines, Vector, solid_lines
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
 from cad.parts.part import box_through
-from cad.parts.pose import in_place, pose_shape
+from cad.parts.pose import in_place, pose_matrix, pose_shape
 from cad.parts.sensor import SensorSolids
+from sensor.arrays import Floats
 from sensor.verdict import Verdict, at_least, failed_verdict
 
 LEAF_GAP_MM = 0.1  # a leaf printed this much off its place still moves freely
 STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel
-_HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] from the high tip round to the side +y
+HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] from the high tip round to the side +y
 _REACH = 1.0  # [mm] beyond the plate, so that a cut leaves no skin
+_CHORD_MM = 2e-3  # of triangles that tell which headings come near
+_CHORD_ANGLE = 0.5  # rad
 _ON_SHUTTLE = (0.02, 0.5, 0.98)  # places that are measured, as shares of its width
 _ON_LEAF = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # and of the length from the wall
 
@@ -59,13 +66,51 @@ def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) ->
     fruit = sensor.fruit_box()
     above_fruit = in_place(shape, sensor.housing).translate(cq.Vector(0.0, 0.0, sensor.housing.pin_out))
     distances = {}
-    for heading in _HEADINGS if tilt > 0.0 else (0.0,):
+    for heading in nearest_headings(above_fruit, fruit, travel, tilt) if tilt > 0.0 else (0.0,):
         distances[heading] = _signed_distance(pose_shape(above_fruit, travel, tilt, heading), fruit)
     worst = min(distances, key=distances.__getitem__)
     pose = f"travel {travel:g} mm, tilt {tilt:g} deg any way"
     least = f"least where the side {worst:g} deg from +x goes down"
     reference = f"smallest distance to the undeformed fruit: {pose}, {least}"
     return at_least(name, distances[worst], 0.0, 0.0, unit="mm", reference=reference)
+
+
+def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: float) -> tuple[float, ...]:
+    """Return the headings [deg] in which a shape may come nearest to a box, by the gaps of its triangles [mm].
+
+    A triangle is off its face by a chord's height at most: headings whose gaps differ by no more than twice that are
+    left to the kernel, and so are all where the triangles bound no body.
+    """
+    corners, triangles = _triangulated(shape)
+    body = _bounded(corners, triangles)
+    box = _bounded(*_triangulated(fruit))
+    if body.status() != manifold3d.Error.NoError or body.is_empty():
+        return HEADINGS
+    bounds = np.reshape(box.bounding_box(), (2, 3))
+    gaps = {}
+    for heading in HEADINGS:
+        matrix = pose_matrix(travel, tilt, heading)
+        posed = corners @ matrix[:, :3].T + matrix[:, 3]
+        of_corners = np.linalg.norm(np.maximum(0.0, np.maximum(bounds[0] - posed, posed - bounds[1])), axis=1)
+        gaps[heading] = body.transform(matrix).min_gap(box, of_corners.min() + _CHORD_MM)  # none is wider than this
+    farthest = min(gaps.values()) + 2.0 * _CHORD_MM
+    return tuple(heading for heading, gap in gaps.items() if gap <= farthest)
+
+
+def _triangulated(shape: cq.Shape) -> tuple[Floats, NDArray[np.uint64]]:
+    """Return the corners [mm] of the triangles of a shape, shape (n, 3), and their numbers, shape (m, 3)."""
+    unmeshed = shape.copy()
+    OCP.BRepMesh.BRepMesh_IncrementalMesh(unmeshed.wrapped, _CHORD_MM, isRelative=False, theAngDeflection=_CHORD_ANGLE)
+    vertices, triangles = unmeshed.tessellate(_CHORD_MM, _CHORD_ANGLE)
+    corners = np.array([vertex.toTuple() for vertex in vertices]).reshape(-1, 3)
+    return corners, np.array(triangles, dtype=np.uint64).reshape(-1, 3)
+
+
+def _bounded(corners: Floats, triangles: NDArray[np.uint64]) -> manifold3d.Manifold:
+    """Return the body that triangles bound, with a status where they bound none."""
+    mesh = manifold3d.Mesh64(corners, triangles)
+    mesh.merge()
+    return manifold3d.Manifold(mesh)
 
 
 def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:

@@ -13,9 +13,8 @@ from cad.checks.seat_checks import pocket_verdicts
 from cad.checks.strip_checks import stop_strain_verdicts, strip_verdicts
 from cad.checks.tip_checks import socket_verdicts, tip_verdict
 from cad.checks.triangle_checks import closed_verdicts
-from cad.files.sensor_files import solid_tolerance, step_tolerance, volume_of
+from cad.files.sensor_files import FormsRead, read_forms, step_volume, triangles_volume, volume_of
 from cad.files.step import read_step
-from cad.files.stl import read_stl
 from cad.files.threemf import read_3mf
 from cad.parts.assembly import assembly_bodies
 from cad.parts.part import one_shape
@@ -32,23 +31,26 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
     With leaves of sheet strips.step is measured too. The deflections [mm] of low and high spring are those at full
     travel. Raises FileNotFoundError; a file that cannot be read fails geometry.readable.
     """
-    bodies = sensor.printed_bodies()
-    shape = one_shape(body.shape for body in bodies)
-    solid = check_solid(shape, len(bodies))
-    step_path, stl_path = (existing_file(folder / name) for name in ("housing.step", "housing.stl"))
-    strips_path = None if sensor.sheet is None else existing_file(folder / "strips.step")
+    for name in ("housing.step", "housing.stl", *(() if sensor.sheet is None else ("strips.step",))):
+        existing_file(folder / name)
     try:
-        step = read_step(step_path)
-        printed = read_stl(stl_path)
-        strips = None if strips_path is None else read_step(strips_path)
+        forms = read_forms(folder, strips=sensor.sheet is not None)
     except ValueError as error:
-        return (*solid, unreadable(str(error)))
-    stl = sensor_pose(printed, sensor.housing.depth, back_up=sensor.housing.back_to_back)
+        return (*_solid_verdicts(sensor), unreadable(str(error)))
+    return sensor_verdicts(sensor, deflections, forms)
+
+
+def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: FormsRead) -> tuple[Verdict, ...]:
+    """Return every geometry verdict on a sensor and on what was read of its files, as `check_sensor`."""
+    shape = sensor.printed_shape()
+    step = read.step
+    strips = read.strips
+    stl = sensor_pose(read.stl, sensor.housing.depth, back_up=sensor.housing.back_to_back)
     forms: dict[str, Lines] = {"solid": solid_lines(shape), "STEP": solid_lines(step), "STL": mesh_lines(stl)}
     leaves = forms if strips is None else {"solid": solid_lines(sensor.part.shape), "STEP": solid_lines(strips)}
     stops = stop_verdicts(sensor, deflections)
     return (
-        *solid,
+        *_solid_verdicts(sensor),
         *closed_verdicts(stl),
         _round_trip(shape, step),
         *leaf_thickness_verdicts(sensor.housing, leaves),
@@ -64,6 +66,10 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
     )
 
 
+def _solid_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
+    return check_solid(sensor.printed_shape(), len(sensor.printed_bodies()))
+
+
 def _round_trip(shape: cq.Shape, step: cq.Shape) -> Verdict:
     """Return geometry.step_round_trip: relative change of the volume from the solid to the file read back."""
     volume = volume_of(shape)
@@ -77,11 +83,11 @@ def volume_verdict(sensor: SensorSolids, folder: Path) -> Verdict:
 
     In tolerances of the file [1], the larger one. Raises ValueError for a file that cannot be read.
     """
-    printed = one_shape(sensor.marked_shapes().values())
-    assembly = cq.Compound.makeCompound([body.shape for body in assembly_bodies(sensor)])
-    off_3mf = read_3mf(folder / "housing.3mf").mesh.volume - printed.Volume()
-    off_step = volume_of(read_step(folder / "assembly.step")) - volume_of(assembly)
-    value = max(abs(off_3mf) / solid_tolerance(printed), abs(off_step) / step_tolerance(assembly))
+    printed = triangles_volume(one_shape(sensor.marked_shapes().values()))
+    assembly = step_volume(cq.Compound.makeCompound([body.shape for body in assembly_bodies(sensor)]))
+    off_3mf = read_3mf(folder / "housing.3mf").mesh.volume - printed.value
+    off_step = volume_of(read_step(folder / "assembly.step")) - assembly.value
+    value = max(abs(off_3mf) / printed.error, abs(off_step) / assembly.error)
     reference = (
         f"against the solids of report.json: housing.3mf {off_3mf:+.3g} mm^3, assembly.step {off_step:+.3g} mm^3; the "
         "larger in tolerances of its file"

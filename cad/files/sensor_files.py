@@ -1,7 +1,7 @@
 """The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose, each read back and compared; GLB."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cadquery as cq
@@ -10,13 +10,14 @@ import trimesh
 
 from cad.files.export_error import ExportError
 from cad.files.glb import GlbBody, glb_of
-from cad.files.step import read_step, write_step
+from cad.files.step import by_shape, read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, triangles, write_stl
 from cad.files.threemf import read_3mf, write_3mf
 from cad.parts.assembly import assembly_bodies, outwards
 from cad.parts.part import one_shape
-from cad.parts.pose import print_pose
+from cad.parts.pose import location_matrix, print_pose
 from cad.parts.sensor import NamedSolid, SensorSolids
+from sensor.quantity import Estimate
 
 _STEP_TOLERANCE = 1e-9  # relative: Part 21 carries 15 digits
 _TURNED = ("SPHERE", "REVOLUTION")
@@ -26,7 +27,24 @@ _SHOWN_ANGLE = 0.5  # rad
 _SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of a part
 
 
-def write_sensor(sensor: SensorSolids, folder: Path) -> tuple[Path, ...]:
+@dataclass(frozen=True, kw_only=True)
+class FormsRead:
+    """What is read of a sensor's files [mm]: the solid of housing.step, housing.stl in print pose, strips.step."""
+
+    step: cq.Shape
+    stl: trimesh.Trimesh
+    strips: cq.Shape | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorFiles:
+    """The paths that were written, and what was read back from those that are checked."""
+
+    paths: tuple[Path, ...]
+    forms: FormsRead
+
+
+def write_sensor(sensor: SensorSolids, folder: Path) -> SensorFiles:
     """Write housing.step, assembly.step and, marked, housing.stl and housing.3mf; pin.step where pins are the tips.
 
     With strips housing.* hold frame and shuttles, each by its name, and strips.step the strips of a plate in place.
@@ -36,7 +54,7 @@ def write_sensor(sensor: SensorSolids, folder: Path) -> tuple[Path, ...]:
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
     housing_step = folder / "housing.step"
-    export_step(sensor.printed_bodies(), housing_step)
+    step = export_step(sensor.printed_bodies(), housing_step)
 
     assembly_step = folder / "assembly.step"
     bodies = assembly_bodies(sensor)
@@ -45,15 +63,16 @@ def write_sensor(sensor: SensorSolids, folder: Path) -> tuple[Path, ...]:
     marked = sensor.marked_shapes()
     printed = print_pose(one_shape(marked.values()), back_up=sensor.housing.back_to_back)
     stl = folder / "housing.stl"
-    mesh = export_stl(printed, stl)
+    expected = triangles_volume(printed)
+    mesh = _export_stl(printed, stl, expected)
 
     package = folder / "housing.3mf"
     meshes = [mesh] if len(marked) == 1 else [triangles(solid) for solid in printed.Solids()]
     write_3mf(dict(zip(marked, meshes, strict=True)), package)
-    compare_volume(package, read_3mf(package).mesh.volume, printed.Volume(), solid_tolerance(printed))
+    compare_volume(package, read_3mf(package).mesh.volume, expected)
 
     assembly_glb = folder / "assembly.glb"
-    assembly_glb.write_bytes(glb_of([shown_body(body) for body in bodies]))
+    assembly_glb.write_bytes(glb_of(shown_bodies(bodies)))
 
     paths = [housing_step, assembly_step, stl, package, assembly_glb]
     if pins := sensor.pin_bodies():  # all are equal; one is written, standing on its touching face
@@ -61,22 +80,39 @@ def write_sensor(sensor: SensorSolids, folder: Path) -> tuple[Path, ...]:
         upright = pins[0].shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
         paths.append(folder / "pin.step")
         export_step([replace(pins[0], name="pin", shape=upright)], paths[-1])
-    if strips := sensor.strip_bodies():
+    strips = None
+    if strip_bodies := sensor.strip_bodies():
         paths.append(folder / "strips.step")
-        export_step(strips, paths[-1])
-    return tuple(paths)
+        strips = export_step(strip_bodies, paths[-1])
+    return SensorFiles(paths=tuple(paths), forms=FormsRead(step=step, stl=mesh, strips=strips))
 
 
-def shown_body(body: NamedSolid) -> GlbBody:
-    """Return a body as triangles to be looked at, which the animation moves outwards."""
-    vertices, triangles = body.shape.copy().tessellate(_SHOWN_CHORD_MM, _SHOWN_ANGLE)
-    return GlbBody(
-        name=body.name,
-        vertices=np.array([vertex.toTuple() for vertex in vertices]),
-        triangles=np.array(triangles),
-        colour=np.array(body.colour),
-        moved=np.array([0.0, outwards(body), 0.0]),
+def read_forms(folder: Path, *, strips: bool) -> FormsRead:
+    """Return what the files of a sensor hold that are checked; raises ValueError for one that cannot be read."""
+    return FormsRead(
+        step=read_step(folder / "housing.step"),
+        stl=read_stl(folder / "housing.stl"),
+        strips=read_step(folder / "strips.step") if strips else None,
     )
+
+
+def shown_bodies(bodies: Sequence[NamedSolid]) -> list[GlbBody]:
+    """Return bodies as triangles to be looked at, which the animation moves outwards; screws alike are meshed once."""
+    shown = {}
+    for instances in by_shape(bodies):
+        at_origin = instances[0].shape.located(cq.Location()).copy()
+        vertices, triangles = at_origin.tessellate(_SHOWN_CHORD_MM, _SHOWN_ANGLE)
+        corners = np.array([vertex.toTuple() for vertex in vertices])
+        for body in instances:
+            matrix = location_matrix(body.shape.location())
+            shown[body.name] = GlbBody(
+                name=body.name,
+                vertices=corners @ matrix[:, :3].T + matrix[:, 3],
+                triangles=np.array(triangles),
+                colour=np.array(body.colour),
+                moved=np.array([0.0, outwards(body), 0.0]),
+            )
+    return [shown[body.name] for body in bodies]
 
 
 def export_step(bodies: Sequence[NamedSolid], path: Path) -> cq.Shape:
@@ -87,7 +123,7 @@ def export_step(bodies: Sequence[NamedSolid], path: Path) -> cq.Shape:
     write_step(bodies, path, path.stem)
     shape_read = read_step(path)
     shape = cq.Compound.makeCompound([body.shape for body in bodies])
-    compare_volume(path, volume_of(shape_read), volume_of(shape), step_tolerance(shape))
+    compare_volume(path, volume_of(shape_read), step_volume(shape))
     return shape_read
 
 
@@ -99,9 +135,11 @@ def volume_of(shape: cq.Shape) -> float:
     return float(shape.Volume(tol=_INTEGRAL_TOLERANCE) if _is_turned(shape) else shape.Volume())
 
 
-def step_tolerance(shape: cq.Shape) -> float:
-    """Return the tolerance of the volume of a shape that is read back from STEP [mm^3]."""
-    return volume_of(shape) * (2.0 * _INTEGRAL_TOLERANCE if _is_turned(shape) else _STEP_TOLERANCE)
+def step_volume(shape: cq.Shape) -> Estimate:
+    """Return the volume of a shape [mm^3], its error the tolerance of what is read back from STEP."""
+    volume = volume_of(shape)
+    relative = 2.0 * _INTEGRAL_TOLERANCE if _is_turned(shape) else _STEP_TOLERANCE
+    return Estimate(volume, volume * relative, unit="mm^3")
 
 
 def _is_turned(shape: cq.Shape) -> bool:
@@ -113,23 +151,32 @@ def export_stl(shape: cq.Shape, path: Path) -> trimesh.Trimesh:
 
     Raises OSError when it cannot be written, ExportError when it has another volume.
     """
+    return _export_stl(shape, path, triangles_volume(shape))
+
+
+def _export_stl(shape: cq.Shape, path: Path, expected: Estimate) -> trimesh.Trimesh:
+    """Write a shape [mm] of a volume [mm^3] as STL and return what is read back; raises as `export_stl`."""
     write_stl(shape, path)
     mesh = read_stl(path)
-    compare_volume(path, mesh.volume, shape.Volume(), solid_tolerance(shape))
+    compare_volume(path, mesh.volume, expected)
     return mesh
 
 
-def solid_tolerance(shape: cq.Shape) -> float:
-    """Return the tolerance of the volume of triangles [mm^3]: a chord's height over the area of the round faces."""
+def triangles_volume(shape: cq.Shape) -> Estimate:
+    """Return the volume of a shape [mm^3], its error the tolerance of its triangles.
+
+    They are off by a chord's height over the area of the round faces.
+    """
+    volume = float(shape.Volume())
     curved = sum(face.Area() for face in shape.Faces() if face.geomType() != "PLANE")
-    return CHORD_MM * float(curved) + _SINGLE_PRECISION * float(shape.Volume())
+    return Estimate(volume, CHORD_MM * float(curved) + _SINGLE_PRECISION * volume, unit="mm^3")
 
 
-def compare_volume(path: Path, volume_read: float, volume: float, tolerance: float) -> None:
-    """Raise ExportError when the volume [mm^3] read back from a file is not that of the solid."""
-    if not abs(volume_read - volume) <= tolerance:
+def compare_volume(path: Path, volume_read: float, expected: Estimate) -> None:
+    """Raise ExportError when the volume [mm^3] read back from a file is not that of the solid within its error."""
+    if not abs(volume_read - expected.value) <= expected.error:
         msg = (
-            f"{path.name}: volume read back = {volume_read:.9g} mm^3: must be {volume:.9g} within {tolerance:.2g} "
-            "mm^3; export again, the disk may be full"
+            f"{path.name}: volume read back = {volume_read:.9g} mm^3: must be {expected.value:.9g} within "
+            f"{expected.error:.2g} mm^3; export again, the disk may be full"
         )
         raise ExportError(msg)

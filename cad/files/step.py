@@ -36,7 +36,7 @@ def _document(bodies: Sequence[NamedSolid], name: str) -> OCP.TDocStd.TDocStd_Do
     shapes = OCP.XCAFDoc.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colours = OCP.XCAFDoc.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     assembly = shapes.NewShape() if len(bodies) > 1 else None
-    for instances in _by_shape(bodies):
+    for instances in by_shape(bodies):
         location = OCP.TopLoc.TopLoc_Location()
         shape = instances[0].shape.wrapped
         label = shapes.AddShape(shape.Located(location) if assembly else shape, makeAssembly=False)
@@ -52,7 +52,7 @@ def _document(bodies: Sequence[NamedSolid], name: str) -> OCP.TDocStd.TDocStd_Do
     return document
 
 
-def _by_shape(bodies: Sequence[NamedSolid]) -> list[list[NamedSolid]]:
+def by_shape(bodies: Sequence[NamedSolid]) -> list[list[NamedSolid]]:
     """Return bodies in groups that have one shape, each in its place."""
     groups: list[list[NamedSolid]] = []
     for body in bodies:

@@ -19,12 +19,13 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
 
     Raises OSError or ExportError.
     """
-    from cad.checks.sensor_checks import check_sensor
+    from cad.checks.sensor_checks import sensor_verdicts
     from cad.files.sensor_files import write_sensor
     from cad.parts.assembly import sensor_of
 
     sensor = sensor_of(design, housing)
-    return write_sensor(sensor, folder), check_sensor(sensor, deflections, folder)
+    files = write_sensor(sensor, folder)
+    return files.paths, sensor_verdicts(sensor, deflections, files.forms)
 
 
 def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringReadOut", folder: Path) -> Written:

@@ -54,7 +54,7 @@ def curved(sensor):
 
 def write_all(sensor, folder):
     """Return the paths of every file in their order, and cover and bracket as they were read back."""
-    paths = write_sensor(sensor, folder)
+    paths = write_sensor(sensor, folder).paths
     made = write_fabrication(sensor, TITLE, SpringReadOut(springs=springs_of(sensor)), folder)
     return [*paths, *made.paths], made
 

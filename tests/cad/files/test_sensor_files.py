@@ -22,7 +22,7 @@ ROUND_MM2 = 300.0  # more than the area of fillets and holes, whose chords cost 
 
 
 def test_files_hold_the_solids_and_the_pins_and_print_files_the_marks(pinned, tmp_path):
-    step, assembly, stl, model, shown, pin = write_sensor(pinned, tmp_path)
+    step, assembly, stl, model, shown, pin = write_sensor(pinned, tmp_path).paths
     assert [path.name for path in (step, assembly, stl, model, shown, pin)] == [
         "housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb", "pin.step",
     ]  # fmt: skip

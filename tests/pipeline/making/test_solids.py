@@ -1,6 +1,7 @@
 """Solids from the cache are the files and verdicts of the run that made them; another design is made anew."""
 
 import hashlib
+from types import SimpleNamespace
 
 import pytest
 from squares import GENTLE, LENGTHS
@@ -11,6 +12,8 @@ import cad.files.sensor_files
 from cad.files.step import read_step
 from pipeline.making.solids import begin_solids
 from sensor.design.parameters import Design, Print
+
+NO_FILES = SimpleNamespace(paths=(), forms=None)
 
 
 def write_solids(design, springs, folder):
@@ -45,8 +48,10 @@ def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tm
 @pytest.mark.usefixtures("first")
 def test_another_leaf_is_another_solid(tmp_path, monkeypatch):
     made = []
-    monkeypatch.setattr(cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or ())
-    monkeypatch.setattr(cad.checks.sensor_checks, "check_sensor", lambda *_: ())
+    monkeypatch.setattr(
+        cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or NO_FILES
+    )
+    monkeypatch.setattr(cad.checks.sensor_checks, "sensor_verdicts", lambda *_: ())
     springs = springs_of(Design(), lengths=(29.9, 14.8))
     write_solids(Design(), springs, tmp_path)
     assert made == [springs.housing]
@@ -56,8 +61,10 @@ def test_another_leaf_is_another_solid(tmp_path, monkeypatch):
 def test_another_process_is_judged_anew(tmp_path, monkeypatch):
     """A check may be judged from any number of the process."""
     made = []
-    monkeypatch.setattr(cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or ())
-    monkeypatch.setattr(cad.checks.sensor_checks, "check_sensor", lambda *_: ())
+    monkeypatch.setattr(
+        cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or NO_FILES
+    )
+    monkeypatch.setattr(cad.checks.sensor_checks, "sensor_verdicts", lambda *_: ())
     springs = springs_of(Design())
     write_solids(Design(print=Print(E_MPa=1900.0)), springs, tmp_path)
     assert made == [springs.housing]
