@@ -1,5 +1,6 @@
 """The main job: targets -> springs -> solids -> meshes -> solutions -> verdicts, each stage from result to result."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 from pipeline.evaluate import (
@@ -15,12 +16,14 @@ from pipeline.making.fields import write_fields
 from pipeline.making.solids import begin_solids
 from pipeline.options import RunOptions, refuse_unmakeable
 from pipeline.report.outputs import write_outputs
+from pipeline.report.page.bodies import loaded_half
 from pipeline.result import SensorResult
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Progress, Stopwatch, silent
 from pipeline.storage.workers import cad_worker
 from pipeline.verdicts.hints import with_hints
 from sensor.design.parameters import Design
+from solve.linear import SolveError
 
 
 def run(
@@ -53,6 +56,9 @@ def run(
         result = complete_evaluation(checked, timed)
         with timed.stage("fields"):
             fields_left_out = write_fields(sensor, result.press, options, folder)
+            if options.out is not None:
+                with suppress(ValueError, SolveError):  # the page says why it cannot draw it
+                    loaded_half(result.springs, options)  # solved while the solids are made, and kept for the page
         with timed.stage("fabrication"):
             sideways = sideways_verdicts(sensor.springs, options)
         with timed.stage("solids"):

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from cad.files.glb import GlbBody, glb_of, glb_position
 from pipeline.making.fields import fields_at_full_travel
+from pipeline.options import RunOptions
 from pipeline.report.page.template import pack_bytes
 from pipeline.report.report import Report
 from pipeline.result import SensorResult
+from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
@@ -58,17 +60,24 @@ def assembly_body(folder: Path, stale: Collection[str] = ()) -> Plain:
     return page_body("Sensor over its fruit", path.read_bytes(), slider="apart")
 
 
+def loaded_half(springs: FittedSprings, options: RunOptions) -> ClampedHalf:
+    """Return the half housing that the page shows under load, solved on a coarse mesh and kept.
+
+    Raises ValueError where there is no housing, SolveError.
+    """
+    if springs.housing is None:
+        msg = "no part is made"
+        raise ValueError(msg)
+    process = springs.process
+    return coarse_half(springs.housing, process.E_MPa, process.poisson, rough=options.rough)
+
+
 def flexure_body(report: Report, result: SensorResult) -> Plain:
     """Return the housing, or one plate of a square, at full travel in its von Mises stress [MPa].
 
     Raises ValueError where there is no housing, SolveError.
     """
-    housing = result.springs.housing
-    if housing is None:
-        msg = "no part is made"
-        raise ValueError(msg)
-    process = result.springs.process
-    half = coarse_half(housing, process.E_MPa, process.poisson, rough=result.options.rough)
+    half = loaded_half(result.springs, result.options)
     mesh = half.basis.mesh
     fields = fields_at_full_travel(result.springs, half)
     surface = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
