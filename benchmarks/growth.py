@@ -44,7 +44,7 @@ Two exponents are above theory, because the work changes in a step:
   solved first and misses, and then the next one, of 7605 dofs. Each factor of that one costs about 8 times as much,
   which is the square of the ratio of dofs. From 1 / 1000 to 1 / 20000 the exponent is below theory.
 
-Exponents below theory belong to work whose fixed cost still matters."""
+An exponent is below theory where a cost that does not grow with the size is still a large part of the whole."""
 HEADS = ["work", "size", "wall s", "CPU s", "MiB", "exponent", "theory, at most"]
 SPRINGS = {"springs.K_l_N_per_m": 906, "springs.K_h_N_per_m": 20800}  # of the paper's sensor, about
 LAYOUTS: dict[int, dict[str, object]] = {

@@ -19,8 +19,8 @@ MOUNTS = ("covers", "washers")
 HEADS = ["preset", "process", "mount", "the other mount that moves them most", "K_l, %", "K_h, %"]
 INTRODUCTION = """\
 `python -m benchmarks.other_mounts` writes this section. Each preset is made by each process and held by each mount. Its
-springs are then solved in every other mount, on one mesh. A row has the other mount that moves a stiffness most.
-Springs that a process cannot make have no row.
+springs are then solved in every other mount, on one mesh. Each row names, for one mount, the other mount that changes
+K_l or K_h most. Springs that a process cannot make have no row.
 
 A run does not solve other mounts. Its error bars use `LARGEST_MOUNT_CHANGES` of `pipeline/verdicts/errors/effects.py`.
 These are the largest changes of this section, plus a quarter. Another mesh moves a change by a tenth of it."""

@@ -65,8 +65,8 @@ DESIGN_TAIL = """\
 - The contact of a dome lies within half its face, or the verdict `geometry.tip_face` fails.
 - Printed tips are sharp squares, or domes on squares. Another shape or a fillet needs `tips.socket = "pin"`, because
   ground pins have any shape.
-- A pair lies along the length of the fruit, the low tip at -x and the high tip at +x. A line lies there too, in its
-  order. A square goes round from (-x, -y): low, high, low, high.
+- A pair lies along the length of the fruit, the low tip at -x and the high tip at +x. The tips of a line lie along it
+  too, in the order of `tips.order`. A square goes round from (-x, -y): low, high, low, high.
 
 **The springs**
 

@@ -59,7 +59,7 @@ def execute(arguments: Namespace) -> int:
         if number is not None:
             _print_wrapped(f"{whose}: ", number)
         else:
-            print("--out DIR tells the number of a run")
+            print("add --out DIR to see its value in that run")
     return PASSED
 
 

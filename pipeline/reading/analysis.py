@@ -118,6 +118,15 @@ class Readings(Record):
         """Return the reading at the modulus whose uncertainty is largest over its limit."""
         return self.moduli[first_largest(row.over_limit for row in self.moduli)]
 
+    @property
+    def noise_at_limit_percent(self) -> float | None:
+        """Return the noise [% of full scale] at which the uncertainty reaches its limit; None where it is without.
+
+        Raises ValueError where nothing is read.
+        """
+        worst = self.worst_uncertainty
+        return noise_to_reach(worst.uncertainty_limit, worst.sources)
+
 
 def analyse_readings(sensor: Sensor) -> Readings | None:
     """Return the quality of a sensor's readings, None where its design does not ask; presses at tilts are left out.

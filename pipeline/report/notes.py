@@ -120,20 +120,27 @@ def _large_strain(design: Design, depth: float) -> Note:
     )
 
 
+def _noise(readings: Readings) -> Note:
+    """Return the note on the noise at which the uncertainty reaches its limit in the design."""
+    percent = 100.0 * readings.worst_uncertainty.uncertainty_limit
+    noise = readings.noise_at_limit_percent
+    if noise is None:
+        text = f"even without noise the standard uncertainty of E is above its limit, {percent:.3g} %."
+        return Note(10.0, f"Calibrate better or narrow [reading]: {text}")
+    return Note(
+        10.0,
+        f"Keep the noise of each force below {noise:.2g} % of full scale: there the standard uncertainty of E reaches "
+        f"its limit, {percent:.3g} %.",
+    )
+
+
 def _of_the_reading(design: Design, readings: Readings) -> Iterator[Note]:
     """Yield the notes on readings: the noise that they bear, and the assumptions that move them."""
     fruit = design.fruit
     # d ln(1 - nu^2) by the spread of nu
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
-    noise = readings.noise_percent
-    if noise is None:
-        text = "Calibrate better or narrow [reading]: even without noise the standard uncertainty of E is above 10 %."
-    else:
-        text = (
-            f"Keep the noise of each force below {noise:.2g} % of full scale: there the standard uncertainty of E "
-            "reaches 10 %."
-        )
-    yield Note(10.0, text)
+    if readings.moduli:
+        yield _noise(readings)
     if readings.heights > 0.0:
         yield Note(
             5.0 * readings.heights,

@@ -165,7 +165,7 @@ class ContactReport:
     K_m_over_E_mm: float = report_field("mm", "1 / (s11 - s12)")
     skin: SkinReport | None = report_field(
         "",
-        "fruit with a skin alone: the compliance with it; `compliance_per_mm` is then that of the flesh alone",
+        "for a fruit with a skin only: the compliance with it; `compliance_per_mm` is then that of the bare flesh",
         default=None,
         left_out=True,
     )
@@ -450,7 +450,7 @@ class Report:
     )
     tolerance: ScatterBands | LeftOut | None = report_field(
         "",
-        "bands of prints, of `pipeline design`, else left out; null where no housing can be made",
+        "ranges that hold 95 % of prints; only `pipeline design` writes them; null where no housing can be made",
         default=LeftOut.LEFT_OUT,
         left_out=True,
     )

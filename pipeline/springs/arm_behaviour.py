@@ -10,7 +10,9 @@ class ArmBehaviour:
     """One spring at full travel; the bridge has None where a leaf is too short for the grid."""
 
     tilt_at_full_force_rad: float = report_field("rad", "turn of the tip's face in the plane of the plate")
-    large_deflection_stiffening: float = report_field("1", "gain in stiffness at full travel, over the stiffness")
+    large_deflection_stiffening: float = report_field(
+        "1", "increase of the stiffness at full travel, divided by the stiffness at small travel"
+    )
     natural_frequency_Hz: float = report_field(
         "Hz", "first frequency of the free spring by Rayleigh's quotient, some per cent off"
     )

@@ -6,7 +6,9 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
+from tutorial_press import NOISE_N, TARE, WAY, shown_forces
 
 from pipeline.cli import main
 from sensor.design.processes import PROCESSES
@@ -44,8 +46,15 @@ def shown_as_printed(pattern, printed):
 
 def test_page_has_the_whole_chain():
     assert [words[0] for words in commands()] == [
-        *("doctor", "modulus", "run", "calibrate", "read", "read", "read", "read"),
+        *("doctor", "modulus", "modulus", "run", "calibrate", "read", "read", "read", "read"),
     ]
+
+
+@pytest.mark.slow
+def test_press_is_that_of_boundary_elements():
+    """The forces of the file, but for their noise and its five digits."""
+    forces = np.loadtxt(ROOT / "docs" / "examples" / "press.csv", delimiter=",", skiprows=1)[:, 2:]
+    assert forces[TARE : TARE + len(WAY)] == pytest.approx(shown_forces(WAY), abs=5.0 * NOISE_N)
 
 
 @pytest.mark.slow
@@ -57,27 +66,32 @@ def test_chain_runs_from_curves_to_c(tmp_path, monkeypatch, capsys):
     for words in commands():
         assert main(words) == 0
         answers.append(capsys.readouterr().out)
-    _, tests, _, weighed, press, by_radius, newtons, _ = answers
+    _, tests, _, run, weighed, press, by_radius, newtons, _ = answers
     shown = re.search(r"`E_max_MPa = [\d.]+`", PAGE)
     assert shown is not None
     assert shown[0].strip("`") in tests.splitlines()
     for fruit, row in enumerate(zip(*(columns(tests, index) for index in (1, 3, 4)), strict=True), 1):
-        assert shown_as_printed(rf"`fruit-{fruit}.csv` \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|", row)
+        assert shown_as_printed(rf"`fruit-{fruit}.csv 1` \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|", row)
+    for verdict, printed in (("reading.bias", run), ("reading.uncertainty", run), ("unit.uncertainty", weighed)):
+        assert shown_as_printed(rf"`{verdict}`[ is|]+([\d.]+) ≤", re.findall(rf"{verdict} +│ ([\d.]+) ", printed))
     assert shown_as_printed(r"Each E is ± ([\d.]+) % at most", [max(columns(tests, 2), key=float)])
     assert shown_as_printed(
         r"low springs of this unit have ([\d.]+) and ([\d.]+) N/m instead of 150, its high ones ([\d.]+) and ([\d.]+)",
         [re.findall(rf"^{tip} +K +([\d.]+)", weighed, flags=re.M)[0] for tip in ("low_1", "low_2", "high_1", "high_2")],
     )
     assert shown_as_printed(r"would be up to (\d+) % too low", [re.findall(r"-([\d.]+) %", weighed)[-1]])
-    assert shown_as_printed(r"springs add ([\d.]+) % at most", [re.findall(r"│ +([\d.]+) % │", weighed)[-1]])
+    assert shown_as_printed(r"springs and creep add ([\d.]+) % at most", [re.findall(r"│ +([\d.]+) % │", weighed)[-1]])
     line = re.search(r"^    (t 0\.700 s .+)$", PAGE, flags=re.M)
     assert line is not None
     assert line[1] in press.splitlines()
-    assert shown_as_printed(r"as designed, and E is ([\d.]+) MPa", [str(number(r"MPa  E ([\d.]+) MPa", newtons))])
-    E, error = number(r"E ([\d.]+) MPa", press), number(r"\+- (\d+) %", press)
+    found = re.findall(r"MPa  E ([\d.]+) MPa \+- ([\d.e+]+) %", newtons)
+    assert shown_as_printed(r"Now E is ([\d.]+) MPa ± (\d+) %", found[0])
+    E, error = number(r"E ([\d.]+) MPa", press), number(r"\+- ([\d.]+) % \(95", press)
     assert abs(E / TRUTH_MPA - 1.0) < 0.01 * error
+    assert shown_as_printed(r"falls from ([\d.]+) to ([\d.]+) %", [error, number(r'"u_percent": ([\d.]+)', by_radius)])
     counted = in_micropython()
     assert shown_as_printed(r"prints ([\d.]+) MPa", [f"{counted:.3f}"])
+    assert "flags" not in press
     known, bar = number(r'"E_MPa": ([\d.]+)', by_radius), number(r'"u_percent": ([\d.]+)', by_radius)
     assert abs(known / TRUTH_MPA - 1.0) < 0.01 * bar
     # From the touch at 0.2 s to 0.7 s by the command, 3 s by firmware; E is printed to four digits.

@@ -1,5 +1,6 @@
 """The page of compression tests: force over travel with the fitted law, and stress over strain as in the paper."""
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,12 +16,16 @@ _STEPS = 100
 
 def modulus_page(results: Sequence[CompressionResult]) -> str:
     """Return the page of all results."""
-    tests = [_test(result) for result in results]
+    files = Counter(result.specimen.file for result in results)
+    tests = [_test(result, alone=files[result.specimen.file] == 1) for result in results]
     return render_page("modulus.html.j2", (*FIGURES, "modulus.js"), {"tests": tests}, results=results)
 
 
-def _test(result: CompressionResult) -> Plain:
-    """Return what the plots need of a test: travel [mm], force [N], the law where it is fitted, strain and stress."""
+def _test(result: CompressionResult, *, alone: bool) -> Plain:
+    """Return what the plots need of a test: travel [mm], force [N], the law where it is fitted, strain and stress.
+
+    A test that is `alone` in its file has the name of the file.
+    """
     curve = result.curve
     chosen = result.chosen
     geometry = result.geometry
@@ -29,8 +34,9 @@ def _test(result: CompressionResult) -> Plain:
     force = curve.force[shown]
     fitted = np.linspace(float(curve.travel[0]), chosen.last, _STEPS)
     secant = result.secants[0]
+    stem = Path(result.specimen.file).stem
     return {
-        "name": f"{Path(result.specimen.file).stem} {result.specimen.name}".strip(),
+        "name": stem if alone else f"{stem} {result.specimen.name}",
         "travel": travel.tolist(),
         "force": force.tolist(),
         "law": {"travel": fitted.tolist(), "force": chosen.fit.force(fitted, float(curve.force.max())).tolist()},

@@ -105,9 +105,10 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     )
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
     only = "" if result.springs.leaves.is_printed else ", which is that of the strips, not of glue and print"
+    part = "One of the two plates of the square, which are alike. " if housing.back_to_back else ""
     caption = (
-        f"At full travel on the firmest fruit, deflection drawn {factor:g} times. The largest von Mises stress is "
-        f"{highest:.3g} MPa, its limit {limit:.3g} MPa (E of {leaves.name} times its strain limit{only}). Safety "
+        f"{part}At full travel on the firmest fruit, deflection drawn {factor:g} times. The largest von Mises stress "
+        f"is {highest:.3g} MPa, its limit {limit:.3g} MPa (E of {leaves.name} times its strain limit{only}). Safety "
         f"against the strain limit: {', '.join(factors)}. A coarse mesh: up to a tenth too high."
     )
     return page_body(

@@ -11,13 +11,13 @@
     return {
       x: { label: "travel [mm]" }, y: { label: "force [N]" }, color,
       marks: [
-        Plot.dot(points, { x: "x", y: "y", r: 1.2, fill: "name", fillOpacity: 0.4 }),
-        Plot.line(laws, { x: "x", y: "y", stroke: "name", strokeWidth: 2 }),
+        Plot.dot(points, { x: "x", y: "y", r: 3, stroke: "name", strokeOpacity: 0.6 }),
+        Plot.line(laws, { x: "x", y: "y", stroke: "currentColor", strokeWidth: 1.2, z: "name" }),
         Plot.ruleX(tests, { x: "touch", stroke: "name", strokeDasharray: "2 3" }),
         Plot.ruleX(tests.filter((test) => test.failure !== null), { x: "failure", stroke: "name", strokeDasharray: "6 3" }),
         Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `${one.name}\n${text(one.x, "mm")}: ${text(one.y, "N")}` })),
       ],
-      caption: "Lines: the law where it is fitted. Dotted: first touch; dashed: the skin fails.",
+      caption: "Circles: measured, up to the failure of the skin. Lines: the law where it is fitted. Dotted: first touch. Dashed: the skin fails; later points are left out.",
     };
   }
 
@@ -27,8 +27,8 @@
     return {
       x: { label: "strain: travel over height [%]" }, y: { label: "stress: force over plate area [MPa]" }, color, marginLeft: 56,
       marks: [
-        Plot.dot(points, { x: "x", y: "y", r: 1.2, fill: "name", fillOpacity: 0.4 }),
-        Plot.line(secants, { x: "x", y: "y", stroke: "name", strokeWidth: 2 }),
+        Plot.dot(points, { x: "x", y: "y", r: 3, stroke: "name", strokeOpacity: 0.6 }),
+        Plot.line(secants, { x: "x", y: "y", stroke: "currentColor", strokeWidth: 1.2, z: "name" }),
         Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `${one.name}\n${text(one.x, "%")}: ${text(one.y, "MPa")}` })),
       ],
       caption: "Lines: the secant, whose slope is the paper's modulus.",

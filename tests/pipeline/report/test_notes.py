@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, relaxing_result, result_of, sensor_of
 
-from pipeline.reading.analysis import Readings
+from pipeline.reading.analysis import ModulusReading, Readings
+from pipeline.reading.poses import Placement
+from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.notes import _strips as strips_note
 from pipeline.report.notes import notes
 from pipeline.report.verdict_table import WIDTH
@@ -73,7 +75,7 @@ def test_what_moves_a_reading_most_comes_first():
 
 
 def test_each_is_one_sentence_that_fits_a_line():
-    for result in (result_of(), read_result(noise_percent=0.234, heights=0.5, flesh=0.031), relaxing_result()):
+    for result in (result_of(), read_result(moduli=(read_at(0.1),), heights=0.5, flesh=0.031), relaxing_result()):
         for line in notes(result):
             assert re.fullmatch(r"[A-Z][^.]*(\.\S[^.]*)*\.", line), line
             assert len(line) <= WIDTH - len("- "), line
@@ -98,15 +100,31 @@ def read_result(**changes):
 
 def test_notes_of_a_reading():
     """The slope of ln(1 - nu^2) is 2 nu / (1 - nu^2); 0.05 mm of contrast times 100 % are five times the slope."""
-    result = read_result(noise_percent=0.234, heights=0.5, flesh=0.031)
+    result = read_result(heights=0.5, flesh=0.031)
     fruit = result.design.fruit
-    assert numbers_of(note(result, "Keep the noise"))[0] == 0.23
     assert rounded(2.5)[0] in numbers_of(note(result, "Press smooth skin"))
     assert numbers_of(note(result, "Allow")) == rounded(3.1)
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     assert numbers_of(note(result, "Set fruit.poisson")) == rounded(fruit.poisson, fruit.poisson_spread, moved)
     quiet = notes(read_result())
-    assert not [line for line in quiet if line.startswith(("Press smooth", "Allow"))]
+    assert not [
+        line for line in quiet if line.startswith(("Press smooth", "Allow", "Keep the noise", "Calibrate better"))
+    ]
+
+
+def read_at(limit):
+    """Return a reading of limited uncertainty [1]: 12 % by the channels, and as many per cent by noise as there are."""
+    sources = UncertaintySources(
+        contributions={"noise": 0.005, "gain_percent": 0.12}, stiffness_slope=1.0, noise_slope=0.01, by_noise=0.005
+    )
+    placement = Placement()
+    return ModulusReading(E=1.5, bias=Estimate(0.0, 0.0), worst=placement, sources=sources, uncertainty_limit=limit)
+
+
+def test_noise_is_told_by_the_limit_of_the_design():
+    """12 % by the channels and 9 % by noise are 15 %; a limit of 10 % is passed without noise, which the note says."""
+    assert numbers_of(note(read_result(moduli=(read_at(0.15),)), "Keep the noise")) == [9.0, 15.0]
+    assert numbers_of(note(read_result(moduli=(read_at(0.1),)), "Calibrate better")) == [10.0]
 
 
 def test_relaxation_that_is_known():
