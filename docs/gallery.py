@@ -27,12 +27,12 @@ PICTURES = {
 HEAD = """\
 ## Ten examples
 
-*Written by `docs/gallery.py`, which runs them.* Each is a short script that uses the names above. In the folder of the
-clone, run one for example by:
+*Written by `docs/gallery.py`, which runs them.* Each example is a short script that uses the public names above. In the
+folder of the clone, this command runs the first one:
 
     .venv/bin/python examples/two_spring_law.py
 
-Files go into `outputs` of the current folder.
+The examples write their files into `outputs` of the current folder.
 """
 
 

@@ -27,10 +27,10 @@ DESIGN_HEAD = """\
 
 *Written by `docs/pages.py` from the program's own parameters.*
 
-A design file is TOML text. It holds every number that a person may choose. A key that is left out has its default; all
-defaults together are the sensor of the paper. A key carries its unit; one without a unit is a plain number. An unknown
-key is refused, and the message names the nearest known one. A key that only older versions know is refused
-too, and the message says what to do.
+A design file is TOML text. It holds every number that you can choose. A key that you leave out has its default value;
+the defaults are the sensor of the paper. The name of a key ends with its unit; a key without a unit is a plain number.
+A run refuses an unknown key, and the message names the most similar known key. It also refuses a key of older versions,
+and the message says what to write instead.
 
     name = "mine"
 
@@ -40,12 +40,13 @@ too, and the message says what to do.
     [fruit]
     height_mm = 20.0
 
-Use it with `pipeline run --design mine.toml`. One key can also be set on the command line, on top of the file:
+Run this design with `pipeline run --design mine.toml`. A flag can replace a key of the file:
 `pipeline run --set fruit.height_mm=20`. The [presets](presets.md) are design files too, in [designs](../designs), with
-the source of each number; `--design mango` uses one. Every output folder holds a `design.toml` that repeats its run.
+the source of each number; `--design mango` uses the preset `mango`. Every output folder has a `design.toml` with which
+you can repeat the run. [Words](words.md#words-and-symbols) explains the terms of this page.
 
-`name` is text of 1 to 64 letters, digits, `-` or `_`. It names the output folder and is engraved in the part. A file
-without a name is named after the file.
+The key `name` is a text of 1 to 64 letters, digits, `-` or `_`. The output folder has this name, and it is engraved in
+the part. A design without `name` takes the name of its file.
 """
 
 DESIGN_TAIL = """\
@@ -54,61 +55,67 @@ DESIGN_TAIL = """\
 **The fruit**
 
 - A block has no radii. A sphere needs `radius_mm`; an ellipsoid needs `radius_mm` and `radius_across_mm`.
-- A piece of curved fruit lies on the fruit: its corners stay above its base.
-- `press.travel_mm` is less than the height of the fruit, or than its thickness where that is given.
+- A piece of a curved fruit, given by `length_mm` and `width_mm`, must be so small that its corners lie above its base.
+- `press.travel_mm` must be less than `fruit.height_mm`, or than `fruit.thickness_mm` if that is given.
 
 **The tips**
 
-- The tips stand on the fruit and do not overlap: `tips.spacing_mm` is greater than `tips.side_mm`.
-- `tips.fillet_mm` is less than half of `tips.side_mm`; a sphere has none.
-- A tip face meets the fruit at {steepest:g} degrees at most; a steeper scene is refused.
-- The contact of a dome lies within half its face, or the verdict `geometry.tip_face` fails.
+- All tips must lie on the fruit and must not overlap: `tips.spacing_mm` is greater than `tips.side_mm`.
+- `tips.fillet_mm` must be less than half of `tips.side_mm`; a sphere has no fillet.
+- The angle between a tip face and the skin must be at most {steepest:g} degrees; a run refuses a steeper scene.
+- The contact of a dome must lie within half of its face; else the verdict `geometry.tip_face` fails.
 - Printed tips are sharp squares, or domes on squares. Another shape or a fillet needs `tips.socket = "pin"`, because
   ground pins have any shape.
-- A pair lies along the length of the fruit, the low tip at -x and the high tip at +x. The tips of a line lie along it
-  too, in the order of `tips.order`. A square goes round from (-x, -y): low, high, low, high.
+- A pair lies along the length of the fruit, with the low tip at -x and the high tip at +x. A line lies in the same
+  direction, in the order of `tips.order`. The tips of a square are counted around it from (-x, -y): low, high, low,
+  high.
 
 **The springs**
 
-- `springs` holds both stiffnesses or none, the low one less than the high one.
+- `[springs]` must give both stiffnesses or none, and the low one must be less than the high one.
 - Lines and squares need `[springs]`, because targets size a pair only.
-- With `[springs]` and without `[targets]`, P_max and NL are reported but not judged.
-- With tilt, roll, curved fruit, fillets or spheres a tip may touch in part or lift off. The springs are then sized for
-  the flat block of the same size under sharp flat tips. The response is that of the actual scene.
-- A square is printed as two equal plates back to back. `tips.spacing_mm` must hold a plate as deep as a tip is wide,
-  and the pads between the plates, {pads} mm.
-- A line of three, as [fouly.toml](examples/fouly.toml), has no housing, and `pipeline design` refuses it. It is judged
-  by its readings, or by its force ratio without `[reading]`, see [layouts](presets.md#layouts-of-tips).
+- With `[springs]` and without `[targets]`, the report has P_max and NL, but no verdicts on them.
+- With tilt, roll, curved fruit, fillets or spheres, a tip may touch with part of its face or lift off. The springs are
+  then sized for a flat block of the same size under sharp flat tips. Forces and P are still computed for the actual
+  fruit, tips and press.
+- A square is printed as two equal plates back to back. `tips.spacing_mm` is the depth of one plate plus the height of
+  the pads between the plates, {pads} mm. It must leave a plate that is at least as deep as a tip is wide.
+- A line of three, such as [fouly.toml](examples/fouly.toml), has no housing, so `pipeline design` refuses it.
+  `pipeline run` judges its readings, or without `[reading]` its force ratio, see [layouts](presets.md#layouts-of-tips).
 
 **Reading and read-out**
 
-- With `[reading]` the design is judged by the modulus that it reads, in place of the verdicts on P.
-- With `[readout]` the noise of the forces is computed; `reading.noise_percent` and `noise_N` are then left out.
-- `readout.transducer = "foil"` needs `print.gauges = "foil"`, "displacement" needs "none".
-- With `[readout]`, a process of your own needs `E_per_K`.
+- With `[reading]`, the verdicts judge the error of the modulus that the sensor reads, in place of P.
+- With `[readout]`, a run computes the noise of the forces from the data of the read-out; leave out
+  `reading.noise_percent` and `noise_N` then.
+- `readout.transducer = "foil"` needs `print.gauges = "foil"`, and `"displacement"` needs `print.gauges = "none"`.
+- With `[readout]`, a print process of your own must give `E_per_K`, because the drift of the forces depends on it.
 
 **Leaves of spring steel**
 
-`print.leaves = "spring-steel"` takes strips of sold sheet, glued into slots of a plastic print. It is refused with a
-process of metal, a line of three or gauges. The thinnest sheet is taken whose stiffness scatters by at most
-{scatter:g} % once it is weighed. `leaf_thickness_low_mm` and `leaf_thickness_high_mm` choose another one:
-{thicknesses} mm. Weigh each sheet, give its measured thickness as `leaf_measured_low_mm` and `leaf_measured_high_mm`,
-and print the frame again. Its free lengths are fitted to these sheets.
+With `print.leaves = "spring-steel"`, the leaves are strips of commercial steel sheet, glued into slots of a plastic
+print. A metal process, a line of three and gauges are not allowed with it. A run chooses the thinnest sheet whose
+stiffness scatters by at most {scatter:g} % after it was weighed. `leaf_thickness_low_mm` and `leaf_thickness_high_mm`
+choose another sheet: {thicknesses} mm. Weigh each sheet, and give its measured thickness as `leaf_measured_low_mm` or
+`leaf_measured_high_mm`. Then run the design again and print the new frame, because the free lengths of the leaves
+depend on these thicknesses.
 """
 
 PROCESS_HEAD = """\
 ## Print processes
 
-`pipeline design --list-processes` shows the same in the terminal. Each process can make the default design;
-[springs of each process](measurements.md#springs-of-each-process) has the errors.
+`pipeline design --list-processes` prints the same table. Each process can make the default design; [springs of each
+process](measurements.md#springs-of-each-process) has the errors of both springs.
 
-Leaf thicknesses of the filament processes are multiples of the printer's line. The low leaf has {low_lines:g} lines of
-{line:g} mm, the high one {high_lines:g}. These are the first and a middle layer in the slicer:
+In the filament processes, the thickness of a leaf is a multiple of the width of a printed line. A leaf of the low
+spring has {low_lines:g} lines of {line:g} mm, a leaf of the high spring {high_lines:g}. The picture shows the first
+layer and a middle layer in the slicer:
 
 ![the paths of the nozzle in the first and in a middle layer of the housing](slices.png)
 
-Sources that begin with "typical" are values in common use that were not checked against a data sheet. All other numbers
-were read at the named source. They set the first print: calibrate each printed unit before you trust its numbers.
+A source that begins with "typical" marks a value in common use that nobody checked against a data sheet. All other
+numbers were read at the named source. The numbers are good enough for the first print only: calibrate each printed unit
+before you trust its readings.
 """
 
 PROCESS_TAIL = """\
@@ -116,23 +123,23 @@ PROCESS_TAIL = """\
 
 Copy the table of the nearest process from `sensor/design/processes.toml` into a file of your own. Give it a new name,
 and change what you have measured. Every number needs its source. A number out of bounds or an unknown key is refused in
-one line. Without `creep_per_decade` and `creep_scatter` its springs count as elastic. `kind` is fdm, sla, sls, dmls or
-other. It sets what the fabrication sheet says of supports, washing, heat and powder. Name the file in the design, with
-its path from the design file:
+one line. If `creep_per_decade` and `creep_scatter` are missing, the springs count as elastic. The key `kind` is fdm,
+sla, sls, dmls or other; it chooses what the fabrication sheet says about supports, washing, heat and powder. Give the
+path of the file in the design, relative to the design file:
 
     [print]
     process_file = "my-printer.toml"
 
-A file with several processes needs `process = "NAME"` beside it. The output folder contains the process with its
-sources, as the table `printer` of `design.toml` and of `report.json`. So the folder needs no other file.
-`pipeline design --list-processes` shows the process too where the design is named.
+If the file has several processes, add `process = "NAME"` to the same table. A run copies the process with its sources
+into the table `printer` of `design.toml` and of `report.json`, so the output folder needs no other file.
+`pipeline design --list-processes` also shows this process if you name the design.
 """
 
 WORDS_HEAD = """\
 # What verdicts, words and symbols mean
 
-*Written by `docs/pages.py`.* `pipeline explain NAME` says more of each, with its formula and its source. With
-`--out DIR` it adds the number of a run. Units are mm, N and MPa; a key or a label that uses another unit says so.
+*Written by `docs/pages.py`.* `pipeline explain NAME` says more about each name, with its formula and its source. Add
+`--out DIR` to see its value in that run. Units are mm, N and MPa; a key or a label that uses another unit says so.
 """
 
 Rows = Iterable[Sequence[str]]

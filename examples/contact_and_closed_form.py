@@ -1,7 +1,7 @@
-"""Contact against a closed form: flat round tips on a block that is large against them.
+"""Contact against a closed form: flat round tips on blocks of growing size.
 
-A rigid flat punch of radius a on a half-space has the stiffness 2 a E / (1 - nu^2). On a block whose tips are far apart
-the solved contact must come to the same value.
+A rigid flat punch of radius a on a half-space has the stiffness 2 a E / (1 - nu^2). The larger the block and the
+distance of its tips, the nearer the solved contact must be to this value.
 """
 
 import twintip

@@ -1,6 +1,6 @@
-"""The housing cut and joined in CadQuery: a hole for a cable, a bracket above it, both in one assembly.
+"""The housing cut and joined in CadQuery: a cable hole through the frame, a bracket above it, both in one assembly.
 
-The housing is a solid like any other. The hole goes through the frame, so no spring changes.
+The housing is a CadQuery solid like any other. The hole is in the frame, so it does not change the springs.
 """
 
 from pathlib import Path

@@ -1,6 +1,6 @@
-"""The fields of a run in PyVista: where the springs are stressed most, and a picture of it.
+"""The fields of a run in PyVista: the place of the largest stress in the springs, and a picture of it.
 
-`flexure.vtu` holds one half of the housing, which is symmetric. Its arrays carry their unit in their name.
+`flexure.vtu` contains one half of the housing, because the housing is symmetric. The name of each array has its unit.
 """
 
 from pathlib import Path

@@ -1,6 +1,6 @@
-"""The paper's figures 9 and 11: nonlinearity over the low spring, and force ratio over the travel.
+"""The paper's figures 9 and 11: the nonlinearity over the low spring, and the force ratio over the travel.
 
-The paper takes the stiffness of the fruit from a formula. Here it is that of the solved contact, 20 % larger.
+The paper computes the stiffness of the fruit by a formula. This script takes it from the solved contact, 20 % larger.
 """
 
 from pathlib import Path

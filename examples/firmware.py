@@ -1,6 +1,6 @@
-"""Firmware: the constants of one calibrated unit as a C header and a MicroPython module, which reads a press.
+"""Firmware: a C header and a MicroPython module with the constants of one calibrated unit, to read a press on a board.
 
-Neither needs a heap, nor a library except the mathematical one. The module runs in this Python as on a microcontroller.
+Neither uses a heap, nor a library except the mathematical one. This script runs the MicroPython module in Python.
 """
 
 import runpy

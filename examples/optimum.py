@@ -1,7 +1,7 @@
-"""An optimum: the nonlinearity that gives the least error of the modulus, searched with SciPy and then proved.
+"""An optimum: SciPy searches the nonlinearity with the least error of the modulus, and a run proves it.
 
-With a small NL the force ratio hardly changes among soft fruit, with a large NL hardly among firm fruit. The best one
-lies between. `pipeline optimise` searches more keys at once, with all verdicts as conditions.
+With a small NL the force ratio hardly changes among soft fruit; with a large NL it hardly changes among firm fruit. The
+best NL lies between. `pipeline optimise` searches more keys at once, with all verdicts as conditions.
 """
 
 import numpy as np

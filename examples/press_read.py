@@ -1,6 +1,6 @@
-"""A press read: the forces of one press on a fruit, as the sensor was designed and as its print was calibrated.
+"""A press read: one press on a fruit, read with the springs as designed and with those of the calibrated unit.
 
-The design is that of the tutorial. Its print is 8 to 15 % too stiff, so only the calibrated unit reads right.
+The design is that of the tutorial. Its print is 8 to 15 % too stiff, so only the calibrated unit reads E correctly.
 """
 
 import subprocess

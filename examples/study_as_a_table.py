@@ -1,6 +1,6 @@
-"""A study as a table: many designs around one, each solved once, and its columns in NumPy.
+"""A study as a table: many designs that differ from one base, each solved once, as columns in NumPy.
 
-The study in springs.toml tries other targets in every process. `pandas.read_csv` reads the same file.
+The study in springs.toml varies the targets in every print process. `pandas.read_csv` can read its table too.
 """
 
 import subprocess

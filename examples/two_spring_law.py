@@ -1,6 +1,6 @@
-"""The two-spring law: two targets give two springs, and two springs turn a force ratio into a fruit stiffness.
+"""The two-spring law: two targets give two springs, and two springs convert a force ratio into a fruit stiffness.
 
-Nothing is solved here. The formulas are those of the paper, equations (3), (4), (10) and (12).
+This script solves no finite elements. The formulas are the paper's equations (3), (4), (10) and (12).
 """
 
 import twintip

@@ -1,4 +1,4 @@
-"""Your own printer: a process file with what you measured, and what it does to the springs.
+"""Your own printer: a process file with your measurements, and its effect on the springs.
 
 my_printer.toml describes a printer with a 0.6 mm nozzle. Its walls are thicker, so the leaves must be longer.
 """

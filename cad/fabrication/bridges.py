@@ -92,33 +92,34 @@ class SignalPath:
     Drifts are bounds, after a change of the temperature as [readout] allows.
     """
 
-    transducer: str = report_field("", "what turns a force into a signal, `foil` or `displacement`")
+    transducer: str = report_field("", "transducer of the force: `foil` gauges, or a sensor of `displacement`")
     amplifier: str = report_field("", "name of the amplifier")
-    board: str = report_field("", "name of the board that reads it")
-    rate_Hz: float = report_field("Hz", "samples a second of each channel")
-    excitation_V: float = report_field("V", "voltage across the transducer")
-    saturation_counts: int = report_field("1", "the largest count")
+    board: str = report_field("", "name of the microcontroller board")
+    rate_Hz: float = report_field("Hz", "sample rate of each channel")
+    excitation_V: float = report_field("V", "supply voltage of the transducer")
+    saturation_counts: int = report_field("1", "counts at which a channel saturates")
     mV_per_V: tuple[float, ...] = report_field(
         "mV/V", "output of each bridge at its largest force; empty for a displacement sensor"
     )
     full_counts: tuple[float, ...] = report_field("1", "counts of each channel at its largest force")
-    counts_per_N: tuple[float, ...] = report_field("1/N", "slope of each channel")
+    counts_per_N: tuple[float, ...] = report_field("1/N", "sensitivity of each channel")
     noise_N: tuple[float, ...] = report_field("N", "noise of a sample, one standard deviation")
-    zero_drift_N: tuple[float, ...] = report_field("N", "how far each zero may drift since the last taring")
-    gain_drift_percent: tuple[float, ...] = report_field("%", "how far each gain may drift since the calibration")
+    zero_drift_N: tuple[float, ...] = report_field("N", "largest drift of each zero since the last taring")
+    gain_drift_percent: tuple[float, ...] = report_field("%", "largest drift of each gain since the calibration")
     modulus_drift_percent: float = report_field(
-        "%", "how far all forces may drift together since the calibration, by the modulus of the leaves"
+        "%", "largest common drift of all forces since the calibration, from the modulus of the leaves"
     )
-    self_heating_K: float = report_field("K", "how much gauges warm their leaf at most")
-    self_heating_percent: float = report_field("%", "how far that moves the modulus of the leaf")
+    self_heating_K: float = report_field("K", "largest temperature rise of a leaf by its gauges")
+    self_heating_percent: float = report_field("%", "change of the leaf's modulus by that temperature rise")
     delay_ms: tuple[float, ...] = report_field(
         "ms",
-        "how much later each channel of a sample is converted than the first one; empty where all are at once",
+        "delay of the conversion of each channel after the first channel of the sample; empty if all are "
+        "converted at once",
         default=(),
         since="0.2",
     )
     time_error_ms: float = report_field(
-        "ms", "bound of the error of the time of a conversion beside that delay", default=0.0, since="0.2"
+        "ms", "bound of the error of a conversion time, in addition to `delay_ms`", default=0.0, since="0.2"
     )
 
     @property

@@ -116,31 +116,33 @@ class Housing:
     low: Flexure = report_field("", "leaves of the low spring")
     high: Flexure = report_field("", "leaves of the high spring")
     tip_side: float = report_field("mm", "side of the printed tip, or of the foot that carries a pin")
-    tip_height: float = report_field("mm", "straight height of that tip or foot")
+    tip_height: float = report_field("mm", "straight height of the tip or foot")
     spacing: float = report_field("mm", "distance of the tips, centre to centre")
-    shuttle_width: float = report_field("mm", "width of the bars between the leaves")
-    neck_level: float = report_field("mm", "where a shuttle begins to taper towards its tip")
-    lower_leaf_level: float = report_field("mm", "middle of the lower leaves")
-    low_top_level: float = report_field("mm", "top of the low shuttle")
-    high_top_level: float = report_field("mm", "top of the high shuttle")
-    cavity_level: float = report_field("mm", "stop above both shuttles")
-    top_level: float = report_field("mm", "top of the frame")
-    protrusion: float = report_field("mm", "how far the tips stand out below the frame")
+    shuttle_width: float = report_field("mm", "width of the shuttles, the bars between the leaves")
+    neck_level: float = report_field("mm", "level at which a shuttle begins to taper towards its tip")
+    lower_leaf_level: float = report_field("mm", "level of the middle of the lower leaves")
+    low_top_level: float = report_field("mm", "level of the top of the low shuttle")
+    high_top_level: float = report_field("mm", "level of the top of the high shuttle")
+    cavity_level: float = report_field("mm", "level of the stop above both shuttles")
+    top_level: float = report_field("mm", "level of the top of the frame")
+    protrusion: float = report_field("mm", "distance by which the tips protrude below the frame")
     wall_width: float = report_field("mm", "width of the frame's side walls", default=8.0)
     hole_diameter: float = report_field("mm", "diameter of the screw holes", default=3.4)
-    hole_inset: float = report_field("mm", "distance of their middles from the edges of the frame", default=4.5)
-    mount: HeldBy = report_field("", "what holds the frame: `covers` or `washers`", default="holes")
-    cover_level: float = report_field("mm", "foot of its covers", default=0.0)
+    hole_inset: float = report_field(
+        "mm", "distance of the centres of the screw holes from the edges of the frame", default=4.5
+    )
+    mount: HeldBy = report_field("", "parts that clamp the frame: `covers` or `washers`", default="holes")
+    cover_level: float = report_field("mm", "level of the lower edge of the covers", default=0.0)
     gauges: str = report_field("", "strain gauges on the leaves, `none` or `foil`", default="none")
     pin_side: float = report_field(
-        "mm", "side or diameter of a pin; 0 where tips are printed, like the other sizes of pins", default=0.0
+        "mm", "side or diameter of a pin; this and the other sizes of pins are 0 where tips are printed", default=0.0
     )
     pin_round: bool = report_field("", "true for a round pin", default=False)
-    pin_out: float = report_field("mm", "how far a pin stands out of its foot", default=0.0)
+    pin_out: float = report_field("mm", "length of a pin outside its foot", default=0.0)
     pocket_side: float = report_field("mm", "width of the pocket for a pin", default=0.0)
-    pocket_depth: float = report_field("mm", "depth of that pocket", default=0.0)
+    pocket_depth: float = report_field("mm", "depth of the pocket for a pin", default=0.0)
     dome_radius: float = report_field("mm", "radius of the domes at the tips; 0 for flat tips", default=0.0)
-    back_to_back: bool = report_field("", "true for a plate of which two stand back to back", default=False)
+    back_to_back: bool = report_field("", "true for one of the two plates that stand back to back", default=False)
     pad_height: float = report_field(
         "mm", "height of the pads on the back of the frame; 0 for a plate that stands alone", default=0.0
     )
@@ -149,7 +151,7 @@ class Housing:
     )
     clamp: StripClamp | None = report_field(
         "",
-        "how strips of sheet are glued in; left out where the leaves are printed",
+        "joint of the strips of sheet; left out where the leaves are printed",
         default=None,
         left_out=True,
     )

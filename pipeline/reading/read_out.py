@@ -18,8 +18,8 @@ Matrix = tuple[tuple[float, ...], ...]
 class LevelReading:
     """What a level sensor in the middle of its fruit reads [MPa] where the modulus is E [MPa]: shape and skin."""
 
-    E_MPa: float = report_field("MPa", "a modulus at which the sensor was pressed level in the middle of its fruit")
-    read_MPa: float = report_field("MPa", "modulus read from the rise of that press")
+    E_MPa: float = report_field("MPa", "modulus of the fruit in a simulated level press on its middle")
+    read_MPa: float = report_field("MPa", "modulus that is read from the rise of that press")
 
 
 def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
@@ -40,16 +40,19 @@ class ReadingConstants(Record):
     way round.
     """
 
-    method: str = report_field("", "how forces become a modulus: the rise of the contrast over a press")
+    method: str = report_field("", "the method that computes a modulus from the forces")
     springs_mm_per_N: Matrix = report_field(
-        "mm/N", "compliance of the springs, a row for each tip; what the frame couples stands off the diagonal"
+        "mm/N",
+        "compliance matrix of the springs, a row for each tip; the elements off the diagonal are the "
+        "crosstalk through the frame",
     )
     full_scale_N: tuple[float, ...] = report_field(
-        "N", "largest force of each channel, over all poses where the design has `[reading]`"
+        "N", "largest force of each channel; if the design has `[reading]`, over all its poses"
     )
-    model_error_percent: float = report_field("%", "how far E may be off by the solved contact")
+    model_error_percent: float = report_field("%", "error of E that the error of the solved contact causes")
     level: tuple[LevelReading, ...] = report_field(
-        "", "of a pair: readings of level presses, by which all readings are corrected; empty where its law is exact"
+        "",
+        "simulated level presses by which all readings of a pair are corrected; empty where the law of a pair is exact",
     )
     own_less_other_per_mm: float | None = report_field(
         "1/mm", "s11 - s12 of a pair, times E; null for other layouts", default=None
@@ -58,40 +61,43 @@ class ReadingConstants(Record):
         "1", "weight of each tip in the contrast; null for a pair", default=None
     )
     gaps_mm: tuple[float, ...] | None = report_field(
-        "mm", "distance of each tip from the fruit when the foremost ones touch; null for a pair", default=None
+        "mm", "distance of each tip from the fruit at the first touch of a level press; null for a pair", default=None
     )
     fruit_per_mm: Matrix | None = report_field(
-        "1/mm", "compliance of the fruit times E, without Hertz's part under domes; null for a pair", default=None
+        "1/mm",
+        "compliance matrix of the fruit times E, under domes without Hertz's local indentation; null for a pair",
+        default=None,
     )
     hertz: float | None = report_field(
         "mm (MPa/N)^(2/3)",
-        "a dome sinks by this times (F / E)^(2/3); 0 for flat tips, null for a pair",
+        "Hertz's factor: the local indentation under a dome is this factor times (F / E)^(2/3); 0 for flat "
+        "tips, null for a pair",
         default=None,
     )
     lean_mm_per_N: Matrix | None = report_field(
         "mm/N",
-        "domes alone: what inclined forces of a level press add to the springs in the contrast, by their push "
-        "sideways; left out for other tips",
+        "only for domes: what the sideways deflection by inclined forces of a level press adds to the "
+        "springs' compliance in the contrast; left out for other tips",
         default=None,
         left_out=True,
     )
     signal: SignalPath | None = report_field(
         "",
-        "how forces become counts, where the design has `[readout]`, else left out; lists are in the order of `tips`",
+        "conversion of forces to counts; left out without `[readout]` in the design. Lists are in the order of `tips`",
         default=None,
         left_out=True,
     )
     rise_level: tuple[LevelReading, ...] = report_field(
         "",
-        "of a line or a square: readings of level presses, by which all readings are corrected; left out for a pair",
+        "simulated level presses by which all readings of a line or a square are corrected; left out for a pair",
         default=(),
         left_out=True,
     )
     fastest_press_s: float | None = report_field(
         "s",
         "shortest duration of a press by hand, from the first touch to the deepest point, that gives E. A "
-        "shorter one has too few samples, or an error of E of more than 2 % by its times on level "
-        "fruit. Left out without `[readout]`",
+        "faster press has too few samples, or the conversion times of its channels cause an error of E "
+        "above 2 % on level fruit. Left out without `[readout]`",
         default=None,
         left_out=True,
     )

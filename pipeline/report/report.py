@@ -50,8 +50,8 @@ class LeftOut(Enum):
 class ListedFile:
     """A file of an output folder and its digest when it was written."""
 
-    path: str = report_field("", "a file of the folder")
-    sha256: str = report_field("", "its digest, which `pipeline check` compares")
+    path: str = report_field("", "path of the file in the folder")
+    sha256: str = report_field("", "sha256 digest of the file, which `pipeline check` compares")
 
     def is_unchanged_in(self, folder: Path) -> bool:
         """Say whether the file still lies inside the folder as it was written; a path that no file has does not."""
@@ -72,7 +72,7 @@ class SizingReport:
     K_m_max_N_per_m: float = report_field(
         "N/m", "stiffness of the firmest fruit under one tip, from which the springs were sized"
     )
-    K_m_over_E_mm: float = report_field("mm", "that stiffness over the modulus of the fruit")
+    K_m_over_E_mm: float = report_field("mm", "`K_m_max_N_per_m` divided by the modulus of the firmest fruit")
     fruit_stiffness: str = report_field("", "`contact`: from the solved contact; `hayes`: from the paper's formula (6)")
 
 
@@ -80,22 +80,22 @@ class SizingReport:
 class SpringReport:
     """One of the springs; its numbers are None where it cannot be made."""
 
-    target_N_per_m: float = report_field("N/m", "stiffness that is asked for")
+    target_N_per_m: float = report_field("N/m", "stiffness that the targets or the design require")
     stiffness_N_per_m: float | None = report_field(
-        "N/m", "stiffness of the housing as it is exported, by finite elements; null where it is not made"
+        "N/m", "stiffness in the exported housing, by finite elements; null where no housing is made"
     )
-    error_percent: float | None = report_field("%", "half width of its error bar")
-    dimensions_mm: Flexure | None = report_field("", "its leaves; null where they are not made")
+    error_percent: float | None = report_field("%", "half width of the error bar of the stiffness")
+    dimensions_mm: Flexure | None = report_field("", "dimensions of the leaves; null where they are not made")
     root_strain: float | None = report_field(
         "1",
-        "largest strain of a leaf, at its root, at full travel on the firmest fruit. Beyond the strain limit of the "
-        "material the leaf breaks or stays bent",
+        "largest strain of a leaf, at its root, at full travel on the firmest fruit. Above the strain limit "
+        "of the material, the leaf breaks or stays bent",
     )
-    root_strain_error_percent: float | None = report_field("%", "half width of its error bar")
+    root_strain_error_percent: float | None = report_field("%", "half width of the error bar of the strain")
     safety_factor: float | None = report_field(
-        "1", "strain limit of the material over the root strain; above 1 the leaf lasts"
+        "1", "strain limit of the material divided by the root strain; above 1 the leaf does not fail"
     )
-    dofs: int | None = report_field("1", "unknowns of the mesh that was solved")
+    dofs: int | None = report_field("1", "number of unknowns of the mesh")
     seconds: float | None = report_field("s", "wall time of the fit of both springs", level="")
 
 
@@ -103,20 +103,24 @@ class SpringReport:
 class MaterialReport:
     """The material of the process."""
 
-    name: str = report_field("", "its name")
-    E_MPa: float = report_field("MPa", "its modulus")
-    poisson: float = report_field("1", "its Poisson's ratio")
-    process: str = report_field("", "the print process")
+    name: str = report_field("", "name of the material")
+    E_MPa: float = report_field("MPa", "modulus of the material")
+    poisson: float = report_field("1", "Poisson's ratio of the material")
+    process: str = report_field("", "name of the print process")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModeReport:
     """One mode of vibration of the sensor in its mount."""
 
-    frequency_Hz: float = report_field("Hz", "its frequency, by finite elements; glued pins lower it by a per cent")
-    error_percent: float = report_field("%", "half width of its error bar")
+    frequency_Hz: float = report_field(
+        "Hz", "natural frequency by finite elements; pins that are glued in lower it by a per cent"
+    )
+    error_percent: float = report_field("%", "half width of the error bar of the frequency")
     shape: str = report_field(
-        "", "which spring moves most and which way: along the press, along the tips, or out of the plane of the plate"
+        "",
+        "the spring that moves most and its direction: along the press, along the tips, or out of the plane "
+        "of the plate",
     )
 
 
@@ -126,14 +130,14 @@ class BehaviourReport:
 
     crosstalk_C12_over_C22: float = report_field(
         "1",
-        "how far one tip moves when the other one is pressed, through the frame that carries both springs, over the "
-        "deflection of the pressed one",
+        "crosstalk through the frame that carries both springs: movement of one tip when the other one is "
+        "pressed, divided by the deflection of the pressed one",
     )
-    gauge_factor: float = report_field("1", "gauge factor that the bridge output assumes")
-    gauge_grid_mm: float = report_field("mm", "length of a gauge's grid")
-    gauges: str = report_field("", "gauges that are fitted, `none` or `foil`")
+    gauge_factor: float = report_field("1", "gauge factor that is assumed for the bridge output")
+    gauge_grid_mm: float = report_field("mm", "length of the grid of a gauge")
+    gauges: str = report_field("", "strain gauges on the leaves, `none` or `foil`")
     modes: tuple[ModeReport, ...] = report_field(
-        "", "the three lowest modes of the sensor in its mount; of `pipeline design` alone"
+        "", "the three lowest modes of vibration of the sensor in its mount; solved by `pipeline design` only"
     )
     low: ArmBehaviour = report_field("", "the low spring at full travel")
     high: ArmBehaviour = report_field("", "the high spring at full travel")
@@ -145,7 +149,7 @@ class SkinReport:
 
     E_MPa: tuple[float, ...] = report_field("MPa", "moduli of the flesh")
     compliance_per_mm: tuple[Matrix, ...] = report_field(
-        "1/mm", "compliance of the fruit under its skin at each of them, times E"
+        "1/mm", "compliance of the fruit with its skin at each of these moduli, times E"
     )
 
 
@@ -155,17 +159,20 @@ class ContactReport:
 
     error_percent: float = report_field("%", "half width of the error bar of s11 - s12")
     s11_error_percent: float = report_field("%", "half width of the error bar of s11")
-    method: str = report_field("", "`split` or direct finite elements")
-    dofs: int = report_field("1", "unknowns of the mesh")
-    seconds: float = report_field("s", "wall time", level="")
-    status: str = report_field("", "a sentence on how it was solved")
+    method: str = report_field("", "solver of the contact: `split` (singularity subtraction) or direct finite elements")
+    dofs: int = report_field("1", "number of unknowns of the mesh")
+    seconds: float = report_field("s", "wall time of the solve", level="")
+    status: str = report_field("", "a sentence on how the compliance was solved")
     compliance_per_mm: Matrix = report_field(
-        "1/mm", "rows of S: indentation of tip i per force on tip j, times E; tips in the order of `tips`"
+        "1/mm",
+        "rows of the compliance matrix S: indentation of tip i per force on tip j, times E; tips in the "
+        "order of `tips`",
     )
-    K_m_over_E_mm: float = report_field("mm", "1 / (s11 - s12)")
+    K_m_over_E_mm: float = report_field("mm", "stiffness of the fruit under one tip divided by E, 1 / (s11 - s12)")
     skin: SkinReport | None = report_field(
         "",
-        "for a fruit with a skin only: the compliance with it; `compliance_per_mm` is then that of the bare flesh",
+        "the compliance with the skin, only for a fruit with a skin; `compliance_per_mm` is then that of "
+        "the flesh without skin",
         default=None,
         left_out=True,
     )
@@ -176,21 +183,24 @@ class ResponseReport:
     """The response at one modulus; lists are over the travel, `F_N` has a row for each tip, none for a pair."""
 
     E_MPa: float = report_field("MPa", "modulus of the fruit")
-    x_mm: tuple[float, ...] = report_field("mm", "travel, in steps from above 0 to `press.travel_mm`")
+    x_mm: tuple[float, ...] = report_field("mm", "travels, from the first step above 0 to `press.travel_mm`")
     P: Numbers = report_field("1", "force ratio; null where a tip is off the fruit")
-    F_l_N: Numbers = report_field("N", "force on the low tip at each travel; the mean of the low tips of other layouts")
+    F_l_N: Numbers = report_field(
+        "N", "force on the low tip at each travel; for other layouts the mean over the low tips"
+    )
     F_h_N: Numbers = report_field(
-        "N", "force on the high tip at each travel; the mean of the high tips of other layouts"
+        "N", "force on the high tip at each travel; for other layouts the mean over the high tips"
     )
     slope_ratio: Numbers = report_field(
         "1",
-        "ratio of the slopes of both forces over the travel; null where a tip is off the fruit. Unlike P it does not "
-        "depend on which tip touches first, once both faces are seated",
+        "slope of the high force divided by the slope of the low force, both over the travel; null where a "
+        "tip is off the fruit. Once both faces are in full contact it does not depend on which tip touches "
+        "first, as P does",
     )
     F_error_percent: Numbers = report_field("%", "half width of the error bar of the forces")
     P_error_percent: Numbers = report_field("%", "half width of the error bar of P")
     F_N: tuple[Numbers, ...] = report_field(
-        "N", "layouts other than a pair: the force of each tip at each travel", default=(), left_out=True
+        "N", "force of each tip at each travel; left out for a pair of tips", default=(), left_out=True
     )
 
     @property
@@ -203,21 +213,21 @@ class ResponseReport:
 class CurveReport:
     """P at full travel over many moduli, and the moduli that may show each P."""
 
-    x_mm: float = report_field("mm", "full travel")
-    P_softest: float | None = report_field("1", "force ratio on a fruit that is softer than all")
+    x_mm: float = report_field("mm", "full travel, at which P is computed")
+    P_softest: float | None = report_field("1", "limit of the force ratio for E towards 0")
     E_MPa: tuple[float, ...] = report_field("MPa", "moduli in fine steps up to `design.fruit.E_max_MPa`")
-    P: Numbers = report_field("1", "force ratio at each; null where a tip is off the fruit")
+    P: Numbers = report_field("1", "force ratio at each of these moduli; null where a tip is off the fruit")
     E_lower_as_printed_MPa: Numbers = report_field(
-        "MPa", "least modulus that may show this P to a sensor as printed, as in response.csv; null without a bound"
+        "MPa", "least modulus that can give this P on a sensor as printed, as in response.csv; null without a bound"
     )
     E_upper_as_printed_MPa: Numbers = report_field(
-        "MPa", "largest modulus that may show this P to a sensor as printed; null without a bound"
+        "MPa", "largest modulus that can give this P on a sensor as printed; null without a bound"
     )
     E_lower_calibrated_MPa: Numbers = report_field(
-        "MPa", "least modulus that may show this P to a calibrated unit; null without a bound"
+        "MPa", "least modulus that can give this P on a calibrated unit; null without a bound"
     )
     E_upper_calibrated_MPa: Numbers = report_field(
-        "MPa", "largest modulus that may show this P to a calibrated unit; null without a bound"
+        "MPa", "largest modulus that can give this P on a calibrated unit; null without a bound"
     )
 
 
@@ -226,30 +236,34 @@ class TipReport:
     """A tip and its spring."""
 
     name: str = report_field("", "name of the tip")
-    x_mm: float = report_field("mm", "its position along the length, from the midpoint of the tips")
-    y_mm: float = report_field("mm", "its position across, from the midpoint of the tips")
-    spring: str = report_field("", "the kind of its spring, `low` or `high`")
+    x_mm: float = report_field("mm", "position of the tip along the length, from the midpoint of the tips")
+    y_mm: float = report_field("mm", "position of the tip across the length, from the midpoint of the tips")
+    spring: str = report_field("", "the spring that carries the tip, `low` or `high`")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModulusReport:
     """How well one modulus is read."""
 
-    E_MPa: float = report_field("MPa", "a modulus of the fruit")
-    E_bias_percent: float = report_field("%", "largest error over the poses that occur, with its sign")
-    worst: str = report_field("", "the pose of that error")
-    uncertainty_percent: float = report_field("%", "standard uncertainty of all sources together")
-    sources: dict[str, float] = report_field("%", "standard uncertainty by each source", each="SOURCE_percent")
+    E_MPa: float = report_field("MPa", "modulus of the fruit")
+    E_bias_percent: float = report_field(
+        "%", "largest error of the modulus read without noise, over all fruits and poses, with its sign"
+    )
+    worst: str = report_field("", "the pose with the largest error")
+    uncertainty_percent: float = report_field("%", "standard uncertainty of the modulus from all sources together")
+    sources: dict[str, float] = report_field(
+        "%", "standard uncertainty of the modulus from each source", each="SOURCE_percent"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class SkinPressureReport:
     """The pressure on the skin at one modulus."""
 
-    E_MPa: float = report_field("MPa", "a modulus of the fruit")
-    pressure_MPa: float = report_field("MPa", "largest mean pressure over what a tip touches")
-    limit_MPa: float = report_field("MPa", "the pressure that the fruit bears there")
-    worst: str = report_field("", "the pose of that pressure")
+    E_MPa: float = report_field("MPa", "modulus of the fruit")
+    pressure_MPa: float = report_field("MPa", "largest force of a tip divided by its contact area")
+    limit_MPa: float = report_field("MPa", "pressure at which a fruit of this modulus bruises")
+    worst: str = report_field("", "the pose with the largest pressure")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -258,46 +272,48 @@ class ReadingReport:
 
     E_bias_percent: float | None = report_field(
         "%",
-        "largest error of the modulus without noise over all fruits and poses that have a reading; null where a level "
-        "press has none",
+        "largest error of the modulus read without noise, over all fruits and poses that give a reading; "
+        "null where a level press gives none",
     )
-    E_bias_error_percent: float | None = report_field("%", "half width of its error bar")
+    E_bias_error_percent: float | None = report_field("%", "half width of the error bar of that error")
     uncertainty_percent: float | None = report_field(
         "%",
-        "standard uncertainty of the modulus, over fruits and poses that occur, all sources together, at the modulus "
-        "where it is largest over its limit",
+        "standard uncertainty of the modulus from all sources together, a root mean square over fruits and "
+        "poses drawn at random. It is given at the modulus where its ratio to the limit is largest",
     )
     sources: dict[str, float] = report_field(
         "%",
-        "standard uncertainty by each source: noise, drifts, springs, gains, creep, shape and pose, thickness of the "
-        "flesh, Poisson's ratio, times of channels. These are those of a press by hand of 3 s, or of the fastest "
-        "press of the read-out",
+        "standard uncertainty of the modulus from each source: noise, drifts, springs, gains, creep, shape "
+        "and pose, thickness of the flesh, Poisson's ratio, conversion times of the channels. They hold for "
+        "a press by hand of 3 s, or for the fastest press that the read-out allows if that is longer",
         each="SOURCE_percent",
     )
-    method: str = report_field("", "how forces become a modulus")
+    method: str = report_field("", "the method that computes a modulus from the forces")
     touch_fraction: float | None = report_field(
         "1",
-        "travel at which all tips touch over the whole travel, the largest over fruits and poses",
+        "travel at which the last tip touches divided by the full travel, the largest over fruits and poses",
         default=None,
         since="0.2",
     )
     noise_for_10_percent: float | None = report_field(
         "% of full scale",
-        "noise of the forces at which the uncertainty of the modulus reaches 10 %, an upper limit for the amplifier. "
-        "Null where 10 % is exceeded without noise",
+        "noise of the forces at which the uncertainty of the modulus reaches 10 %: an upper limit for the "
+        "noise of the amplifier. Null where the other sources alone exceed 10 %",
     )
-    refused: str | None = report_field("", "the pose that has no reading, and why; null where every pose has one")
-    moduli: tuple[ModulusReport, ...] = report_field("", "the reading of each modulus")
-    skin_pressure: tuple[SkinPressureReport, ...] = report_field("", "each modulus at which the pressure is judged")
+    refused: str | None = report_field(
+        "", "the pose that gives no reading, with the reason; null where every pose gives one"
+    )
+    moduli: tuple[ModulusReport, ...] = report_field("", "bias and uncertainty at each modulus")
+    skin_pressure: tuple[SkinPressureReport, ...] = report_field("", "the pressure at each modulus of `fruit.E_MPa`")
 
 
 @dataclass(frozen=True, kw_only=True)
 class LevelReport:
     """What the two-spring law gives for a level sensor with flat sharp tips on the middle of a flat fruit."""
 
-    P_max: float = report_field("1", "its largest force ratio")
+    P_max: float = report_field("1", "force ratio on the firmest fruit")
     P_max_error: float = report_field("1", "half width of the error bar of P_max")
-    NL: float = report_field("1", "its nonlinearity")
+    NL: float = report_field("1", "nonlinearity of the force ratio over the modulus")
     NL_error: float = report_field("1", "half width of the error bar of NL")
 
 
@@ -305,28 +321,30 @@ class LevelReport:
 class ContributionReport:
     """One effect on a number."""
 
-    effect: str = report_field("", "what the effect is")
-    size_percent: float = report_field("%", "by how much it moves the number")
-    reason: str = report_field("", "why by this much")
+    effect: str = report_field("", "name of the effect")
+    size_percent: float = report_field("%", "change of the number by this effect")
+    reason: str = report_field("", "how this change was found")
 
 
 @dataclass(frozen=True, kw_only=True)
 class BudgetReport:
     """What the error of a number is made of."""
 
-    discretisation_percent: float = report_field("%", "numerical error: the half width of the error bar")
+    discretisation_percent: float = report_field("%", "numerical error of the number: the half width of the error bar")
     model: tuple[ContributionReport, ...] = report_field("", "effects that the model leaves out")
-    inputs: tuple[ContributionReport, ...] = report_field("", "inputs that scatter from print to print")
-    model_percent: float = report_field("%", "what the model leaves out, sizes added")
-    inputs_percent: float = report_field("%", "scatter of prints, two standard deviations, squares added")
+    inputs: tuple[ContributionReport, ...] = report_field("", "inputs that differ from print to print")
+    model_percent: float = report_field("%", "sum of the sizes of all model effects")
+    inputs_percent: float = report_field(
+        "%", "root of the sum of the squares of all input effects, two standard deviations"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class PaperReport:
     """The verdicts on the springs of the paper under the same contact."""
 
-    K_l_N_per_m: float = report_field("N/m", "the paper's low spring, 753")
-    K_h_N_per_m: float = report_field("N/m", "the paper's high spring, 17300")
+    K_l_N_per_m: float = report_field("N/m", "stiffness of the paper's low spring, 753")
+    K_h_N_per_m: float = report_field("N/m", "stiffness of the paper's high spring, 17300")
     verdicts: tuple[Verdict, ...] = report_field("", "verdicts on these springs, as in `verdicts[]`", each="KEY")
 
 
@@ -334,8 +352,8 @@ class PaperReport:
 class SolveReport:
     """How accurately a stage was solved."""
 
-    error_percent: float = report_field("%", "largest error of what was solved")
-    choice: str = report_field("", "a sentence: which method and meshes were taken for it")
+    error_percent: float = report_field("%", "largest error bar of the solved numbers")
+    choice: str = report_field("", "a sentence on the method and the meshes that were chosen")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -344,28 +362,34 @@ class AccuracyReport:
 
     tolerance: float = report_field("1", "`--tol`, the relative error allowed to both spring stiffnesses")
     springs: SolveReport | None = report_field(
-        "", "the stiffnesses of both springs; null where they are not made, as in a line of tips"
+        "", "accuracy of both spring stiffnesses; null where springs are not made, as for a line of tips"
     )
-    contact: SolveReport = report_field("", "the compliance s11 - s12")
+    contact: SolveReport = report_field("", "accuracy of the compliance s11 - s12")
 
 
 @dataclass(frozen=True, kw_only=True)
 class RelaxingModulusReport:
     """Forces over time on a fruit of one modulus."""
 
-    E_MPa: float = report_field("MPa", "a modulus at the first instant")
+    E_MPa: float = report_field("MPa", "modulus of the fruit at the first instant")
     F_N: tuple[Numbers, ...] = report_field("N", "force of each tip over time, a row for each in the order of `tips`")
     P: Numbers = report_field("1", "force ratio over time; null where a tip is off the fruit")
-    E_apparent_MPa: Numbers = report_field("MPa", "the modulus that the forces show as if the flesh were elastic")
+    E_apparent_MPa: Numbers = report_field(
+        "MPa", "modulus that is computed from the forces of each time as if the flesh were elastic"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class MomentReport:
     """When a reading moves least at one speed of the press."""
 
-    speed_mm_per_s: float = report_field("mm/s", "a speed that was tried, the design's first")
-    at_s: float = report_field("s", "the moment at which a reading then moves least")
-    moves_percent: float | None = report_field("%", "how far it moves; null where a tip is off the fruit")
+    speed_mm_per_s: float = report_field("mm/s", "speed of the press, first the design's and then others")
+    at_s: float = report_field("s", "time of the reading at which the apparent modulus changes least during the hold")
+    moves_percent: float | None = report_field(
+        "%",
+        "largest change of the apparent modulus during the hold, if the reading is taken at that time; null "
+        "where a tip is off the fruit",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -373,16 +397,16 @@ class RelaxationReport:
     """A level press to full travel and its hold, on flesh that relaxes; lists are over `t_s`."""
 
     t_s: tuple[float, ...] = report_field("s", "times from the first touch")
-    stop_s: float = report_field("s", "when the press stops")
-    at_s: float = report_field("s", "when the forces are read")
+    stop_s: float = report_field("s", "time at which the housing stops")
+    at_s: float = report_field("s", "time at which the forces are read")
     moves_percent: float | None = report_field(
         "%",
-        "largest difference of the apparent modulus in the hold from that of the reading, over all moduli; null where "
-        "a tip is off the fruit",
+        "largest change of the apparent modulus during the hold, relative to the reading, over all moduli; "
+        "null where a tip is off the fruit",
     )
-    moves_error_percent: float | None = report_field("%", "half width of its error bar")
-    moduli: tuple[RelaxingModulusReport, ...] = report_field("", "the press on a fruit of each modulus")
-    moments: tuple[MomentReport, ...] = report_field("", "the best moment at each speed")
+    moves_error_percent: float | None = report_field("%", "half width of the error bar of that change")
+    moduli: tuple[RelaxingModulusReport, ...] = report_field("", "forces over time on a fruit of each modulus")
+    moments: tuple[MomentReport, ...] = report_field("", "the best time of a reading, for each speed of the press")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -394,20 +418,22 @@ class Report:
 
     schema: int = report_field("1", f"version of this layout, {SCHEMA}", default=SCHEMA)
     design: Design = report_field(
-        "", "every input, as in [the design file](design-file.md); keys that are not set are left out", each="KEY"
+        "",
+        "every input of the run, as in [the design file](design-file.md); keys that are not set are left out",
+        each="KEY",
     )
-    springs: SizingReport = report_field("", "the springs that are asked for", level="contact")
+    springs: SizingReport = report_field("", "the springs that the targets or the design require", level="contact")
     flexures: dict[str, SpringReport] = report_field(
-        "", "the springs as they are made; left out for a line of tips", default_factory=dict, left_out=True,
+        "", "the springs as fitted to the housing; left out for a line of tips", default_factory=dict, left_out=True,
         level="flexures", each="SPRING",
     )  # fmt: skip
     housing: Housing | None = report_field("", "the printed part; null where none can be made, and for a line of tips")
     deflections_mm: tuple[float, ...] = report_field(
         "mm", "deflection of the low and of the high spring at full travel on the firmest fruit", level="flexures"
     )
-    material: MaterialReport = report_field("", "material of the process")
+    material: MaterialReport = report_field("", "material of the print process")
     behaviour: BehaviourReport | None = report_field(
-        "", "how the finished springs behave; null where `housing` is", level="files"
+        "", "properties of the fitted springs; null where `housing` is null", level="files"
     )
     contact: ContactReport = report_field("", "compliance of the fruit under the tips", level="contact")
     response: tuple[ResponseReport, ...] = report_field(
@@ -416,57 +442,63 @@ class Report:
     curve: CurveReport = report_field("", "P at full travel over the modulus, in fine steps")
     tips: tuple[TipReport, ...] = report_field("", "the tips, in the order of the forces in every table")
     read_out: ReadingConstants = report_field(
-        "", "what [`pipeline read`](read-a-fruit.md) reads with, for every design"
+        "", "the constants with which [`pipeline read`](read-a-fruit.md) computes a modulus, for every design"
     )
     reading: ReadingReport | None = report_field(
-        "", "how well the sensor reads the modulus; null without `[reading]` in the design", level="contact"
+        "", "accuracy of the modulus that the sensor reads; null without `[reading]` in the design", level="contact"
     )
-    level: LevelReport = report_field("", "a level sensor by the two-spring law", level="contact")
-    verdicts: tuple[Verdict, ...] = report_field("", "the verdicts on the design")
+    level: LevelReport = report_field("", "the design as a level sensor, by the two-spring law", level="contact")
+    verdicts: tuple[Verdict, ...] = report_field("", "all verdicts on the design")
     remedy: str | None = report_field("", "the hint of the first verdict that did not pass; null where all pass")
     errors: dict[str, BudgetReport | None] = report_field(
-        "", "what the error of each number is made of; null where it has none", level="files", each="NUMBER"
+        "", "the sources of the error of each number; null where the number has none", level="files", each="NUMBER"
     )
     paper: PaperReport | None = report_field(
         "",
         "the springs of the paper, judged by the same rules; null where fruit or tips are not the paper's",
         level="files",
     )
-    accuracy: AccuracyReport = report_field("", "the accuracy that was asked for, and reached")
-    notes: tuple[str, ...] = report_field("", "what a user must know beside the verdicts, one sentence each")
-    versions: dict[str, str] = report_field("", "version of each package that makes a number", each="PACKAGE")
-    files: tuple[ListedFile, ...] = report_field("", "the files of the folder")
+    accuracy: AccuracyReport = report_field("", "the accuracy that was requested, and the accuracy that was reached")
+    notes: tuple[str, ...] = report_field("", "sentences that a user must know in addition to the verdicts")
+    versions: dict[str, str] = report_field("", "version of each package that affects a number", each="PACKAGE")
+    files: tuple[ListedFile, ...] = report_field("", "the files of the output folder")
     seconds: dict[str, float] = report_field(
         "s",
-        "wall time of each stage, and `total`; `solids` and `fabrication` run beside the others, so the stages may add "
-        "up to more",
+        "wall time of each stage, and `total`. The stages `solids` and `fabrication` run parallel to the "
+        "others, so the sum of all stages may exceed `total`",
         each="STAGE",
     )
     cpu_seconds: dict[str, float] = report_field(
         "s", "processor time of each stage, and `total`, of the process that solves", each="STAGE"
     )
     relaxation: RelaxationReport | None = report_field(
-        "", "a press over time; left out unless the design has `fruit.relaxation`", default=None, left_out=True
+        "",
+        "a press over time, on flesh that relaxes; left out unless the design has `fruit.relaxation`",
+        default=None,
+        left_out=True,
     )
     tolerance: ScatterBands | LeftOut | None = report_field(
         "",
-        "ranges that hold 95 % of prints; only `pipeline design` writes them; null where no housing can be made",
+        "scatter of prints before calibration; only in reports of `pipeline design`; null where no housing can be made",
         default=LeftOut.LEFT_OUT,
         left_out=True,
     )
     stale: dict[str, str] = report_field(
         "",
-        "digest of the design that a kept file was made from, where it is another design; left out where there is none",
+        "for each kept file that belongs to another design, the digest of that design; left out where there is none",
         default_factory=dict,
         left_out=True,
         each="FILE",
     )
     key: str = report_field(
-        "", "digest of design, options, program and packages: a folder with the same key answers without a solve"
+        "",
+        "digest of design, options, program and packages. A run whose key is already in the folder solves "
+        "nothing again",
     )
     digest: str = report_field(
         "",
-        "sha256 of the report without this key: keys sorted, no spaces, UTF-8; a report that was changed lacks it",
+        "sha256 of the report without this key, with sorted keys, no spaces, UTF-8. In a report that was "
+        "changed, it does not match",
         default="",
         left_out=True,
     )

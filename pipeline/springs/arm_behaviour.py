@@ -9,14 +9,19 @@ from sensor.quantity import report_field
 class ArmBehaviour:
     """One spring at full travel; the bridge has None where a leaf is too short for the grid."""
 
-    tilt_at_full_force_rad: float = report_field("rad", "turn of the tip's face in the plane of the plate")
+    tilt_at_full_force_rad: float = report_field(
+        "rad", "rotation of the tip's face in the plane of the plate, at full travel"
+    )
     large_deflection_stiffening: float = report_field(
-        "1", "increase of the stiffness at full travel, divided by the stiffness at small travel"
+        "1", "increase of the stiffness by large deflection at full travel, as a fraction of the stiffness"
     )
     natural_frequency_Hz: float = report_field(
-        "Hz", "first frequency of the free spring by Rayleigh's quotient, some per cent off"
+        "Hz", "first natural frequency of the free spring by Rayleigh's quotient, accurate to some per cent"
     )
     bridge_mV_per_V: tuple[float | None, ...] = report_field(
-        "mV/V", "output of a full bridge at full travel, one for each modulus; without gauges by the beam law"
+        "mV/V",
+        "output of a full bridge at full travel, one for each modulus; computed by the beam law if there are no gauges",
     )
-    bridge_error_percent: float | None = report_field("%", "half width of its error bar; null without gauges")
+    bridge_error_percent: float | None = report_field(
+        "%", "half width of the error bar of the bridge output; null without gauges"
+    )

@@ -37,28 +37,33 @@ class Fruit:
     shape: FruitShape = choice(
         ("block", "sphere", "ellipsoid"),
         default="block",
-        meaning=("a flat block, or a piece of a sphere or of an ellipsoid with its apex in the middle of the top"),
+        meaning=(
+            "a flat block, or a piece of a sphere or of an ellipsoid whose apex is in the middle of its upper face"
+        ),
     )
     length_mm: float = quantity(
         "mm",
         LENGTH,
         default=None,
         hint="the paper's block has 20",
-        meaning=("length along the line through both tips; 20 for a block, the whole fruit for a curved one"),
+        meaning=(
+            "length along the line through both tips; by default 20 for a block, and the whole fruit for a curved one"
+        ),
     )
     width_mm: float = quantity(
         "mm",
         LENGTH,
         default=None,
         hint="the paper's block has 20",
-        meaning="width across that line; a curved fruit with both given is a piece of this plan",
+        meaning="width across that line; a curved fruit with both `length_mm` and `width_mm` is a piece of that "
+        "length and width",
     )
     height_mm: float = quantity(
         "mm",
         LENGTH,
         default=12.0,
         hint="the paper's block has 12",
-        meaning="height along the press; the fruit is held at its base",
+        meaning="height along the press; the solve fixes the fruit at its base",
     )
     radius_mm: float | None = quantity(
         "mm",
@@ -89,7 +94,8 @@ class Fruit:
         LENGTH,
         default=None,
         hint="flesh over a mango's stone has about 12",
-        meaning="flesh under the apex, to the stone or the table (sphere, ellipsoid); replaces the height",
+        meaning="thickness of the flesh under the apex, down to the stone or the table (sphere, ellipsoid); "
+        "replaces the height",
     )
     poisson: float = quantity(
         "1",
@@ -103,21 +109,22 @@ class Fruit:
         _SPREAD,
         default=0.05,
         hint="take 0.05 where it was not measured",
-        meaning="how far the ratio may be off, two sigma; it scales the flesh's stiffness under a tip",
+        meaning="uncertainty of the ratio, two standard deviations; the stiffness of the flesh under a tip depends "
+        "on it",
     )
     E_max_MPa: float = quantity(
         "MPa",
         MODULUS,
         default=3.5,
         hint="give the top of the range, 3.5 for mango",
-        meaning="modulus of the stiffest fruit to be measured: the top of the range",
+        meaning="modulus of the firmest fruit to be measured: the upper end of the range",
     )
     E_MPa: tuple[float, ...] = quantity(
         "MPa",
         MODULUS,
         default=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5),
         hint="list the moduli to be shown",
-        meaning="moduli at which the response is shown, a list",
+        meaning="a list of the moduli at which forces and readings are computed",
     )
     bruise_limit_MPa: float | tuple[float, ...] | None = quantity(
         "MPa",
@@ -125,8 +132,8 @@ class Fruit:
         default=None,
         hint="apple flesh fails at 0.29",
         meaning=(
-            "pressure under a tip that bruises, apple 0.29, or a list of one for each of `E_MPa`; "
-            "where it is set, `bruise` is a verdict"
+            "pressure under a tip at which the fruit bruises, for apple 0.29, or a list with one for each of "
+            "`E_MPa`. If it is set, the verdict `bruise` judges it"
         ),
     )
     relaxation: tuple[tuple[float, float], ...] | None = field(
@@ -134,8 +141,8 @@ class Fruit:
         metadata={
             "text": FORM,
             "meaning": (
-                "Prony series of flesh that relaxes: fractions of the force and the times in which they are lost. "
-                "Every modulus is then that at the first instant"
+                "Prony series of flesh that relaxes: fractions of the force and the time constants with which they "
+                "decay. Every modulus of the design is then that at the first instant"
             ),
         },
     )
@@ -145,7 +152,7 @@ class Fruit:
         LENGTH,
         default=None,
         hint="measure a strip of peel",
-        meaning="thickness of a skin bonded on the flesh; without it the fruit is flesh up to its surface",
+        meaning="thickness of a skin that is bonded to the flesh; without this key the fruit has no skin",
     )
     skin_E_MPa: float | None = quantity(
         "MPa",
@@ -159,7 +166,7 @@ class Fruit:
         Bounds(above=-1.0, below=0.5),
         default=None,
         hint="leave it out where it was not measured",
-        meaning="Poisson's ratio of the skin; that of the flesh where it is left out",
+        meaning="Poisson's ratio of the skin; by default that of the flesh",
     )
 
     def __post_init__(self) -> None:

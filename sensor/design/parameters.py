@@ -51,19 +51,21 @@ class Targets:
         _FORCE_RATIO,
         default=5.0,
         hint="the paper uses 5",
-        meaning="force ratio P on the stiffest fruit, `fruit.E_max_MPa`",
+        meaning="force ratio P on the firmest fruit, `fruit.E_max_MPa`",
     )
     NL: float = quantity(
         "1",
         _NONLINEARITY,
         default=0.05,
         hint="give a fraction, for 5 % write 0.05",
-        meaning=("how far P may bend away from a straight line over E, as a fraction of P_max - 1; for 5 % write 0.05"),
+        meaning=(
+            "nonlinearity: distance of P from a straight line over E, as a fraction of P_max - 1; for 5 % write 0.05"
+        ),
     )
     NL_definition: Definition = choice(
         ("mid-range", "largest"),
         default="mid-range",
-        meaning="where the bend is taken: in the middle of the range, or where it is largest",
+        meaning="where the nonlinearity is taken: in the middle of the range of E, or where it is largest",
     )
 
     def __post_init__(self) -> None:
@@ -83,7 +85,7 @@ class GivenSprings:
         _STIFFNESS,
         default=None,
         hint=f"the paper has {1e3 * PAPER_SPRINGS.K_l:g}",
-        meaning="stiffness of the low (soft) spring, judged and made instead of sized from the targets",
+        meaning="stiffness of the low (soft) spring, if you choose it yourself; the targets then size no spring",
     )
     K_h_N_per_m: float | None = quantity(
         "N/m",
@@ -137,13 +139,13 @@ class Print:
     process: str = choice(
         tuple(PROCESSES),
         default="fdm-petg",
-        meaning="how the housing is made, see [processes](design-file.md#print-processes)",
+        meaning="print process of the housing, see [processes](design-file.md#print-processes)",
     )
     process_file: str | None = text_field(
         default=None,
         hint="the path of a TOML file",
         meaning=(
-            "a TOML file with a printer of your own, its path from the design file, see "
+            "a TOML file with a printer of your own; the path is relative to the design file, see "
             "[processes](design-file.md#a-printer-of-your-own)"
         ),
     )
@@ -152,39 +154,45 @@ class Print:
         LENGTH,
         default=120.0,
         hint="give the longest leaf that fits the machine",
-        meaning="longest leaf that fits the machine",
+        meaning="length of the longest leaf that fits into the machine",
     )
     E_MPa: float | None = quantity(
         "MPa",
         MODULUS,
         default=None,
         hint="give what the coupon shows",
-        meaning="modulus measured on a printed coupon, in place of that of the process",
+        meaning="modulus that you measured on a printed coupon; replaces that of the process",
     )
     gauges: str = choice(
-        tuple(GAUGES), default="none", meaning="strain gauges glued on the leaves; their stiffness is included"
+        tuple(GAUGES),
+        default="none",
+        meaning="strain gauges that are glued on the leaves; the solve includes their stiffness",
     )
     mount: Mount = choice(
         ("covers", "washers"),
         default="covers",
-        meaning=("what holds the frame at its screws: the two covers, or a washer on each side of each hole"),
+        meaning=("parts that clamp the frame at its screws: the two covers, or a washer on each side of each hole"),
     )
     leaves: str = choice(
         (PRINTED, *SHEETS),
         default=PRINTED,
-        meaning="what the leaves are: printed with the frame, or strips of sheet glued into its slots",
+        meaning="leaves that are printed with the frame, or strips of sheet that are glued into slots of the frame",
     )
     leaf_thickness_low_mm: float | None = _of_strips(
-        "stock thickness of the sheet of the low spring; by default the best one is taken"
+        "stock thickness of the sheet for the low spring; by default the thinnest one that scatters little enough"
     )
     leaf_thickness_high_mm: float | None = _of_strips(
-        "stock thickness of the sheet of the high spring; by default the best one is taken"
+        "stock thickness of the sheet for the high spring; by default chosen in the same way"
     )
     leaf_measured_low_mm: float | None = _of_strips(
-        "measured thickness of that sheet, by weighing, in place of the stock thickness; needs leaf_thickness_low_mm"
+        "thickness of the sheet for the low spring that you found by weighing; needs leaf_thickness_low_mm"
     )
-    leaf_measured_high_mm: float | None = _of_strips("the same for the high spring; needs leaf_thickness_high_mm")
-    clamp_mm: float | None = _of_strips("length that is glued at each end of a strip; by default 4.5 mm or what fits")
+    leaf_measured_high_mm: float | None = _of_strips(
+        "thickness of the sheet for the high spring that you found by weighing; needs leaf_thickness_high_mm"
+    )
+    clamp_mm: float | None = _of_strips(
+        "length that is glued at each end of a strip; by default 4.5 mm, or less where the part has less room"
+    )
 
     def __post_init__(self) -> None:
         """Check each field; the process is checked with the design, which may have one of its own."""

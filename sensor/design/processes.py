@@ -51,13 +51,14 @@ class Process(Sourced):
         "1/K",
         Bounds(at_least=-0.1, at_most=0.1),
         default=None,
-        meaning="change of the modulus by the temperature about 23 C, as a fraction of E; [readout] needs it",
+        meaning="change of the modulus per kelvin about 23 C, as a fraction of E; [readout] needs it",
     )
     creep_per_decade: float | None = quantity(
         "1",
         Bounds(above=0.0, below=1.0),
         default=None,
-        meaning="growth of the compliance in each decade of time under a load, as a fraction of it; none for metals",
+        meaning="growth of the compliance in each decade of time under a load, as a fraction of the compliance; "
+        "none for metals",
     )
     creep_scatter: float | None = quantity(
         "1",
@@ -66,19 +67,19 @@ class Process(Sourced):
         meaning="scatter of that growth from print to print, one sigma",
     )
     poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), meaning="Poisson's ratio")
-    strain_limit: float = quantity(
-        "1", _FRACTION, meaning="largest strain at the root of a leaf that is bent again and again"
-    )
+    strain_limit: float = quantity("1", _FRACTION, meaning="largest strain at the root of a leaf in repeated bending")
     density_g_per_cm3: float = quantity("g/cm3", _DENSITY, meaning="density")
-    min_wall_mm: float = quantity("mm", LENGTH, meaning="thinnest wall")
-    min_gap_mm: float = quantity("mm", LENGTH, meaning="narrowest gap that stays open")
+    min_wall_mm: float = quantity("mm", LENGTH, meaning="thinnest wall that the process can print")
+    min_gap_mm: float = quantity("mm", LENGTH, meaning="narrowest gap that stays open when printed")
     fillet_mm: float = quantity("mm", LENGTH, meaning="radius of inner corners")
     overhang_deg: float = quantity(
         "deg",
         Bounds(above=0.0, at_most=90.0),
-        meaning="largest slope from the vertical that needs no support",
+        meaning="largest slope from the vertical that prints without support",
     )
-    accuracy_mm: float = quantity("mm", LENGTH, meaning="thickness of a thin wall: plus or minus, two sigma")
+    accuracy_mm: float = quantity(
+        "mm", LENGTH, meaning="tolerance of the thickness of a thin wall: plus or minus, two standard deviations"
+    )
     line_width_mm: float | None = quantity("mm", LENGTH, default=None, meaning="width of a printed line")
     layer_mm: float | None = quantity("mm", LENGTH, default=None, meaning="height of a layer")
     leaf_thickness_low_mm: float = quantity("mm", LENGTH, meaning="thickness of the leaves of the low spring")

@@ -50,35 +50,37 @@ class Reading:
         _TILT,
         default=4.0,
         hint="a hand keeps within 4",
-        meaning="largest tilt of a press against the normal of the skin, in any direction",
+        meaning="largest angle between the sensor and the normal of the skin, in any direction",
     )
     tilt_change_deg: float = quantity(
         "deg",
         _TILT,
         default=0.0,
         hint="a hand keeps within 0.5",
-        meaning="by how much the tilt may change during a press, in any direction",
+        meaning="largest change of the tilt during a press, in any direction",
     )
     off_centre_mm: float = quantity(
         "mm",
         _PLACE,
         default=1.0,
         hint="a hand keeps within 1",
-        meaning="how far from the apex a press may be, in any direction",
+        meaning="largest distance of a press from the apex, in any direction",
     )
     radius_spread: float = quantity(
         "1",
         _SHARE,
         default=0.2,
         hint="mangoes differ by 0.2",
-        meaning="largest deviation of the radius of a fruit from the design's, as a fraction, without `radius_mm`",
+        meaning="largest deviation of the radius of a fruit from that of the design, as a fraction; used without "
+        "`radius_mm`",
     )
     radius_mm: tuple[float, float] | None = quantity(
         "mm",
         LENGTH,
         default=None,
         hint="mangoes have 42 to 53",
-        meaning="smallest and largest value of one principal radius of the fruits (ellipsoid), at any azimuth",
+        meaning="smallest and largest value of one principal radius of the fruits, which may have any azimuth "
+        "(ellipsoid)",
     )
     radius_across_mm: tuple[float, float] | None = quantity(
         "mm",
@@ -99,14 +101,14 @@ class Reading:
         _PERCENT,
         default=0.5,
         hint="a strain gauge has 0.5 of full scale",
-        meaning="noise of each force, one sigma, as a fraction of the largest force of its tip",
+        meaning="noise of each force, one standard deviation, as a fraction of the largest force of its tip",
     )
     noise_N: float = quantity(
         "N",
         _FORCE,
         default=0.0,
         hint="give 0 where noise_percent is the whole noise",
-        meaning="noise of each force, one sigma, in addition",
+        meaning="further noise of each force, one standard deviation, independent of the force",
     )
     stiffness_percent: float = quantity(
         "%",
@@ -125,28 +127,29 @@ class Reading:
     calibrated_by: str | None = choice(
         CALIBRATED_BY,
         default=None,
-        meaning="weights calibrate the force of each channel; a press on a hard plate calibrates its deflection too",
+        meaning="weights calibrate the force of each channel; a press on a hard plate also calibrates its deflection",
     )
     bias_limit: float = quantity(
         "1",
         _LIMIT,
         default=0.05,
         hint="give a fraction, for 5 % write 0.05",
-        meaning="largest error of the modulus over all poses, without noise",
+        meaning="largest allowed error of the modulus over all poses, without noise",
     )
     uncertainty_limit: float | tuple[float, ...] = quantity(
         "1",
         _LIMIT,
         default=0.1,
         hint="give a fraction, for 10 % write 0.1",
-        meaning="largest standard uncertainty of the modulus, or a list of one for each of `fruit.E_MPa`",
+        meaning="largest allowed standard uncertainty of the modulus, or a list with one for each of `fruit.E_MPa`",
     )
     at_s: float | None = quantity(
         "s",
         DURATION,
         default=None,
         hint="travel / speed is when the press stops",
-        meaning="time from the first touch at which flesh that relaxes is read; by default when the press stops",
+        meaning="time from the first touch at which a reading is taken on flesh that relaxes; by default the end of "
+        "the travel",
     )
 
     def __post_init__(self) -> None:

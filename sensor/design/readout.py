@@ -112,7 +112,7 @@ class Readout:
     transducer: str = choice(
         tuple(USUAL),
         default="foil",
-        meaning="foil gauges on the leaves, or a sensor of displacement at each shuttle",
+        meaning="transducer of the forces: foil gauges on the leaves, or a sensor of displacement at each shuttle",
     )
     amplifier: str | None = choice(
         tuple(AMPLIFIERS),
@@ -127,61 +127,63 @@ class Readout:
         _POSITIVE,
         default=None,
         hint="leave it out to have what the leaf bears",
-        meaning="voltage across a bridge; by default what its resistors leave",
+        meaning="supply voltage of a bridge; by default computed from its series resistors",
     )
     bits: float | None = quantity(
-        "1", _BITS, default=None, hint=_AS_SOLD, meaning="bits of the converter, its sign included"
+        "1", _BITS, default=None, hint=_AS_SOLD, meaning="bits of the converter, with the sign bit"
     )
     full_scale_mV: float | None = quantity(
-        "mV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="input range of the amplifier, to either side of zero"
+        "mV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="input range of the amplifier, on either side of zero"
     )
-    rate_Hz: float | None = quantity(
-        "Hz", _POSITIVE, default=None, hint=_AS_SOLD, meaning="samples a second of one channel"
-    )
+    rate_Hz: float | None = quantity("Hz", _POSITIVE, default=None, hint=_AS_SOLD, meaning="sample rate of one channel")
     noise_nV: float | None = quantity(
-        "nV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="noise at the amplifier's input, one sigma, at its rate"
+        "nV",
+        _POSITIVE,
+        default=None,
+        hint=_AS_SOLD,
+        meaning="noise at the amplifier's input at this sample rate, one standard deviation",
     )
     delay_ms: tuple[float, ...] | None = quantity(
         "ms",
         _DELAY,
         default=None,
         hint="leave it out to have the order of the amplifier's inputs",
-        meaning="delay of each channel of a sample after the first conversion, a list in the order of tips",
+        meaning="delay of each channel of a sample after the first conversion, as a list in the order of tips",
     )
     time_error_ms: float | None = quantity(
         "ms",
         _DELAY,
         default=None,
         hint=_AS_SOLD,
-        meaning="bound of the error of the time of a conversion, beside its delay",
+        meaning="bound of the error of a conversion time, in addition to `delay_ms`",
     )
     sensitivity_mV_per_mm: float | None = quantity(
         "mV/mm",
         _POSITIVE,
         default=None,
         hint="leave it out for a DRV5055A2 between two magnets",
-        meaning="slope of a sensor of displacement; by default that of a DRV5055A2 between two magnets",
+        meaning="sensitivity of a sensor of displacement; by default that of a DRV5055A2 between two magnets",
     )
     noise_um: float | None = quantity(
         "um",
         _SIZE,
         default=None,
         hint="leave it out for a DRV5055A2 between two magnets",
-        meaning="noise of a sensor of displacement, one sigma",
+        meaning="noise of a sensor of displacement, one standard deviation",
     )
     drift_K: float = quantity(
         "K",
         _KELVIN,
         default=5.0,
         hint="a room keeps within 5",
-        meaning="largest difference of the air's temperature from that of the calibration",
+        meaning="largest difference between the temperatures of the air at a press and at the calibration",
     )
     tare_K: float = quantity(
         "K",
         _KELVIN,
         default=1.0,
         hint="tare before each fruit",
-        meaning="largest difference of the air's temperature from that of the last taring",
+        meaning="largest difference between the temperatures of the air at a press and at the last taring",
     )
 
     def __post_init__(self) -> None:

@@ -33,37 +33,46 @@ class Tips(ShapeKeys):
     layout: str = choice(
         tuple(LAYOUTS),
         default="pair",
-        meaning="two tips; three in a line; or four in a square, springs of one kind on each diagonal",
+        meaning="a pair of two tips, a line of three, or a square of four with springs of one kind on each diagonal",
     )
-    order: str | None = choice(ORDERS, default=None, meaning="low and high springs along a line")
+    order: str | None = choice(ORDERS, default=None, meaning="order of low (L) and high (H) springs along a line")
     outer_mm: float | None = quantity(
         "mm",
         _LENGTH_OR_ZERO,
         default=None,
         hint="on a sphere it is spacing^2 / (2 radius)",
-        meaning=("how much longer the outer tips of a line are; spacing^2 / (2 radius) levels them on a sphere"),
+        meaning=(
+            "extra length of the outer tips of a line; on a sphere, spacing^2 / (2 radius) lets all tips touch at once"
+        ),
     )
     shape: str = choice(
         tuple(SHAPES),
         default="cube",
-        meaning=("square with flat face, round with flat face, a ball, a dome (a flat cap on a round face) or a cone"),
+        meaning=(
+            "a cube (square with a flat face), a cylinder (round with a flat face), a sphere, a dome (a shallow "
+            "spherical cap on a round face) or a cone"
+        ),
     )
     side_mm: float = quantity(
-        "mm", LENGTH, default=1.0, hint="the paper's cube has 1", meaning="side of a cube, diameter of any other shape"
+        "mm",
+        LENGTH,
+        default=1.0,
+        hint="the paper's cube has 1",
+        meaning="side of a cube, or diameter of any other shape",
     )
     spacing_mm: float = quantity(
         "mm",
         LENGTH,
         default=8.0,
         hint="measure it from centre to centre; the paper has 8",
-        meaning="distance of neighbouring tips, centre to centre; the side of a square",
+        meaning="distance of neighbouring tips, centre to centre; for a square its side",
     )
     offset_mm: float = quantity(
         "mm",
         Bounds(at_least=-1000.0, at_most=1000.0),
         default=0.0,
         hint="measure it from the apex to the midpoint of the tips",
-        meaning="middle between the tips, from the apex of the fruit, along the tips",
+        meaning="distance of the midpoint of the tips from the apex of the fruit, along the tips",
     )
     gap_mm: float = quantity(
         "mm",
@@ -75,7 +84,7 @@ class Tips(ShapeKeys):
     socket: Socket = choice(
         ("none", "pin"),
         default="none",
-        meaning="tips printed with the housing, sharp cubes or domes (none), or ground steel pins of any shape (pin)",
+        meaning="none: sharp cubes or domes that are printed with the housing; pin: ground steel pins of any shape",
     )
 
     def __post_init__(self) -> None:
@@ -193,33 +202,35 @@ class Press:
         LENGTH,
         default=0.6,
         hint="the paper presses 0.6",
-        meaning="how far the housing moves down after the first touch",
+        meaning="distance by which the housing moves down after the first touch",
     )
     tilt_deg: float = quantity(
         "deg",
         _WIDEST_TILT,
         default=0.0,
         hint="positive lowers the high tip",
-        meaning="tilt of the sensor along the tips; a positive one lowers the high tip",
+        meaning="tilt of the sensor along the tips; a positive tilt lowers the high tip",
     )
     tilt_spread_deg: float = quantity(
         "deg",
         _SPREAD,
         default=1.0,
         hint="a steady hand keeps 1",
-        meaning="how far the tilt of one press may be off, two sigma; it moves P of a level sensor",
+        meaning="uncertainty of the tilt of one press, two standard deviations; the P of a level sensor depends on it",
     )
     roll_deg: float = quantity(
         "deg",
         _WIDEST_TILT,
         default=0.0,
         hint="positive lowers the side y > 0 of each tip",
-        meaning="roll of the sensor across the tips; a positive one lowers the side y > 0 of each tip",
+        meaning="roll of the sensor across the tips; a positive roll lowers the side y > 0 of each tip",
     )
     attitude: Attitude = choice(
         ("down", "side", "up"),
         default="side",
-        meaning=("where the tips point; the weight of the moving parts then shifts the tips before the press"),
+        meaning=(
+            "direction in which the tips point; the weight of the moving parts deflects the springs before the press"
+        ),
     )
     speed_mm_per_s: float | None = quantity(
         "mm/s",
@@ -233,7 +244,7 @@ class Press:
         DURATION,
         default=None,
         hint="a hand holds about 2",
-        meaning="how long full travel is held: the seconds in which a reading may be taken",
+        meaning="time for which full travel is held, and in which a reading may be taken",
     )
 
     def __post_init__(self) -> None:

@@ -27,7 +27,9 @@ class Flexure:
     length: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="length of a leaf, its fillets included")
     depth: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="width of a leaf, which is the depth of the plate")
     separation: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="distance of the two leaves, middle to middle")
-    fillet: float = quantity("mm", _NOT_NEGATIVE, hint=_HINT, meaning="radius of the inner corners at its roots")
+    fillet: float = quantity(
+        "mm", _NOT_NEGATIVE, hint=_HINT, meaning="radius of the inner corners at the roots of a leaf"
+    )
 
     def __post_init__(self) -> None:
         """Check each field, and that the fillets leave a straight leaf and a window between the leaves."""

@@ -28,14 +28,16 @@ class StripClamp:
     """
 
     length: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="length that is glued at each end of a strip")
-    end_room: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="room in a slot beyond the end of its strip")
-    gap: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="glue between each face of a strip and its slot")
-    wall: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="solid that is left above and below a slot")
+    end_room: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="free length in a slot beyond the end of its strip")
+    gap: float = quantity(
+        "mm", _POSITIVE, hint=_HINT, meaning="thickness of the glue between each face of a strip and its slot"
+    )
+    wall: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="thickness of the solid above and below a slot")
     corner: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="radius of the inner corners of the frame")
     strip_E_MPa: float = quantity("MPa", MODULUS, hint=_HINT, meaning="modulus of the strips")
     strip_poisson: float = quantity("1", _POISSON, hint=_HINT, meaning="Poisson's ratio of the strips")
     strip_over_print_density: float = quantity(
-        "1", _POSITIVE, hint=_HINT, meaning="density of the strips over that of the print"
+        "1", _POSITIVE, hint=_HINT, meaning="density of the strips divided by that of the print"
     )
     glue_E_MPa: float = quantity("MPa", MODULUS, hint=_HINT, meaning="modulus of the glue")
     glue_poisson: float = quantity("1", _POISSON, hint=_HINT, meaning="Poisson's ratio of the glue")

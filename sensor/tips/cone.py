@@ -29,7 +29,7 @@ class ConeKeys:
         Bounds(at_least=0.0, at_most=1000.0),
         default=None,
         hint="give the radius of the point, 0 for a sharp one",
-        meaning="radius of the ball at the point of a cone; left out for a sharp one",
+        meaning="radius of the spherical end of a blunt cone; left out for a sharp one",
     )
 
 

@@ -16,7 +16,7 @@ class FlatKeys:
         Bounds(at_least=0.0, at_most=1000.0),
         default=0.0,
         hint="give the radius of the edge of the face",
-        meaning="rounding of the edge of the face",
+        meaning="radius of the rounded edge of the face",
     )
 
 

@@ -74,8 +74,8 @@ def test_generated_page_is_up_to_date(name):
     assert text_of(ROOT / "docs" / name) == generator().PAGES[name]()
 
 
-def test_rooms_of_the_architecture_are_the_folders():
-    section = text_of(ARCHITECTURE).partition("\n## The rooms\n")[2].partition("\n## ")[0]
+def test_table_of_the_architecture_has_every_folder():
+    section = text_of(ARCHITECTURE).partition("\n## The folders\n")[2].partition("\n## ")[0]
     named = {room for row in ROW.findall(section) for room in re.findall(r"`([a-z_/]+)`", row)}
     folders = {path.parent.relative_to(ROOT) for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
     rooms = {folder.as_posix() for folder in folders if len(folder.parts) == 2}

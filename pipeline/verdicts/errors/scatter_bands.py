@@ -12,16 +12,20 @@ Interval = tuple[float | None, float | None]
 class ScatterBands(Record):
     """Bands that hold the middle 95 % of prints; an end is None where prints show a P that nominal springs never do."""
 
-    K_l_N_per_m: Interval = report_field("N/m", "band of the low stiffness")
-    K_h_N_per_m: Interval = report_field("N/m", "band of the high stiffness")
+    K_l_N_per_m: Interval = report_field("N/m", "band of the stiffness of the low spring")
+    K_h_N_per_m: Interval = report_field("N/m", "band of the stiffness of the high spring")
     P_max: Interval = report_field("1", "band of the largest force ratio")
     NL: Interval = report_field("1", "band of the nonlinearity")
     modulus_error: Interval = report_field(
-        "1", "band of the relative error of the modulus, read with the nominal stiffnesses; null for no end"
+        "1",
+        "band of the relative error of the modulus, if it is read with the nominal stiffnesses; null where "
+        "the band has no end",
     )
     calibrated_modulus_error: float | None = report_field(
-        "1", "relative error of the modulus when both stiffnesses of the unit are known to 1 %"
+        "1", "relative error of the modulus if both stiffnesses of the unit are known to 1 %"
     )
     surrogate_error: float = report_field(
-        "1", "relative error of the formula for stiffness over leaf thickness behind these bands"
+        "1",
+        "relative error of the approximate formula for the stiffness over the leaf thickness, from which "
+        "these bands are computed",
     )
