@@ -105,7 +105,8 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     )
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
     only = "" if result.springs.leaves.is_printed else ", which is that of the strips, not of glue and print"
-    part = "One of the two plates of the square, which are alike. " if housing.back_to_back else ""
+    housing = result.springs.housing
+    part = "One of the two plates of the square, which are alike. " if housing and housing.back_to_back else ""
     caption = (
         f"{part}At full travel on the firmest fruit, deflection drawn {factor:g} times. The largest von Mises stress "
         f"is {highest:.3g} MPa, its limit {limit:.3g} MPa (E of {leaves.name} times its strain limit{only}). Safety "
