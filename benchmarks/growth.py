@@ -40,9 +40,10 @@ Two exponents are above theory, because the work changes in a step:
 
 - Four tips stand in a square. A line of three lies in a plane of symmetry, so each mesh needs two factors, of 3267
   dofs. A square needs four, of 3993 dofs. The factors take most of the time.
-- Meshes of contact come in steps. One of 2673 dofs serves tolerances of 1 / 1000 and 1 / 10000. For 1 / 20000 it is
-  solved first and misses, and then the next one, of 7605 dofs. Each factor of that one costs about 8 times as much,
-  which is the square of the ratio of dofs. From 1 / 1000 to 1 / 20000 the exponent is below theory.
+- Meshes of contact come in steps. One of 2673 dofs serves tolerances of 1 / 1000 and 1 / 10000. For 1 / 20000 this
+  mesh is solved first and misses the tolerance; then the next mesh, of 7605 dofs, is solved too. Each of its factors
+  costs about 8 times as much, which is the square of the ratio of dofs. From 1 / 1000 to 1 / 20000 the exponent is
+  below theory.
 
 An exponent is below theory where a cost that does not grow with the size is still a large part of the whole."""
 HEADS = ["work", "size", "wall s", "CPU s", "MiB", "exponent", "theory, at most"]

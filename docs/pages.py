@@ -65,7 +65,7 @@ DESIGN_TAIL = """\
 - The angle between a tip face and the skin must be at most {steepest:g} degrees; a run refuses a steeper scene.
 - The contact of a dome must lie within half of its face; else the verdict `geometry.tip_face` fails.
 - Printed tips are sharp squares, or domes on squares. Another shape or a fillet needs `tips.socket = "pin"`, because
-  ground pins have any shape.
+  a pin can be ground to any shape.
 - A pair lies along the length of the fruit, with the low tip at -x and the high tip at +x. A line lies in the same
   direction, in the order of `tips.order`. The tips of a square are counted around it from (-x, -y): low, high, low,
   high.
