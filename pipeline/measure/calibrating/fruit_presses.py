@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 from scipy.special import stdtrit
 
@@ -23,6 +22,7 @@ from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.measure.tables.units import FORCE, MODULUS, TIME, Quantity
 from pipeline.measure.unit.contrast_press import ContrastPress
+from pipeline.measure.unit.first_touch import FirstTouch
 from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.measure.unit.measuring import MeasuringUnit
@@ -180,16 +180,16 @@ def _reading_of(table: MeasuredTable, rows: Sequence[int], name: str, sensor: Me
         raise validation_error(
             place, "forces", "", "as the other samples of its press", "correct that line, or leave it out"
         )
-    return press.reading(_duration(table, rows, name, np.array(pressed) > sensor.least_forces, np.sum(pressed, axis=1)))
+    return press.reading(_duration(table, rows, name, pressed, sensor.least_forces))
 
 
 def _duration(
-    table: MeasuredTable, rows: Sequence[int], name: str, touching: NDArray[np.bool_], whole: Floats
+    table: MeasuredTable, rows: Sequence[int], name: str, pressed: Sequence[Floats], least_forces: Floats
 ) -> float | None:
     """Return the duration [s] of the press of some rows from its first touch to its deepest sample.
 
-    It is None where times do not tell it. `touching` says which tips touch, (rows, tips), `whole` is their force [N].
-    Raises InputError for times that do not rise.
+    It is None where times do not tell it. `pressed` are the forces of the tips in each row, each (tips,) [N], of which
+    those above the least ones touch. Raises InputError for times that do not rise.
     """
     if "t" not in table.numbers:
         return None
@@ -199,11 +199,15 @@ def _duration(
         place = f"{place_of(table.source, table.lines[rows[row]], 't')}: fruit {name}"
         hint = "give each press a name of its own"
         raise validation_error(place, float(t[row]), "s", f"greater than {t[row - 1]:g} s", hint)
-    deepest = int(whole.argmax())
-    free = np.flatnonzero(~touching[:deepest].any(axis=1))
-    touched = int(free[-1]) + 1 if free.size else 0
-    touched += int(whole[touched : deepest + 1].argmin())  # a tip may show the zero that the press before has left
-    return float(t[deepest] - t[touched]) or None
+    first = FirstTouch()
+    duration = None
+    largest = 0.0
+    for moment, forces in zip(t.tolist(), pressed, strict=True):
+        whole = float(forces.sum())
+        first.add(moment, whole, touches=bool((forces > least_forces).any()))
+        if whole > largest and first.t is not None:
+            largest, duration = whole, moment - first.t
+    return duration or None
 
 
 def _mean(fruit: _Points, ends: Floats) -> _Points:

@@ -1,7 +1,6 @@
 """From signals to readings: a press is the samples from the touch of the last tip to the lift of the first one."""
 
 import itertools
-import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -10,6 +9,7 @@ import numpy as np
 
 from pipeline.measure.unit.contrast_press import ContrastPress
 from pipeline.measure.unit.count_codes import SignedSamples
+from pipeline.measure.unit.first_touch import FirstTouch
 from pipeline.measure.unit.fruit_reading import ZERO_AFTER_S, FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.one_time import AtOneTime
@@ -163,8 +163,7 @@ class _Touches:
         self._every_sample = every_sample
         self._flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
         self._press: _Press | None = None
-        self._touched: float | None = None
-        self._least = math.inf  # whole force [N] since no tip touched, or since the last press ended
+        self._first = FirstTouch()
         self._hardly = FruitReading(flags=("lift_off",))
         self._told = False
 
@@ -175,14 +174,11 @@ class _Touches:
         touching = forces > self._sensor.least_forces
         if not touching.all():
             yield from self._ended(left_out)
-        # A press begins where the whole force is least: a tip may show the zero that the press before has left.
-        if not touching.any():
-            self._touched, self._least = None, math.inf
-        elif self._press is None and (whole := float(forces.sum())) < self._least:
-            self._touched, self._least = sample.t, whole
-        if self._touched is None or not touching.all():
+        if self._press is None:
+            self._first.add(sample.t, float(forces.sum()), touches=bool(touching.any()))
+        if self._first.t is None or not touching.all():
             return
-        self._press = self._press or _Press(self._sensor, self._at_one_time, self._touched)
+        self._press = self._press or _Press(self._sensor, self._at_one_time, self._first.t)
         self._press.add(sample, channels)
         if self._every_sample:
             self._told = True
@@ -198,7 +194,7 @@ class _Touches:
         press, self._press = self._press, None
         if press is None:
             return
-        self._least = math.inf
+        self._first.look_anew()
         reading = press.reading(left_out)
         left_out.clear()
         if self._every_sample:
