@@ -138,21 +138,15 @@ def calibrate(report: Report, weights: str | Path, after_s: float | None = None)
     InputError for a table that is no measurement of this design's springs.
     """
     from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print
-    from pipeline.measure.unit.printed_unit import WEIGHED_AFTER
+    from pipeline.measure.unit.printed_unit import check_weighed_after
     from sensor.quantity import validation_error
-    from sensor.theory.contrast_law import ReadingError
 
-    if after_s is not None and not WEIGHED_AFTER.hold(after_s):
-        raise validation_error("after_s", after_s, "s", str(WEIGHED_AFTER), "weights are read after some 30 s")
+    check_weighed_after("after_s", after_s)
     table = measured_print(weights, report)
     if "coupon" in table.texts:
         hint = "pipeline calibrate finds the modulus of a coupon"
         raise validation_error("weights", str(weights), "", "a table with a column tip", hint)
-    try:
-        return calibrate_unit(report, table, after_s=after_s)
-    except ReadingError as error:
-        hint = "weigh each tip again"
-        raise validation_error("weights", str(weights), "", f"of springs that read a fruit ({error})", hint) from error
+    return calibrate_unit(report, table, after_s=after_s)
 
 
 def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import cadquery as cq
 
-from cad.parts.housing import Arm, Housing, Strip
+from cad.parts.housing import Housing, Strip
 from cad.parts.part import NEAR_MM, box_through
 
 FRAME = "frame"
@@ -46,11 +46,6 @@ class CutStrip:
         return f"{self.length:.1f} x {self.width:g} x {self.thickness:g}"
 
 
-def shuttle_name(arm: Arm) -> str:
-    """Return the name of the shuttle of an arm as a printed body."""
-    return f"{arm.name} shuttle"
-
-
 def printed_bodies(shape: cq.Shape, housing: Housing) -> dict[str, cq.Shape]:
     """Return by name the bodies that are printed of the solid of a housing [mm]: itself where its leaves are printed.
 
@@ -59,11 +54,11 @@ def printed_bodies(shape: cq.Shape, housing: Housing) -> dict[str, cq.Shape]:
     if not housing.strips:
         return {"housing": shape}
     pieces = shape.cut(*[_slot_cut(strip, housing) for strip in housing.strips]).Solids()
-    names = [FRAME, *(shuttle_name(arm) for arm in housing.arms)]
-    if len(pieces) != len(names):
-        msg = f"slots leave {len(pieces)} printed bodies, must be {len(names)}: {', '.join(names)}"
+    if len(pieces) != len(PRINTED_AROUND_STRIPS):
+        named = ", ".join(PRINTED_AROUND_STRIPS)
+        msg = f"slots leave {len(pieces)} printed bodies, must be {len(PRINTED_AROUND_STRIPS)}: {named}"
         raise ValueError(msg)
-    return dict(zip(names, widest_first(pieces), strict=True))
+    return dict(zip(PRINTED_AROUND_STRIPS, widest_first(pieces), strict=True))
 
 
 def widest_first(solids: Sequence[cq.Shape]) -> list[cq.Shape]:

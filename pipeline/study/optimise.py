@@ -29,7 +29,7 @@ from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import REFUSED, UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT, Study, front_number
 from pipeline.study.tasks import PointResult, lost_points, solve_points
 from pipeline.study.variation import Normal, Setting, is_number
-from pipeline.study.wanted import VERDICT_FIELDS
+from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
 from pipeline.study.workers import Engine, ProgressReport, completed_items
 from sensor.arrays import Floats
 from sensor.design.design_file import design_as_toml, design_from_mapping
@@ -42,11 +42,7 @@ DESIGN = "design.toml"
 RUN = "best"
 FRONT = "front"
 _MEMBERS = 8  # of a generation, for each key that varies
-_KEYS_OF_VERDICTS = {
-    "bruise": ("fruit.bruise_limit_MPa",),
-    "reading.relaxation": ("reading.", "fruit.relaxation"),
-}
-"""What a design must say for a verdict to be judged; any other on readings needs the table `[reading]` alone."""
+_READING = "reading."  # begins the verdicts on readings, and the keys of the table without which there are none
 _UNNUMBERED = -1  # until a point is to be solved: one that is stored has its number already
 
 
@@ -97,20 +93,30 @@ def _refuse_unjudged(study: Study) -> None:
     given = {
         "fruit.bruise_limit_MPa": bool(design.fruit.bruise_limits_MPa),
         "fruit.relaxation": bool(design.fruit.relaxation),
-        "reading.": design.reading is not None,
+        _READING: design.reading is not None,
     }
-    of_number = study.goal.minimise.removeprefix("verdicts.").rpartition(".")[0]
-    of_number = of_number if study.goal.minimise.startswith("verdicts.") else ""
-    for field, names in (("optimise.minimise", [of_number]), ("optimise.under", study.goal.under)):
-        for name in names:
-            for key in _KEYS_OF_VERDICTS.get(name, ("reading.",) if name.startswith("reading.") else ()):
-                if not given[key] and not any(varied.startswith(key) for varied in study.vary):
-                    asked = "a [reading] table" if key == "reading." else key
-                    bound = f"a verdict of the base, which has no {key.rstrip('.')}"
-                    hint = (
-                        f"give {asked} in the base or under [set], or choose optimise.minimise and under without {name}"
-                    )
-                    raise validation_error(field, name, "", bound, hint)
+    goal = study.goal
+    verdicts = [
+        ("optimise.minimise", verdict_field(goal.minimise)[0]),
+        *(("optimise.under", name) for name in goal.under),
+    ]
+    for field, name in verdicts:
+        for key in _keys_for(name):
+            if given[key] or any(varied.startswith(key) for varied in study.vary):
+                continue
+            asked = "a [reading] table" if key == _READING else key
+            bound = f"a verdict of the base, which has no {key.rstrip('.')}"
+            hint = f"give {asked} in the base or under [set], or choose optimise.minimise and under without {name}"
+            raise validation_error(field, name, "", bound, hint)
+
+
+def _keys_for(verdict: str) -> tuple[str, ...]:
+    """Return what a design must have for a verdict to be judged: keys, or the beginning of all keys of a table."""
+    if verdict == "reading.relaxation":
+        return (_READING, "fruit.relaxation")
+    if verdict.startswith(_READING):
+        return (_READING,)
+    return ("fruit.bruise_limit_MPa",) if verdict == "bruise" else ()
 
 
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:

@@ -16,7 +16,7 @@ from pipeline.study.columns import PointColumns, point_columns
 from pipeline.study.points import design_of
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import REFUSED, Study
-from pipeline.study.wanted import VERDICT_FIELDS
+from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
 from sensor.design.design_file import TABLE_TYPES, design_as_toml, design_from_mapping
 from sensor.verdict import sense_of
 
@@ -126,8 +126,8 @@ def shown_keys(study: Study, columns: PointColumns) -> tuple[ShownKey, ...]:
 
 def is_part_of_limit(key: str) -> bool:
     """Say whether a key is the limit of a verdict that its value must stay on one side of."""
-    name, _, last = key.removeprefix("verdicts.").rpartition(".")
-    return key.startswith("verdicts.") and last == "limit" and sense_of(name) is not None
+    name, field = verdict_field(key)
+    return field == "limit" and sense_of(name) is not None
 
 
 def told_text(value: object) -> str:
@@ -143,8 +143,8 @@ def _named(key: str, *, varies: bool) -> tuple[str, str]:
     A key that varies is one of the design; any other is one of the report, though a design has it too.
     """
     table, _, last = key.partition(".")
-    if table == "verdicts":
-        name, _, field = last.rpartition(".")
+    name, field = verdict_field(key)
+    if name:
         label = name if field == "value" else f"{name}, {field}"
         entry = next((one for one in entries() if name in (one.each or (one.name,))), None)
         if entry is None:

@@ -52,10 +52,17 @@ def _plain_level(key: str) -> str:
 
 def _verdict_level(key: str) -> str:
     """Return the level of verdicts.NAME.FIELD; an empty text for one that none may ask for."""
-    verdict, _, field = key.removeprefix("verdicts.").rpartition(".")
+    verdict, field = verdict_field(key)
     if field not in VERDICT_FIELDS:
         return ""
     return _verdict_levels().get(verdict, "files" if verdict.startswith(_ON_SOLIDS) else "")
+
+
+def verdict_field(key: str) -> tuple[str, str]:
+    """Return the NAME and the FIELD of verdicts.NAME.FIELD; both are empty for a key of no verdict."""
+    table, _, rest = key.partition(".")
+    name, _, field = rest.rpartition(".")
+    return (name, field) if table == "verdicts" else ("", "")
 
 
 def _verdict_levels() -> dict[str, str]:

@@ -14,7 +14,7 @@ from pipeline.commands.console import (
     print_error,
     print_json,
 )
-from sensor.quantity import InputError, validation_error
+from sensor.quantity import validation_error
 from sensor.verdict import all_passed
 
 if TYPE_CHECKING:
@@ -54,15 +54,14 @@ def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
     from pipeline.measure.calibrating.calibration import measured_print
     from pipeline.measure.tables.headers import ColumnFlags
-    from pipeline.measure.unit.printed_unit import WEIGHED_AFTER
+    from pipeline.measure.unit.printed_unit import check_weighed_after
     from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.measure.unit.signals import count_keys, force_keys
     from pipeline.report.report import read_report
 
     if arguments.classes:
         ripeness_classes(arguments.classes)
-    if arguments.after is not None and not WEIGHED_AFTER.hold(arguments.after):
-        raise validation_error("--after", arguments.after, "s", str(WEIGHED_AFTER), "weights are read after some 30 s")
+    check_weighed_after("--after", arguments.after)
     report = read_report(arguments.folder)
     tips = len(report.tips)
     flags = ColumnFlags(arguments.columns, arguments.units, (*NAMES, *force_keys(tips), *count_keys(tips)))
@@ -98,15 +97,10 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable",
     from pipeline.measure.unit.printed_unit import unit_as_toml
     from pipeline.report.verdict_table import print_verdicts
     from pipeline.storage.files import write_files
-    from sensor.theory.contrast_law import ReadingError
 
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
     plate = None if arguments.plate is None else measured_plate(arguments.plate, report, table, flags)
-    try:
-        calibration = calibrate_unit(report, table, fruit, plate, arguments.after)
-    except ReadingError as error:
-        msg = f"{arguments.measured}: {error}"
-        raise InputError(msg) from error
+    calibration = calibrate_unit(report, table, fruit, plate, arguments.after)
     if arguments.out is not None:
         unit = replace(calibration.unit, classes=arguments.classes)
         write_files({arguments.out: unit_as_toml(unit).encode()}, "--out", force=arguments.force)

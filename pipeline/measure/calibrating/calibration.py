@@ -25,7 +25,8 @@ from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import WEIGHED_AFTER, PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.report import Report
-from sensor.quantity import BOUNDED, COVERAGE, Estimate, validation_error
+from sensor.quantity import BOUNDED, COVERAGE, Estimate, InputError, validation_error
+from sensor.theory.contrast_law import ReadingError
 from sensor.verdict import Verdict
 
 _WEIGHED = {
@@ -107,7 +108,7 @@ def calibrate_unit(
     """Return the calibration of a unit, with the scale of `fruit` that was pressed with it, as `measured_fruit` has it.
 
     `plate` is a press on a hard plate, as `measured_plate` has it. Each weight was read `after_s` [s] after it was
-    hung, where the table has no times. Raises InputError, and ReadingError for springs that read nothing.
+    hung, where the table has no times. Raises InputError, also for springs that read nothing.
     """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighed = weighing(table, report, after_s)
@@ -135,17 +136,23 @@ def calibrate_unit(
         unit = _on_plate(unit, plate, table, channels, springs, report)
         assumed += _worse_on_plate(unit, by_weights, plate)
     sensor = MeasuringUnit(report=report, unit=unit)
-    scale = None if fruit is None else scale_of_presses(fruit, sensor)
     nominal = as_designed.unit.stiffnesses
-    shown = unit_table(sensor, as_designed)
+    try:
+        scale = None if fruit is None else scale_of_presses(fruit, sensor)
+        shown = unit_table(sensor, as_designed)
+        verdicts = unit_verdicts(sensor, shown)
+        error_by = error_sources(sensor)
+    except ReadingError as error:
+        msg = f"{table.source}: {error}"
+        raise InputError(msg) from error
     return Calibration(
         unit=unit if scale is None else replace(unit, scale=scale.scale),
         nominal=nominal,
         table=shown,
-        verdicts=unit_verdicts(sensor, shown),
+        verdicts=verdicts,
         trims=trims(sensor, nominal),
         assumed=assumed,
-        error_by=error_sources(sensor),
+        error_by=error_by,
         weighing=weighed,
         stiffened=sensor.press_over_weighed(),
         press_s=report.design.press_s,

@@ -126,6 +126,12 @@ def design_digest(design: Design) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def check_weighed_after(name: str, after_s: float | None) -> None:
+    """Raise InputError, which begins with a name, for a time [s] in which no weight can be read after it was hung."""
+    if after_s is not None and not WEIGHED_AFTER.hold(after_s):
+        raise validation_error(name, after_s, "s", str(WEIGHED_AFTER), "weights are read after some 30 s")
+
+
 def nominal_unit(report: Report) -> PrintedUnit:
     """Return the unit that is exactly as designed, its springs as uncertain as the process prints them.
 
