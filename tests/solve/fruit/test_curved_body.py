@@ -15,6 +15,7 @@ from solve.fruit.body_lines import BodySteps
 from solve.fruit.curved_body import (
     LOG_OFFSET,
     SAFETY,
+    _compliance,
     _sharpness_correction,
     check_curved,
     curvature_correction,
@@ -242,3 +243,19 @@ def test_mean_logarithm_of_a_circle():
     circle = 2.0 * np.log(2.0) - 1.5
     normal = np.log(2.0) - 0.5 * np.log(np.pi) - 0.5 * np.euler_gamma
     assert 0.0 <= LOG_OFFSET - (circle - normal) <= 0.01
+
+
+def test_loads_that_mirror_each_other_are_solved_once_and_keep_their_signs(rng):
+    A = rng.normal(size=(30, 30))
+    K = A @ A.T + 30.0 * np.eye(30)
+    one, other = rng.normal(size=(2, 30))
+    one[0] = 0.0  # of no sign
+    forces = np.column_stack([one, -one, other, one])
+    solved = []
+
+    def solve(loads):
+        solved.append(loads.shape[1])
+        return np.linalg.solve(K, loads)
+
+    assert _compliance(forces, solve) == pytest.approx(forces.T @ np.linalg.solve(K, forces), rel=1e-10)
+    assert solved == [2]
