@@ -41,7 +41,7 @@ def command_section(repeats: int = REPEATS) -> str:
     heads = ["run", "wall s", "CPU s", "wall / imports", "CPU / imports", "peak MiB", "remark"]
     notes = [
         f"Runs write all files. The bare imports are `python -c '{IMPORTS[-1]}'`. A look is `pipeline run --look`.",
-        f"Medians of {repeats}; memory is that of the largest process.",
+        f"The numbers are medians of {repeats} runs. Memory is the peak of the largest process.",
     ]
     return section("Whole command", heads, rows, notes)
 

@@ -33,8 +33,8 @@ from solve.contact.response import scene_response
 
 INTRODUCTION = """\
 `python -m benchmarks.growth` writes this section. Each size is run once, in a process of its own, with one thread for
-each worker. Imports and a first small call are not counted. Memory is that of the largest process. The exponent is that
-of processor time between the two largest sizes, where fixed costs matter least.
+each worker. Imports and a first small call are not counted. Memory is the peak of the largest process. The exponent
+describes the processor time between the two largest sizes, where fixed costs matter least.
 
 Two exponents are above theory, because the work changes in a step:
 

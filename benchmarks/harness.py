@@ -126,7 +126,7 @@ class Bench:
         reference = ", ".join(f"{name} {value:.6g} +- {error:.1g}" for name, value, error in truths)
         yield self.scene
         yield f"Reference: {reference} {self.unit}, by {self.reference.source}."
-        yield f"CPU seconds include meshing. The error bar is that of {self.values[0]}."
+        yield f"CPU seconds include meshing. The error bar belongs to {self.values[0]}."
         yield from self._outside(rows)
         absent = absent_peers()
         if absent:

@@ -1,6 +1,7 @@
 """Firmware: a C header and a MicroPython module with the constants of one calibrated unit, to read a press on a board.
 
-Neither uses a heap, nor a library except the mathematical one. This script runs the MicroPython module in Python.
+Both files do without a heap, and need no library except the mathematical one. This script runs the MicroPython module
+in Python.
 """
 
 import runpy

@@ -75,7 +75,7 @@ def bill_of_materials(
 class SheetToBuy:
     """A piece of sheet for strips of one thickness: thickness, width and least length [mm], and the springs.
 
-    The length is None where no piece that is sold is as wide as the strips; the width is then that of the widest.
+    Where even the widest piece that is sold is narrower than the strips, the width is that piece's and the length None.
     """
 
     thickness: float

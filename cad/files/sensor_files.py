@@ -88,7 +88,7 @@ def write_sensor(sensor: SensorSolids, folder: Path) -> SensorFiles:
 
 
 def read_forms(folder: Path, *, strips: bool) -> FormsRead:
-    """Return what the files of a sensor hold that are checked; raises ValueError for one that cannot be read."""
+    """Return the shapes in those files of a sensor that are checked; raises ValueError for an unreadable file."""
     return FormsRead(
         step=read_step(folder / "housing.step"),
         stl=read_stl(folder / "housing.stl"),
@@ -155,7 +155,7 @@ def export_stl(shape: cq.Shape, path: Path) -> trimesh.Trimesh:
 
 
 def _export_stl(shape: cq.Shape, path: Path, expected: Estimate) -> trimesh.Trimesh:
-    """Write a shape [mm] of a volume [mm^3] as STL and return what is read back; raises as `export_stl`."""
+    """Write a shape [mm] as STL and return the mesh read back, compared with the expected volume; as `export_stl`."""
     write_stl(shape, path)
     mesh = read_stl(path)
     compare_volume(path, mesh.volume, expected)
@@ -173,7 +173,7 @@ def triangles_volume(shape: cq.Shape) -> Estimate:
 
 
 def compare_volume(path: Path, volume_read: float, expected: Estimate) -> None:
-    """Raise ExportError when the volume [mm^3] read back from a file is not that of the solid within its error."""
+    """Raise ExportError when the volume [mm^3] read back from a file differs from the expected one beyond its error."""
     if not abs(volume_read - expected.value) <= expected.error:
         msg = (
             f"{path.name}: volume read back = {volume_read:.9g} mm^3: must be {expected.value:.9g} within "

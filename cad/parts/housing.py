@@ -31,7 +31,7 @@ class Arm:
     """One spring of the housing with its shuttle and its wall: places x and levels z [mm].
 
     `sign` is the side on which it lies, -1 or 1. `centre` is the tip's, `wall` and `shuttle` are the roots of the
-    leaves, `outer` is the far side of the wall. `levels` are those of the two leaves' middles, the lower one first. The
+    leaves, `outer` is the far side of the wall. `levels` has the middles of both leaves, the lower one first. The
     post, from `post` to `outer`, is what the screws hold. It is the whole wall, but where a short arm's wall is wider,
     or where strips are glued into it before the post. `clamp` holds strips; leaves of one piece with the frame have
     none.
@@ -299,7 +299,7 @@ def largest_tilt(press: Press) -> float:
 def profile(housing: Housing) -> list[Point]:
     """Return the corners (x, z) of the outline of the plate [mm], windows and holes left out.
 
-    Where leaves are of sheet, the slots count as filled: the outline is that of glue, strips and print together.
+    With leaves of sheet, the outline surrounds print, glue and strips together: the slots count as filled.
     """
     left, right = housing.arms
     bottom, top = housing.protrusion, housing.top_level

@@ -133,7 +133,7 @@ class Fruit:
         hint="apple flesh fails at 0.29",
         meaning=(
             "pressure under a tip at which the fruit bruises, for apple 0.29, or a list with one for each of "
-            "`E_MPa`. If it is set, the verdict `bruise` judges it"
+            "`E_MPa`. If it is set, the verdict `bruise` judges the pressure"
         ),
     )
     relaxation: tuple[tuple[float, float], ...] | None = field(
