@@ -5,12 +5,27 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from squares import GENTLE
+from stand_ins import springs_of
 
+from mesh.housing.sweep import flexure_mesh
+from pipeline.making.fields import fields_at_full_travel
+from pipeline.options import RunOptions
 from pipeline.report.page import bodies
-from pipeline.report.page.bodies import _skin_fall, deformation_factor, flexure_body, palette_colours, skin_body
+from pipeline.report.page.bodies import (
+    STRESS_OFF,
+    _skin_fall,
+    deformation_factor,
+    flexure_body,
+    loaded_half,
+    palette_colours,
+    skin_body,
+)
 from pipeline.report.report import read_report
 from pipeline.response.scene_press import scene_of
+from pipeline.springs.mounts import attached_to
+from sensor.design.parameters import Design
 from sensor.theory import hertz
+from solve.housing.clamped_half import clamped_half
 
 DOMES = SimpleNamespace(design=GENTLE)
 """What the skin under domes asks of a report."""
@@ -117,3 +132,15 @@ def test_legend_of_the_stress_ends_where_its_colours_end(default_run, monkeypatc
     legend = flexure_body(read_report(default_run.folder), default_run.result)["legend"]
     assert coloured == [(legend["low"], legend["high"], legend["high"])]
     assert legend["limit"] > legend["high"]  # this design is far from it: a scale up to the limit would be another one
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [0.001, 0.02])
+def test_largest_stress_of_the_picture_is_off_by_less_than_it_says(tolerance):
+    """Against the mesh on which springs are solved; a tolerance of 0.02 is that of a rough answer."""
+    springs = springs_of(Design())
+    process = springs.process
+    fine = clamped_half(flexure_mesh(springs.housing), process.E_MPa, process.poisson, attached_to(springs.housing))
+    coarse = loaded_half(springs, RunOptions(tolerance=tolerance))
+    stresses = [fields_at_full_travel(springs, half).von_mises.max() for half in (coarse, fine)]
+    assert abs(stresses[0] / stresses[1] - 1.0) < STRESS_OFF
