@@ -6,7 +6,7 @@ import cadquery as cq
 import numpy as np
 
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
-from cad.checks.near_faces import least_distance
+from cad.checks.near_faces import nearest_pair
 from cad.checks.seat_checks import window_verdicts
 from cad.checks.tip_checks import PLACE_TOLERANCE_MM
 from cad.parts.assembly import turned_twin
@@ -29,14 +29,14 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
     """
     covers = {} if sensor.housing.back_to_back else {"back": cover}
     covers["front"] = turn_cover(cover, sensor.housing)
-    distances = {}
+    pairs = {}
     for pose, arm in _arm_poses(sensor):
         for side, shape in covers.items():
-            distances[f"{side}, {pose}"] = least_distance(arm, shape)
-    nearest = min(distances, key=distances.__getitem__)
+            pairs[f"{side}, {pose}"] = (arm, shape)
+    nearest, distance = nearest_pair(pairs)
     clearance = at_least(
         "geometry.cover_clearance",
-        distances[nearest],
+        distance,
         process.min_gap_mm,
         PLACE_TOLERANCE_MM,
         unit="mm",
@@ -90,14 +90,13 @@ def _plates(sensor: SensorSolids) -> Verdict:
     if shared > 0.0:
         reference = f"the plates run into each other, {shared:.3g} mm^3 of them in the same place"
         return failed_verdict(name, PLATES_GAP_MM, unit="mm", reference=reference)
-    apart = float(plate.distance(twin))
+    _, apart = nearest_pair({name: (plate, twin)})
     if apart > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not meet: screws would bend the plates by {apart:.3g} mm"
         return failed_verdict(name, PLATES_GAP_MM, unit="mm", reference=reference)
-    distances = {pose: least_distance(in_place(arm, sensor.housing), twin) for pose, arm in _arm_poses(sensor)}
-    nearest = min(distances, key=distances.__getitem__)
+    nearest, distance = nearest_pair({pose: (in_place(arm, sensor.housing), twin) for pose, arm in _arm_poses(sensor)})
     reference = f"plates meet at their pads; least distance of what moves in one from the other, {nearest}"
-    return at_least(name, distances[nearest], PLATES_GAP_MM, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
+    return at_least(name, distance, PLATES_GAP_MM, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
 
 
 def _plate_holes(sensor: SensorSolids) -> Verdict:

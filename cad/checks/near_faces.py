@@ -1,4 +1,6 @@
-"""The least distance of two bodies that stand apart, from the few pairs of faces whose boxes are near each other."""
+"""The least distance of bodies that stand apart, from the few pairs of faces whose boxes are near each other."""
+
+from collections.abc import Mapping
 
 import cadquery as cq
 import numpy as np
@@ -8,24 +10,29 @@ from sensor.arrays import Floats
 _ROUND_OFF = 1e-9  # [mm] of a box: a pair that is farther apart by this can be no nearer
 
 
-def least_distance(first: cq.Shape, second: cq.Shape) -> float:
-    """Return the least distance between two shapes [mm], 0 where they cross or one lies in the other.
+def nearest_pair(pairs: Mapping[str, tuple[cq.Shape, cq.Shape]]) -> tuple[str, float]:
+    """Return the name of the pair of shapes that stand nearest to each other, and their least distance [mm].
 
-    Pairs of faces are measured from those whose boxes are nearest on, until the next boxes are farther apart than the
-    least distance so far. So the kernel measures every pair that might count, whichever is nearest.
+    It is 0 where shapes cross or one lies in the other. Pairs of faces are measured from those whose boxes are nearest
+    on, until the next boxes are farther apart than the least distance of all so far. So the kernel measures every pair
+    that might count, whichever is nearest.
     """
-    if _lies_in(first, second) or _lies_in(second, first):
-        return 0.0
-    faces = first.Faces()
-    others = second.Faces()
-    gaps = _gaps(_boxes(faces), _boxes(others))
+    faces = {shape: shape.Faces() for pair in pairs.values() for shape in pair}
+    boxes = {shape: _boxes(of_shape) for shape, of_shape in faces.items()}
+    nearest = ""
     least = np.inf
-    for pair in np.argsort(gaps, axis=None, kind="stable").tolist():
-        i, j = divmod(pair, len(others))
-        if gaps[i, j] >= least - _ROUND_OFF:
-            break
-        least = min(least, faces[i].distance(others[j]))
-    return float(least)
+    for name, (first, second) in pairs.items():
+        if _lies_in(first, second) or _lies_in(second, first):
+            return name, 0.0
+        gaps = _gaps(boxes[first], boxes[second])
+        for pair in np.argsort(gaps, axis=None, kind="stable").tolist():
+            i, j = divmod(pair, len(faces[second]))
+            if gaps[i, j] >= least - _ROUND_OFF:
+                break
+            distance = faces[first][i].distance(faces[second][j])
+            if distance < least:
+                nearest, least = name, distance
+    return nearest, float(least)
 
 
 def _lies_in(shape: cq.Shape, other: cq.Shape) -> bool:

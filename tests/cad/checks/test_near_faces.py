@@ -5,7 +5,7 @@ import math
 import cadquery as cq
 import pytest
 
-from cad.checks.near_faces import least_distance
+from cad.checks.near_faces import nearest_pair
 
 BOX = cq.Solid.makeBox(1.0, 1.0, 1.0)
 
@@ -22,5 +22,14 @@ BOX = cq.Solid.makeBox(1.0, 1.0, 1.0)
     ids=["ball", "corner", "crossing", "around", "cone"],
 )
 def test_least_distance_is_that_of_a_formula(other: cq.Shape, distance: float) -> None:
-    assert least_distance(BOX, other) == pytest.approx(distance, abs=1e-9)  # the kernel's own tolerance is 1e-7
-    assert least_distance(other, BOX) == pytest.approx(distance, abs=1e-9)
+    assert nearest_pair({"": (BOX, other)})[1] == pytest.approx(
+        distance, abs=1e-9
+    )  # the kernel's own tolerance is 1e-7
+    assert nearest_pair({"": (other, BOX)})[1] == pytest.approx(distance, abs=1e-9)
+
+
+def test_nearest_pair_is_the_nearest_of_all_that_stand_in_any_order() -> None:
+    apart = {f"{x:g} mm": (BOX, BOX.translate(cq.Vector(1.0 + x, 0.2, 0.0))) for x in (3.0, 0.5, 2.0, 0.25, 1.0)}
+    assert nearest_pair(apart) == ("0.25 mm", pytest.approx(0.25, abs=1e-9))
+    crossing = {**apart, "crossing": (BOX, BOX.translate(cq.Vector(0.5, 0.5, 0.5)))}
+    assert nearest_pair(crossing) == ("crossing", 0.0)
