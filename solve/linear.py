@@ -15,7 +15,7 @@ from scipy.sparse.linalg import LinearOperator, cg, splu
 from sensor.arrays import Floats, Ints
 
 RESIDUAL_LIMIT = 1e-9
-CG_TOLERANCE = 1e-12  # of the norm of a load: what conjugate gradients leave, whose square is what a compliance misses
+CG_TOLERANCE = 1e-9  # of the norm of a load: what conjugate gradients leave, whose square is what a compliance misses
 MOST_CG_STEPS = 200  # 20 are usual for a mesh that is bent
 DIGITS = 1e-4  # of the largest displacement: what round-off may leave unknown of a solution
 EPSILON = float(np.finfo(np.float64).eps)
