@@ -64,7 +64,7 @@ def stiffness_matrix(
     gradients = scalar_gradients(basis).transpose(1, 2, 0, 3)  # (dim, elements, nodes, points)
     dim, elements, nodes, _ = gradients.shape
     lam, mu = lame_parameters(_of_elements(E, elements), _of_elements(poisson, elements))
-    blocks = np.empty((elements, nodes, dim, nodes, dim))
+    columns = np.empty((elements, nodes, dim, nodes, dim))  # of the element matrices, one after the other
     for start in range(0, elements, _GROUP):
         group = slice(start, start + _GROUP)
         G = np.ascontiguousarray(gradients[:, group])
@@ -74,8 +74,9 @@ def stiffness_matrix(
         same_axis = mu[group] * np.einsum("cceij->eij", P)
         for axis in range(dim):
             matrices[axis, axis] += same_axis
-        blocks[group] = matrices.transpose(2, 3, 0, 4, 1)
-    return assemble_elements(blocks.reshape(elements, nodes * dim, nodes * dim), basis.element_dofs.T, basis.N)
+        columns[group] = matrices.transpose(2, 4, 1, 3, 0)
+    blocks = columns.reshape(elements, nodes * dim, nodes * dim).swapaxes(1, 2)
+    return assemble_elements(blocks, basis.element_dofs.T, basis.N)
 
 
 def _of_elements(value: float | Floats, elements: int) -> Floats:
@@ -96,11 +97,19 @@ def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
 
 
 def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
-    """Return the sum of element matrices (elements, n, n) at their dofs (elements, n), shape (size, size)."""
+    """Return the sum of element matrices (elements, n, n) at their dofs (elements, n), shape (size, size).
+
+    Whole columns of the element matrices are put in the order of their dofs, and SciPy adds what meets within each.
+    From triplets it would move each of their entries by itself.
+    """
     n = dofs.shape[1]
-    rows = np.repeat(dofs, n, axis=1).ravel()
-    columns = np.tile(dofs, (1, n)).ravel()
-    return csc_matrix((blocks.ravel(), (rows, columns)), shape=(size, size))
+    order = np.argsort(dofs, axis=None, kind="stable")  # of the columns of all elements
+    columns = blocks.swapaxes(1, 2).reshape(-1, n)[order]
+    rows = dofs[order // n]
+    ends = np.cumsum(n * np.bincount(dofs.ravel(), minlength=size))
+    matrix = csc_matrix((columns.ravel(), rows.ravel(), np.append(0, ends)), shape=(size, size))
+    matrix.sum_duplicates()
+    return matrix
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
