@@ -7,7 +7,7 @@ from skfem import CellBasis, Element, ElementVector, Mesh
 from skfem.element import DiscreteField
 
 from mesh.cells import cell_jacobian, cell_points, determinant, gradients, shape_table
-from sensor.arrays import Floats
+from sensor.arrays import Floats, Ints
 
 
 class DisplacementBasis(CellBasis):  # type: ignore[misc]
@@ -38,6 +38,12 @@ class DisplacementBasis(CellBasis):  # type: ignore[misc]
         points = np.empty((self.mesh.dim(), self.N))
         points[:, self.element_dofs.T] = cell_points(self.mesh, self.elem.doflocs.T)
         return points
+
+
+def cell_nodes(basis: CellBasis) -> Ints:
+    """Return the nodes of each cell, shape (cells, nodes): the dofs of node n are dim n, dim n + 1, ..."""
+    dim = basis.mesh.dim()
+    return np.asarray(basis.element_dofs[::dim].T // dim)
 
 
 def scalar_shapes(basis: CellBasis) -> Floats:

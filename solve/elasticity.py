@@ -12,6 +12,8 @@ from solve.displacement_basis import DisplacementBasis, scalar_gradients
 
 Quantity = TypeVar("Quantity", float, Floats)
 
+_GROUP = 32  # elements whose matrices are formed at once: those of more leave the cache
+
 
 def lame_parameters(E: Quantity, poisson: Quantity) -> tuple[Quantity, Quantity]:
     """Return Lame's lambda and mu [unit of E]."""
@@ -51,46 +53,63 @@ def stiffness_matrix(
     one for each element.
 
     `skfem.models.elasticity.linear_elasticity` assembles the same matrix, ten times slower. Here the products of scalar
-    gradients are formed for all elements at once. They are M_iajb = int d_a N_i d_b N_j, with nodes i, j and axes a, b.
-    The element matrix is lambda M_iajb + mu M_ibja + mu delta_ab sum_c M_icjc.
+    gradients are formed for many elements at once. They are P_abij = int d_a N_i d_b N_j, with nodes i, j and axes a,
+    b. The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij.
 
     With `b_bar` the dilatation div u is projected on linear functions within each element (the B-bar method). Hexahedra
     then do not lock as nu tends to 0.5. With 27-node hexahedra this is the Q2 / P1 pair with the pressure condensed,
     stable for every nu < 0.5. See Boffi, Brezzi, Fortin, Mixed Finite Element Methods (2013), chapter 8,
     doi:10.1007/978-3-642-36519-5.
     """
-    moduli = np.reshape(np.asarray(E, dtype=np.float64), (-1, 1, 1, 1, 1))
-    ratios = np.reshape(np.asarray(poisson, dtype=np.float64), (-1, 1, 1, 1, 1))
-    lam, mu = lame_parameters(moduli, ratios)
-    gradients = scalar_gradients(basis)
-    nodes, dim, elements, points = gradients.shape
-    size = nodes * dim
-    G = np.ascontiguousarray(gradients.transpose(2, 0, 1, 3)).reshape(elements, size, points)
-    M = ((G * basis.dx[:, None, :]) @ G.transpose(0, 2, 1)).reshape(elements, nodes, dim, nodes, dim)
-    dilatation = _projected_dilatation(G, basis).reshape(M.shape) if b_bar else M
-    blocks = lam * dilatation + mu * M.transpose(0, 1, 4, 3, 2)
-    # An einsum that sums nothing is a view: the term of delta_ab is added to the blocks with a = b in place.
-    same_axis = np.einsum("eiaja->aeij", blocks)
-    same_axis[:] += mu[..., 0, 0] * np.einsum("eiaja->eij", M)
-    return assemble_elements(blocks.reshape(elements, size, size), basis.element_dofs.T, basis.N)
+    gradients = scalar_gradients(basis).transpose(1, 2, 0, 3)  # (dim, elements, nodes, points)
+    dim, elements, nodes, _ = gradients.shape
+    lam, mu = lame_parameters(_of_elements(E, elements), _of_elements(poisson, elements))
+    columns = np.empty((elements, nodes, dim, nodes, dim))  # of the element matrices, one after the other
+    for start in range(0, elements, _GROUP):
+        group = slice(start, start + _GROUP)
+        G = np.ascontiguousarray(gradients[:, group])
+        P = (G * basis.dx[group, None])[:, None] @ G.swapaxes(2, 3)
+        dilatation = _projected_dilatation(G, basis.dx[group], basis.quadrature[0]) if b_bar else P
+        matrices = lam[group] * dilatation + mu[group] * P.swapaxes(0, 1)
+        same_axis = mu[group] * np.einsum("cceij->eij", P)
+        for axis in range(dim):
+            matrices[axis, axis] += same_axis
+        columns[group] = matrices.transpose(2, 4, 1, 3, 0)
+    blocks = columns.reshape(elements, nodes * dim, nodes * dim).swapaxes(1, 2)
+    return assemble_elements(blocks, basis.element_dofs.T, basis.N)
 
 
-def _projected_dilatation(G: Floats, basis: CellBasis) -> Floats:
-    """Return int P(div N_i) P(div N_j), P the projection on 1, X, Y, Z of the element, shape (elements, size, size)."""
-    X = 2.0 * basis.quadrature[0] - 1.0
-    linear = np.concatenate([np.ones((1, X.shape[-1])), X])
-    weighted = linear[None] * basis.dx[:, None, :]  # (elements, 4, points)
-    moments = weighted @ G.transpose(0, 2, 1)
+def _of_elements(value: float | Floats, elements: int) -> Floats:
+    """Return a number of all elements, or of each, shape (elements, 1, 1)."""
+    return np.broadcast_to(np.reshape(np.asarray(value, dtype=np.float64), (-1, 1, 1)), (elements, 1, 1))
+
+
+def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
+    """Return int P(div N_i) P(div N_j), P the projection on 1, X, Y, Z of the element, as products of gradients.
+
+    `G` are the gradients (dim, elements, nodes, points) at points of the unit cube with weights `dx` [mm^3].
+    """
+    linear = np.concatenate([np.ones((1, points.shape[1])), 2.0 * points - 1.0])
+    weighted = linear[None] * dx[:, None]  # (elements, 4, points)
+    moments = weighted @ G.swapaxes(2, 3)
     mass = weighted @ linear.T
-    return np.asarray(moments.transpose(0, 2, 1) @ np.linalg.solve(mass, moments))
+    return np.asarray(moments.swapaxes(2, 3)[:, None] @ np.linalg.solve(mass, moments))
 
 
 def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
-    """Return the sum of element matrices (elements, n, n) at their dofs (elements, n), shape (size, size)."""
+    """Return the sum of element matrices (elements, n, n) at their dofs (elements, n), shape (size, size).
+
+    Whole columns of the element matrices are put in the order of their dofs, and SciPy adds what meets within each.
+    From triplets it would move each of their entries by itself.
+    """
     n = dofs.shape[1]
-    rows = np.repeat(dofs, n, axis=1).ravel()
-    columns = np.tile(dofs, (1, n)).ravel()
-    return csc_matrix((blocks.ravel(), (rows, columns)), shape=(size, size))
+    order = np.argsort(dofs, axis=None, kind="stable")  # of the columns of all elements
+    columns = blocks.swapaxes(1, 2).reshape(-1, n)[order]
+    rows = dofs[order // n]
+    ends = np.cumsum(n * np.bincount(dofs.ravel(), minlength=size))
+    matrix = csc_matrix((columns.ravel(), rows.ravel(), np.append(0, ends)), shape=(size, size))
+    matrix.sum_duplicates()
+    return matrix
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

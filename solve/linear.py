@@ -81,10 +81,15 @@ class Factor:
         return u
 
 
+def magnitude(matrix: csc_matrix) -> csc_matrix:
+    """Return the absolute values of the entries; the places of both are one array, where abs() makes another."""
+    return csc_matrix((np.abs(matrix.data), matrix.indices, matrix.indptr), shape=matrix.shape)
+
+
 def _check_residual(block: csc_matrix, solution: Floats, right: Floats) -> None:
     """Raise SolveError where the relative residual of a solution exceeds 1e-9."""
     residual = float(np.abs(block @ solution - right).max(initial=0.0))
-    scale = float((abs(block) @ np.abs(solution)).max(initial=0.0)) or 1.0
+    scale = float((magnitude(block) @ np.abs(solution)).max(initial=0.0)) or 1.0
     if not residual <= RESIDUAL_LIMIT * scale:
         msg = (
             f"linear solve: relative residual {residual / scale:.1e} must be at most {RESIDUAL_LIMIT:.0e}; "
@@ -115,7 +120,7 @@ def factorise(matrix: csc_matrix, fixed: Ints, digits: float = DIGITS) -> Factor
     # An estimate of the condition number, |K^-1| |K|, from one right-hand side without zeros. Beyond the limit
     # round-off hides too many digits of the displacements.
     probe = np.cos(np.arange(len(free), dtype=np.float64))
-    condition = float(np.abs(back_substitute(probe)).max()) * float(abs(block).sum(axis=0).max())
+    condition = float(np.abs(back_substitute(probe)).max()) * float(magnitude(block).sum(axis=0).max())
     limit = digits / EPSILON
     if not condition <= limit:
         raise SolveError(_singular(f"condition number {condition:.0e} must be at most {limit:.0e}"))

@@ -134,6 +134,8 @@ def _read(curves: Iterable[tuple[int, Segment]], regions: Mapping[str, Sequence[
     midpoints = []
     surfaces: dict[str, list[Ints]] = {}
     for tag, segment in curves:
+        if segment.centre is None and not segment.surface:
+            continue  # a line inside the profile, or on a face without a name
         edges = nodes.index[element_nodes("Line", entity=tag)]
         if segment.centre is not None:
             arcs.append(edges)

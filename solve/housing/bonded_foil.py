@@ -60,7 +60,7 @@ def membrane_matrix(basis: CellBasis, foils: Sequence[BondedFoil]) -> csc_matrix
             # indices: strains s and t, components a and b, nodes n and m, facet e, point p
             blocks = np.einsum("sanep,st,tbmep,ep->enamb", B, D, B, patch.weights, optimize=True)
             dofs = patch.dofs[:, :2].transpose(2, 0, 1).reshape(len(blocks), -1)
-            total = total + assemble_elements(blocks, dofs, basis.N)
+            total = total + assemble_elements(blocks.reshape(*dofs.shape, -1), dofs, basis.N)
     return total
 
 

@@ -13,7 +13,7 @@ from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.bonded_foil import BondedFoil, membrane_matrix
 from solve.housing.elastic_layer import ElasticLayer, layer_matrix
 from solve.housing.inset import CellMaterial, Inset, cell_material
-from solve.linear import DIGITS, Factor, SolveError, factorise
+from solve.linear import DIGITS, Factor, SolveError, factorise, magnitude
 from solve.surface import surface_patches
 
 Attached = BondedFoil | ElasticLayer | Inset
@@ -60,7 +60,7 @@ class ClampedHalf:
 
     def round_off(self, u: Floats) -> float:
         """Return the numerical error of `support` [N] for u (dofs, loads) [mm]: it is a small sum of large forces."""
-        inside = (abs(self.matrix) @ np.abs(u))[self._vertical].sum(axis=0)
+        inside = (magnitude(self.matrix) @ np.abs(u))[self._vertical].sum(axis=0)
         return float(np.finfo(np.float64).eps * inside.max())
 
     @property

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, kron
 from skfem import CellBasis
 
 from mesh.cells import cell_points, shape_table
 from sensor.arrays import Flags, Floats
+from solve.displacement_basis import cell_nodes
 from solve.elasticity import assemble_elements, lame_parameters
-from solve.surface import nodal_dofs, surface_facets
+from solve.surface import surface_facets
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in z [mm]
 Disc = tuple[float, float, float]  # centre x, z and radius [mm]
@@ -59,7 +60,10 @@ def _in_disc(x: Floats, z: Floats, disc: Disc) -> Flags:
 def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poisson: float) -> csc_matrix:
     """Return the contribution of layers to the stiffness matrix [N/mm from MPa, mm], shape (dofs, dofs)."""
     _, shear = lame_parameters(E, poisson)
-    total = csc_matrix((basis.N, basis.N))
+    nodes = cell_nodes(basis)
+    count = basis.N // 3
+    along = csc_matrix((count, count))  # for each component along the layer
+    across = csc_matrix((count, count))
     for layer in layers:
         for facet in surface_facets(basis, layer.name):
             inside = facet.inside(_POINTS)
@@ -69,8 +73,8 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
             # The shape functions are those of the unit cube, the same on every facet.
             shapes = shape_table(basis.elem.elem, inside).values
             springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)
-            dofs = nodal_dofs(basis, facet.elements)
-            for axis in range(3):
-                modulus = E if axis == _ACROSS else shear
-                total = total + assemble_elements(modulus / layer.thickness * springs, dofs[:, axis].T, basis.N)
-    return total
+            of_facets = nodes[facet.elements]
+            along = along + assemble_elements(shear / layer.thickness * springs, of_facets, count)
+            across = across + assemble_elements(E / layer.thickness * springs, of_facets, count)
+    is_across = np.arange(3) == _ACROSS
+    return csc_matrix(kron(along, np.diag(1.0 * ~is_across)) + kron(across, np.diag(1.0 * is_across)))

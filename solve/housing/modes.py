@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, kron
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 from skfem import CellBasis
 
 from sensor.arrays import Floats
-from solve.displacement_basis import scalar_shapes
+from solve.displacement_basis import cell_nodes, scalar_shapes
 from solve.elasticity import assemble_elements
 from solve.housing.clamped_half import ACROSS, ClampedHalf, with_symmetry
 from solve.housing.stiffness import SPRINGS, PerTip, stiffness_of, tip_face
@@ -79,11 +79,8 @@ def mass_matrix(basis: CellBasis, density: float | Floats) -> csc_matrix:
     """
     shapes = scalar_shapes(basis)
     blocks = np.reshape(density, (-1, 1, 1)) * np.einsum("ap,bp,ep->eab", shapes, shapes, basis.dx, optimize=True)
-    dofs = basis.element_dofs
-    total = csc_matrix((basis.N, basis.N))
-    for axis in range(3):
-        total = total + assemble_elements(blocks, dofs[axis::3].T, basis.N)
-    return csc_matrix(total)
+    of_nodes = assemble_elements(blocks, cell_nodes(basis), basis.N // 3)
+    return csc_matrix(kron(of_nodes, np.eye(3), format="csc"))
 
 
 def _lowest(half: ClampedHalf, mass: csc_matrix) -> Iterator[tuple[float, str]]:
