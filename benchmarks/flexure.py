@@ -20,7 +20,7 @@ from cad.parts.part import FaceTest, Part, named_part, on_plane
 from mesh.housing.blocks import counts
 from mesh.housing.sweep import flexure_mesh, mesh_of_counts
 from mesh.volume import SizeField, volume_mesh
-from pipeline.springs.leaf_lengths import MESH_PAIRS, solve_on
+from pipeline.springs.leaf_lengths import MESH_PAIRS, HousingSolver, MeshPair, stiffness_on
 from pipeline.springs.rough_fit import rough_stiffness
 from reference.element_study import element_stiffness
 from sensor.theory.leaf_spring import Flexure, pair_stiffness
@@ -29,7 +29,8 @@ from solve.housing.stiffness import HousingStiffness
 BENCH = Bench(
     name="flexures",
     scene="Springs of the default sensor in PETG, half of the housing, clamped at its holes. The product solves a "
-    "second, coarser mesh for its error bar; a program without an error bar saves that time.",
+    "second, coarser mesh for its error bar; a program without an error bar saves that time. The solid with "
+    "which a run compares its mesh is not counted.",
     values=("K_l", "K_h"),
     unit="N/mm",
     # Reduced and full integration agree to 1.1e-4, the latter extrapolated from 111k dofs.
@@ -77,8 +78,14 @@ def product_rows() -> Iterator[Measurement]:
     rough, cpu = timed(partial(rough_stiffness, HOUSING, E_MPA, POISSON))
     yield BENCH.row(f"{OURS}hex 20, one rough mesh", "rough", _solved(rough, cpu))
     for pair in MESH_PAIRS:
-        judged, cpu = timed(partial(solve_on, pair, HOUSING, E_MPA, POISSON))
-        yield BENCH.row(f"{OURS}hex 20, error pair", f"scale {pair.fine:g}", _solved(judged.stiffness, cpu))
+        stiffness, cpu = timed(partial(judged_stiffness, pair))
+        yield BENCH.row(f"{OURS}hex 20, error pair", f"scale {pair.fine:g}", _solved(stiffness, cpu))
+
+
+def judged_stiffness(pair: MeshPair) -> HousingStiffness:
+    """Return the stiffness of the springs with its error bar from a pair of meshes [N/mm]."""
+    solver = HousingSolver(E_MPA, POISSON)
+    return stiffness_on(pair, HOUSING, solver.solve(HOUSING, pair.fine), solver.solve(HOUSING, pair.coarse))
 
 
 def _solved(stiffness: HousingStiffness, cpu: float) -> Solved:
