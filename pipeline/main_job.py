@@ -1,6 +1,5 @@
 """The main job: targets -> springs -> solids -> meshes -> solutions -> verdicts, each stage from result to result."""
 
-from contextlib import suppress
 from dataclasses import replace
 
 from pipeline.evaluate import (
@@ -16,14 +15,13 @@ from pipeline.making.fields import write_fields
 from pipeline.making.solids import begin_solids
 from pipeline.options import RunOptions, refuse_unmakeable
 from pipeline.report.outputs import write_outputs
-from pipeline.report.page.bodies import loaded_half
+from pipeline.report.page.page import prepare_page
 from pipeline.result import SensorResult
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Progress, Stopwatch, silent
 from pipeline.storage.workers import cad_worker
 from pipeline.verdicts.hints import with_hints
 from sensor.design.parameters import Design
-from solve.linear import SolveError
 
 
 def run(
@@ -57,8 +55,7 @@ def run(
         with timed.stage("fields"):
             fields_left_out = write_fields(sensor, result.press, options, folder)
             if options.out is not None:
-                with suppress(ValueError, SolveError):  # the page says why it cannot draw it
-                    loaded_half(result.springs, options)  # solved while the solids are made, and kept for the page
+                prepare_page(result)  # while the solids are made
         with timed.stage("fabrication"):
             sideways = sideways_verdicts(sensor.springs, options)
         with timed.stage("solids"):

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -9,10 +10,10 @@ import numpy as np
 
 from pipeline.report.explain.entries import entries
 from pipeline.report.page import answer
-from pipeline.report.page.bodies import assembly_body, flexure_body, skin_body
+from pipeline.report.page.bodies import assembly_body, flexure_body, loaded_half, skin_body
 from pipeline.report.page.mangoes import alike_pairs, seen_mangoes
 from pipeline.report.page.tables import page_tables
-from pipeline.report.page.template import BODIES, FIGURES, pack_bytes, render_page
+from pipeline.report.page.template import BODIES, FIGURES, load_templates, pack_bytes, render_page
 from pipeline.report.report import Report, as_data, report_data
 from pipeline.report.verdict_rule import UNREAD, fails_unread, limit_text, number_text, tolerance_text
 from pipeline.response.scene_press import scene_of
@@ -24,10 +25,23 @@ from solve.contact.pressure import footprint_pressure
 from solve.halfspace.punch import graded_edges, influence
 from solve.linear import SolveError
 
+TEMPLATES = ("page.html.j2", "base.html.j2", "words.html.j2")
+"""That of the page first, then those that it takes from."""
+
 _SPEED = 50.0  # mm/s of a filament printer, until the reader types another rate
 _POINTS = 121  # along the contact of a dome
 _CELLS = 17  # along each side of a flat tip, one of them in the middle
 _FIRST_NUMBERS = 3  # that stand at the head of the page, those that did not pass first
+
+
+def prepare_page(result: SensorResult) -> None:
+    """Do what takes longest of a page ahead of its files: compile its templates, solve the springs under load.
+
+    Of what cannot be solved the page tells itself.
+    """
+    load_templates(*TEMPLATES)
+    with suppress(ValueError, SolveError):
+        loaded_half(result.springs, result.options)
 
 
 def page_of(report: Report, result: SensorResult, folder: Path) -> str:
@@ -57,7 +71,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         "drawings": [{"name": path.name, "content": pack_bytes(path.read_bytes())} for path in drawings],
     }
     return render_page(
-        "page.html.j2",
+        TEMPLATES[0],
         (*FIGURES, *BODIES, "tables.js", "page.js"),
         page_data,
         latest=result.options.look,

@@ -33,6 +33,12 @@ def render_page(
     )
 
 
+def load_templates(*names: str) -> None:
+    """Compile templates of this folder ahead of the page that is made of them."""
+    for name in names:
+        _ENVIRONMENT.get_template(name)
+
+
 def pack_bytes(content: bytes) -> str:
     """Return bytes as the text that `unpacked` of figures.js reads: deflated, base64."""
     return base64.b64encode(zlib.compress(content)).decode()
