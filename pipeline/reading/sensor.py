@@ -125,7 +125,7 @@ class Sensor(Record):
             hertz=contrast.hertz,
         )
 
-    @property
+    @cached_property
     def law(self) -> RiseLaw:
         """Return the law by which whole presses are read."""
         return rise_law(self.design, self.contrast)

@@ -470,7 +470,8 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
         message = f"standard uncertainty of E by noise = {by_noise:.2g} of it: must be at most a third; press farther"
         raise RiseError("no_rise", message)
     per_tip = at_root.per_tip()
-    zeros = at_root.with_saddle(per_tip.zeros, law.per_offset(offset))
+    S_per_offset = law.per_offset(offset)
+    zeros = at_root.with_saddle(per_tip.zeros, S_per_offset)
     return RiseReading(
         E=E,
         offset=offset,
@@ -488,7 +489,7 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
             times=tuple(per_tip.times.tolist()),
             hertz=at_root.per_hertz,
             body=at_root.per_S(np.array(contrast.S)),
-            offset=at_root.per_S(law.per_offset(offset)),
+            offset=at_root.per_S(S_per_offset),
         ),
     )
 
