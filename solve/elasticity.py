@@ -12,7 +12,7 @@ from solve.displacement_basis import DisplacementBasis, scalar_gradients
 
 Quantity = TypeVar("Quantity", float, Floats)
 
-_GROUP = 32  # elements whose matrices are formed at once: those of more leave the cache
+_GROUP = 32  # elements whose matrices are formed at once: more of them would not fit into the cache
 
 
 def lame_parameters(E: Quantity, poisson: Quantity) -> tuple[Quantity, Quantity]:

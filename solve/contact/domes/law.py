@@ -48,7 +48,10 @@ ELSEWHERE = 2.0
 OVER_CONTACT = 0.25
 NEXT_MOMENT = 0.5
 OF_DEPTH = 7e-4
-RESIDUAL_LIMIT = 1e-12  # of the largest coordinate: some thousand times its round-off
+# Of the largest coordinate of a dome, or of the fruit's largest semi-axis, where the latter allows more: feet are found
+# from the centre of the fruit. Seen of the semi-axis are 3 epsilon. tests/solve/contact/domes/test_law.py
+RESIDUAL_LIMIT = 1e-12
+ROUND_OFF = 10.0 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +187,7 @@ class _Law:
         """Return the domes as they rest; raises SolveError where Newton's method with halved steps does not settle."""
         unmoved = self._poses.approach(np.zeros(self._poses.centres.shape))
         state = self.state(self._depths_alone(unmoved), unmoved)
-        allowed = RESIDUAL_LIMIT * np.abs(self._poses.centres).max()
+        allowed = self._allowed_residual()
         for _ in range(MOST_STEPS):
             if np.abs(state.residual).max(initial=0.0) <= allowed:
                 return state
@@ -197,6 +200,12 @@ class _Law:
         hint = "press less deep, or take stiffer springs"
         msg = f"domes: residual {residual:.1e} mm must be at most {allowed:.0e} mm; {hint}"
         raise SolveError(msg)
+
+    def _allowed_residual(self) -> float:
+        """Return the residual at which domes have settled [mm], above the round-off of where they meet the fruit."""
+        semi_axes = self._poses.semi_axes
+        round_off = ROUND_OFF * semi_axes.max(initial=0.0, where=np.isfinite(semi_axes))
+        return max(RESIDUAL_LIMIT * float(np.abs(self._poses.centres).max()), float(round_off))
 
     def _depths_alone(self, unmoved: DomeApproach) -> Floats:
         """Return about how deep each dome stands on its own spring, without the others and the body [mm].

@@ -99,6 +99,23 @@ def test_one_dome_on_an_ellipsoid_is_the_elliptic_contact_of_hertz():
     assert found.F[0, 0] == pytest.approx(expected * float(large.factor), rel=1e-3)
 
 
+def test_small_domes_settle_on_the_largest_fruit():
+    """As on a plane, but for the fall of the fruit: a centre 1 m away costs digits, but hides no equilibrium."""
+    dome, radius, poses = 0.02, 1000.0, 50
+    depth = np.linspace(0.001, 0.005, poses)
+    centres = np.zeros((poses, 2, 3))
+    centres[..., 0] = [-0.035, 0.035]
+    centres[..., 2] = dome - depth[:, None]
+    none = np.zeros((poses, 2, 2))
+    body = FruitUnderDomes(poisson=POISSON, remainder=none, bound=none, size=np.inf, feet=np.zeros((2, 2)))
+    forces = []
+    for axes in ((radius, 0.8 * radius, radius), (np.inf, np.inf, np.inf)):
+        standing = DomePoses(dome, centres, np.tile(np.eye(3), (poses, 1, 1)), np.tile(axes, (poses, 1)))
+        forces.append(dome_forces(standing, np.ones(poses), np.diag([10.0, 1.0]), body).F)
+    fall = 0.035**2 / (2.0 * radius)
+    np.testing.assert_allclose(forces[0], forces[1], rtol=1.6 * fall / depth.min())  # forces go with depth^1.5
+
+
 def test_domes_side_by_side_sink_by_each_other():
     """Far apart each adds (1 - nu^2) F / (pi E p) to what the other sinks by."""
     apart, depth = 400.0, 0.4
