@@ -20,7 +20,7 @@ from cad.parts.part import FaceTest, Part, named_part, on_plane
 from mesh.housing.blocks import counts
 from mesh.housing.sweep import flexure_mesh, mesh_of_counts
 from mesh.volume import SizeField, volume_mesh
-from pipeline.springs.leaf_lengths import MESH_PAIRS, HousingSolver, MeshPair, stiffness_on
+from pipeline.springs.leaf_lengths import MESH_PAIRS, HousingSolver
 from pipeline.springs.rough_fit import rough_stiffness
 from reference.element_study import element_stiffness
 from sensor.theory.leaf_spring import Flexure, pair_stiffness
@@ -78,14 +78,8 @@ def product_rows() -> Iterator[Measurement]:
     rough, cpu = timed(partial(rough_stiffness, HOUSING, E_MPA, POISSON))
     yield BENCH.row(f"{OURS}hex 20, one rough mesh", "rough", _solved(rough, cpu))
     for pair in MESH_PAIRS:
-        stiffness, cpu = timed(partial(judged_stiffness, pair))
+        stiffness, cpu = timed(partial(HousingSolver(E_MPA, POISSON).stiffness, HOUSING, pair))
         yield BENCH.row(f"{OURS}hex 20, error pair", f"scale {pair.fine:g}", _solved(stiffness, cpu))
-
-
-def judged_stiffness(pair: MeshPair) -> HousingStiffness:
-    """Return the stiffness of the springs with its error bar from a pair of meshes [N/mm]."""
-    solver = HousingSolver(E_MPA, POISSON)
-    return stiffness_on(pair, HOUSING, solver.solve(HOUSING, pair.fine), solver.solve(HOUSING, pair.coarse))
 
 
 def _solved(stiffness: HousingStiffness, cpu: float) -> Solved:

@@ -144,6 +144,10 @@ class HousingSolver:
         self._last[scale] = _Solved(housing, mesh, compliance)
         return compliance
 
+    def stiffness(self, housing: Housing, pair: MeshPair) -> HousingStiffness:
+        """Return the stiffness of a housing as it is [N/mm], with its error bars, on a pair of meshes."""
+        return stiffness_on(pair, housing, self.solve(housing, pair.fine), self.solve(housing, pair.coarse))
+
     def last_solution(self, scale: float) -> TipCompliance:
         """Return the last compliance on a mesh of a scale [mm/N]."""
         return self._last[scale].compliance
@@ -183,9 +187,7 @@ def solve_on(pair: MeshPair, housing: Housing, E: float, poisson: float) -> Fitt
     Raises MeshError or SolveError.
     """
     solver = HousingSolver(E, poisson)
-    fine = solver.solve(housing, pair.fine)
-    coarse = solver.solve(housing, pair.coarse)
-    return solver.fitted(housing, pair, stiffness_on(pair, housing, fine, coarse))
+    return solver.fitted(housing, pair, solver.stiffness(housing, pair))
 
 
 def fit_lengths(

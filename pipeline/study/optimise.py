@@ -111,7 +111,7 @@ def _refuse_unjudged(study: Study) -> None:
 
 
 def _keys_for(verdict: str) -> tuple[str, ...]:
-    """Return what a design must have for a verdict to be judged: keys, or the beginning of all keys of a table."""
+    """Return the keys that a verdict needs to be judged; "reading." stands for any key of that table."""
     if verdict == "reading.relaxation":
         return (_READING, "fruit.relaxation")
     if verdict.startswith(_READING):

@@ -25,8 +25,8 @@ from solve.contact.pressure import footprint_pressure
 from solve.halfspace.punch import graded_edges, influence
 from solve.linear import SolveError
 
-TEMPLATES = ("page.html.j2", "base.html.j2", "words.html.j2")
-"""That of the page first, then those that it takes from."""
+TEMPLATE = "page.html.j2"
+TAKEN_FROM = ("base.html.j2", "words.html.j2")  # by the template of the page
 
 _SPEED = 50.0  # mm/s of a filament printer, until the reader types another rate
 _POINTS = 121  # along the contact of a dome
@@ -39,7 +39,7 @@ def prepare_page(result: SensorResult) -> None:
 
     Of what cannot be solved the page tells itself.
     """
-    load_templates(*TEMPLATES)
+    load_templates(TEMPLATE, *TAKEN_FROM)
     with suppress(ValueError, SolveError):
         loaded_half(result.springs, result.options)
 
@@ -71,7 +71,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         "drawings": [{"name": path.name, "content": pack_bytes(path.read_bytes())} for path in drawings],
     }
     return render_page(
-        TEMPLATES[0],
+        TEMPLATE,
         (*FIGURES, *BODIES, "tables.js", "page.js"),
         page_data,
         latest=result.options.look,

@@ -137,7 +137,7 @@ def test_legend_of_the_stress_ends_where_its_colours_end(default_run, monkeypatc
 @pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [0.001, 0.02])
 def test_largest_stress_of_the_picture_is_off_by_less_than_it_says(tolerance):
-    """Against the mesh on which springs are solved; a tolerance of 0.02 is that of a rough answer."""
+    """Compare with the mesh on which the springs are solved. A rough answer has a tolerance of 0.02."""
     springs = springs_of(Design())
     process = springs.process
     fine = clamped_half(flexure_mesh(springs.housing), process.E_MPa, process.poisson, attached_to(springs.housing))
