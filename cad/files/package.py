@@ -71,8 +71,14 @@ class _Model:
 
     def start(self, element: str, prefixed: dict[str, str]) -> None:
         """Take the start of an element; raises KeyError or ValueError for one without what it must have."""
-        attributes = {_local(name): value for name, value in prefixed.items()}
         tag = _local(element)
+        if self.in_mesh and tag == "vertex":  # nearly all elements are these two, whose attributes have no prefix
+            self.open_object.vertices.append((prefixed["x"], prefixed["y"], prefixed["z"]))
+            return
+        if self.in_mesh and tag == "triangle":
+            self.open_object.triangles.append((prefixed["v1"], prefixed["v2"], prefixed["v3"]))
+            return
+        attributes = {_local(name): value for name, value in prefixed.items()}
         if tag == "model":
             self.millimetres = _MILLIMETRES[attributes.get("unit", "millimeter")]
         elif tag == "object":
@@ -84,10 +90,6 @@ class _Model:
             self.open_object.components.append(self._use(attributes))
         elif tag == "item":
             self.items.append(self._use(attributes))
-        elif self.in_mesh and tag == "vertex":
-            self.open_object.vertices.append((attributes["x"], attributes["y"], attributes["z"]))
-        elif self.in_mesh and tag == "triangle":
-            self.open_object.triangles.append((attributes["v1"], attributes["v2"], attributes["v3"]))
 
     def end(self, element: str) -> None:
         """Take the end of an element."""

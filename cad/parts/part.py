@@ -8,7 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cadquery as cq
+from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.TopAbs import TopAbs_VERTEX
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopoDS import TopoDS
 
 from cad.parts.housing import PartSize, Point
 
@@ -90,6 +94,11 @@ def on_plane(axis: int, place: float) -> FaceTest:
     """Return the test that picks the plane faces at a coordinate [mm] of the axis x, y or z, 0 to 2."""
 
     def belongs(face: cq.Face) -> bool:
+        corner = TopExp_Explorer(face.wrapped, TopAbs_VERTEX)
+        if corner.More():  # most faces lie elsewhere, as one corner tells in a tenth of the time of a bounding box
+            coordinates = BRep_Tool.Pnt_s(TopoDS.Vertex_s(corner.Current()))
+            if abs(coordinates.Coord(axis + 1) - place) > 2.0 * NEAR_MM:
+                return False
         box = face.BoundingBox()
         start = (box.xmin, box.ymin, box.zmin)[axis]
         end = (box.xmax, box.ymax, box.zmax)[axis]

@@ -1,13 +1,14 @@
 import math
 from dataclasses import replace
 
+import cadquery as cq
 import pytest
 import trimesh
 
 import cad.files.sensor_files
 from cad.checks.part_checks import check_file
 from cad.files.export_error import ExportError
-from cad.files.sensor_files import export_step, write_sensor
+from cad.files.sensor_files import export_step, volume_of, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
@@ -111,3 +112,10 @@ def test_file_that_is_no_stl_is_refused(tmp_path, content):
     (tmp_path / "a.stl").write_bytes(content)
     with pytest.raises(ValueError, match=r"a\.stl"):
         read_stl(tmp_path / "a.stl")
+
+
+def test_volume_counts_every_instance_of_a_solid():
+    box = cq.Solid.makeBox(1.0, 2.0, 3.0)
+    beside = box.moved(cq.Location(cq.Vector(5.0, 0.0, 0.0)))
+    larger = cq.Solid.makeBox(2.0, 2.0, 3.0, cq.Vector(10.0, 0.0, 0.0))
+    assert volume_of(cq.Compound.makeCompound([box, beside, larger])) == pytest.approx(6.0 + 6.0 + 12.0, rel=1e-12)
