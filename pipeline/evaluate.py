@@ -15,7 +15,7 @@ from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import press_scene
 from pipeline.result import Evaluation, SensorResult, with_solids
 from pipeline.springs.behaviour import sensor_modes, spring_behaviour
-from pipeline.springs.fitted_springs import fit_springs, other_mounts
+from pipeline.springs.fitted_springs import fit_springs, other_mounts, with_sideways_give
 from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.effects import level_sensor
@@ -53,15 +53,19 @@ def refuse_unsolvable(design: Design) -> None:
     check_clamps(design)
 
 
-def fitted_sensor(
-    design: Design, options: RunOptions, timed: Stopwatch | None = None, executor: Executor | None = None
-) -> Sensor:
+def fitted_sensor(design: Design, options: RunOptions, timed: Stopwatch | None = None) -> Sensor:
+    """Return the sensor of a design, ready to be pressed; raises as `housed_sensor`."""
+    timed = timed or Stopwatch()
+    return with_leaning_tips(housed_sensor(design, options, timed), options, timed)
+
+
+def housed_sensor(design: Design, options: RunOptions, timed: Stopwatch, executor: Executor | None = None) -> Sensor:
     """Return the sensor of a design: its contact solved, its springs sized in closed form and fitted by FE.
 
-    A worker makes the solid that the mesh of the fit is compared with. Raises InputError for a scene that cannot be
-    used, MeshError or SolveError where a solve is not to be believed.
+    The housing is final. What tips give sideways is left to `with_leaning_tips`. A worker makes the solid that the mesh
+    of the fit is compared with. Raises InputError for a scene that cannot be used, MeshError or SolveError where a
+    solve is not to be believed.
     """
-    timed = timed or Stopwatch()
     refuse_unsolvable(design)
     with timed.stage("contact"):
         contact = fruit_compliance(design, options)
@@ -70,6 +74,13 @@ def fitted_sensor(
     with timed.stage("springs"):
         springs = fit_springs(design, sizing, options, executor)
     return Sensor(design=design, contact=contact, sizing=sizing, springs=springs)
+
+
+def with_leaning_tips(sensor: Sensor, options: RunOptions, timed: Stopwatch) -> Sensor:
+    """Return the sensor with what its tips give sideways, where forces lean."""
+    with timed.stage("springs"):
+        springs = with_sideways_give(sensor.springs, sensor.design, options)
+    return replace(sensor, springs=springs)
 
 
 def evaluate(design: Design, options: RunOptions | None = None, *, timed: Stopwatch | None = None) -> SensorResult:

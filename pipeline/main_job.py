@@ -6,9 +6,10 @@ from pipeline.evaluate import (
     check_targets,
     complete_evaluation,
     evaluate,
-    fitted_sensor,
+    housed_sensor,
     refuse_unsolvable,
     with_file_verdicts,
+    with_leaning_tips,
 )
 from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.making.fields import write_fields
@@ -43,10 +44,11 @@ def run(
         output_folder(options.out, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,
     ):
-        sensor = fitted_sensor(design, options, timed, executor)
+        sensor = housed_sensor(design, options, timed, executor)
         # The solids are drawn, written and checked by a worker, beside all that follows here.
         with timed.stage("solids"):
             solids = begin_solids(design, sensor.springs, folder, executor)
+        sensor = with_leaning_tips(sensor, options, timed)
         with timed.stage("fabrication"):
             fabrication = begin_fabrication(sensor, options, folder, executor)
 

@@ -86,7 +86,7 @@ class FittedSprings(Record):
 
     Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized. Nothing is made,
     and `ideal_offsets_mm` are the heights of their tips over the foremost one. `of_plate` is the sideways compliance of
-    the tips of one plate; None where flat tips meet a flat fruit, as no force leans there.
+    the tips of one plate; None where flat tips meet a flat fruit, as no force leans there, and before it is solved.
     """
 
     springs: tuple[FittedSpring, ...]
@@ -223,7 +223,7 @@ def fit_springs(
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
     two springs stand for all tips of their kinds: those of a square are in two equal plates. A line has no housing, so
     its springs are just as stiff as the design gives them. A worker makes the solid that the mesh of the fit is
-    compared with.
+    compared with. What the tips give sideways is left to `with_sideways_give`.
     """
     if not design.tips.tip_layout.has_housing:
         return ideal_springs(design, sizing)
@@ -232,15 +232,11 @@ def fit_springs(
     deflections = sizing.deflections(design.full_travels_mm)
     springs = springs_as_sized(design, sizing)
     fitted = None
-    of_plate = None
     if all(spring.printable.passed is not False for spring in springs):
         lengths = tuple(spring.printable.length_mm for spring in springs)
-        may_lean = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
         try:
             guess = housing_for(design, process, lengths, deflections, leaves)
             fitted = _fitted_housing(guess, sizing.springs.stiffnesses, process, options, executor)
-            if may_lean:
-                of_plate = _kept_sideways_give(fitted, process, rough=options.rough)
         except (InputError, MeshError, SolveError) as error:
             springs = _undecided(springs, str(error))
         else:
@@ -252,8 +248,28 @@ def fit_springs(
         deflections=deflections,
         fitted=fitted,
         tips=design.tips,
-        of_plate=of_plate,
     )
+
+
+def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptions) -> FittedSprings:
+    """Return springs with the sideways compliance of their plate, where forces lean; undecided where it is not found.
+
+    It is solved and kept. The housing does not depend on it, so solids may be begun before.
+    """
+    fitted = springs.fitted
+    may_lean = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
+    if fitted is None or not may_lean:
+        return springs
+    E = springs.process.E_MPa
+    poisson = springs.process.poisson
+    K = fitted.stiffness.K
+    rough = options.rough
+    inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K, "rough": rough}
+    solve = partial(sideways_give, fitted.housing, E, poisson, K, rough=rough)
+    try:
+        return replace(springs, of_plate=cached("sideways give", inputs, solve, SidewaysGive))
+    except (MeshError, SolveError) as error:
+        return replace(springs, springs=_undecided(springs.springs, str(error)))
 
 
 def _fitted_housing(
@@ -276,16 +292,6 @@ def _fitted_housing(
         return fit_lengths(guess, targets, HousingSolver(E, poisson, executor), options.tolerance)
 
     return cached("flexures", inputs, fit, FittedHousing)
-
-
-def _kept_sideways_give(fitted: FittedHousing, process: Process, *, rough: bool) -> SidewaysGive:
-    """Return the sideways compliance of the tips of a plate, solved and kept; raises MeshError or SolveError."""
-    E = process.E_MPa
-    poisson = process.poisson
-    K = fitted.stiffness.K
-    inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K, "rough": rough}
-    solve = partial(sideways_give, fitted.housing, E, poisson, K, rough=rough)
-    return cached("sideways give", inputs, solve, SidewaysGive)
 
 
 def _springs_as_fitted(

@@ -13,7 +13,7 @@ from cad.parts.housing import solid_size
 from cad.parts.layout import housing_for
 from mesh.session import MeshError
 from pipeline.options import RunOptions, load_design
-from pipeline.springs.fitted_springs import fit_springs, leaning_springs, tip_height_offsets
+from pipeline.springs.fitted_springs import fit_springs, leaning_springs, tip_height_offsets, with_sideways_give
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.mounts import sideways_give
 from sensor.design.fruit import Fruit
@@ -46,7 +46,8 @@ def fit(tmp_path, monkeypatch):
 
 
 def springs_of(design, options=None):
-    return fit_springs(design, sizing_of(design), options or RunOptions())
+    options = options or RunOptions()
+    return with_sideways_give(fit_springs(design, sizing_of(design), options), design, options)
 
 
 def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_process(fit):
@@ -85,6 +86,19 @@ def test_sideways_give_is_solved_where_a_force_may_lean():
             # the way of the leaves is stiffest, across less so, and along the press is not in it
             assert 0.0 < x < y < along_press
             assert z == 0.0
+
+
+@pytest.mark.usefixtures("fit")
+def test_springs_whose_sideways_give_is_not_found_are_undecided(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+    def failing(*_, **__):
+        raise SolveError("residual 1")
+
+    monkeypatch.setattr(pipeline.springs.fitted_springs, "sideways_give", failing)
+    springs = springs_of(gentle())
+    assert [(s.printable.passed, s.printable.reason) for s in springs.springs] == [(None, "residual 1")] * 2
+    assert springs.sideways is None
 
 
 @pytest.mark.parametrize("name", ["mango", pytest.param("kiwi", marks=pytest.mark.slow)])
