@@ -1,5 +1,6 @@
 """The measurement model: how the forces of whole presses become a modulus, corrected by those of a level sensor."""
 
+import functools
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -44,18 +45,19 @@ class RiseModel:
 
     def _pressed(self, press: Floats, noises: Floats, least_forces: Floats | float = 0.0) -> RisingPress:
         rising = RisingPress(self.law, noises, least_forces)
-        for sample, elapsed in zip(press, intervals_by_hand(len(press)).tolist(), strict=True):
+        for sample, elapsed in zip(press, intervals_by_hand(len(press)), strict=True):
             rising.add(sample, elapsed)
         return rising
 
 
-def intervals_by_hand(samples: int) -> Floats:
+@functools.lru_cache(maxsize=16)
+def intervals_by_hand(samples: int) -> tuple[float, ...]:
     """Return the time before each of some samples at even steps of the travel X [s], of a press by hand of `PRESS_S`.
 
     A hand slows to a stop: x = X (1 - (1 - t / T)^2).
     """
     left = np.sqrt(1.0 - np.linspace(0.0, 1.0, samples + 1))
-    return np.asarray(PRESS_S * -np.diff(left))
+    return tuple((PRESS_S * -np.diff(left)).tolist())
 
 
 def rise_model(sensor: Sensor) -> RiseModel:

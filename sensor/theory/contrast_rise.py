@@ -268,7 +268,7 @@ class RiseSums:
         of the other quantity from its new one.
         """
         roots = np.cbrt(forces)
-        values = np.stack([forces, roots * roots, 1.0 / roots])  # F, F^(2/3), F^(-1/3)
+        values = np.array([forces, roots * roots, 1.0 / roots])  # F, F^(2/3), F^(-1/3)
         count = self.count + 1
         step = instrument - self.instrument
         mean = self.instrument + step / count
@@ -463,9 +463,9 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
     sums, or where noise leaves too much of it open.
     """
     E, offset, of_S = _solve(law, sums)
-    contrast = law.with_offset(of_S)
-    at_root = _SlopesAtRoot(contrast, sums, E, len(noises))
-    by_noise = float(np.linalg.norm(at_root.noise_per_force() * noises))
+    S = law.S(of_S)
+    at_root = _SlopesAtRoot(law.contrast, S, sums, E, len(noises))
+    by_noise = float(np.linalg.norm(at_root.noise_per_force * noises))
     if by_noise > LARGEST_NOISE:
         message = f"standard uncertainty of E by noise = {by_noise:.2g} of it: must be at most a third; press farther"
         raise RiseError("no_rise", message)
@@ -481,14 +481,14 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
         samples=sums.count,
         touch=math.nan,
         slopes=RiseSlopes(
-            noise=tuple(at_root.noise_per_force().tolist()),
+            noise=tuple(at_root.noise_per_force.tolist()),
             gains=tuple(per_tip.gains.tolist()),
             springs=tuple(per_tip.springs.tolist()),
             zeros=tuple(zeros.tolist()),
             drifts=tuple(per_tip.drifts.tolist()),
             times=tuple(per_tip.times.tolist()),
             hertz=at_root.per_hertz,
-            body=at_root.per_S(np.array(contrast.S)),
+            body=at_root.per_S(S),
             offset=at_root.per_S(S_per_offset),
         ),
     )
@@ -509,8 +509,8 @@ def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
     reduces the error to that fraction. Raises RiseError.
     """
     weights, _, S = law.contrast.arrays
-    rise_rigid, rise_dome, _ = _terms(law.contrast, sums.with_instrument)
-    rigid, dome, _ = _terms(law.contrast, sums.means)
+    rise_rigid, rise_dome, _ = _terms(law.contrast, S, sums.with_instrument)
+    rigid, dome, _ = _terms(law.contrast, S, sums.means)
     rise_F, mean_F = (moments[0].astype(np.float64) for moments in (sums.with_instrument, sums.means))
     known_gaps = float(np.dot(law.contrast.weights, law.contrast.gaps))
     offset = 0.0  # that S belongs to
@@ -529,9 +529,9 @@ def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
     raise RiseError("out_of_range", message)
 
 
-def _terms(contrast: ContrastLaw, moments: Samples) -> ContrastTerms:
-    """Return the terms of the contrast without its gaps, of the means or co-moments (3, tips) of `RiseSums`."""
-    weights, C, S = contrast.arrays
+def _terms(contrast: ContrastLaw, S: Floats, moments: Samples) -> ContrastTerms:
+    """Return the terms of the contrast with an S, without its gaps, of means or co-moments (3, tips) of `RiseSums`."""
+    weights, C, _ = contrast.arrays
     F = moments[0].astype(np.float64)
     return ContrastTerms(
         rigid=float(weights @ C @ F),
@@ -556,19 +556,23 @@ class _SlopesAtRoot:
     A cause that changes the co-moments of the law by dG moves ln E by dG / `_dG_per_log_E`.
     """
 
-    def __init__(self, contrast: ContrastLaw, sums: RiseSums, E: float, tips: int) -> None:
-        """Take the law, the sums and the modulus [MPa] of a press; `tips` of them may have several channels each."""
-        self._weights, self._C, self._S = contrast.arrays
+    def __init__(self, contrast: ContrastLaw, S: Floats, sums: RiseSums, E: float, tips: int) -> None:
+        """Take the law, its S at the offset, the sums and the modulus [MPa] of a press.
+
+        `tips` of them may have several channels each.
+        """
+        self._weights, self._C, _ = contrast.arrays
+        self._S = S
         self._tips = tips
         self._sums = sums
         self._F, self._two_thirds, self._inverse_roots = sums.with_instrument.astype(np.float64)
         self._z = math.pow(E, -1.0 / 3.0)
         self._dome = contrast.hertz * self._z**2 * self._weights
-        _, dome, body = _terms(contrast, sums.with_instrument)
+        _, dome, body = _terms(contrast, S, sums.with_instrument)
         self._hertz = dome * self._z**2
         # z dG/dz / 3, since E = z^(-3)
         self._dG_per_log_E = (2.0 * self._hertz + 3.0 * body * self._z**3) / 3.0
-        _, mean_dome, mean_body = _terms(contrast, sums.means)
+        _, mean_dome, mean_body = _terms(contrast, S, sums.means)
         # The same of the means: by how much the offset moves with ln E [mm].
         self.mean_per_log_E = (2.0 * mean_dome * self._z**2 + 3.0 * mean_body * self._z**3) / 3.0
 
@@ -588,8 +592,8 @@ class _SlopesAtRoot:
         gains = (of_springs + of_fruit) * self._F + self._dome / 1.5 * self._two_thirds
         springs = -0.5 * (self._weights * (self._C @ self._F) + of_springs * self._F)
         zeros = self._dome / 1.5 * self._inverse_roots
-        drifts = self._by_force() * self._sums.with_count / (self._sums.count - 1)
-        times = self._by_force() * self._sums.with_rates
+        drifts = self._by_force * self._sums.with_count / (self._sums.count - 1)
+        times = self._by_force * self._sums.with_rates
         return _TipSlopes(
             *(self._of_tips(slopes) / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
         )
@@ -609,11 +613,12 @@ class _SlopesAtRoot:
         """
         by_offset = self.per_S(per_offset)
         by_S = -float(self._weights @ per_offset @ self._sums.means[0]) * self._z**3
-        offset_slopes = (self.mean_per_log_E * zeros - self._of_tips(self._by_force())) / (
+        offset_slopes = (self.mean_per_log_E * zeros - self._of_tips(self._by_force)) / (
             1.0 - by_S - self.mean_per_log_E * by_offset
         )
         return np.asarray(zeros + by_offset * offset_slopes)
 
+    @cached_property
     def _by_force(self) -> Floats:
         """Return c_t, the slope of the residual over each force [mm/N], (tips,), at the mean of F^(-1/3)."""
         by_body = self._weights @ (self._C + self._S * self._z**3)
@@ -621,9 +626,10 @@ class _SlopesAtRoot:
 
     def residual(self, noises: Floats) -> float:
         """Return s, the standard deviation of the residual of a sample [mm]."""
-        return float(np.linalg.norm(self._of_tips(self._by_force()) * noises))
+        return float(np.linalg.norm(self._of_tips(self._by_force) * noises))
 
+    @cached_property
     def noise_per_force(self) -> Floats:
         """Return the relative standard uncertainty of E per noise of each force [1/N], (tips,)."""
-        by_force = np.abs(self._of_tips(self._by_force()))
+        by_force = np.abs(self._of_tips(self._by_force))
         return np.asarray(by_force * math.sqrt(self._sums.spread) / abs(self._dG_per_log_E))

@@ -15,6 +15,7 @@ import numpy as np
 
 from sensor.arrays import Flags, Floats, Ints
 from sensor.design.fruit import Fruit
+from sensor.design.tips import Press
 from sensor.record import Record
 from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
@@ -126,11 +127,17 @@ def posed_scene(scene: Scene, pose: Pose) -> Scene:
     return dataclasses.replace(
         scene,
         fruit=fruit,
-        press=dataclasses.replace(scene.press, tilt_deg=tilt, roll_deg=roll),
+        press=_turned(scene.press, tilt, roll),
         off_centre_mm=off_centre,
         from_touch=pose.from_touch,
         turned_deg=pose.turned_deg,
     )
+
+
+@functools.lru_cache(maxsize=256)
+def _turned(press: Press, tilt: float, roll: float) -> Press:
+    """Return the press with another tilt and roll [deg]; made once for the many poses of one stand."""
+    return dataclasses.replace(press, tilt_deg=tilt, roll_deg=roll)
 
 
 @functools.lru_cache(maxsize=256)

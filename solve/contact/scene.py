@@ -88,8 +88,9 @@ class Scene:
     @property
     def steepest_deg(self) -> float:
         """Return the largest angle between a tip's face and the fruit's top under its centre [deg]."""
-        slopes = np.array(_fruit_slopes(self.fruit, self.centres)) - self.turn
-        return float(np.degrees(np.arctan(np.hypot(*slopes.T))).max())
+        along, across = self.turn.tolist()
+        slopes = [math.hypot(x - along, y - across) for x, y in _fruit_slopes(self.fruit, self.centres)]
+        return math.degrees(math.atan(max(slopes)))
 
     @cached_property
     def turn(self) -> Floats:

@@ -4,6 +4,7 @@ The apex of the fruit is the origin, z points up. A dome that has come nearer to
 would enter it. Its springs let it move in the frame of the sensor: along the tips, across, and up its axis.
 """
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sensor.arrays import Floats, Ints
+from sensor.design.fruit import Fruit
 from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.curved_shape import ellipsoid_curvatures
 from solve.linear import SolveError
@@ -173,15 +175,20 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
         middle = np.array([scene.centres for scene in scenes]).mean(axis=1)
         origin = np.column_stack([middle, -(travel + first_touch)])
     if from_touch.any():
-        # Many poses share a scene, whose first touch is found once.
-        unique = {id(scene): scene for scene in scenes if scene.from_touch}
-        touching = dict(zip(unique, _first_touches(list(unique.values())), strict=True))
+        # Many poses share a first touch, as they differ in travel or in how they turn after it: it is found once.
+        stands = {_stand_at_touch(scene): scene for scene in scenes if scene.from_touch}
+        touching = dict(zip(stands, _first_touches(list(stands.values())), strict=True))
         no_touch = np.zeros(4)  # of the other scenes, whose origin is kept
-        touches = np.array([touching.get(id(scene), no_touch) for scene in scenes])
+        touches = np.array([touching.get(_stand_at_touch(scene), no_touch) for scene in scenes])
         aimed, lowered = touches[:, :3], touches[:, 3]
         along_axis = aimed - (travel + lowered)[:, None] * axis
         origin = np.where(from_touch[:, None], along_axis, origin)
     return _standing(scenes, axis, origin)
+
+
+def _stand_at_touch(scene: Scene) -> tuple[object, ...]:
+    """Return what the first touch of a sensor depends on."""
+    return scene.fruit, scene.press, scene.off_centre_mm, scene.height_offset_mm
 
 
 def _axes(turn: Floats) -> Floats:
@@ -233,18 +240,22 @@ def _standing(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePose
     between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
     level = np.eye(3)[:2] - axis[:, :2, None] * between[:, None]
 
-    semi_axes = []
-    principal = np.tile(np.eye(3), (len(made), 1, 1))
-    for directions, scene in zip(principal, made, strict=True):
-        along, across = scene.fruit.radii_mm
-        semi_axes.append((along, math.sqrt(along * across), along))
-        directions[0, :2] = scene.fruit.from_principal(1.0, 0.0)
-        directions[1, :2] = scene.fruit.from_principal(0.0, 1.0)
+    semi_axes, principal = zip(*(_principal_axes(scene.fruit) for scene in made), strict=True)
     return DomePoses(
         dome_radius=radius,
         centres=origin[:, None] + (centres - middle[:, None]) @ level + height[..., None] * axis[:, None],
         frame=np.concatenate([level, axis[:, None]], axis=1),
         semi_axes=np.array(semi_axes)[which],
-        principal=principal[which] if any(scene.fruit.azimuth_deg for scene in made) else None,
+        principal=np.array(principal)[which] if any(scene.fruit.azimuth_deg for scene in made) else None,
         sideways=scenes[0].sideways,
     )
+
+
+@functools.lru_cache(maxsize=256)
+def _principal_axes(fruit: Fruit) -> tuple[Floats, Floats]:
+    """Return the semi-axes [mm] and the principal directions [1] of a fruit, in rows."""
+    along, across = fruit.radii_mm
+    directions = np.eye(3)
+    directions[0, :2] = fruit.from_principal(1.0, 0.0)
+    directions[1, :2] = fruit.from_principal(0.0, 1.0)
+    return np.array([along, math.sqrt(along * across), along]), directions

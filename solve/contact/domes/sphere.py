@@ -13,8 +13,10 @@ import numpy as np
 from sensor.arrays import Floats
 
 STEPS = 12  # of Newton's method from above, on a convex function
+SETTLED = 4.0 * float(np.finfo(np.float64).eps)  # relative, of a step: round-off
 SMALL = 0.1  # below, artanh(x) - x is a series: the difference would lose its digits
 TERMS = 9
+_SERIES = 1.0 / np.arange(2 * TERMS + 1, 2, -2)  # of x^(2 n + 1), from the highest power down to the third
 
 
 def sphere_contact_radius(depth: Floats, sphere: float, curvature: Floats) -> Floats:
@@ -29,18 +31,18 @@ def sphere_contact_radius(depth: Floats, sphere: float, curvature: Floats) -> Fl
     paraboloid = np.sqrt(relative_depth / (1.0 + relative_curvature))
     x = np.minimum(paraboloid, np.maximum(0.8, np.tanh(1.25 * relative_depth)))
     for _ in range(STEPS):
-        slope = x + _artanh_less(x) + x / (1.0 - x**2) + 2.0 * x * relative_curvature
-        excess = x * (x + _artanh_less(x)) + x**2 * relative_curvature - relative_depth
-        nearer = x - np.divide(excess, slope, out=np.zeros_like(x), where=x > 0.0)
-        if (nearer == x).all():
+        artanh = x + _artanh_less(x)
+        slope = artanh + x / (1.0 - x**2) + 2.0 * x * relative_curvature
+        excess = x * artanh + x**2 * relative_curvature - relative_depth
+        step = np.divide(excess, slope, out=np.zeros_like(x), where=x > 0.0)
+        x = x - step
+        if (np.abs(step) <= SETTLED * x).all():
             break
-        x = nearer
     return sphere * x
 
 
 def _artanh_less(x: Floats) -> Floats:
     """Return artanh(x) - x for 0 <= x < 1."""
-    powers = np.arange(1, TERMS + 1)
     few = np.minimum(x, SMALL)
-    series = ((few[..., None] ** (2 * powers + 1)) / (2 * powers + 1)).sum(axis=-1)
+    series = few**3 * np.polyval(_SERIES, few**2)
     return np.where(x < SMALL, series, np.arctanh(x) - x)

@@ -218,7 +218,7 @@ def test_times_of_channels_move_readings_as_told(pressed):
     """
     told = pressed.sources(signal_with(time_error_ms=2.0)).contributions["times"]
     steps = np.diff(pressed.forces, axis=0, prepend=pressed.forces[:1])
-    rates = steps / intervals_by_hand(RISE_TRAVELS)[:, None]
+    rates = steps / np.array(intervals_by_hand(RISE_TRAVELS))[:, None]
     slopes = pressed.slopes(lambda by: pressed.model.modulus(pressed.forces + by * rates))
     within = 0.25 if pressed.model.law.contrast.hertz else SMALL
     assert told == pytest.approx(2e-3 / np.sqrt(3.0) * np.linalg.norm(slopes), rel=within)
