@@ -55,7 +55,7 @@ def contact_compliance(
         footprints = contact_footprints(fruit, tips)
         along_normals = tips.tip_shape.obeys_hertz
         if is_curved:
-            compliance = curved_compliance(compliance, fruit, footprints, along_normals)
+            compliance = curved_compliance(compliance, fruit, footprints, along_normals, tolerance)
         if fruit.skin_mm is not None:
             compliance = skin_compliance(compliance, fruit, footprints, along_normals)
     return _with_status(compliance, before=_stand_ins(fruit, tips))

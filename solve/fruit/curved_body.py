@@ -28,11 +28,12 @@ from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import CurvedShape, Plan
 from solve.fruit.footprints import Footprint
 from solve.fruit.smooth_load import SmoothLoad, least_deviation, smooth_loads
-from solve.fruit.split import largest_errors, relative_changes
+from solve.fruit.split import LARGEST_ERROR, largest_errors, relative_changes
 from solve.linear import factorise
 
 STEPS = BodySteps()
 COARSER = 0.7  # fraction of the elements along each line of the mesh that gives the error
+ROUGH_STEPS = replace(STEPS, fraction=COARSER)
 # Third order at 0.7 of the elements leaves 0.52 of the step between both meshes. The floor is for steps that vanish by
 # accident, and for what slope and curvature do beyond their first order, which grows with (side / radius)^2.
 SAFETY = 0.75  # bar over the step between both meshes
@@ -62,19 +63,26 @@ class ShapeChange:
 
 
 def curved_compliance(
-    block: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool = False
+    block: FruitCompliance,
+    fruit: Fruit,
+    footprints: Sequence[Footprint],
+    along_normals: bool = False,
+    tolerance: float = LARGEST_ERROR,
 ) -> FruitCompliance:
     """Return the compliance [1/mm] of a curved fruit, given that of its equivalent block under the same footprints.
 
-    `along_normals` says that the tips press along the normals of the skin, as domes do. Raises InputError for a fruit
+    `along_normals` says that the tips press along the normals of the skin, as domes do. A relative tolerance [1] above
+    1e-3 is met by coarser meshes where their error allows it, in a tenth of the time. Raises InputError for a fruit
     that is too steep under a tip, too small or too thick, SolveError when a solve is not exact.
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)
-    steps = replace(STEPS, fraction=COARSER) if block.rough else STEPS
-    shape = shape_change(fruit, footprints, steps, along_normals)
-    S = block.S + shape.change
-    errors = largest_errors(SAFETY * relative_changes(shape.step, S) + relative_changes(shape.bound, S), len(S))
+    for steps in (ROUGH_STEPS, STEPS) if block.rough or tolerance > LARGEST_ERROR else (STEPS,):
+        shape = shape_change(fruit, footprints, steps, along_normals)
+        S = block.S + shape.change
+        errors = largest_errors(SAFETY * relative_changes(shape.step, S) + relative_changes(shape.bound, S), len(S))
+        if block.rough or max(errors) <= tolerance:
+            break
     added_percent = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)
     status = (
         f"a block of {fruit.length_mm:.4g} x {fruit.width_mm:.4g} x {fruit.depth_mm:.4g} mm ({block.info.status}), "

@@ -14,7 +14,9 @@ from sensor.quantity import InputError
 from solve.fruit.body_lines import BodySteps
 from solve.fruit.curved_body import (
     LOG_OFFSET,
+    ROUGH_STEPS,
     SAFETY,
+    STEPS,
     _compliance,
     _sharpness_correction,
     check_curved,
@@ -39,6 +41,10 @@ PIECE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0, thi
 SMALL = dataclasses.replace(PIECE, radius_mm=15.0)
 BALL = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
 EGG = Fruit(shape="ellipsoid", radius_mm=35.0, radius_across_mm=25.0, thickness_mm=50.0)
+MANGO = Fruit(
+    shape="ellipsoid", radius_mm=42.5, radius_across_mm=96.0, thickness_mm=11.0, length_mm=24.0, width_mm=24.0
+)
+THIN = dataclasses.replace(MANGO, thickness_mm=8.0)
 PAIR = tip_footprints(Tips())
 FINER = BodySteps(growth=0.5, largest=0.2, most_dofs=20_000)
 
@@ -112,6 +118,39 @@ def test_change_is_that_of_direct_elements(fruit, along_normals, allowed, truth)
     margin = (allowed + bars(found, S)[0]) * (0.5 * (S[0, 0] + S[1, 1]) - S[0, 1])
     assert abs(change - truth) <= margin
     assert fruit is not SMALL or along_normals or change > margin  # a body that is left out would be seen
+
+
+def domes_on(fruit):
+    return contact_footprints(
+        fruit, Tips(layout="square", shape="dome", dome_radius_mm=9.8, side_mm=5.8, spacing_mm=6.3)
+    )
+
+
+@pytest.mark.parametrize(
+    ("fruit", "footprints", "along_normals"),
+    [
+        pytest.param(SMALL, PAIR, False, id="rigid tips", marks=pytest.mark.slow),
+        pytest.param(EGG, PAIR, False, id="egg", marks=pytest.mark.slow),
+        pytest.param(MANGO, domes_on(MANGO), True, id="domes"),
+        pytest.param(THIN, domes_on(THIN), True, id="thin flesh", marks=pytest.mark.slow),
+    ],
+)
+def test_mesh_of_the_product_lies_inside_the_bar_of_the_rough_one(fruit, footprints, along_normals):
+    found = shape_change(fruit, footprints, ROUGH_STEPS, along_normals)
+    truth = shape_change(fruit, footprints, STEPS, along_normals)
+    S = footprint_compliance(fruit.equivalent_block, footprints, LEVELS[0]).S
+    assert found.dofs < 0.5 * truth.dofs
+    assert (missed(found, truth.change, S) <= bars(found, S)).all()
+
+
+def test_rough_meshes_are_taken_where_they_meet_the_tolerance():
+    block = split_compliance(SMALL.equivalent_block, Tips())
+    rough = curved_compliance(block, SMALL, PAIR, tolerance=0.1)
+    bar = max(rough.error_pair - block.error_pair, rough.error_own - block.error_own)
+    met, missed_by_little = (curved_compliance(block, SMALL, PAIR, tolerance=bar * by) for by in (1.001, 0.999))
+    np.testing.assert_array_equal(met.S, rough.S)
+    np.testing.assert_array_equal(missed_by_little.S, curved_compliance(block, SMALL, PAIR).S)
+    assert missed_by_little.error_pair < rough.error_pair
 
 
 def test_compliance_carries_the_change_and_says_how_much(monkeypatch):
