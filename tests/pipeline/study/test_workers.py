@@ -52,12 +52,13 @@ def stored_count(folder):
 
 
 @pytest.fixture(scope="module")
-def whole(engine, tmp_path_factory):
-    """Return the table of the study, solved in this process."""
+def whole(tmp_path_factory):
+    """Return the table of the study, solved by one process: on one thread, as all workers are."""
     folder = tmp_path_factory.mktemp("whole")
     path = folder / "springs.toml"
     path.write_text(TEXT, encoding="utf-8")
-    assert run_study(read_study(path), folder / "out", engine).done == POINTS
+    with process_engine(1) as engine:
+        assert run_study(read_study(path), folder / "out", engine).done == POINTS
     return table(path, folder / "out")
 
 
