@@ -153,14 +153,18 @@ class RollingDomes:
         along = self.rolling_factor
         across = self.dome_radius * (self.saddle(offset) if offset else 0.0)
         x, y = self._apart
-        apart = np.hypot(along * x - across * y, along * y - across * x) / (along**2 - across**2)
-        np.fill_diagonal(apart, math.inf)
-        return np.asarray((1.0 - self.poisson**2) / (math.pi * apart))
+        apart = np.hypot(along * x - across * y, along * y - across * x)
+        return np.asarray((1.0 - self.poisson**2) / math.pi * (along**2 - across**2) / (apart + self._of_itself))
 
     @cached_property
     def level_S(self) -> Floats:
         """Return S without an offset, which every step to an offset starts from."""
         return self.S()
+
+    @cached_property
+    def _of_itself(self) -> Floats:
+        """Return infinity where a contact would be its own neighbour, else 0, (tips, tips)."""
+        return np.where(np.eye(len(self.positions)) > 0.0, math.inf, 0.0)
 
     @cached_property
     def _apart(self) -> Floats:
@@ -244,22 +248,19 @@ def _of_flesh(S: Floats, rolling: RollingDomes) -> Floats:
 class RiseSums:
     """Samples of a press as means and as co-moments with the instrument u, in a memory that does not grow.
 
-    Rows of `means` and `with_instrument` (3, tips) are the forces F [N], F^(2/3) and F^(-1/3). `spread` [N^2] is the
-    co-moment of u with itself, `with_count` [N] that with the number of the sample. `with_rates` (tips,) [N^2/s] is
-    that with the rates at which the forces rise, whose means are `rates` [N/s]. Co-moments are sums over samples of
-    products of what both differ by from their means.
+    Rows of `means` and `with_instrument` (4, tips) are the forces F [N], F^(2/3), F^(-1/3), and the rates dF/dt at
+    which the forces rise [N/s]. `spread` [N^2] is the co-moment of u with itself, `with_count` [N] that with the number
+    of the sample. Co-moments are sums over samples of products of what both differ by from their means.
     """
 
     count: int = 0
     instrument: float = 0.0
     spread: float = 0.0
     with_count: float = 0.0
-    means: Samples = field(default_factory=lambda: np.zeros((3, 1)))
-    with_instrument: Samples = field(default_factory=lambda: np.zeros((3, 1)))
-    rates: Samples = field(default_factory=lambda: np.zeros(1))
-    with_rates: Samples = field(default_factory=lambda: np.zeros(1))
+    means: Samples = field(default_factory=lambda: np.zeros((4, 1)))
+    with_instrument: Samples = field(default_factory=lambda: np.zeros((4, 1)))
 
-    def with_sample(self, instrument: float, forces: Samples, rates: Samples | float = 0.0) -> "RiseSums":
+    def with_sample(self, instrument: float, forces: Samples, rates: Samples) -> "RiseSums":
         """Return the sums with one sample more: its instrument [N] and its forces [N], (tips,), each above 0.
 
         `rates` (tips,) [N/s] are those at which the forces rise, 0 where that is not asked.
@@ -268,23 +269,20 @@ class RiseSums:
         of the other quantity from its new one.
         """
         roots = np.cbrt(forces)
-        values = np.array([forces, roots * roots, 1.0 / roots])  # F, F^(2/3), F^(-1/3)
+        values = np.array([forces, roots * roots, 1.0 / roots, rates], dtype=forces.dtype)
         count = self.count + 1
         step = instrument - self.instrument
         mean = self.instrument + step / count
         before = self.means.astype(forces.dtype, copy=False)
         means = before + (values - before) / forces.dtype.type(count)
-        # Samples are numbered from 0, so the number of this one is self.count and the mean of all numbers half of it.
-        mean_rates = self.rates + (rates - self.rates) / count
         return RiseSums(
             count=count,
             instrument=mean,
             spread=self.spread + step * (instrument - mean),
+            # Samples are numbered from 0: the number of this one is self.count, and the mean of all numbers half of it.
             with_count=self.with_count + step * 0.5 * self.count,
             means=means,
             with_instrument=self.with_instrument.astype(forces.dtype, copy=False) + step * (values - means),
-            rates=mean_rates,
-            with_rates=self.with_rates + step * (rates - mean_rates),
         )
 
 
@@ -374,7 +372,7 @@ class RisingPress:
         has an offset of its own, and is read if it goes deeper.
         """
         total = forces[: len(self._noises)].sum()
-        if len(self._before) == self._before.maxlen and (forces > 0.0).all():
+        if len(self._before) == self._before.maxlen and forces.min() > 0.0:
             self._count(total, forces, elapsed)
         self._forces_before = forces
         all_touch = (forces > self._least).all()
@@ -530,7 +528,7 @@ def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
 
 
 def _terms(contrast: ContrastLaw, S: Floats, moments: Samples) -> ContrastTerms:
-    """Return the terms of the contrast with an S, without its gaps, of means or co-moments (3, tips) of `RiseSums`."""
+    """Return the terms of the contrast with an S, without its gaps, of means or co-moments (4, tips) of `RiseSums`."""
     weights, C, _ = contrast.arrays
     F = moments[0].astype(np.float64)
     return ContrastTerms(
@@ -565,7 +563,7 @@ class _SlopesAtRoot:
         self._S = S
         self._tips = tips
         self._sums = sums
-        self._F, self._two_thirds, self._inverse_roots = sums.with_instrument.astype(np.float64)
+        self._F, self._two_thirds, self._inverse_roots, self._rates = sums.with_instrument.astype(np.float64)
         self._z = math.pow(E, -1.0 / 3.0)
         self._dome = contrast.hertz * self._z**2 * self._weights
         _, dome, body = _terms(contrast, S, sums.with_instrument)
@@ -593,7 +591,7 @@ class _SlopesAtRoot:
         springs = -0.5 * (self._weights * (self._C @ self._F) + of_springs * self._F)
         zeros = self._dome / 1.5 * self._inverse_roots
         drifts = self._by_force * self._sums.with_count / (self._sums.count - 1)
-        times = self._by_force * self._sums.with_rates
+        times = self._by_force * self._rates
         return _TipSlopes(
             *(self._of_tips(slopes) / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
         )

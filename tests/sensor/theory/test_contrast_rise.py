@@ -393,8 +393,8 @@ def test_a_samples_own_force_is_a_biased_instrument():
         forces = true + rng.normal(size=true.shape) * noises
         own, before = RiseSums(), RiseSums()
         for last, sample in itertools.pairwise(forces):
-            own = own.with_sample(sample.sum(), sample)
-            before = before.with_sample(last.sum(), sample)
+            own = own.with_sample(sample.sum(), sample, 0.0 * sample)
+            before = before.with_sample(last.sum(), sample, 0.0 * sample)
         bias.append(math.log(rise_reading(law, own, noises).E / rise_reading(law, before, noises).E))
     contrast = law.contrast
     weights, C, S = contrast.arrays
@@ -413,7 +413,7 @@ def test_the_cubic_of_a_single_reading_is_the_same():
     law, forces = level_press(1.0, samples=15)
     sums = RiseSums()
     for last, sample in itertools.pairwise(forces):
-        sums = sums.with_sample(last.sum(), sample)
+        sums = sums.with_sample(last.sum(), sample, 0.0 * sample)
     u = forces[:-1].sum(axis=1)
     weights, C, S = law.contrast.arrays
     rows = (
