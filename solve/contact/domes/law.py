@@ -48,9 +48,8 @@ ELSEWHERE = 2.0
 OVER_CONTACT = 0.25
 NEXT_MOMENT = 0.5
 OF_DEPTH = 7e-4
-# Of the largest coordinate of a dome, or of the fruit's largest semi-axis, where the latter allows more: feet are found
-# from the centre of the fruit. Seen of the semi-axis are 3 epsilon. tests/solve/contact/domes/test_law.py
-RESIDUAL_LIMIT = 1e-12
+RESIDUAL_LIMIT = 1e-12  # of the largest coordinate of a dome, where round-off on the fruit allows it
+# Of the largest semi-axis, as domes meet the fruit at places counted from its centre: 3 epsilon are seen.
 ROUND_OFF = 10.0 * float(np.finfo(np.float64).eps)
 
 
