@@ -112,7 +112,8 @@ def _large_strain(design: Design, depth: float) -> Note:
             0.0,
             f"Check the deepest press on a body of known modulus: large strain at {depth:.2g} tip widths is left out.",
         )
-    changes = [100.0 * (large_strain_factor(depth, design.fruit.poisson, law) - 1.0) for law in FLESH_LAWS]
+    factors = [float(large_strain_factor(depth, design.fruit.poisson, law)) for law in FLESH_LAWS]
+    changes = [100.0 * (factor - 1.0) for factor in factors]
     return Note(
         max(map(abs, changes)),
         f"Calibrate at {depth:.2g} tip widths of depth: large strain moves the force by {changes[0]:+.2g} % "

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from cad.parts.housing import Arm, Housing
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.arm_behaviour import ArmBehaviour
@@ -9,6 +11,7 @@ from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.cache import cached
+from sensor.arrays import Floats
 from sensor.record import Record
 from sensor.theory.elastica import large_deflection_stiffening
 from sensor.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
@@ -84,16 +87,16 @@ def _arm_behaviour(springs: FittedSprings, fitted: FittedHousing, i: int, forces
         outputs = tuple(bridge_output(strain_per_N * force) for force in forces)
     return ArmBehaviour(
         tilt_at_full_force_rad=float(stiffness.tilt_per_N[i]) * max(forces),
-        large_deflection_stiffening=stiffening(arm.flexure, springs.deflections[i]),
+        large_deflection_stiffening=float(stiffening(arm.flexure, springs.deflections[i])),
         natural_frequency_Hz=_frequency(fitted.housing, arm, K, springs),
         bridge_mV_per_V=outputs,
         bridge_error_percent=None if stiffness.gauge_error is None else 100.0 * stiffness.gauge_error[i],
     )
 
 
-def stiffening(flexure: Flexure, deflection: float) -> float:
-    """Return the stiffening of a spring from first touch to a deflection [mm] [1], at most that at half L."""
-    return large_deflection_stiffening(flexure.length, min(deflection, LONGEST_FRACTION * flexure.length))
+def stiffening(flexure: Flexure, deflection: Floats | float) -> Floats:
+    """Return the stiffening of a spring from first touch to deflections [mm] [1], at most that at half L."""
+    return large_deflection_stiffening(flexure.length, np.minimum(deflection, LONGEST_FRACTION * flexure.length))
 
 
 def _beam_bridge(flexure: Flexure, deflection: float) -> float | None:

@@ -48,7 +48,7 @@ class DeepPress:
         """Return the indentation [mm] at which spring and fruit carry the same."""
 
         def spring_bears_more(depth: float) -> bool:
-            flesh = K_m * large_strain_factor(depth / self.side, self.poisson, self.law) * depth
+            flesh = K_m * float(large_strain_factor(depth / self.side, self.poisson, self.law)) * depth
             return flesh < K * (travel - depth)
 
         return last_holding(spring_bears_more, 0.0, travel)

@@ -2,11 +2,15 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from sensor.arrays import Floats
 from sensor.quantity import Bounds, validation_error
 
 _DEFLECTIONS = Bounds(at_least=0.0, at_most=0.5)  # over the length, beyond what any leaf is bent to
 _SINES = Bounds(at_least=0.0, below=1.0)
 _ROUND_OFF = 1e-17
+_SETTLED = 4.0 * float(np.finfo(np.float64).eps)  # relative, of a deflection
 _STEPS = 40  # each leaves at most a quarter of the distance
 
 
@@ -14,26 +18,26 @@ _STEPS = 40  # each leaves at most a quarter of the distance
 class Cantilever:
     """A cantilever of unit length and unit EI under a force across its end: the force and how far the end has moved.
 
-    `stiffening` is the force over 3 times the deflection, the law of small deflections, less one.
+    `stiffening` is the force over 3 times the deflection, the law of small deflections, less one. All have one shape.
     """
 
-    force: float
-    deflection: float
-    stiffening: float
+    force: Floats
+    deflection: Floats
+    stiffening: Floats
 
 
-def cantilever(sine: float) -> Cantilever:
-    """Return the cantilever whose end has turned by an angle of the given sine [1].
+def cantilever(sine: Floats | float) -> Cantilever:
+    """Return the cantilever whose end has turned by an angle of the given sine [1], for any shape of sines.
 
     Raises InputError for a sine below 0 or from 1 on. With s = sine the force is 2 s I^2 and the deflection s J / I.
     Over 0 < v < 1, I is the integral of 1 / q, J that of (1 - v^2) / q, and q = sqrt(1 - s^2 (1 - v^2)^2). They are the
     elliptic integrals of K. E. Bisshopp and D. C. Drucker, Quart. Appl. Math. 3, 1945, with s (1 - v^2) for the sine of
     the slope.
     """
-    if not _SINES.hold(sine):
-        raise validation_error("sine of the end's slope", sine, "1", str(_SINES), "press less")
+    sine = np.asarray(sine, dtype=np.float64)
+    _refuse_outside("sine of the end's slope", sine, _SINES, "press less")
     # With I = 1 + a and J = 2/3 (1 + b), nothing below subtracts numbers that are nearly equal.
-    a, b = _integrals_less_one(sine * sine)
+    a, b = _integrals_less_one(np.asarray(sine * sine))
     return Cantilever(
         force=2.0 * sine * (1.0 + a) ** 2,
         deflection=2.0 / 3.0 * sine * (1.0 + b) / (1.0 + a),
@@ -41,42 +45,47 @@ def cantilever(sine: float) -> Cantilever:
     )
 
 
-def _integrals_less_one(square: float) -> tuple[float, float]:
+def _refuse_outside(name: str, values: Floats, bounds: Bounds, hint: str) -> None:
+    """Raise InputError for the first of some values that is outside its bounds [1]."""
+    for value in (float(values.min()), float(values.max())):
+        if not bounds.hold(value):
+            raise validation_error(name, value, "1", str(bounds), hint)
+
+
+def _integrals_less_one(square: Floats) -> tuple[Floats, Floats]:
     """Return I - 1 and 1.5 J - 1 of `cantilever` from s^2, the square of the sine.
 
     1 / q is a binomial series in x = s^2 (1 - v^2)^2, which is integrated term by term.
     """
-    a = b = 0.0
-    binomial = 1.0
+    a = b = np.zeros_like(square)
+    binomial = np.ones_like(square)
     odd = 2.0 / 3.0  # integral of 1 - v^2
     n = 0
     while True:
         n += 1
-        binomial *= square * (2 * n - 1) / (2 * n)  # coefficient of x^n in 1 / sqrt(1 - x), times s^(2 n)
+        binomial = binomial * square * (2 * n - 1) / (2 * n)  # coefficient of x^n in 1 / sqrt(1 - x), times s^(2 n)
         even = odd * 4 * n / (4 * n + 1)  # integral of (1 - v^2)^(2 n)
         odd = even * (4 * n + 2) / (4 * n + 3)  # integral of (1 - v^2)^(2 n + 1)
-        a += binomial * even
-        b += 1.5 * binomial * odd
+        a = a + binomial * even
+        b = b + 1.5 * binomial * odd
         # Terms fall faster than the powers of s^2, so those left out sum to less than this.
-        if binomial * square / (1.0 - square) <= _ROUND_OFF * a:
+        if (binomial * square / (1.0 - square) <= _ROUND_OFF * a).all():
             return a, b
 
 
-def large_deflection_stiffening(length: float, deflection: float) -> float:
-    """Return the gain in secant stiffness of a guided leaf, or of a pair, at a deflection d of length L [1 from mm].
+def large_deflection_stiffening(length: float, deflection: Floats | float) -> Floats:
+    """Return the gain in secant stiffness of a guided leaf, or of a pair, at deflections d of length L [1 from mm].
 
     It is 36/35 (d / L)^2 while d is small. The shuttle is free along the leaves and does not turn. So each half of a
     leaf is a cantilever of length L / 2 with the deflection d / 2. Raises InputError beyond d = L / 2.
     """
-    relative = deflection / length
-    if not _DEFLECTIONS.hold(relative):
-        hint = "take a longer leaf or press less"
-        raise validation_error("deflection / leaf length", relative, "1", str(_DEFLECTIONS), hint)
+    relative = np.asarray(deflection, dtype=np.float64) / length
+    _refuse_outside("deflection / leaf length", relative, _DEFLECTIONS, "take a longer leaf or press less")
     # The deflection is nearly proportional to the sine: 2/3 of it while both are small.
     sine = 1.5 * relative
     for _ in range(_STEPS):
         bent = cantilever(sine)
-        if bent.deflection == relative:
+        if (np.abs(bent.deflection - relative) <= _SETTLED * relative).all():
             break
-        sine *= relative / bent.deflection
+        sine = sine * np.divide(relative, bent.deflection, out=np.ones_like(sine), where=bent.deflection > 0.0)
     return bent.stiffening

@@ -17,16 +17,17 @@ _POINTS = 48  # of each integral, by the midpoint rule: 1e-4 of the loss
 _MIDPOINTS = (np.arange(_POINTS) + 0.5) / _POINTS
 
 
-def edge_loss(depth: float, side: float, radius: float) -> float:
-    """Return the fraction of force that a tip of a side loses at a depth by an edge of a radius [1 from mm].
+def edge_loss(depth: Floats | float, side: float, radius: float) -> Floats:
+    """Return the fraction of force that a tip of a side loses at depths by an edge of a radius [1 from mm].
 
     2 radius / side at first touch, ever less the deeper it stands; 0 for a sharp edge. The radius is at most side / 2.
     """
+    reach = np.asarray(2.0 / side * depth, dtype=np.float64)
     if radius <= 0.0:
-        return 0.0
+        return np.zeros_like(reach)
     depths, missing = _missing_forces(min(1.0, 2.0 * radius / side))
-    reach = 2.0 * depth / side
-    return float(np.interp(reach, depths, missing) / reach if reach > 0.0 else missing[1] / depths[1])
+    at_touch = np.full_like(reach, missing[1] / depths[1])
+    return np.divide(np.interp(reach, depths, missing), reach, out=at_touch, where=reach > 0.0)
 
 
 @functools.lru_cache(maxsize=32)

@@ -31,19 +31,20 @@ def no_slip(poisson: float) -> float:
     return (1.0 - nu) * math.log(3.0 - 4.0 * nu) / (1.0 - 2.0 * nu) - 1.0
 
 
-def large_strain_factor(depth: float, poisson: float, law: FleshLawName = "neo-hooke") -> float:
-    """Return the force of a sharp tip over the linear one [1] at an indentation of `depth` [tip sides].
+def large_strain_factor(depth: Floats | float, poisson: float, law: FleshLawName = "neo-hooke") -> Floats:
+    """Return the force of a sharp tip over the linear one [1] at indentations of `depth` [tip sides], of their shape.
 
     It is 1 at first touch, and interpolated linearly between the depths and between Poisson's ratios of FE. Beyond the
     deepest solved one its departure from 1 is proportional to the depth.
     """
     table = _table(law)
-    at_poisson = []
-    for solved_depths, factors in table.rows:
-        beyond = max(1.0, depth / solved_depths[-1])
-        at_poisson.append(1.0 + (np.interp(depth, solved_depths, factors) - 1.0) * beyond)
-    factor = float(np.interp(poisson, table.poissons, at_poisson))
-    return min(max(factor, 1.0 - LARGEST_CHANGE), 1.0 + LARGEST_CHANGE)
+    change = np.zeros(np.shape(depth))
+    shares = np.eye(len(table.rows))  # of the row of each solved ratio, there and at all others
+    for (solved_depths, factors), share in zip(table.rows, shares, strict=True):
+        beyond = np.maximum(1.0, depth / solved_depths[-1])
+        at_solved_ratio = (np.interp(depth, solved_depths, factors) - 1.0) * beyond
+        change = change + np.interp(poisson, table.poissons, share) * at_solved_ratio
+    return np.asarray(1.0 + np.clip(change, -LARGEST_CHANGE, LARGEST_CHANGE))
 
 
 def deepest_solved() -> float:
@@ -51,10 +52,10 @@ def deepest_solved() -> float:
     return _table("neo-hooke").depths[-1]
 
 
-def constitutive_spread(depth: float, poisson: float) -> float:
-    """Return half of what the laws of Hencky and Storakers put the force apart [1] at a depth [tip sides]."""
+def constitutive_spread(depth: Floats | float, poisson: float) -> Floats:
+    """Return half of what the laws of Hencky and Storakers put the force apart [1] at depths [tip sides]."""
     apart = large_strain_factor(depth, poisson, "hencky") - large_strain_factor(depth, poisson, "foam")
-    return 0.5 * abs(apart)
+    return np.asarray(0.5 * np.abs(apart))
 
 
 class _FactorTable(NamedTuple):

@@ -10,9 +10,12 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from pipeline.response.scene_press import ScenePress
 from pipeline.verdicts.errors.effects import NO_EFFECT, Effect, LevelSensor, effects_on
 from pipeline.verdicts.targets import SceneTargets
+from sensor.arrays import Floats
 from sensor.quantity import Estimate
 from sensor.record import Record
 from sensor.theory.two_spring_law import SOFTEST, curve_nonlinearity
@@ -21,8 +24,8 @@ from solve.contact.linear_response import SensorResponse
 LEAST_CHANGE = 1e-6  # a smaller change is scaled up to this, its result down again: round-off would drown it
 LIFTED = 1.0  # relative change that counts for an effect which takes a tip off the fruit
 
-Change = Callable[[Effect, float], float]
-"""The relative change of a number by an effect times a sign [1]."""
+Change = Callable[[Effect, float], Floats]
+"""The relative change of numbers of any shape by an effect times a sign [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +100,7 @@ def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: Scene
             NL = _with_pose(NL, reached.NL, [_tilted_NL(tilted) for tilted in press.tilted])
     contact = None
     if not sensor.design.tips.tip_shape.obeys_hertz:
-        rigid = effects_on(sensor, travel, (0.0, 0.0))
+        rigid = effects_on(sensor, travel, np.zeros(2))
         contact = _contact_budget(sensor, rigid)
     return Budgets(
         K_l=_spring_budget(sensor, 0, on_springs),
@@ -121,10 +124,11 @@ def _tilted_NL(tilted: SensorResponse) -> float:
     return curve_nonlinearity(tilted.P[:, -1].tolist(), (0.0, 0.5, 1.0), "mid-range")
 
 
-def effects_at(sensor: LevelSensor, E: float, travel: float) -> tuple[Effect, ...]:
-    """Return the effects on the force ratio of a level sensor at a modulus [MPa] and a travel [mm]."""
-    K_m = E * sensor.contact.at(E).K_m_over_E()
-    return effects_on(sensor, travel, sensor.deflections(K_m, travel))
+def effects_at(sensor: LevelSensor, E: Floats | float, travel: Floats | float) -> tuple[Effect, ...]:
+    """Return the effects on the force ratio of a level sensor at moduli [MPa] and travels [mm] that broadcast."""
+    moduli = np.asarray(E, dtype=np.float64)
+    K_m = [each * sensor.contact.at(each).K_m_over_E() for each in moduli.flat]
+    return effects_on(sensor, travel, sensor.deflections(np.reshape(K_m, moduli.shape), travel))
 
 
 def ratio_budget(
@@ -134,40 +138,67 @@ def ratio_budget(
     return budget_of(numerical, effects, change_of_ratio(sensor, E, travel))
 
 
-def change_of_ratio(sensor: LevelSensor, E: float, travel: float) -> Change:
-    """Return the change of P by an effect at a modulus [MPa] and a travel [mm], computed once for each effect."""
-    P = ratio_with(sensor, E, travel, NO_EFFECT, 0.0)
+def change_of_ratio(sensor: LevelSensor, E: Floats | float, travel: Floats | float) -> Change:
+    """Return the change of P by an effect at moduli [MPa] and travels [mm] that broadcast, once for each effect."""
+    press = _LevelPress.of(sensor, E, travel)
+    P = press.ratio_with(NO_EFFECT, 0.0)
 
     @functools.cache
-    def change(effect: Effect, sign: float) -> float:
+    def change(effect: Effect, sign: float) -> Floats:
         factor = _magnified(effect, travel)
-        moved = ratio_with(sensor, E, travel, effect, sign * factor)
-        return (moved / P - 1.0) / factor if math.isfinite(moved) else sign * LIFTED
+        moved = press.ratio_with(effect, sign * factor)
+        return np.where(np.isfinite(moved), (moved / P - 1.0) / factor, sign * LIFTED)
 
     return change
 
 
-def ratio_with(sensor: LevelSensor, E: float, travel: float, effect: Effect, times: float) -> float:
-    """Return P [1] of a level sensor with a multiple of an effect; nan where that takes a tip off the fruit.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _LevelPress:
+    """Presses of a level sensor at moduli E [MPa] and travels [mm] that broadcast.
 
-    The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the springs and S, over E, that of
-    the fruit. Flesh of no modulus is taken as next to none.
+    K are the stiffnesses of the springs [N/mm]. `own` is the compliance of the fruit under each tip less `crosstalk`,
+    that between both, (2, ...) and (...), times E [1/mm], of the shape of E.
     """
-    contact = sensor.contact.at(max(E, SOFTEST * sensor.design.fruit.E_max_MPa))
-    crosstalk = contact.crosstalk
-    own = []  # diagonal of E C + S [1/mm]; beside it stands the crosstalk
-    for i, K in enumerate(sensor.characteristic.springs.stiffnesses):
-        spring = K * (1.0 + times * effect.springs[i])
-        fruit_compliance = (float(contact.S[i, i]) - crosstalk) / (1.0 + times * effect.fruit[i])
-        own.append(E / spring + fruit_compliance + crosstalk)
-    travel_l = travel + times * effect.height_offsets[0]
-    travel_h = travel + times * effect.height_offsets[1]
-    # Cramer's rule: the determinant is the same for both forces, and their ratio needs none of it.
-    F_l = own[1] * travel_l - crosstalk * travel_h
-    F_h = own[0] * travel_h - crosstalk * travel_l
-    if min(F_l, F_h) <= 0.0:
-        return math.nan
-    return F_h / F_l
+
+    E: Floats
+    travel: Floats
+    K: tuple[float, ...]
+    own: Floats
+    crosstalk: Floats
+
+    @classmethod
+    def of(cls, sensor: LevelSensor, E: Floats | float, travel: Floats | float) -> "_LevelPress":
+        """Return the presses of a sensor; flesh of no modulus is taken as next to none."""
+        moduli = np.asarray(E, dtype=np.float64)
+        softest = SOFTEST * sensor.design.fruit.E_max_MPa
+        at_E = [sensor.contact.at(max(each, softest)) for each in moduli.flat]
+        crosstalk = np.array([contact.crosstalk for contact in at_E])
+        own = np.array([np.diag(contact.S) for contact in at_E]).T - crosstalk
+        return cls(
+            E=moduli,
+            travel=np.asarray(travel, dtype=np.float64),
+            K=sensor.characteristic.springs.stiffnesses,
+            own=own.reshape(-1, *moduli.shape),
+            crosstalk=crosstalk.reshape(moduli.shape),
+        )
+
+    def ratio_with(self, effect: Effect, times: Floats | float) -> Floats:
+        """Return P [1] with a multiple of an effect; nan where that takes a tip off the fruit.
+
+        The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the springs and S, over E,
+        that of the fruit.
+        """
+        own = []  # diagonal of E C + S [1/mm]; beside it stands the crosstalk
+        for i, K in enumerate(self.K):
+            spring = K * (1.0 + times * effect.springs[i])
+            own.append(self.E / spring + self.own[i] / (1.0 + times * effect.fruit[i]) + self.crosstalk)
+        travel_l, travel_h = (self.travel + times * offset for offset in effect.height_offsets)
+        # Cramer's rule: the determinant is the same for both forces, and their ratio needs none of it.
+        F_l = own[1] * travel_l - self.crosstalk * travel_h
+        F_h = own[0] * travel_h - self.crosstalk * travel_l
+        both_touch = np.minimum(F_l, F_h) > 0.0
+        ratio: Floats = np.divide(F_h, F_l, out=np.full(both_touch.shape, math.nan), where=both_touch)
+        return ratio
 
 
 def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget:
@@ -182,30 +213,28 @@ def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget
     E_middle = E_max * sensor.characteristic.modulus_fraction(K_m)
     effects = effects_on(sensor, travel, sensor.deflections(K_m_max, travel))
     in_middle = {effect.name: effect for effect in effects_on(sensor, travel, sensor.deflections(K_m, travel))}
+    softest, middle, top = (_LevelPress.of(sensor, E, travel) for E in (0.0, E_middle, E_max))
     scale = abs(NL.value) or 1.0
 
-    def fraction_of_rise(effect: Effect, times: float) -> float:
-        P_softest = ratio_with(sensor, 0.0, travel, effect, times)
-        P_middle = ratio_with(sensor, E_middle, travel, in_middle[effect.name], times)
-        P_top = ratio_with(sensor, E_max, travel, effect, times)
-        return (P_middle - P_softest) / (P_top - P_softest)
+    def fraction_of_rise(effect: Effect, times: Floats | float) -> Floats:
+        P_softest = softest.ratio_with(effect, times)
+        P_middle = middle.ratio_with(in_middle[effect.name], times)
+        return (P_middle - P_softest) / (top.ratio_with(effect, times) - P_softest)
 
-    def change(effect: Effect, sign: float) -> float:
-        factor = max(_magnified(in_middle[effect.name], travel), _magnified(effect, travel))
+    def change(effect: Effect, sign: float) -> Floats:
+        factor = np.maximum(_magnified(in_middle[effect.name], travel), _magnified(effect, travel))
         moved = (fraction_of_rise(effect, sign * factor) - fraction_of_rise(effect, 0.0)) / factor
-        return (moved if math.isfinite(moved) else sign * LIFTED) / scale
+        return np.where(np.isfinite(moved), moved, sign * LIFTED) / scale
 
     return budget_of(NL.relative, effects, change)
 
 
-def _magnified(effect: Effect, travel: float) -> float:
+def _magnified(effect: Effect, travel: Floats | float) -> Floats:
     """Return the factor [1] that enlarges an effect until its largest change is one that round-off does not drown."""
-    changes = [*effect.springs, *effect.fruit]
-    changes += [offset / travel for offset in effect.height_offsets]
-    largest = max(map(abs, changes))
-    if largest == 0.0:
-        return 1.0
-    return max(1.0, LEAST_CHANGE / largest)
+    sizes = [np.abs(change).max(axis=0) for change in (effect.springs, effect.fruit, effect.height_offsets)]
+    largest = np.maximum(np.maximum(sizes[0], sizes[1]), sizes[2] / travel)
+    enlarged: Floats = np.divide(LEAST_CHANGE, largest, out=np.ones_like(largest), where=largest > 0.0)
+    return np.maximum(1.0, enlarged)
 
 
 def _spring_budget(sensor: LevelSensor, spring: int, effects: Sequence[Effect]) -> UncertaintyBudget | None:
@@ -228,12 +257,7 @@ def budget_of(numerical: float, effects: Sequence[Effect], change: Change) -> Un
     model: list[Contribution] = []
     inputs: list[Contribution] = []
     for effect in effects:
-        size = change(effect, 1.0)
-        if effect.scatters:
-            down = change(effect, -1.0)
-            # A height offset acts far more to one side than to the other: the larger side counts.
-            one_sided = any(effect.height_offsets)
-            size = max(abs(size), abs(down)) if one_sided else 0.5 * abs(size - down)
+        size = float(_size_of(effect, change))
         if size == 0.0:
             continue
         contribution = Contribution(effect=effect.name, size=size, reason=effect.reason)
@@ -242,6 +266,30 @@ def budget_of(numerical: float, effects: Sequence[Effect], change: Change) -> Un
         else:
             model.append(contribution)
     return UncertaintyBudget(numerical=numerical, model=tuple(model), input=tuple(inputs))
+
+
+def total_errors(numerical: Floats, effects: Sequence[Effect], change: Change) -> Floats:
+    """Return the whole errors of many numbers [1], each as that of its `UncertaintyBudget`."""
+    by_model = np.zeros_like(numerical)
+    squares_of_inputs = np.zeros_like(numerical)
+    for effect in effects:
+        size = _size_of(effect, change)
+        if effect.scatters:
+            squares_of_inputs = squares_of_inputs + size**2
+        else:
+            by_model = by_model + np.abs(size)
+    return numerical + by_model + np.sqrt(squares_of_inputs)
+
+
+def _size_of(effect: Effect, change: Change) -> Floats:
+    """Return by how much an effect moves numbers [1]; an input goes either way, and counts without a sign."""
+    size = change(effect, 1.0)
+    if not effect.scatters:
+        return size
+    down = change(effect, -1.0)
+    # A height offset acts far more to one side than to the other: the larger side counts.
+    one_sided = (effect.height_offsets != 0.0).any(axis=0)
+    return np.where(one_sided, np.maximum(np.abs(size), np.abs(down)), 0.5 * np.abs(size - down))
 
 
 def _with_pose(budget: UncertaintyBudget, number: Estimate, tilted: Sequence[float]) -> UncertaintyBudget:

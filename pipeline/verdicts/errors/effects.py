@@ -6,7 +6,7 @@ that of the fruit under a tip, or the height of a tip. `budget.py` turns that in
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from pipeline.springs.behaviour import stiffening
 from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.targets import ForceRatioCurve, characteristic
+from sensor.arrays import Floats
 from sensor.design.leaves import FREE_LENGTH_MM, GLUE_EDGE_MM, GLUE_SCATTER
 from sensor.design.parameters import Design
 from sensor.quantity import COVERAGE
@@ -51,19 +52,24 @@ CALIBRATED = 0.01  # of each stiffness: what weighing a printed unit reaches
 ZEROED_MM = 0.01  # what zeroing on a flat plate leaves between the heights of two tips: a judgement
 
 
-@dataclass(frozen=True, kw_only=True)
+def _nothing() -> Floats:
+    return np.zeros(2)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Effect:
     """What moves a number: relative changes of each spring and of the fruit under each tip [1], height offsets [mm].
 
+    Each has a row for each tip, shape (2, ...): beyond that the shape of the presses, or none where all have the same.
     `scatters` says that it is an input known within a range, which goes either way; else the model leaves it out.
     `calibrated` says that calibrating the printed unit takes it away.
     """
 
     name: str
     reason: str
-    springs: PerTip = (0.0, 0.0)
-    fruit: PerTip = (0.0, 0.0)
-    height_offsets: PerTip = (0.0, 0.0)
+    springs: Floats = field(default_factory=_nothing)
+    fruit: Floats = field(default_factory=_nothing)
+    height_offsets: Floats = field(default_factory=_nothing)
     scatters: bool = False
     calibrated: bool = False
 
@@ -96,20 +102,20 @@ class LevelSensor:
     characteristic: ForceRatioCurve
     mounts: Mapping[str, PerTip]
 
-    def deflections(self, K_m: float, travel: float) -> PerTip:
-        """Return the deflection of each spring at a fruit stiffness [N/mm] and a travel [mm]."""
-        travel = max(LEAST_TRAVEL, travel)
+    def deflections(self, K_m: Floats | float, travel: Floats | float) -> Floats:
+        """Return the deflection of each spring (2, ...) at fruit stiffnesses [N/mm] and travels [mm] that broadcast."""
+        travel = np.maximum(LEAST_TRAVEL, travel)
         law = self.characteristic
-        return (
-            spring_give(law.springs.K_l, K_m, travel),
-            spring_give(law.springs.K_h, law.stiffness_ratio * K_m, travel),
-        )
+        K_m = np.asarray(K_m, dtype=np.float64)
+        low = spring_give(law.springs.K_l, K_m, travel)
+        high = spring_give(law.springs.K_h, np.asarray(law.stiffness_ratio * K_m), travel)
+        return np.array([low, high])
 
     @property
-    def largest_deflections(self) -> PerTip:
-        """Return the largest deflection of each spring [mm], in the scene or level, at full travel."""
+    def largest_deflections(self) -> Floats:
+        """Return the largest deflection of each spring (2,) [mm], in the scene or level, at full travel."""
         level = self.deflections(self.sizing.K_m_at_largest_E, self.design.press.travel_mm)
-        return tuple(max(pair) for pair in zip(level, self.springs.deflections, strict=True))
+        return np.maximum(level, self.springs.deflections)
 
     @cached_property
     def effects_of_housing(self) -> tuple[Effect, ...]:
@@ -145,10 +151,10 @@ def level_sensor(sensor: Sensor, mounts: Mapping[str, PerTip]) -> LevelSensor:
     )
 
 
-def effects_on(sensor: LevelSensor, travel: float, deflections: PerTip) -> tuple[Effect, ...]:
-    """Return all effects at a travel [mm] where the springs deflect that far [mm]."""
-    travel = max(LEAST_TRAVEL, travel)
-    depths = tuple(travel - deflection for deflection in deflections)
+def effects_on(sensor: LevelSensor, travel: Floats | float, deflections: Floats) -> tuple[Effect, ...]:
+    """Return all effects at travels [mm] where the springs deflect that far [mm], shape (2, ...)."""
+    travel = np.maximum(LEAST_TRAVEL, travel)
+    depths = travel - deflections
     return (
         *_large_deflection(sensor, deflections),
         *sensor.effects_of_housing,
@@ -170,20 +176,20 @@ def effects_after_calibration(effects: tuple[Effect, ...]) -> tuple[Effect, ...]
     half = 0.5 * ZEROED_MM
     return (
         *(effect for effect in effects if not effect.calibrated),
-        Effect(name="low spring", reason=known, springs=(CALIBRATED, 0.0), scatters=True),
-        Effect(name="high spring", reason=known, springs=(0.0, CALIBRATED), scatters=True),
-        Effect(name="tip height", reason=zeroed, height_offsets=(-half, half), scatters=True),
+        Effect(name="low spring", reason=known, springs=np.array([CALIBRATED, 0.0]), scatters=True),
+        Effect(name="high spring", reason=known, springs=np.array([0.0, CALIBRATED]), scatters=True),
+        Effect(name="tip height", reason=zeroed, height_offsets=np.array([-half, half]), scatters=True),
     )
 
 
-def _large_deflection(sensor: LevelSensor, deflections: PerTip) -> Iterator[Effect]:
+def _large_deflection(sensor: LevelSensor, deflections: Floats) -> Iterator[Effect]:
     """Yield the effect of the large deflection of leaves, which stiffens them; none where no housing is made."""
     housing = sensor.springs.housing
     if housing is None:
         return
     leaves = [arm.flexure for arm in housing.arms]
-    bent = " and ".join(f"{deflection:.3g}" for deflection in deflections)
-    stiffer = tuple(stiffening(leaf, deflection) for leaf, deflection in zip(leaves, deflections, strict=True))
+    bent = " and ".join(f"{deflection.max():.3g}" for deflection in deflections)
+    stiffer = np.array([stiffening(leaf, deflection) for leaf, deflection in zip(leaves, deflections, strict=True)])
     yield Effect(name="large deflection", reason=f"elastica of leaves bent by {bent} mm", springs=stiffer)
 
 
@@ -200,7 +206,7 @@ def _left_out_of_housing(sensor: LevelSensor) -> Iterator[Effect]:
         of_frame = fraction * K / (process.E_MPa * leaf.depth)  # fraction of 1/K [1], which grows as the depth falls
         marked.append(-of_frame * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
-    yield Effect(name="engraved marks", reason=reason, springs=tuple(marked), calibrated=True)
+    yield Effect(name="engraved marks", reason=reason, springs=np.array(marked), calibrated=True)
 
     if process.line_width_mm is not None and sensor.springs.leaves.is_printed:  # the first layer of lines spreads
         footed = []
@@ -208,7 +214,7 @@ def _left_out_of_housing(sensor: LevelSensor) -> Iterator[Effect]:
             thicker = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
             footed.append(FOOT_HIGH_MM / leaf.depth * (thicker**BEAM_SLOPE - 1.0))
         reason = f"a first layer {FOOT_MM:g} mm wider on each side, {FOOT_HIGH_MM:g} mm high; cut it off or calibrate"
-        yield Effect(name="elephant's foot", reason=reason, springs=tuple(footed), calibrated=True)
+        yield Effect(name="elephant's foot", reason=reason, springs=np.array(footed), calibrated=True)
 
     yield _other_mount(sensor.mounts)
 
@@ -228,39 +234,38 @@ def _other_mount(mounts: Mapping[str, PerTip]) -> Effect:
         told = (
             f"at most {percents} % over presets, processes and mounts (docs/measurements.md); pipeline design solves it"
         )
-    return Effect(name="mount", reason=f"another mount than the sheet's: {told}", springs=worst, calibrated=True)
+    reason = f"another mount than the sheet's: {told}"
+    return Effect(name="mount", reason=reason, springs=np.array(worst), calibrated=True)
 
 
-def _left_out_of_contact(sensor: LevelSensor, depths: PerTip) -> Iterator[Effect]:
+def _left_out_of_contact(sensor: LevelSensor, depths: Floats) -> Iterator[Effect]:
     """Yield the effects that the model leaves out of the fruit under tips at their depths in it [mm]."""
     design = sensor.design
     poisson = design.fruit.poisson
     stiffer = no_slip(poisson)
     reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
-    yield Effect(name="no slip", reason=reason, fruit=(stiffer, stiffer))
+    yield Effect(name="no slip", reason=reason, fruit=np.array([stiffer, stiffer]))
 
-    sides_deep = [depth / design.tips.side_mm for depth in depths]
-    reason = f"FE of one tip, {max(sides_deep):.2g} tip sides deep"
-    strained = tuple(large_strain_factor(depth, poisson) - 1.0 for depth in sides_deep)
-    yield Effect(name="large strain", reason=reason, fruit=strained)
-    apart = tuple(constitutive_spread(depth, poisson) for depth in sides_deep)
+    sides_deep = depths / design.tips.side_mm
+    reason = f"FE of one tip, {sides_deep.max():.2g} tip sides deep"
+    yield Effect(name="large strain", reason=reason, fruit=large_strain_factor(sides_deep, poisson) - 1.0)
     reason = f"{reason}; Hencky and foam apart, with neo-Hooke between"
-    yield Effect(name="law of the flesh", reason=reason, fruit=apart)
+    yield Effect(name="law of the flesh", reason=reason, fruit=constitutive_spread(sides_deep, poisson))
 
     slopes = sensor.slopes_deg
-    sliding = tuple(frictionless_press(poisson, math.tan(math.radians(angle))) for angle in slopes)
+    sliding = np.array([frictionless_press(poisson, math.tan(math.radians(angle))) for angle in slopes])
     reason = f"a tip that slides on a skin falling by {max(map(abs, slopes)):.2g} deg presses along its normal"
     yield Effect(name="slope", reason=reason, fruit=sliding)
 
 
-def _left_out_of_motion(sensor: LevelSensor, travel: float, deflections: PerTip) -> Iterator[Effect]:
-    """Yield the effects of sideways motion at a travel [mm]: flat tips on a slope, and a whole fruit that lies free."""
+def _left_out_of_motion(sensor: LevelSensor, travel: Floats, deflections: Floats) -> Iterator[Effect]:
+    """Yield the effects of sideways motion at travels [mm]: flat tips on a slope, and a whole fruit that lies free."""
     if not sensor.design.tips.tip_shape.obeys_hertz:  # the law of domes counts their sideways give itself
         yield from _sideways_give(sensor, travel, deflections)
     yield from _free_fruit(sensor, travel)
 
 
-def _sideways_give(sensor: LevelSensor, travel: float, deflections: PerTip) -> Iterator[Effect]:
+def _sideways_give(sensor: LevelSensor, travel: Floats, deflections: Floats) -> Iterator[Effect]:
     """Yield the effect of forces that lean on flat tips, which move sideways and so along a sloped skin.
 
     The spring then gives more along the press, which counts as if the fruit under its tip were softer.
@@ -273,13 +278,13 @@ def _sideways_give(sensor: LevelSensor, travel: float, deflections: PerTip) -> I
     for tip, deflection in enumerate(deflections):
         lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])  # of the force, over its part along the press
         more = float(lean @ sideways.compliance[tip, tip] @ lean / sensor.springs.C[tip, tip])
-        depth = max(LEAST_TRAVEL, travel - deflection)
+        depth = np.maximum(LEAST_TRAVEL, travel - deflection)
         softer.append(1.0 / (1.0 + more * deflection / depth) - 1.0)
     reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
-    yield Effect(name="sideways give", reason=reason, fruit=tuple(softer))
+    yield Effect(name="sideways give", reason=reason, fruit=np.array(softer))
 
 
-def _free_fruit(sensor: LevelSensor, travel: float) -> Iterator[Effect]:
+def _free_fruit(sensor: LevelSensor, travel: Floats) -> Iterator[Effect]:
     """Yield the effect of a whole fruit that lies free on a table: it rolls, and tips stand higher or lower over it."""
     fruit = sensor.design.fruit
     if not fruit.can_roll or fruit.radius_mm is None:
@@ -290,10 +295,12 @@ def _free_fruit(sensor: LevelSensor, travel: float) -> Iterator[Effect]:
         series_stiffness(law.springs.K_l, law.K_m_max),
         series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
     ]
-    rolled = roll([K * travel for K in stiffness], tips.centres_mm, stiffness, fruit.radius_mm)
-    # A fruit that runs away takes a tip off: one more travel than there is.
-    turn = math.radians(rolled.angle_deg) if rolled.steady else 2.0 * travel / tips.spacing_mm
-    offsets = tuple(turn * x for x in tips.centres_mm)
+    turns = []
+    for each in travel.flat:
+        rolled = roll([K * each for K in stiffness], tips.centres_mm, stiffness, fruit.radius_mm)
+        # A fruit that runs away takes a tip off: one more travel than there is.
+        turns.append(math.radians(rolled.angle_deg) if rolled.steady else 2.0 * each / tips.spacing_mm)
+    offsets = np.multiply.outer(tips.centres_mm, np.reshape(turns, travel.shape))
     reason = f"a fruit that lies free on a table rolls, unless friction holds it: {rolled.friction:.2g} is enough"
     yield Effect(name="free fruit", reason=reason, height_offsets=offsets)
 
@@ -307,12 +314,12 @@ def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
     if not leaves.is_printed:
         for name, springs in leaves.causes(sensor.springs.leaf_lengths):
             reason = _REASONS_OF_STRIPS[name.removeprefix("low ").removeprefix("high ")]
-            yield Effect(name=name, reason=reason, springs=springs, scatters=True, calibrated=True)
+            yield Effect(name=name, reason=reason, springs=np.array(springs), scatters=True, calibrated=True)
         return
     process = sensor.springs.process
     E = COVERAGE * process.E_scatter
     reason = f"E of {process.name} within {100.0 * E:g} % from print to print"
-    yield Effect(name="modulus", reason=reason, springs=(E, E), scatters=True, calibrated=True)
+    yield Effect(name="modulus", reason=reason, springs=np.array([E, E]), scatters=True, calibrated=True)
 
     housing = sensor.springs.housing
     gauge = None if housing is None else GAUGES[housing.gauges]
@@ -324,29 +331,28 @@ def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
             by_foils = 1.0 - 1.0 / gain  # fraction of the stiffness
             glued.append(GLUED * by_foils)
         reason = f"glue left out, foils within {100.0 * GLUED:g} % of what they stiffen, as beams"
-        yield Effect(name="gauges", reason=reason, springs=tuple(glued), scatters=True, calibrated=True)
+        yield Effect(name="gauges", reason=reason, springs=np.array(glued), scatters=True, calibrated=True)
 
     off = process.accuracy_mm  # which holds 95 % already
-    thicker = tuple(((t + off) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm)
+    thicker = np.array([((t + off) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
     reason = f"leaves {off:g} mm off; K goes with t to the {BEAM_SLOPE:g}"
     yield Effect(name="leaf thickness", reason=reason, springs=thicker, scatters=True, calibrated=True)
 
 
-def _scatter_of_tips(sensor: LevelSensor, depths: PerTip) -> Iterator[Effect]:
-    """Yield the scatter of tips as they are made: side, edge, which acts at a depth in the fruit [mm], and height."""
+def _scatter_of_tips(sensor: LevelSensor, depths: Floats) -> Iterator[Effect]:
+    """Yield the scatter of tips as they are made: side, edge, which acts at depths in the fruit [mm], and height."""
     side = sensor.design.tips.side_mm
     off = tip_accuracy_mm(sensor.design.tips, sensor.springs.process)
     wider = min(LARGEST_CHANGE, off / side)
     reason = f"tips {off:g} mm off; the fruit's goes with the side"
-    yield Effect(name="tip side", reason=reason, fruit=(wider, wider), scatters=True)
+    yield Effect(name="tip side", reason=reason, fruit=np.array([wider, wider]), scatters=True)
 
-    rounder = tuple(-edge_loss(depth, side, off) for depth in depths)
     reason = f"edges rounded by {off:g} mm, at the depth of each tip"
-    yield Effect(name="tip edge", reason=reason, fruit=rounder, scatters=True)
+    yield Effect(name="tip edge", reason=reason, fruit=-edge_loss(depths, side, off), scatters=True)
 
-    half = 0.5 * off  # up for one tip, down for the other
+    apart = np.array([-0.5 * off, 0.5 * off])  # up for one tip, down for the other
     reason = f"{off:g} mm between the tips; zero the tips on a flat plate"
-    yield Effect(name="tip height", reason=reason, height_offsets=(-half, half), scatters=True, calibrated=True)
+    yield Effect(name="tip height", reason=reason, height_offsets=apart, scatters=True, calibrated=True)
 
 
 def _scatter_of_scenes(sensor: LevelSensor) -> Iterator[Effect]:
@@ -356,12 +362,12 @@ def _scatter_of_scenes(sensor: LevelSensor) -> Iterator[Effect]:
     largest = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
     change = (1.0 - fruit.poisson**2) / (1.0 - largest**2) - 1.0
     reason = f"within {fruit.poisson_spread:g}; the fruit's goes with 1 / (1 - nu^2), as on a half-space"
-    yield Effect(name="Poisson's ratio", reason=reason, fruit=(change, change), scatters=True)
+    yield Effect(name="Poisson's ratio", reason=reason, fruit=np.array([change, change]), scatters=True)
 
     degrees = design.press.tilt_spread_deg
     step = 0.5 * design.tips.spacing_mm * math.tan(math.radians(degrees))
     reason = f"the sensor tilted by {degrees:g} deg"
-    yield Effect(name="pose", reason=reason, height_offsets=(-step, step), scatters=True)
+    yield Effect(name="pose", reason=reason, height_offsets=np.array([-step, step]), scatters=True)
 
     offsets = tip_height_offsets(sensor.springs, "down") if design.press.attitude == "side" else ()
     if offsets:
@@ -369,4 +375,4 @@ def _scatter_of_scenes(sensor: LevelSensor) -> Iterator[Effect]:
         reason = (
             f"pressed down, not sideways, its tips stand {apart:.2g} mm off level: see press.attitude, or zero them"
         )
-        yield Effect(name="weight", reason=reason, height_offsets=offsets, scatters=True, calibrated=True)
+        yield Effect(name="weight", reason=reason, height_offsets=np.array(offsets), scatters=True, calibrated=True)

@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.response.scene_press import ScenePress, spring_fractions
-from pipeline.verdicts.errors.budget import Budgets, budget_of, change_of_ratio, effects_at, uncertainty_budgets
+from pipeline.verdicts.errors.budget import Budgets, change_of_ratio, effects_at, total_errors, uncertainty_budgets
 from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
 from pipeline.verdicts.errors.print_scatter import print_scatter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
@@ -66,28 +66,35 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
     """
     curve = press.curve
     law = sensor.characteristic
-    C = sensor.springs.C
     spring_errors = np.divide(law.spring_errors, law.springs.stiffnesses)
-    printed = np.full((*curve.P.shape, 2), np.nan)
-    calibrated = np.full((*curve.P.shape, 2), np.nan)
-    for j, travel in enumerate(curve.x.tolist()):
+    E = curve.E[1:, None]  # the first modulus is no fruit's
+    of_springs = [spring_fractions(sensor.contact, sensor.springs.C, each) @ spring_errors for each in E.flat]
+    numerical = curve.P_error[1:] + np.reshape(of_springs, E.shape)
+    effects = effects_at(sensor, E, curve.x)
+    change = change_of_ratio(sensor, E, curve.x)
+    errors_printed = total_errors(numerical, effects, change)
+    errors_calibrated = total_errors(numerical, effects_after_calibration(effects), change)
+    return ReadingTable(
+        response=curve,
+        printed=_bands_of_ratio(law, curve, errors_printed),
+        calibrated=_bands_of_ratio(law, curve, errors_calibrated),
+    )
+
+
+def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats) -> Floats:
+    """Return the moduli [MPa] that may show each P with its error [1], shape (moduli, travels, 2) of the curve's P.
+
+    `errors` have no row for the first modulus. Nor has it a band, nor a P that is not known.
+    """
+    bands = np.full((*curve.P.shape, 2), np.nan)
+    for j in range(len(curve.x)):
         modulus_at = modulus_scale(law, curve.P[:, j], curve.E)
         if modulus_at is None:
             continue
-        for i, E in enumerate(curve.E.tolist()):
-            P = float(curve.P[i, j])
-            if i == 0 or not math.isfinite(P):  # the first modulus is no fruit's
-                continue
-            of_springs = float(spring_fractions(sensor.contact, C, E) @ spring_errors)
-            numerical = float(curve.P_error[i, j]) + of_springs
-            effects_printed = effects_at(sensor, E, travel)
-            effects_calibrated = effects_after_calibration(effects_printed)
-            change = change_of_ratio(sensor, E, travel)
-            error_printed = budget_of(numerical, effects_printed, change).total
-            error_calibrated = budget_of(numerical, effects_calibrated, change).total
-            printed[i, j] = [modulus_at(P * (1.0 + sign * error_printed)) for sign in (-1.0, 1.0)]
-            calibrated[i, j] = [modulus_at(P * (1.0 + sign * error_calibrated)) for sign in (-1.0, 1.0)]
-    return ReadingTable(response=curve, printed=printed, calibrated=calibrated)
+        for i, P in enumerate(curve.P[1:, j].tolist(), start=1):
+            if math.isfinite(P):
+                bands[i, j] = [modulus_at(P * (1.0 + sign * float(errors[i - 1, j]))) for sign in (-1.0, 1.0)]
+    return bands
 
 
 def modulus_scale(law: ForceRatioCurve, P: Floats, E: Floats) -> Callable[[float], float] | None:

@@ -14,7 +14,13 @@ from scipy.optimize import brentq
 from stand_ins import CONTACT, ERRORS, K_M_OVER_E, LENGTHS, sizing_of, springs_of
 
 from pipeline.springs.fitted_springs import GRAVITY
-from pipeline.verdicts.errors.budget import effects_at, ratio_budget, uncertainty_budgets
+from pipeline.verdicts.errors.budget import (
+    change_of_ratio,
+    effects_at,
+    ratio_budget,
+    total_errors,
+    uncertainty_budgets,
+)
 from pipeline.verdicts.errors.effects import LARGEST_MOUNT_CHANGES, effects_after_calibration, effects_on, level_sensor
 from pipeline.verdicts.rules import target_verdicts
 from pipeline.verdicts.targets import SceneTargets, characteristic
@@ -292,14 +298,27 @@ def test_turn_of_a_ball_that_lies_free():
     """Rolling by u meets the moment sum k x with sum k - sum k x^2 / (R travel) a millimetre; the tips turn with it."""
     design, travel, radius = Design(fruit=Fruit(shape="sphere", radius_mm=200.0, thickness_mm=395.0)), 0.6, 200.0
     sensor = sensor_of(design)
-    (free,) = (effect for effect in effects_on(sensor, travel, (0.0, 0.0)) if effect.name == "free fruit")
+    (free,) = (effect for effect in effects_on(sensor, travel, np.zeros(2)) if effect.name == "free fruit")
     low, high = (1.0 / (1.0 / K + 1.0 / K_M) for K in SPRINGS.stiffnesses)
     turn = (high - low) * 4.0 / (low + high - (low + high) * 16.0 / (radius * travel)) / radius
     assert free.height_offsets == pytest.approx((-4.0 * turn, 4.0 * turn), rel=1e-9)
     # a ball of 35 mm runs away: one tip loses the whole travel more than the other, which is twice what there is
-    on_small = effects_on(sensor_of(Design(fruit=FREE)), travel, (0.0, 0.0))
+    on_small = effects_on(sensor_of(Design(fruit=FREE)), travel, np.zeros(2))
     (away,) = (effect for effect in on_small if effect.name == "free fruit")
     assert away.height_offsets == pytest.approx((-travel, travel), rel=1e-9)
+
+
+@pytest.mark.parametrize("design", [Design(), GAUGED, Design(fruit=FREE), Design(fruit=SPHERE)])
+def test_errors_of_a_table_are_those_of_each_press_by_itself(design):
+    """Also where a tip is taken off the fruit, at a travel of 0.05 mm."""
+    sensor = sensor_of(design)
+    E, travel = np.array([0.35, 1.75, 3.5])[:, None], np.array([0.05, 0.3, 0.6])
+    numerical = np.arange(9.0).reshape(3, 3) * 1e-4
+    found = total_errors(numerical, effects_at(sensor, E, travel), change_of_ratio(sensor, E, travel))
+    for i, j in np.ndindex(3, 3):
+        press = sensor, float(E[i, 0]), float(travel[j])
+        by_itself = ratio_budget(*press, float(numerical[i, j]), effects_at(*press))
+        assert found[i, j] == pytest.approx(by_itself.total, rel=1e-12)
 
 
 def test_deflections_off_the_middle():
