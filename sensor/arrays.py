@@ -1,7 +1,7 @@
 """Types of arrays."""
 
 from collections.abc import Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +9,6 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer[Any]]
 Flags = NDArray[np.bool_]
-
-Quantity = TypeVar("Quantity", float, Floats)
-"""A number, or an array of them, that a function returns in kind."""
 
 
 def rows_of(matrix: Floats | Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:

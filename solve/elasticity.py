@@ -1,13 +1,16 @@
 """Small-strain isotropic elasticity on any scikit-fem mesh: the stiffness matrix, and fields from a solution."""
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, Element, Mesh
 
-from sensor.arrays import Floats, Ints, Quantity
+from sensor.arrays import Floats, Ints
 from solve.displacement_basis import DisplacementBasis, scalar_gradients
+
+Quantity = TypeVar("Quantity", float, Floats)
 
 _GROUP = 32  # elements whose matrices are formed at once: more of them would not fit into the cache
 

@@ -11,10 +11,13 @@ import math
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, TypeVar
 
-from sensor.arrays import Quantity
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
+Quantity = TypeVar("Quantity", float, "NDArray[np.float64]")
 Definition = Literal["mid-range", "largest"]
 
 SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit

@@ -140,7 +140,7 @@ def ratio_budget(
 
 def change_of_ratio(sensor: LevelSensor, E: Floats | float, travel: Floats | float) -> Change:
     """Return the change of P by an effect at moduli [MPa] and travels [mm] that broadcast, once for each effect."""
-    press = _LevelPress.of(sensor, E, travel)
+    press = _level_press(sensor, E, travel)
     P = press.ratio_with(NO_EFFECT, 0.0)
 
     @functools.cache
@@ -166,22 +166,6 @@ class _LevelPress:
     own: Floats
     crosstalk: Floats
 
-    @classmethod
-    def of(cls, sensor: LevelSensor, E: Floats | float, travel: Floats | float) -> "_LevelPress":
-        """Return the presses of a sensor; flesh of no modulus is taken as next to none."""
-        moduli = np.asarray(E, dtype=np.float64)
-        softest = SOFTEST * sensor.design.fruit.E_max_MPa
-        at_E = [sensor.contact.at(max(each, softest)) for each in moduli.flat]
-        crosstalk = np.array([contact.crosstalk for contact in at_E])
-        own = np.array([np.diag(contact.S) for contact in at_E]).T - crosstalk
-        return cls(
-            E=moduli,
-            travel=np.asarray(travel, dtype=np.float64),
-            K=sensor.characteristic.springs.stiffnesses,
-            own=own.reshape(-1, *moduli.shape),
-            crosstalk=crosstalk.reshape(moduli.shape),
-        )
-
     def ratio_with(self, effect: Effect, times: Floats | float) -> Floats:
         """Return P [1] with a multiple of an effect; nan where that takes a tip off the fruit.
 
@@ -201,6 +185,22 @@ class _LevelPress:
         return ratio
 
 
+def _level_press(sensor: LevelSensor, E: Floats | float, travel: Floats | float) -> _LevelPress:
+    """Return the presses of a sensor; flesh of no modulus is taken as next to none."""
+    moduli = np.asarray(E, dtype=np.float64)
+    softest = SOFTEST * sensor.design.fruit.E_max_MPa
+    at_E = [sensor.contact.at(max(each, softest)) for each in moduli.flat]
+    crosstalk = np.array([contact.crosstalk for contact in at_E])
+    own = np.array([np.diag(contact.S) for contact in at_E]).T - crosstalk
+    return _LevelPress(
+        E=moduli,
+        travel=np.asarray(travel, dtype=np.float64),
+        K=sensor.characteristic.springs.stiffnesses,
+        own=own.reshape(-1, *moduli.shape),
+        crosstalk=crosstalk.reshape(moduli.shape),
+    )
+
+
 def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget:
     """Return the budget of NL, which is (7): the fraction of its rise that P has made at the fruit stiffness of NL.
 
@@ -213,7 +213,7 @@ def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget
     E_middle = E_max * sensor.characteristic.modulus_fraction(K_m)
     effects = effects_on(sensor, travel, sensor.deflections(K_m_max, travel))
     in_middle = {effect.name: effect for effect in effects_on(sensor, travel, sensor.deflections(K_m, travel))}
-    softest, middle, top = (_LevelPress.of(sensor, E, travel) for E in (0.0, E_middle, E_max))
+    softest, middle, top = (_level_press(sensor, E, travel) for E in (0.0, E_middle, E_max))
     scale = abs(NL.value) or 1.0
 
     def fraction_of_rise(effect: Effect, times: Floats | float) -> Floats:
