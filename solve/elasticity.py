@@ -1,26 +1,24 @@
 """Small-strain isotropic elasticity on any scikit-fem mesh: the stiffness matrix, and fields from a solution."""
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, Element, Mesh
 
 from sensor.arrays import Floats, Ints
+from sensor.float_or_array import FloatOrArray
 from solve.displacement_basis import DisplacementBasis, scalar_gradients
-
-Quantity = TypeVar("Quantity", float, Floats)
 
 _GROUP = 32  # elements whose matrices are formed at once: more of them would not fit into the cache
 
 
-def lame_parameters(E: Quantity, poisson: Quantity) -> tuple[Quantity, Quantity]:
+def lame_parameters(E: FloatOrArray, poisson: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
     """Return Lame's lambda and mu [unit of E]."""
     return E * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), 0.5 * E / (1.0 + poisson)
 
 
-def stress(gradient: Floats, E: Quantity, poisson: Quantity) -> Floats:
+def stress(gradient: Floats, E: FloatOrArray, poisson: FloatOrArray) -> Floats:
     """Return sigma [unit of E] of a displacement gradient, shape (3, 3, ...); E is one number, or one for each."""
     lam, mu = lame_parameters(E, poisson)
     dilatation = np.multiply.outer(np.eye(3), np.trace(gradient))

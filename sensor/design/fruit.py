@@ -6,21 +6,17 @@ Units: mm, MPa.
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import Literal
 
+from sensor.float_or_array import FloatOrArray
 from sensor.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, quantity, validation_error
 from sensor.theory.relaxation import FORM, Relaxation
-
-if TYPE_CHECKING:  # help and refusals load no NumPy
-    import numpy as np
-    from numpy.typing import NDArray
 
 _SPREAD = Bounds(at_least=0.0, at_most=0.5)
 _ANGLE = Bounds(at_least=-180.0, at_most=180.0)
 _BLOCK_PLAN_MM = 20.0  # of the paper's block, along and across the tips
 
 FruitShape = Literal["block", "sphere", "ellipsoid"]
-Coordinate = TypeVar("Coordinate", float, "NDArray[np.float64]")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -282,14 +278,14 @@ class Fruit:
         """Say whether the fruit is its own mirror image, along the tips as across."""
         return not self.azimuth_deg or self.azimuth_deg % 90.0 == 0.0
 
-    def to_principal(self, x: Coordinate, y: Coordinate) -> tuple[Coordinate, Coordinate]:
+    def to_principal(self, x: FloatOrArray, y: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
         """Return the principal coordinates of a place along and across the tips, in its unit."""
         if not self.azimuth_deg:
             return x, y
         cosine, sine = self._turn
         return cosine * x + sine * y, cosine * y - sine * x
 
-    def from_principal(self, u: Coordinate, v: Coordinate) -> tuple[Coordinate, Coordinate]:
+    def from_principal(self, u: FloatOrArray, v: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
         """Return the place along and across the tips that has these principal coordinates, in their unit."""
         if not self.azimuth_deg:
             return u, v

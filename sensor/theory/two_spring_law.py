@@ -11,13 +11,10 @@ import math
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import Literal
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+from sensor.float_or_array import FloatOrArray
 
-Quantity = TypeVar("Quantity", float, "NDArray[np.float64]")
 Definition = Literal["mid-range", "largest"]
 
 SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit
@@ -56,12 +53,12 @@ class Springs:
 PAPER_SPRINGS = Springs(K_l=0.753, K_h=17.3)  # the paper's own, sized by (6), (7) and (10)
 
 
-def series_stiffness(K: float, K_m: Quantity) -> Quantity:
+def series_stiffness(K: float, K_m: FloatOrArray) -> FloatOrArray:
     """Return the stiffness of a spring in series with the fruit, (1) and (2) [same unit]."""
     return K * K_m / (K + K_m)
 
 
-def spring_give(K: float, K_m: Quantity, travel: Quantity) -> Quantity:
+def spring_give(K: float, K_m: FloatOrArray, travel: FloatOrArray) -> FloatOrArray:
     """Return the deflection of a spring that is pressed on the fruit by a travel [unit of the travel]."""
     return travel * series_stiffness(K, K_m) / K
 

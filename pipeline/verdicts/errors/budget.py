@@ -156,8 +156,8 @@ def change_of_ratio(sensor: LevelSensor, E: Floats | float, travel: Floats | flo
 class _LevelPress:
     """Presses of a level sensor at moduli E [MPa] and travels [mm] that broadcast.
 
-    K are the stiffnesses of the springs [N/mm]. `own` is the compliance of the fruit under each tip less `crosstalk`,
-    that between both, (2, ...) and (...), times E [1/mm], of the shape of E.
+    K are the stiffnesses of the springs [N/mm]. `crosstalk` is the compliance of the fruit between both tips, times E
+    [1/mm], of the shape of E. `own` is its compliance under each tip less the crosstalk, likewise, (2, ...).
     """
 
     E: Floats
@@ -169,8 +169,8 @@ class _LevelPress:
     def ratio_with(self, effect: Effect, times: Floats | float) -> Floats:
         """Return P [1] with a multiple of an effect; nan where that takes a tip off the fruit.
 
-        The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the springs and S, over E,
-        that of the fruit.
+        The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the springs, and S / E is the
+        compliance of the fruit.
         """
         own = []  # diagonal of E C + S [1/mm]; beside it stands the crosstalk
         for i, K in enumerate(self.K):

@@ -52,24 +52,22 @@ CALIBRATED = 0.01  # of each stiffness: what weighing a printed unit reaches
 ZEROED_MM = 0.01  # what zeroing on a flat plate leaves between the heights of two tips: a judgement
 
 
-def _nothing() -> Floats:
-    return np.zeros(2)
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Effect:
     """What moves a number: relative changes of each spring and of the fruit under each tip [1], height offsets [mm].
 
-    Each has a row for each tip, shape (2, ...): beyond that the shape of the presses, or none where all have the same.
+    All three have a row for each tip. Their shape is (2,) where all presses have the same, else (2, ...) with the shape
+    of the presses.
+
     `scatters` says that it is an input known within a range, which goes either way; else the model leaves it out.
     `calibrated` says that calibrating the printed unit takes it away.
     """
 
     name: str
     reason: str
-    springs: Floats = field(default_factory=_nothing)
-    fruit: Floats = field(default_factory=_nothing)
-    height_offsets: Floats = field(default_factory=_nothing)
+    springs: Floats = field(default_factory=lambda: np.zeros(2))
+    fruit: Floats = field(default_factory=lambda: np.zeros(2))
+    height_offsets: Floats = field(default_factory=lambda: np.zeros(2))
     scatters: bool = False
     calibrated: bool = False
 
@@ -300,6 +298,7 @@ def _free_fruit(sensor: LevelSensor, travel: Floats) -> Iterator[Effect]:
         rolled = roll([K * each for K in stiffness], tips.centres_mm, stiffness, fruit.radius_mm)
         # A fruit that runs away takes a tip off: one more travel than there is.
         turns.append(math.radians(rolled.angle_deg) if rolled.steady else 2.0 * each / tips.spacing_mm)
+    # The coefficient of friction in words is the same at all travels, as all forces are proportional to them.
     offsets = np.multiply.outer(tips.centres_mm, np.reshape(turns, travel.shape))
     reason = f"a fruit that lies free on a table rolls, unless friction holds it: {rolled.friction:.2g} is enough"
     yield Effect(name="free fruit", reason=reason, height_offsets=offsets)

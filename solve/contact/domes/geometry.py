@@ -187,7 +187,7 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
 
 
 def _stand_at_touch(scene: Scene) -> tuple[object, ...]:
-    """Return what the first touch of a sensor depends on."""
+    """Return the fruit, the press and the place of a sensor, which decide its first touch."""
     return scene.fruit, scene.press, scene.off_centre_mm, scene.height_offset_mm
 
 

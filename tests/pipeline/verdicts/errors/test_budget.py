@@ -34,6 +34,7 @@ from sensor.theory.soft_tissue import no_slip
 from sensor.theory.strain_gauge import FOIL, sandwich_gain
 from sensor.theory.two_spring_law import Springs, force_ratio, nonlinearity, series_ratio
 from solve.contact.scene import SidewaysGive
+from solve.fruit.compliance import SkinTable
 from solve.fruit.split import split_compliance
 
 K_M = 3.5 * K_M_OVER_E
@@ -308,10 +309,31 @@ def test_turn_of_a_ball_that_lies_free():
     assert away.height_offsets == pytest.approx((-travel, travel), rel=1e-9)
 
 
-@pytest.mark.parametrize("design", [Design(), GAUGED, Design(fruit=FREE), Design(fruit=SPHERE)])
-def test_errors_of_a_table_are_those_of_each_press_by_itself(design):
+def under_a_skin():
+    """Return the sensor on flesh whose compliance times E falls as the flesh gets stiffer."""
+    sensor = sensor_of(Design())
+    E = np.array([0.1, 1.0, 4.0])
+    table = SkinTable(E=E, S=np.multiply.outer(1.0 - 0.1 * np.log(E), CONTACT.S))
+    return dataclasses.replace(sensor, contact=dataclasses.replace(sensor.contact, skin=table))
+
+
+def giving_sideways():
+    give = np.zeros((2, 2, 3, 3))
+    for tip, K in enumerate(SPRINGS.stiffnesses):
+        give[tip, tip, 0, 0] = 0.3 / K
+    design = Design(fruit=SPHERE)
+    return sensor_of(design, dataclasses.replace(springs_of(design), of_plate=SidewaysGive(give, 0.0)))
+
+
+@pytest.mark.parametrize(
+    "made",
+    [lambda: sensor_of(Design()), lambda: sensor_of(GAUGED), lambda: sensor_of(Design(fruit=FREE)), under_a_skin,
+     giving_sideways],
+    ids=["block", "gauges", "free fruit", "skin", "sideways"],
+)  # fmt: skip
+def test_errors_of_a_table_are_those_of_each_press_by_itself(made):
     """Also where a tip is taken off the fruit, at a travel of 0.05 mm."""
-    sensor = sensor_of(design)
+    sensor = made()
     E, travel = np.array([0.35, 1.75, 3.5])[:, None], np.array([0.05, 0.3, 0.6])
     numerical = np.arange(9.0).reshape(3, 3) * 1e-4
     found = total_errors(numerical, effects_at(sensor, E, travel), change_of_ratio(sensor, E, travel))
