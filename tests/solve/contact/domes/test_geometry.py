@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
-from solve.contact.domes.geometry import DomePoses, dome_poses
+from solve.contact.domes.geometry import TOUCH_LIMIT, DomePoses, dome_poses
 from solve.contact.scene import Scene
 
 DOME = 3.0
@@ -105,3 +105,21 @@ def test_a_turned_fruit_under_a_turned_dome_is_the_same_contact():
     np.testing.assert_allclose(found.foot, expected.foot @ turn, rtol=1e-12)
     fruit_alone = approach(replace(before, principal=turn[None]))
     assert abs(fruit_alone.interference - expected.interference).max() > 0.1
+
+
+def test_each_of_many_scenes_has_its_own_first_touch():
+    """Without travel the deepest dome just touches, whatever differs between scenes, as near as touches are found."""
+    scene = replace(square(), from_touch=True)
+    scenes = [
+        scene,
+        replace(scene, fruit=Fruit(shape="sphere", radius_mm=50.0, thickness_mm=12.0)),
+        replace(scene, press=replace(scene.press, tilt_deg=-3.0)),
+        replace(scene, off_centre_mm=(1.5, -0.5)),
+        replace(scene, height_offset_mm=(-0.1, -0.2, -0.3, -0.2)),
+    ]
+    poses = dome_poses(scenes, np.zeros(len(scenes)))
+    found = approach(poses)
+    np.testing.assert_allclose((found.interference / found.cosine).max(axis=1), 0.0, atol=TOUCH_LIMIT)
+    level = [place for place, scene in enumerate(scenes) if not scene.press.tilt_deg]
+    middles = poses.centres[level, :, :2].mean(axis=1)
+    np.testing.assert_allclose(middles, [scenes[place].off_centre_mm for place in level], atol=1e-12)
