@@ -1,7 +1,6 @@
 """From a design to every number, verdict and error of its sensor: the one place where they are put together."""
 
 from collections.abc import Collection, Sequence
-from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Literal
 
@@ -15,7 +14,7 @@ from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import press_scene
 from pipeline.result import Evaluation, SensorResult, with_solids
 from pipeline.springs.behaviour import sensor_modes, spring_behaviour
-from pipeline.springs.fitted_springs import fit_springs, other_mounts, with_sideways_give
+from pipeline.springs.fitted_springs import BeginSolid, fit_springs, other_mounts, with_sideways_give
 from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.effects import level_sensor
@@ -59,12 +58,14 @@ def fitted_sensor(design: Design, options: RunOptions, timed: Stopwatch | None =
     return with_leaning_tips(housed_sensor(design, options, timed), options, timed)
 
 
-def housed_sensor(design: Design, options: RunOptions, timed: Stopwatch, executor: Executor | None = None) -> Sensor:
+def housed_sensor(
+    design: Design, options: RunOptions, timed: Stopwatch, begin_solid: BeginSolid | None = None
+) -> Sensor:
     """Return the sensor of a design: its contact solved, its springs sized in closed form and fitted by FE.
 
-    The housing is final. What tips give sideways is left to `with_leaning_tips`. A worker makes the solid that the mesh
-    of the fit is compared with. Raises InputError for a scene that cannot be used, MeshError or SolveError where a
-    solve is not to be believed.
+    The housing is final. What tips give sideways is left to `with_leaning_tips`. `begin_solid` begins the solid of each
+    housing that may be the last one, beside the solves. Raises InputError for a scene that cannot be used, MeshError or
+    SolveError where a solve is not to be believed.
     """
     refuse_unsolvable(design)
     with timed.stage("contact"):
@@ -72,7 +73,7 @@ def housed_sensor(design: Design, options: RunOptions, timed: Stopwatch, executo
     with timed.stage("sizing"):
         sizing = spring_sizing(design, contact, options)
     with timed.stage("springs"):
-        springs = fit_springs(design, sizing, options, executor)
+        springs = fit_springs(design, sizing, options, begin_solid)
     return Sensor(design=design, contact=contact, sizing=sizing, springs=springs)
 
 

@@ -13,7 +13,7 @@ from pipeline.evaluate import (
 )
 from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.making.fields import write_fields
-from pipeline.making.solids import begin_solids
+from pipeline.making.solids import SolidMaker
 from pipeline.options import RunOptions, refuse_unmakeable
 from pipeline.report.outputs import write_outputs
 from pipeline.report.page.page import prepare_page
@@ -44,13 +44,14 @@ def run(
         output_folder(options.out, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,
     ):
-        sensor = housed_sensor(design, options, timed, executor)
-        # The solids are drawn, written and checked by a worker, beside all that follows here.
+        # The solids are drawn and checked by a worker, as soon as a housing may be the last one.
+        maker = SolidMaker(design, executor)
+        sensor = housed_sensor(design, options, timed, maker.size)
         with timed.stage("solids"):
-            solids = begin_solids(design, sensor.springs, folder, executor)
+            solids = maker.files(sensor.springs.housing, sensor.springs.deflections)
         sensor = with_leaning_tips(sensor, options, timed)
         with timed.stage("fabrication"):
-            fabrication = begin_fabrication(sensor, options, folder, executor)
+            fabrication = begin_fabrication(sensor, options, executor)
 
         checked = check_targets(sensor, options, timed=timed)
         result = complete_evaluation(checked, timed)
@@ -61,9 +62,9 @@ def run(
         with timed.stage("fabrication"):
             sideways = sideways_verdicts(sensor.springs, options)
         with timed.stage("solids"):
-            geometry = solids.result()
+            geometry = solids.result().write_to(folder)
         with timed.stage("fabrication"):
-            making = (*fabrication.result(), *sideways)
+            making = (*fabrication.result().write_to(folder), *sideways)
         verdicts = with_file_verdicts(result, geometry, making)
         result = replace(result, verdicts=verdicts, left_out=result.left_out + fields_left_out, seconds=timed.seconds())
         report = write_outputs(result, folder, page=options.out is not None)

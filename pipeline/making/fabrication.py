@@ -2,7 +2,6 @@
 
 from concurrent.futures import Executor, Future
 from functools import partial
-from pathlib import Path
 
 from cad.fabrication.bridges import SpringReadOut
 from mesh.housing.sweep import flexure_mesh
@@ -14,7 +13,7 @@ from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import attached_to
 from pipeline.storage.cache import cached
-from pipeline.storage.kept_files import Verdicts, begin_files
+from pipeline.storage.kept_files import KeptFiles, begin_files
 from pipeline.storage.workers import finished_future
 from pipeline.verdicts.rules import margin_verdict
 from sensor.design.design_file import design_as_mapping
@@ -25,16 +24,16 @@ from solve.housing.stiffness import sideways_stiffness
 SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
 
 
-def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executor: Executor | None) -> Future[Verdicts]:
-    """Begin to write the files for fabrication beside the solids, where asked for; none where no housing can be made.
+def begin_fabrication(sensor: Sensor, options: RunOptions, executor: Executor | None) -> Future[KeptFiles]:
+    """Begin to make the files for fabrication after the solids, where asked for; none where no housing can be made.
 
-    The result is the verdicts on cover and bracket. The future raises OSError where a file cannot be written,
-    ExportError where one read back has another volume.
+    Their verdicts are on cover and bracket. The future raises OSError where a file cannot be written, ExportError where
+    one read back has another volume.
     """
     design, springs = sensor.design, sensor.springs
     housing = springs.housing
     if not options.fabrication or housing is None:
-        return finished_future(())
+        return finished_future(KeptFiles())
     to_read = springs_to_read(design, springs)
     fastest_s = fastest_press(sensor)
     inputs = {
@@ -45,8 +44,8 @@ def begin_fabrication(sensor: Sensor, options: RunOptions, folder: Path, executo
         "fastest press": fastest_s,
     }
     read_out = SpringReadOut(springs=to_read, signal=sensor.signal, fastest_s=fastest_s)
-    write = partial(write_fabrication_files, design, housing, read_out, folder)
-    return begin_files("maker files", inputs, write, folder, executor)
+    write = partial(write_fabrication_files, design, housing, read_out)
+    return begin_files("maker files", inputs, write, executor)
 
 
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:

@@ -2,13 +2,12 @@
 
 from concurrent.futures import Executor, Future
 from functools import partial
-from pathlib import Path
 
 from cad.parts.hall_seats import seats_of
+from cad.parts.housing import Housing, PartSize, solid_size
 from pipeline.making.cad_tasks import write_solids
-from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.storage.kept_files import Verdicts, begin_files
-from pipeline.storage.workers import finished_future
+from pipeline.storage.kept_files import KeptFiles, begin_files
+from pipeline.storage.workers import finished_future, submit
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
 from sensor.design.sheets import SHEETS
@@ -16,23 +15,50 @@ from sensor.design.sheets import SHEETS
 _SHAPES = ("name", "fruit", "tips", "press")  # tables of the design that solids and their checks depend on
 
 
-def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor: Executor | None) -> Future[Verdicts]:
-    """Begin to write STEP, STL and 3MF into the folder; the result is the geometry verdicts, none without a housing.
+class SolidMaker:
+    """The maker of a design's solids, in a worker beside the solves where there is one.
 
-    Files are the same bytes every time, so those of an earlier run are written again at once, which needs no worker.
-    The future raises OSError or ExportError.
+    Files are begun for each housing that may be the last one. Those of a housing that is none come to nothing.
     """
-    housing = springs.housing
-    if housing is None:
-        return finished_future(())
-    # Kept verdicts are those of the same inputs: whatever a check is judged from stands here.
-    inputs = {
-        "process": design.process,
-        "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
-        "housing": housing,
-        "seats": seats_of(design, housing),
-        "sheet": SHEETS.get(design.print.leaves),
-        "deflections": springs.deflections,
-    }
-    write = partial(write_solids, design, housing, springs.deflections, folder)
-    return begin_files("solids", inputs, write, folder, executor)
+
+    def __init__(self, design: Design, executor: Executor | None) -> None:
+        """Take the design and the worker."""
+        self._design = design
+        self._executor = executor
+        self._begun: tuple[Housing, Future[KeptFiles]] | None = None
+
+    def size(self, housing: Housing, deflections: tuple[float, ...]) -> Future[PartSize]:
+        """Begin the solid of a housing whose springs deflect by so much [mm]; the result is its size.
+
+        A worker makes its files right after, before the solves say whether this housing is the last one.
+        """
+        size = submit(self._executor, solid_size, housing)
+        if self._executor is not None:
+            self.files(housing, deflections)
+        return size
+
+    def files(self, housing: Housing | None, deflections: tuple[float, ...]) -> Future[KeptFiles]:
+        """Begin STEP, STL and 3MF of a housing unless they are begun; the result is the files, none without a housing.
+
+        Files are the same bytes every time, so those of an earlier run need no worker. The future raises OSError or
+        ExportError.
+        """
+        if self._begun is not None:
+            if self._begun[0] == housing:
+                return self._begun[1]
+            self._begun[1].cancel()
+        if housing is None:
+            return finished_future(KeptFiles())
+        design = self._design
+        # Kept verdicts are those of the same inputs: whatever a check is judged from stands here.
+        inputs = {
+            "process": design.process,
+            "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
+            "housing": housing,
+            "seats": seats_of(design, housing),
+            "sheet": SHEETS.get(design.print.leaves),
+            "deflections": deflections,
+        }
+        write = partial(write_solids, design, housing, deflections)
+        self._begun = (housing, begin_files("solids", inputs, write, self._executor))
+        return self._begun[1]

@@ -1,14 +1,14 @@
 """The springs as they are printed: leaves that fit the targets, or the reason why the process cannot make them."""
 
-from collections.abc import Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
 from cad.fabrication.bridges import Spring
-from cad.parts.housing import Housing
+from cad.parts.housing import Housing, PartSize
 from cad.parts.layout import housing_for
 from cad.parts.pin import pin_mass
 from mesh.session import MeshError
@@ -34,6 +34,9 @@ from sensor.theory.two_spring_law import Springs
 from solve.contact.linear_response import spring_compliance
 from solve.contact.scene import SidewaysGive
 from solve.linear import SolveError
+
+BeginSolid = Callable[[Housing, tuple[float, ...]], Future[PartSize]]
+"""Begins the solid of a housing whose springs deflect by so much [mm] and returns its size to come."""
 
 GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
 
@@ -216,14 +219,14 @@ def _undecided(springs: Sequence[FittedSpring], reason: str) -> tuple[FittedSpri
 
 
 def fit_springs(
-    design: Design, sizing: SpringSizing, options: RunOptions, executor: Executor | None = None
+    design: Design, sizing: SpringSizing, options: RunOptions, begin_solid: BeginSolid | None = None
 ) -> FittedSprings:
     """Return the springs of a design, fitted by FE to the relative tolerance unless the beam law rules one out.
 
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
     two springs stand for all tips of their kinds: those of a square are in two equal plates. A line has no housing, so
-    its springs are just as stiff as the design gives them. A worker makes the solid that the mesh of the fit is
-    compared with. What the tips give sideways is left to `with_sideways_give`.
+    its springs are just as stiff as the design gives them. `begin_solid` begins the solid of each housing
+    that may be the last one. What the tips give sideways is left to `with_sideways_give`.
     """
     if not design.tips.tip_layout.has_housing:
         return ideal_springs(design, sizing)
@@ -236,7 +239,9 @@ def fit_springs(
         lengths = tuple(spring.printable.length_mm for spring in springs)
         try:
             guess = housing_for(design, process, lengths, deflections, leaves)
-            fitted = _fitted_housing(guess, sizing.springs.stiffnesses, process, options, executor)
+            begin = None if begin_solid is None else (lambda housing: begin_solid(housing, deflections))
+            solver = HousingSolver(process.E_MPa, process.poisson, begin)
+            fitted = _fitted_housing(guess, sizing.springs.stiffnesses, solver, options)
         except (InputError, MeshError, SolveError) as error:
             springs = _undecided(springs, str(error))
         else:
@@ -273,11 +278,11 @@ def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptio
 
 
 def _fitted_housing(
-    guess: Housing, targets: tuple[float, ...], process: Process, options: RunOptions, executor: Executor | None
+    guess: Housing, targets: tuple[float, ...], solver: HousingSolver, options: RunOptions
 ) -> FittedHousing:
     """Return the housing whose leaves have been fitted to the targets [N/mm], from a first guess; solved and kept."""
-    E = process.E_MPa
-    poisson = process.poisson
+    E = solver.E
+    poisson = solver.poisson
     inputs = {
         "guess": asdict(guess),
         "targets": targets,
@@ -289,7 +294,7 @@ def _fitted_housing(
     def fit() -> FittedHousing:
         if options.rough and guess.gauges == "none" and guess.clamp is None:
             return fit_roughly(guess, targets, E, poisson)
-        return fit_lengths(guess, targets, HousingSolver(E, poisson, executor), options.tolerance)
+        return fit_lengths(guess, targets, solver, options.tolerance)
 
     return cached("flexures", inputs, fit, FittedHousing)
 

@@ -3,8 +3,8 @@
 import dataclasses
 import math
 import time
-from collections.abc import Sequence
-from concurrent.futures import Executor, Future
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -121,11 +121,13 @@ class _Solved(NamedTuple):
 class HousingSolver:
     """Solves housings of one material on meshes of several scales, the last one of each scale only once."""
 
-    def __init__(self, E: float, poisson: float, executor: Executor | None = None) -> None:
-        """Take a material [MPa], and a worker that makes the solids with which meshes are compared."""
+    def __init__(
+        self, E: float, poisson: float, begin_solid: Callable[[Housing], Future[PartSize]] | None = None
+    ) -> None:
+        """Take a material [MPa], and what begins the solid, with which a mesh is compared, beside the solves."""
         self.E = E
         self.poisson = poisson
-        self._executor = executor
+        self._begin_solid = begin_solid
         self._start = time.perf_counter()
         self._last: dict[float, _Solved] = {}  # by the scale of the mesh
         self._solid: tuple[Housing, Future[PartSize]] | None = None
@@ -153,9 +155,9 @@ class HousingSolver:
         return self._last[scale].compliance
 
     def begin_solid(self, housing: Housing) -> None:
-        """Let a worker, if there is one, make the solid beside the solves that come."""
-        if self._executor is not None and (self._solid is None or self._solid[0] != housing):
-            self._solid = (housing, self._executor.submit(solid_size, housing))
+        """Begin the solid of a housing, which may be the last one, beside the solves that come."""
+        if self._begin_solid is not None and (self._solid is None or self._solid[0] != housing):
+            self._solid = (housing, self._begin_solid(housing))
 
     def fitted(self, housing: Housing, pair: MeshPair, stiffness: HousingStiffness) -> FittedHousing:
         """Return the housing with its stiffness [N/mm], its fine mesh compared with its solid; raises MeshError."""
@@ -201,7 +203,6 @@ def fit_lengths(
     leaf, SolveError when 4 fine solves do not meet the targets.
     """
     of_feet = targets_without_pins(housing, targets, solver.E, solver.poisson)
-    solver.begin_solid(housing)  # a worker imports the CAD kernel for it while lengths are looked for
     fit = _LengthFit(solver, housing, of_feet)
     allowed_miss = min(max(tolerance, TOLERANCE), _LOOSEST)
     for pair in mesh_pairs_for(housing, tolerance):

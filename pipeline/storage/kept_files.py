@@ -2,9 +2,10 @@
 
 import base64
 import os
+import tempfile
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from cad.files.file_date import NAME
@@ -19,11 +20,11 @@ Written = tuple[tuple[Path, ...], Verdicts]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Solids:
+class KeptFiles:
     """Files by name, as text in base 64, and the verdicts on them."""
 
-    files: dict[str, str]
-    verdicts: Verdicts
+    files: dict[str, str] = field(default_factory=dict)
+    verdicts: Verdicts = ()
 
     def __post_init__(self) -> None:
         """Raise ValueError for a name that leads out of the folder, and for text that is no base 64."""
@@ -32,36 +33,37 @@ class Solids:
                 raise ValueError(name)
             base64.b64decode(text, validate=True)
 
+    def write_to(self, folder: Path) -> Verdicts:
+        """Write the files into a folder and return the verdicts on them; raises OSError."""
+        for name, text in self.files.items():
+            (folder / name).write_bytes(base64.b64decode(text))
+        return self.verdicts
+
 
 def begin_files(
-    stage: str, inputs: Inputs, write: Callable[[], Written], folder: Path, executor: Executor | None
-) -> Future[Verdicts]:
-    """Begin to write the files of a stage into a folder; the result is the verdicts on them.
+    stage: str, inputs: Inputs, write: Callable[[Path], Written], executor: Executor | None
+) -> Future[KeptFiles]:
+    """Begin to make the files of a stage, which `write` writes into a folder of its own.
 
-    Both are kept by the inputs and the date of files. Those that are kept are written at once, which needs no worker.
+    They are kept by the inputs and the date of files. Those that are kept already need no worker.
     """
-    found = stored(stage, _dated(inputs), Solids)
+    found = stored(stage, _dated(inputs), KeptFiles)
     if found is not None:
-        return finished_future(_placed(found, folder))
-    return submit(executor, _written_once, stage, inputs, write, folder)
+        return finished_future(found)
+    return submit(executor, _made_once, stage, inputs, write)
 
 
-def _written_once(stage: str, inputs: Inputs, write: Callable[[], Written], folder: Path) -> Verdicts:
-    """Return the verdicts on the files of a stage, which are written unless another process has kept them since."""
+def _made_once(stage: str, inputs: Inputs, write: Callable[[Path], Written]) -> KeptFiles:
+    """Return the files of a stage, which are made unless another process has kept them since."""
 
-    def solids() -> Solids:
-        paths, verdicts = write()
-        files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in paths}
-        return Solids(files=files, verdicts=verdicts)
+    def make() -> KeptFiles:
+        with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
+            paths, verdicts = write(Path(folder))
+            files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in paths}
+        return KeptFiles(files=files, verdicts=verdicts)
 
-    return _placed(cached(stage, _dated(inputs), solids, Solids), folder)
+    return cached(stage, _dated(inputs), make, KeptFiles)
 
 
 def _dated(inputs: Inputs) -> dict[str, object]:
     return {**inputs, "date": os.environ.get(NAME)}
-
-
-def _placed(found: Solids, folder: Path) -> Verdicts:
-    for name, text in found.files.items():
-        (folder / name).write_bytes(base64.b64decode(text))
-    return found.verdicts

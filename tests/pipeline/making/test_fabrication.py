@@ -5,6 +5,7 @@ from stand_ins import sensor_of, springs_of
 
 from pipeline.making.fabrication import begin_fabrication, sideways_verdict, sideways_verdicts
 from pipeline.options import RunOptions
+from pipeline.storage.kept_files import KeptFiles
 from sensor.design.parameters import Design
 
 SPRINGS = {spring.name: spring for spring in springs_of(Design()).springs}
@@ -29,8 +30,7 @@ def test_sideways_stiffness_against_its_least_share(name, ratio, step, passed):
 
 
 @pytest.mark.parametrize(("made", "fabrication"), [(True, False), (False, True)])
-def test_nothing_is_made_unasked_or_where_no_housing_is(made, fabrication, tmp_path):
+def test_nothing_is_made_unasked_or_where_no_housing_is(made, fabrication):
     options, springs = RunOptions(fabrication=fabrication), springs_of(Design(), made=made)
-    assert begin_fabrication(sensor_of(Design(), springs), options, tmp_path, None).result() == ()
+    assert begin_fabrication(sensor_of(Design(), springs), options, None).result() == KeptFiles()
     assert sideways_verdicts(springs, options) == ()
-    assert list(tmp_path.iterdir()) == []

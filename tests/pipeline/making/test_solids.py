@@ -10,7 +10,7 @@ from stand_ins import springs_of
 import cad.checks.sensor_checks
 import cad.files.sensor_files
 from cad.files.step import read_step
-from pipeline.making.solids import begin_solids
+from pipeline.making.solids import SolidMaker
 from sensor.design.parameters import Design, Print
 
 NO_FILES = SimpleNamespace(paths=(), forms=None)
@@ -18,7 +18,7 @@ NO_FILES = SimpleNamespace(paths=(), forms=None)
 
 def write_solids(design, springs, folder):
     """Return the verdicts of solids that are made and waited for in this process."""
-    return begin_solids(design, springs, folder, None).result()
+    return SolidMaker(design, None).files(springs.housing, springs.deflections).result().write_to(folder)
 
 
 def digests(folder):
