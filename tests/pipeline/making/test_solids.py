@@ -1,6 +1,7 @@
 """Solids from the cache are the files and verdicts of the run that made them; another design is made anew."""
 
 import hashlib
+from concurrent.futures import Future
 from types import SimpleNamespace
 
 import pytest
@@ -11,6 +12,7 @@ import cad.checks.sensor_checks
 import cad.files.sensor_files
 from cad.files.step import read_step
 from pipeline.making.solids import SolidMaker
+from pipeline.storage.kept_files import KeptFiles
 from sensor.design.parameters import Design, Print
 
 NO_FILES = SimpleNamespace(paths=(), forms=None)
@@ -68,6 +70,32 @@ def test_another_process_is_judged_anew(tmp_path, monkeypatch):
     springs = springs_of(Design())
     write_solids(Design(print=Print(E_MPa=1900.0)), springs, tmp_path)
     assert made == [springs.housing]
+
+
+class Worker:
+    """Stands in for a worker: what is submitted waits in `waiting`, each a future and what it is to do."""
+
+    def __init__(self):
+        self.waiting = []
+
+    def submit(self, *call):
+        self.waiting.append((Future(), call))
+        return self.waiting[-1][0]
+
+
+def test_files_are_begun_once_and_those_of_a_housing_that_is_not_the_last_one_are_dropped(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    worker = Worker()
+    maker = SolidMaker(Design(), worker)
+    trial, last = (springs_of(Design(), lengths=lengths) for lengths in ((29.9, 14.8), (29.9, 14.9)))
+    for springs in (trial, last):
+        maker.size(springs.housing, springs.deflections)
+    (_, measured), (dropped, _), (_, measured_last), (kept, _) = worker.waiting
+    assert (measured[1], measured_last[1]) == (trial.housing, last.housing)
+    assert maker.files(last.housing, last.deflections) is kept
+    assert (dropped.cancelled(), kept.cancelled(), len(worker.waiting)) == (True, False, 4)
+    assert maker.files(None, last.deflections).result() == KeptFiles()
+    assert kept.cancelled()
 
 
 def test_no_housing_writes_no_file(tmp_path):
