@@ -131,21 +131,8 @@ class Scene:
         """Return the gap at which a level sensor first touches, from the plane at the apex [mm]."""
         gaps = []
         for centre, height_offset in zip(self.centres, self.tips.height_offset_mm, strict=True):
-            gaps.append(self._least_gap(centre) - height_offset)
+            gaps.append(_least_gap(self.fruit, self.tips, centre) - height_offset)
         return min(gaps)
-
-    def _least_gap(self, centre: Point) -> float:
-        """Return the least gap [mm] under the face of a tip; the gap is convex over it."""
-        side = self.tips.side_mm
-        dome = self.tips.dome_radius_mm
-        radius, across = self.fruit.radii_mm
-        farthest = max(math.hypot(*point) for point in self.centres)
-        if dome is not None and radius == across and dome * farthest < 0.5 * side * (radius + dome):
-            # The contact of a level dome on a sphere or a plane lies on its cap: two spheres touch.
-            both = dome + radius
-            return 0.0 if math.isinf(both) else both - math.sqrt(both**2 - math.hypot(*centre) ** 2)
-
-        return _least_on_face(self.fruit, self.tips, centre)
 
 
 @functools.lru_cache(maxsize=256)  # a press is tilted in many ways on one fruit
@@ -154,8 +141,11 @@ def _fruit_slopes(fruit: Fruit, centres: tuple[Point, ...]) -> tuple[Point, ...]
 
 
 @functools.lru_cache(maxsize=256)
-def _least_on_face(fruit: Fruit, tips: Tips, centre: Point) -> float:
-    """Return the least gap [mm] over the face of a tip; many scenes have the same tips on the same fruit."""
+def _least_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
+    """Return the least gap [mm] under the face of a tip, over which the gap is convex.
+
+    Many scenes have the same tips on the same fruit.
+    """
     from scipy.optimize import minimize  # seldom needed, and slow to load
 
     side = tips.side_mm

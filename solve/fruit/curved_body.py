@@ -12,6 +12,7 @@ import functools
 import math
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +28,7 @@ from solve.fruit.body_lines import BodySteps
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import CurvedShape, Plan
 from solve.fruit.footprints import Footprint
+from solve.fruit.remainder import Parity
 from solve.fruit.smooth_load import SmoothLoad, least_deviation, smooth_loads
 from solve.fruit.split import LARGEST_ERROR, largest_errors, relative_changes
 from solve.linear import factorise
@@ -197,15 +199,19 @@ def curvature_correction(
     of_block = stiffness_matrix(body.flat, 1.0, fruit.poisson, b_bar=True)
     of_fruit = stiffness_matrix(body.bent, 1.0, fruit.poisson, b_bar=True)
     upwards = [(0.0, 0.0, -1.0) for _ in loads]
-    change = np.zeros((len(loads), len(loads)))
-    for parity in body.parities:
+
+    def of_parity(parity: Parity) -> Floats:
         fixed = body.fixed_dofs(parity)
         factor = factorise(of_block, fixed)
         before = _compliance(body.forces(parity, upwards), factor.solve)
         after = _compliance(body.forces(parity, body.normals), functools.partial(factor.solve_near, of_fruit))
         # A single load is the mean of its parities: halved for each mirror plane.
-        change += (after - before) / 2.0 ** np.abs(parity).sum()
-    return change, int(body.flat.N)
+        return np.asarray((after - before) / 2.0 ** np.abs(parity).sum())
+
+    # Factorisations release Python's lock, so the parities are solved beside each other.
+    with ThreadPoolExecutor(len(body.parities)) as threads:
+        changes = list(threads.map(of_parity, body.parities))
+    return np.asarray(np.sum(changes, axis=0)), int(body.flat.N)
 
 
 def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:

@@ -87,24 +87,30 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
     """Return the compliance that the half-space below layers adds at distances [mm], times E below [1/mm].
 
     It is (1 - nu_s^2) / (pi E_s) l(r) of the module's first lines, shape (layers, ...). All layers have one thickness.
+    Any number of distances are interpolated in a table of some.
     """
     h = layers[0].thickness
     farthest = max(float(distances.max(initial=0.0)), h)
     table = h * np.sinh(np.linspace(0.0, math.asinh(farthest / h), DISTANCES))
     table[-1] = farthest
-    k, weight = _panels(DEEPEST / h, 2.0 * math.pi / farthest)
+    return np.asarray(_spline(table, _added_at(layers, table), axis=1)(distances))
+
+
+def _added_at(layers: Sequence[Layer], distances: Floats) -> Floats:
+    """Return what `added_compliances` does, shape (layers, n), integrated at each of a few distances (n,) [mm]."""
+    h = layers[0].thickness
+    k, weight = _panels(DEEPEST / h, 2.0 * math.pi / max(float(distances.max(initial=0.0)), h))
     softening = np.array([layer.surface / math.pi * layer.softening(k * h) for layer in layers])
-    added = (softening * weight) @ j0(np.outer(k, table))
-    return np.asarray(_spline(table, added, axis=1)(distances))
+    return np.asarray((softening * weight) @ j0(np.outer(k, distances)))
 
 
 def base_compliance(thickness: float, poisson: float, distances: Floats) -> Floats:
     """Return the change of the half-space's compliance by a rigid base under a layer [mm], times E [1/mm].
 
-    It is negative, at distances between point loads [mm], of their shape.
+    It is negative, at a few distances between point loads [mm], of their shape.
     """
     layer = Layer(thickness=thickness, modulus=NEXT_TO_RIGID, poisson=poisson, poisson_below=poisson)
-    return np.asarray(NEXT_TO_RIGID * added_compliances([layer], distances)[0])
+    return NEXT_TO_RIGID * _added_at([layer], distances.ravel()).reshape(distances.shape)
 
 
 @dataclass(frozen=True, eq=False)

@@ -168,25 +168,26 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     the first touch in the pose. Raises SolveError where a first touch is not found.
     """
     axis = _axes(np.array([scene.turn for scene in scenes]))
-    origin = np.zeros((len(scenes), 3))  # the middle of the level faces
+    # Many poses share a first touch, as they differ in travel or in how they turn after it: it is found once.
+    touching = {id(scene): _at_touch(scene) for scene in {id(scene): scene for scene in scenes}.values()}
+    stands = {_stand(scene): scene for scene in touching.values()}
+    found = dict(zip(stands, _first_touches(list(stands.values())), strict=True))
+    touches = np.array([found[_stand(touching[id(scene)])] for scene in scenes])
+    aimed, lowered = touches[:, :3], touches[:, 3:]
     from_touch = np.array([scene.from_touch for scene in scenes])
-    if not from_touch.all():
-        first_touch = np.array([0.0 if scene.from_touch else scene.first_touch_mm for scene in scenes])
-        middle = np.array([scene.centres for scene in scenes]).mean(axis=1)
-        origin = np.column_stack([middle, -(travel + first_touch)])
-    if from_touch.any():
-        # Many poses share a first touch, as they differ in travel or in how they turn after it: it is found once.
-        stands = {_stand_at_touch(scene): scene for scene in scenes if scene.from_touch}
-        touching = dict(zip(stands, _first_touches(list(stands.values())), strict=True))
-        no_touch = np.zeros(4)  # of the other scenes, whose origin is kept
-        touches = np.array([touching.get(_stand_at_touch(scene), no_touch) for scene in scenes])
-        aimed, lowered = touches[:, :3], touches[:, 3]
-        along_axis = aimed - (travel + lowered)[:, None] * axis
-        origin = np.where(from_touch[:, None], along_axis, origin)
-    return _standing(scenes, axis, origin)
+    pressed_along = np.where(from_touch[:, None], axis, np.array([0.0, 0.0, 1.0]))
+    return _standing(scenes, axis, aimed - (travel[:, None] + lowered) * pressed_along)
 
 
-def _stand_at_touch(scene: Scene) -> tuple[object, ...]:
+def _at_touch(scene: Scene) -> Scene:
+    """Return the scene whose first touch the travel of a scene counts from: its own, or that of a level sensor."""
+    if scene.from_touch:
+        return scene
+    level = replace(scene.press, tilt_deg=0.0, roll_deg=0.0)
+    return replace(scene, press=level, height_offset_mm=(), turned_deg=(0.0, 0.0))
+
+
+def _stand(scene: Scene) -> tuple[object, ...]:
     """Return the fruit, the press and the place of a sensor, which decide its first touch."""
     return scene.fruit, scene.press, scene.off_centre_mm, scene.height_offset_mm
 
