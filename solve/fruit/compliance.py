@@ -12,6 +12,7 @@ from sensor.design.tips import Tips
 from sensor.record import Record
 from solve.error_estimate import SolveInfo
 
+ROUND_OFF = 1e-12  # of a ratio of stiffnesses
 TIPS = Tips().names  # of the paper's pair, from -x to +x
 
 
@@ -110,9 +111,13 @@ class FruitCompliance(Record):
         return 1.0 / (float(self.S[tip, tip]) - self.crosstalk)
 
     def stiffness_ratio(self, tip: int = -1) -> float:
-        """Return the fruit's stiffness under a tip over that under the first tip [1]; 1 in the middle of the fruit."""
+        """Return the fruit's stiffness under a tip over that under the first tip [1]; 1 in the middle of the fruit.
+
+        There it is 1 to the bit, also on a mesh without mirror planes, whose entries of S differ by round-off.
+        """
         crosstalk = self.crosstalk
-        return (float(self.S[0, 0]) - crosstalk) / (float(self.S[tip, tip]) - crosstalk)
+        ratio = (float(self.S[0, 0]) - crosstalk) / (float(self.S[tip, tip]) - crosstalk)
+        return 1.0 if abs(ratio - 1.0) <= ROUND_OFF else ratio
 
 
 def _grouped(S: Floats, groups: Sequence[list[int]]) -> Floats:

@@ -25,3 +25,12 @@ def test_forces_of_a_level_square_are_those_of_its_pair():
     two = np.linalg.solve(np.diag([1.0, 0.05]) + pair.S / 2.0, np.full(2, 0.5))
     assert four[[0, 1]] == pytest.approx(two, rel=1e-12)
     assert (pair.error_pair, pair.error_own) == (1e-4, 2e-4)
+
+
+@pytest.mark.parametrize(("difference", "is_exact"), [(4e-16, True), (1e-9, False)])
+def test_round_off_does_not_part_the_tips_of_a_pair_in_the_middle(difference, is_exact):
+    """A mesh without mirror planes leaves 4e-16 between the tips of a pair in the middle of a fruit that is turned."""
+    S = np.array([[0.757, 0.0078], [0.0078, 0.757 * (1.0 + difference)]])
+    ratio = FruitCompliance(S=S, error_pair=1e-4, error_own=2e-4, info=INFO).stiffness_ratio()
+    assert (ratio == 1.0) == is_exact
+    assert ratio == pytest.approx(1.0, abs=2e-9)
