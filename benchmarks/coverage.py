@@ -93,7 +93,7 @@ def main() -> int:
         numbers = [str(scenes), str(refused), str(len(checks)), f"{100.0 * inside:.1f} %", f"{worst:.2f}", percent(bar)]
         rows.append([kind, *numbers])
     introduction = INTRODUCTION.format(count=asked.count, seed=asked.seed)
-    write_section("Do the error bars hold?", introduction, [section("Table", HEADS, rows)])
+    write_section("Do the error bars hold?", introduction, [section("Random scenes and springs", HEADS, rows)])
     return 0 if all_hold else 1
 
 
