@@ -29,7 +29,7 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
 
 
 def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringReadOut", folder: Path) -> Written:
-    """Write the files for fabrication beside housing.stl; return them and the verdicts on cover, bracket and tool.
+    """Write the files for fabrication; return them and the verdicts on cover, bracket and tool.
 
     Raises OSError or ExportError.
     """

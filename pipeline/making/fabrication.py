@@ -25,10 +25,10 @@ SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
 
 
 def begin_fabrication(sensor: Sensor, options: RunOptions, executor: Executor | None) -> Future[KeptFiles]:
-    """Begin to make the files for fabrication after the solids, where asked for; none where no housing can be made.
+    """Begin to make the files for fabrication; the result is the files, with the verdicts on cover and bracket.
 
-    Their verdicts are on cover and bracket. The future raises OSError where a file cannot be written, ExportError where
-    one read back has another volume.
+    There are none where they are not asked for, or where no housing can be made. The future raises OSError where a file
+    cannot be written, ExportError where one read back has another volume.
     """
     design, springs = sensor.design, sensor.springs
     housing = springs.housing

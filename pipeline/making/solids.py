@@ -40,8 +40,7 @@ class SolidMaker:
     def files(self, housing: Housing | None, deflections: tuple[float, ...]) -> Future[KeptFiles]:
         """Begin STEP, STL and 3MF of a housing unless they are begun; the result is the files, none without a housing.
 
-        Files are the same bytes every time, so those of an earlier run need no worker. The future raises OSError or
-        ExportError.
+        A worker makes them, unless the cache has those of an earlier run. The future raises OSError or ExportError.
         """
         if self._begun is not None:
             if self._begun[0] == housing:
@@ -50,7 +49,7 @@ class SolidMaker:
         if housing is None:
             return finished_future(KeptFiles())
         design = self._design
-        # Kept verdicts are those of the same inputs: whatever a check is judged from stands here.
+        # The cache finds files and verdicts by these inputs, so all that a check uses must be among them.
         inputs = {
             "process": design.process,
             "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},

@@ -225,8 +225,8 @@ def fit_springs(
 
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
     two springs stand for all tips of their kinds: those of a square are in two equal plates. A line has no housing, so
-    its springs are just as stiff as the design gives them. `begin_solid` begins the solid of each housing
-    that may be the last one. What the tips give sideways is left to `with_sideways_give`.
+    its springs are just as stiff as the design gives them. `begin_solid` begins the solid of each housing that may be
+    the last one. What the tips give sideways is left to `with_sideways_give`.
     """
     if not design.tips.tip_layout.has_housing:
         return ideal_springs(design, sizing)

@@ -97,7 +97,10 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
 
 
 def _added_at(layers: Sequence[Layer], distances: Floats) -> Floats:
-    """Return what `added_compliances` does, shape (layers, n), integrated at each of a few distances (n,) [mm]."""
+    """Return `added_compliances` at distances (n,) [mm] without a table, shape (layers, n).
+
+    Each distance takes an integral of its own, so this is for few of them.
+    """
     h = layers[0].thickness
     k, weight = _panels(DEEPEST / h, 2.0 * math.pi / max(float(distances.max(initial=0.0)), h))
     softening = np.array([layer.surface / math.pi * layer.softening(k * h) for layer in layers])

@@ -184,7 +184,7 @@ def _at_touch(scene: Scene) -> Scene:
     if scene.from_touch:
         return scene
     level = replace(scene.press, tilt_deg=0.0, roll_deg=0.0)
-    return replace(scene, press=level, height_offset_mm=(), turned_deg=(0.0, 0.0))
+    return replace(scene, press=level, height_offset_mm=())
 
 
 def _stand(scene: Scene) -> tuple[object, ...]:

@@ -123,3 +123,10 @@ def test_each_of_many_scenes_has_its_own_first_touch():
     level = [place for place, scene in enumerate(scenes) if not scene.press.tilt_deg]
     middles = poses.centres[level, :, :2].mean(axis=1)
     np.testing.assert_allclose(middles, [scenes[place].off_centre_mm for place in level], atol=1e-12)
+
+
+def test_travel_of_a_level_sensor_counts_from_where_tips_touch_before_their_springs_sag():
+    """On flat flesh domes that all sag by 0.1 mm are 0.1 mm off it without travel, and 0.2 mm in it after 0.3 mm."""
+    scene = replace(square(fruit="block"), height_offset_mm=(-0.1,) * 4)
+    found = approach(dome_poses([scene, scene], np.array([0.0, 0.3])))
+    np.testing.assert_allclose(found.interference, np.multiply.outer([-0.1, 0.2], np.ones(4)), rtol=1e-9)
