@@ -18,7 +18,6 @@ from sensor.theory.two_spring_law import (
     force_ratio,
     fruit_stiffness,
     nonlinearity,
-    stiffness_at_largest_nonlinearity,
 )
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import SAFETY
@@ -54,21 +53,6 @@ class ForceRatioCurve:
         return self._estimate(
             lambda springs, K_m, ratio: nonlinearity(springs, K_m, definition, ratio, self.stiffening)
         )
-
-    def K_m_of_NL(self, targets: Targets) -> float:
-        """Return the fruit stiffness at which the definition of the targets takes the nonlinearity [N/mm].
-
-        It is that at half of E_max, or that where P departs most from its straight line over the modulus.
-        """
-        if targets.NL_definition == "mid-range":
-            at_half_E_max = self.stiffening[len(self.stiffening) // 2] if self.stiffening else 0.5
-            return self.K_m_max * at_half_E_max
-        if not self.stiffening:
-            return stiffness_at_largest_nonlinearity(self.springs.K_h / self.stiffness_ratio, self.K_m_max)
-        K_m = self.K_m_max * np.array(self.stiffening)
-        P = np.array([force_ratio(self.springs, each, self.stiffness_ratio) for each in K_m.tolist()])
-        departure = (P - P[0]) / (P[-1] - P[0]) - curve_shares(len(P) - 1)
-        return float(K_m[departure.argmax()])
 
     def modulus_fraction(self, K_m: float) -> float:
         """Return the modulus of the flesh over E_max [1] at which the fruit has a stiffness [N/mm].

@@ -18,10 +18,10 @@ from pipeline.verdicts.targets import SceneTargets
 from sensor.arrays import Floats
 from sensor.quantity import Estimate
 from sensor.record import Record
-from sensor.theory.two_spring_law import SOFTEST, curve_nonlinearity
+from sensor.theory.two_spring_law import Definition, curve_nonlinearity
 from solve.contact.linear_response import SensorResponse
 
-LEAST_CHANGE = 1e-6  # a smaller change is scaled up to this, its result down again: round-off would drown it
+LEAST = 1e-9  # a smaller relative change of a number is round-off
 LIFTED = 1.0  # relative change that counts for an effect which takes a tip off the fruit
 
 Change = Callable[[Effect, float], Floats]
@@ -82,8 +82,10 @@ class Budgets(Record):
         return max((budget.input_total for budget in springs), default=0.0)
 
 
-def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: ScenePress) -> Budgets:
-    """Return the budget of every number.
+def uncertainty_budgets(
+    sensor: LevelSensor, reached: SceneTargets, press: ScenePress, level: "LevelPress | None"
+) -> Budgets:
+    """Return the budget of every number; `level` is the level press that P_max and NL of a force ratio need.
 
     Contributions to P_max and NL are those of a level sensor; that of the pose is the scene's own where tilted presses
     are solved.
@@ -92,12 +94,12 @@ def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: Scene
     on_springs = effects_on(sensor, travel, sensor.largest_deflections)
     P_max = None
     NL = None
-    if sensor.design.reading is None:
-        if reached.P_max is not None:
-            P_max = _P_max_budget(sensor, reached.P_max, press)
-        if reached.NL is not None:
-            NL = _nonlinearity_budget(sensor, reached.NL)
-            NL = _with_pose(NL, reached.NL, [_tilted_NL(tilted) for tilted in press.tilted])
+    if level is not None and reached.P_max is not None:
+        P_max = budget_of(reached.P_max.relative, level.effects, relative_change(level.largest_ratio))
+        P_max = _with_pose(P_max, reached.P_max, [float(tilted.P[-1, -1]) for tilted in press.tilted])
+    if level is not None and reached.NL is not None:
+        NL = budget_of(reached.NL.relative, level.effects, relative_change(level.nonlinearity, reached.NL.value))
+        NL = _with_pose(NL, reached.NL, [_tilted_NL(tilted) for tilted in press.tilted])
     contact = None
     if not sensor.design.tips.tip_shape.obeys_hertz:
         rigid = effects_on(sensor, travel, np.zeros(2))
@@ -111,53 +113,18 @@ def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: Scene
     )
 
 
-def _P_max_budget(sensor: LevelSensor, P_max: Estimate, press: ScenePress) -> UncertaintyBudget:
-    """Return the budget of P at E_max and full travel."""
-    travel = sensor.design.press.travel_mm
-    E_max = sensor.design.fruit.E_max_MPa
-    budget = ratio_budget(sensor, E_max, travel, P_max.relative, effects_at(sensor, E_max, travel))
-    return _with_pose(budget, P_max, [float(tilted.P[-1, -1]) for tilted in press.tilted])
-
-
 def _tilted_NL(tilted: SensorResponse) -> float:
     """Return NL at mid-range [1] of a tilted press, solved at the softest, the middle and the largest modulus."""
     return curve_nonlinearity(tilted.P[:, -1].tolist(), (0.0, 0.5, 1.0), "mid-range")
 
 
-def effects_at(sensor: LevelSensor, E: Floats | float, travel: Floats | float) -> tuple[Effect, ...]:
-    """Return the effects on the force ratio of a level sensor at moduli [MPa] and travels [mm] that broadcast."""
-    moduli = np.asarray(E, dtype=np.float64)
-    K_m = [each * sensor.contact.at(each).K_m_over_E() for each in moduli.flat]
-    return effects_on(sensor, travel, sensor.deflections(np.reshape(K_m, moduli.shape), travel))
-
-
-def ratio_budget(
-    sensor: LevelSensor, E: float, travel: float, numerical: float, effects: Sequence[Effect]
-) -> UncertaintyBudget:
-    """Return the budget of P at a modulus [MPa] and a travel [mm] by effects that act there."""
-    return budget_of(numerical, effects, change_of_ratio(sensor, E, travel))
-
-
-def change_of_ratio(sensor: LevelSensor, E: Floats | float, travel: Floats | float) -> Change:
-    """Return the change of P by an effect at moduli [MPa] and travels [mm] that broadcast, once for each effect."""
-    press = _level_press(sensor, E, travel)
-    P = press.ratio_with(NO_EFFECT, 0.0)
-
-    @functools.cache
-    def change(effect: Effect, sign: float) -> Floats:
-        factor = _magnified(effect, travel)
-        moved = press.ratio_with(effect, sign * factor)
-        return np.where(np.isfinite(moved), (moved / P - 1.0) / factor, sign * LIFTED)
-
-    return change
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _LevelPress:
-    """Presses of a level sensor at moduli E [MPa] and travels [mm] that broadcast.
+class LevelPress:
+    """Presses of a level sensor over moduli [MPa] (moduli, 1) and travels [mm] (travels,), and the effects on them.
 
     K are the stiffnesses of the springs [N/mm]. `crosstalk` is the compliance of the fruit between both tips, times E
-    [1/mm], of the shape of E. `own` is its compliance under each tip less the crosstalk, likewise, (2, ...).
+    [1/mm], (moduli, 1). `own` is its compliance under each tip less the crosstalk, likewise, (2, moduli, 1). Every
+    number takes its changes from the same presses, so an effect acts on a fruit by its size on that fruit.
     """
 
     E: Floats
@@ -165,9 +132,11 @@ class _LevelPress:
     K: tuple[float, ...]
     own: Floats
     crosstalk: Floats
+    effects: tuple[Effect, ...]
+    NL_definition: Definition
 
-    def ratio_with(self, effect: Effect, times: Floats | float) -> Floats:
-        """Return P [1] with a multiple of an effect; nan where that takes a tip off the fruit.
+    def ratio(self, effect: Effect = NO_EFFECT, times: float = 0.0) -> Floats:
+        """Return P [1], (moduli, travels), with a multiple of an effect; nan where that takes a tip off the fruit.
 
         The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the springs, and S / E is the
         compliance of the fruit.
@@ -184,57 +153,49 @@ class _LevelPress:
         ratio: Floats = np.divide(F_h, F_l, out=np.full(both_touch.shape, math.nan), where=both_touch)
         return ratio
 
+    def largest_ratio(self, effect: Effect = NO_EFFECT, times: float = 0.0) -> Floats:
+        """Return P [1] at the largest modulus and full travel, as `ratio` does."""
+        largest: Floats = self.ratio(effect, times)[-1, -1]
+        return largest
 
-def _level_press(sensor: LevelSensor, E: Floats | float, travel: Floats | float) -> _LevelPress:
-    """Return the presses of a sensor; flesh of no modulus is taken as next to none."""
-    moduli = np.asarray(E, dtype=np.float64)
-    softest = SOFTEST * sensor.design.fruit.E_max_MPa
-    at_E = [sensor.contact.at(max(each, softest)) for each in moduli.flat]
+    def nonlinearity(self, effect: Effect = NO_EFFECT, times: float = 0.0) -> Floats:
+        """Return NL [1] at full travel by its definition, as `ratio` does."""
+        P = self.ratio(effect, times)[:, -1]
+        return np.asarray(curve_nonlinearity(P.tolist(), self.E[:, 0].tolist(), self.NL_definition))
+
+
+def level_press(sensor: LevelSensor, E: Floats, travel: Floats) -> LevelPress:
+    """Return the presses of a level sensor at moduli [MPa] (moduli,) and travels [mm] (travels,)."""
+    moduli = E[:, None]
+    at_E = [sensor.contact.at(each) for each in E.tolist()]
     crosstalk = np.array([contact.crosstalk for contact in at_E])
     own = np.array([np.diag(contact.S) for contact in at_E]).T - crosstalk
-    return _LevelPress(
+    K_m = moduli * np.array([contact.K_m_over_E() for contact in at_E])[:, None]
+    return LevelPress(
         E=moduli,
-        travel=np.asarray(travel, dtype=np.float64),
+        travel=travel,
         K=sensor.characteristic.springs.stiffnesses,
-        own=own.reshape(-1, *moduli.shape),
-        crosstalk=crosstalk.reshape(moduli.shape),
+        own=own[..., None],
+        crosstalk=crosstalk[:, None],
+        effects=effects_on(sensor, travel, sensor.deflections(K_m, travel)),
+        NL_definition=sensor.design.nominal_targets.NL_definition,
     )
 
 
-def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget:
-    """Return the budget of NL, which is (7): the fraction of its rise that P has made at the fruit stiffness of NL.
+def relative_change(number: Callable[..., Floats], scale: float | None = None) -> Change:
+    """Return the change of numbers by a multiple of an effect, over the scale or else over themselves [1].
 
-    An effect may be of another size there than at P_max. On the softest fruit only height offsets move P.
+    An effect that takes a tip off the fruit counts as `LIFTED`.
     """
-    travel = sensor.design.press.travel_mm
-    E_max = sensor.design.fruit.E_max_MPa
-    K_m_max = sensor.characteristic.K_m_max
-    K_m = sensor.characteristic.K_m_of_NL(sensor.design.nominal_targets)
-    E_middle = E_max * sensor.characteristic.modulus_fraction(K_m)
-    effects = effects_on(sensor, travel, sensor.deflections(K_m_max, travel))
-    in_middle = {effect.name: effect for effect in effects_on(sensor, travel, sensor.deflections(K_m, travel))}
-    softest, middle, top = (_level_press(sensor, E, travel) for E in (0.0, E_middle, E_max))
-    scale = abs(NL.value) or 1.0
+    nominal = number()
+    over = nominal if scale is None else abs(scale) or 1.0
 
-    def fraction_of_rise(effect: Effect, times: Floats | float) -> Floats:
-        P_softest = softest.ratio_with(effect, times)
-        P_middle = middle.ratio_with(in_middle[effect.name], times)
-        return (P_middle - P_softest) / (top.ratio_with(effect, times) - P_softest)
-
+    @functools.cache
     def change(effect: Effect, sign: float) -> Floats:
-        factor = np.maximum(_magnified(in_middle[effect.name], travel), _magnified(effect, travel))
-        moved = (fraction_of_rise(effect, sign * factor) - fraction_of_rise(effect, 0.0)) / factor
-        return np.where(np.isfinite(moved), moved, sign * LIFTED) / scale
+        moved = (number(effect, sign) - nominal) / over
+        return np.where(np.isfinite(moved), moved, sign * LIFTED)
 
-    return budget_of(NL.relative, effects, change)
-
-
-def _magnified(effect: Effect, travel: Floats | float) -> Floats:
-    """Return the factor [1] that enlarges an effect until its largest change is one that round-off does not drown."""
-    sizes = [np.abs(change).max(axis=0) for change in (effect.springs, effect.fruit, effect.height_offsets)]
-    largest = np.maximum(np.maximum(sizes[0], sizes[1]), sizes[2] / travel)
-    enlarged: Floats = np.divide(LEAST_CHANGE, largest, out=np.ones_like(largest), where=largest > 0.0)
-    return np.maximum(1.0, enlarged)
+    return change
 
 
 def _spring_budget(sensor: LevelSensor, spring: int, effects: Sequence[Effect]) -> UncertaintyBudget | None:
@@ -258,7 +219,7 @@ def budget_of(numerical: float, effects: Sequence[Effect], change: Change) -> Un
     inputs: list[Contribution] = []
     for effect in effects:
         size = float(_size_of(effect, change))
-        if size == 0.0:
+        if abs(size) < LEAST:
             continue
         contribution = Contribution(effect=effect.name, size=size, reason=effect.reason)
         if effect.scatters:

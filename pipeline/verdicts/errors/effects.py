@@ -245,7 +245,7 @@ def _left_out_of_contact(sensor: LevelSensor, depths: Floats) -> Iterator[Effect
     yield Effect(name="no slip", reason=reason, fruit=np.array([stiffer, stiffer]))
 
     sides_deep = depths / design.tips.side_mm
-    reason = f"FE of one tip, {sides_deep.max():.2g} tip sides deep"
+    reason = f"FE of one tip, at most {sides_deep.max():.2g} tip sides deep"
     yield Effect(name="large strain", reason=reason, fruit=large_strain_factor(sides_deep, poisson) - 1.0)
     reason = f"{reason}; Hencky and foam apart, with neo-Hooke between"
     yield Effect(name="law of the flesh", reason=reason, fruit=constitutive_spread(sides_deep, poisson))

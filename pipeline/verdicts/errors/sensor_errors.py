@@ -9,7 +9,14 @@ import numpy as np
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.response.scene_press import ScenePress, spring_fractions
-from pipeline.verdicts.errors.budget import Budgets, change_of_ratio, effects_at, total_errors, uncertainty_budgets
+from pipeline.verdicts.errors.budget import (
+    Budgets,
+    LevelPress,
+    level_press,
+    relative_change,
+    total_errors,
+    uncertainty_budgets,
+)
 from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
 from pipeline.verdicts.errors.print_scatter import print_scatter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
@@ -50,16 +57,21 @@ def sensor_errors(
 
     The table of a sensor with readings shows their uncertainty.
     """
-    budgets = uncertainty_budgets(sensor, reached, press)
     if readings is not None:
+        budgets = uncertainty_budgets(sensor, reached, press, None)
         return SensorErrors(budgets=budgets, reading=table_of_readings(press.curve, readings, budgets), scatter=None)
+    level = level_press(sensor, press.curve.E, press.curve.x)
     scatter = None
     if options.fabrication:
         scatter = print_scatter(sensor)
-    return SensorErrors(budgets=budgets, reading=reading_table(sensor, press), scatter=scatter)
+    return SensorErrors(
+        budgets=uncertainty_budgets(sensor, reached, press, level),
+        reading=reading_table(sensor, press, level),
+        scatter=scatter,
+    )
 
 
-def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
+def reading_table(sensor: LevelSensor, press: ScenePress, level: LevelPress) -> ReadingTable:
     """Return the table of the scene with its two bands of modulus.
 
     The numerical error of P is the scene's own; its other errors are those of a level sensor at the same press.
@@ -67,13 +79,11 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
     curve = press.curve
     law = sensor.characteristic
     spring_errors = np.divide(law.spring_errors, law.springs.stiffnesses)
-    E = curve.E[1:, None]  # the first modulus is no fruit's
-    of_springs = [spring_fractions(sensor.contact, sensor.springs.C, each) @ spring_errors for each in E.flat]
-    numerical = curve.P_error[1:] + np.reshape(of_springs, E.shape)
-    effects = effects_at(sensor, E, curve.x)
-    change = change_of_ratio(sensor, E, curve.x)
-    errors_printed = total_errors(numerical, effects, change)
-    errors_calibrated = total_errors(numerical, effects_after_calibration(effects), change)
+    of_springs = [spring_fractions(sensor.contact, sensor.springs.C, each) @ spring_errors for each in curve.E.tolist()]
+    numerical = curve.P_error + np.array(of_springs)[:, None]
+    change = relative_change(level.ratio)
+    errors_printed = total_errors(numerical, level.effects, change)
+    errors_calibrated = total_errors(numerical, effects_after_calibration(level.effects), change)
     return ReadingTable(
         response=curve,
         printed=_bands_of_ratio(law, curve, errors_printed),
@@ -84,7 +94,7 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
 def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats) -> Floats:
     """Return the moduli [MPa] that may show each P with its error [1], shape (moduli, travels, 2) of the curve's P.
 
-    `errors` have no row for the first modulus. Nor has it a band, nor a P that is not known.
+    The first modulus has no band, nor has a P that is not known.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     for j in range(len(curve.x)):
@@ -93,7 +103,7 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
             continue
         for i, P in enumerate(curve.P[1:, j].tolist(), start=1):
             if math.isfinite(P):
-                bands[i, j] = [modulus_at(P * (1.0 + sign * float(errors[i - 1, j]))) for sign in (-1.0, 1.0)]
+                bands[i, j] = [modulus_at(P * (1.0 + sign * float(errors[i, j]))) for sign in (-1.0, 1.0)]
     return bands
 
 
