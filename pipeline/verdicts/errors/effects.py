@@ -22,6 +22,7 @@ from pipeline.verdicts.targets import ForceRatioCurve, characteristic
 from sensor.arrays import Floats
 from sensor.design.leaves import FREE_LENGTH_MM, GLUE_EDGE_MM, GLUE_SCATTER
 from sensor.design.parameters import Design
+from sensor.design.reading import WEIGHED_AFTER_S
 from sensor.quantity import COVERAGE
 from sensor.theory.free_fruit import roll
 from sensor.theory.rounded_edge import edge_loss
@@ -215,6 +216,24 @@ def _left_out_of_housing(sensor: LevelSensor) -> Iterator[Effect]:
         yield Effect(name="elephant's foot", reason=reason, springs=np.array(footed), calibrated=True)
 
     yield _other_mount(sensor.mounts)
+    yield from _creep(sensor)
+
+
+def _creep(sensor: LevelSensor) -> Iterator[Effect]:
+    """Yield the effect of creep: springs are stiffer in a press than under a weight that hangs, by which K is known.
+
+    A reading corrects it, and its sources hold what that leaves.
+    """
+    creep = sensor.springs.creep
+    if creep.exponent == 0.0 or sensor.design.reading is not None:
+        return
+    press_s = sensor.design.press_s
+    stiffer = creep.press_over_weighed(WEIGHED_AFTER_S, press_s) - 1.0
+    reason = (
+        f"in a press of {press_s:.3g} s, against a weight read after {WEIGHED_AFTER_S:g} s; the compliance grows by "
+        f"{100.0 * creep.per_decade:.2g} % a decade"
+    )
+    yield Effect(name="creep", reason=reason, springs=np.array([stiffer, stiffer]))
 
 
 def _other_mount(mounts: Mapping[str, PerTip]) -> Effect:

@@ -27,6 +27,7 @@ from pipeline.verdicts.rules import target_verdicts
 from pipeline.verdicts.targets import SceneTargets, characteristic
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print, Targets
+from sensor.design.reading import Reading
 from sensor.design.tips import Press, Tips
 from sensor.quantity import Estimate
 from sensor.theory.rounded_edge import edge_loss
@@ -43,7 +44,7 @@ K_M = 3.5 * K_M_OVER_E
 SPRINGS = sizing_of(Design()).springs
 K_L, K_H = SPRINGS.stiffnesses
 MOUNTS = {"washers": (0.001, 0.004), "loose": (0.0, -0.002)}
-OF_SPRINGS = ["large deflection", "engraved marks", "elephant's foot", "mount"]
+OF_SPRINGS = ["large deflection", "engraved marks", "elephant's foot", "mount", "creep"]
 OF_FRUIT = ["no slip", "large strain", "law of the flesh"]
 OF_PRINT = ["modulus", "leaf thickness"]
 OF_TIPS = ["tip side", "tip edge"]
@@ -197,6 +198,14 @@ def glued():
     return 0.25 * (1.0 - 1.0 / sandwich_gain(2000.0, leaf.profile, leaf.length, FOIL))
 
 
+def creeping(press_s, per_decade):
+    """Return the stiffness of a press over that of a weight of 30 s, less 1, for a compliance straight over log t.
+
+    The mean of the compliance over an even rise is that at 1/e of its end, of a hand that slows at e^-1/2.
+    """
+    return per_decade * math.log10(30.0 / (math.exp(-0.5) * press_s))
+
+
 @pytest.mark.parametrize(
     ("design", "number", "effect", "size", "rel"),
     [
@@ -212,6 +221,12 @@ def glued():
             1.0 / (1.0 + frictionless_press(0.3, math.tan(math.asin(4.0 / 35.0)))) - 1.0, 1e-9,
         ),
         (GAUGED, "K_l", "gauges", glued(), 1e-6),
+        (Design(), "K_l", "creep", creeping(3.0, 0.025), 0.02),  # by hand
+        (
+            Design(fruit=Fruit(relaxation=((0.3, 2.0),)), press=Press(speed_mm_per_s=0.06, hold_s=1.0)),
+            "K_h", "creep", creeping(10.0, 0.025), 0.02,
+        ),
+        (Design(print=Print(process="sls-pa12")), "K_h", "creep", creeping(3.0, 0.06), 0.05),
     ],
 )  # fmt: skip
 def test_size_of_an_effect_of_another_design(design, number, effect, size, rel):
@@ -244,6 +259,9 @@ def test_flat_tips_that_slide_give_sideways():
     ("design", "number", "effect"),
     [
         (Design(print=Print(process="sls-pa12")), "K_l", "elephant's foot"),
+        (Design(print=Print(process="dmls-17-4ph")), "K_l", "creep"),
+        (Design(print=Print(process="dmls-17-4ph")), "P_max", "creep"),
+        (Design(reading=Reading()), "K_l", "creep"),  # the reading corrects it
         (Design(fruit=SPHERE), "P_max", "free fruit"),
         (Design(press=Press(attitude="down")), "P_max", "weight"),  # it is part of the scene
     ],
