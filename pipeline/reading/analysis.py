@@ -45,13 +45,15 @@ NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stat
 class ModulusReading:
     """What is read at one modulus [MPa]: the largest error over all poses [1] and where it is, and its uncertainty.
 
-    `sources` are those of a fruit and a pose that are drawn from all that occur; `uncertainty_limit` [1] is the limit
-    of all together.
+    `reach` is the error [1] of the pose that with its bar reaches farthest, which may be another pose. `sources` are
+    those of a fruit and a pose that are drawn from all that occur; `uncertainty_limit` [1] is the limit of all
+    together.
     """
 
     E: float
     bias: Estimate
     worst: Placement
+    reach: Estimate
     sources: UncertaintySources
     uncertainty_limit: float
 
@@ -96,7 +98,6 @@ class Readings(Record):
     touch: Estimate
     level: tuple[LevelReading, ...] = ()
     moduli: tuple[ModulusReading, ...] = ()
-    bias: Estimate | None = None
     uncertainty: Estimate | None = None
     uncertainty_limit: float = math.inf
     noise_percent: float | None = None
@@ -111,7 +112,18 @@ class Readings(Record):
     @property
     def worst_bias(self) -> ModulusReading:
         """Return the reading at the modulus of the largest bias."""
-        return self.moduli[_largest([abs(row.bias.value) + row.bias.error for row in self.moduli])]
+        return self.moduli[_largest([row.bias.value for row in self.moduli])]
+
+    @property
+    def bias(self) -> Estimate | None:
+        """Return the largest bias of all moduli without its sign, with its own bar [1]."""
+        return _unsigned(self.worst_bias.bias) if self.moduli else None
+
+    @property
+    def reach(self) -> Estimate | None:
+        """Return the bias without its sign that with its bar reaches farthest [1]."""
+        reaches = [_unsigned(row.reach) for row in self.moduli]
+        return max(reaches, key=lambda reach: reach.value + reach.error, default=None)
 
     @property
     def worst_uncertainty(self) -> ModulusReading:
@@ -177,7 +189,6 @@ def error_analysis(sensor: Sensor, reading: Reading, presses: Presses | None = N
         limit = reading.uncertainty_limit_at(at_modulus.E, design.fruit.E_MPa)
         by_poisson = _by_poisson(sensor, model, at_modulus.F[0])
         rows.append(at_modulus.judged(model, channels, by_poisson, limit))
-    largest = rows[_largest([abs(row.bias.value) + row.bias.error for row in rows])]
     widest = rows[first_largest(row.over_limit for row in rows)]
     flesh = 0.0
     if presses.flesh.any():
@@ -186,8 +197,7 @@ def error_analysis(sensor: Sensor, reading: Reading, presses: Presses | None = N
     return replace(
         analysis,
         moduli=tuple(rows),
-        bias=Estimate(abs(largest.bias.value), largest.bias.error),
-        uncertainty=Estimate(widest.sources.total, widest.bias.error * widest.sources.total),
+        uncertainty=Estimate(widest.sources.total, widest.reach.error * widest.sources.total),
         uncertainty_limit=widest.uncertainty_limit,
         noise_percent=noise_to_reach(NOISE_LIMIT, widest.sources),
         full_scale=tuple(presses.full_scale.tolist()),
@@ -227,7 +237,9 @@ class _ReadAtModulus:
     def judged(self, model: RiseModel, channels: Channels, by_poisson: float, limit: float) -> ModulusReading:
         """Return the worst bias with its bar, and the standard uncertainty of what is drawn from all that occurs."""
         errors = self._errors(model)
-        worst = _largest((np.abs(np.nan_to_num(self.biases)) + errors).tolist())
+        biases = np.abs(np.nan_to_num(self.biases))
+        worst = _largest(biases.tolist())
+        farthest = _largest((biases + errors).tolist())
         others = {"pose": self._by_pose, "thickness": self._by_thickness, "poisson": by_poisson}
         drawn = []
         for reading, placement in zip(self.found, self.placements, strict=True):
@@ -237,6 +249,7 @@ class _ReadAtModulus:
             E=self.E,
             bias=Estimate(float(self.biases[worst]), float(errors[worst])),
             worst=self.placements[worst],
+            reach=Estimate(float(self.biases[farthest]), float(errors[farthest])),
             sources=mean_sources(drawn),
             uncertainty_limit=limit,
         )
@@ -341,6 +354,11 @@ def _largest(biases: Sequence[float]) -> int:
     return first_largest(map(abs, biases), least=1.0)
 
 
+def _unsigned(bias: Estimate) -> Estimate:
+    """Return a bias without its sign [1]."""
+    return Estimate(abs(bias.value), bias.error)
+
+
 def touch_fraction(presses: Presses) -> Estimate:
     """Return the travel at which all tips touch over the whole one, the largest of all presses [1].
 
@@ -425,8 +443,8 @@ def reading_constants(sensor: Sensor, press: ScenePress, readings: Readings | No
     if readings is not None:
         if readings.full_scale is not None:
             full_scale = np.array(readings.full_scale)
-        if readings.bias is not None:
-            error = max(error, readings.bias.error)
+        if readings.reach is not None:
+            error = max(error, readings.reach.error)
     constants = ReadingConstants(
         method=RiseModel.method,
         springs_mm_per_N=rows_of(sensor.C),

@@ -17,7 +17,7 @@ from sensor.design.reading import LARGEST_TOUCH_FRACTION, Reading
 from sensor.quantity import Estimate
 from sensor.theory.hertz import contact_reach, relative_radius
 from sensor.tips.layouts import Position
-from sensor.verdict import Verdict, failed_verdict, one_sided
+from sensor.verdict import Verdict, all_passed, failed_verdict, one_sided
 from solve.contact.linear_response import SensorResponse
 
 P_MAX_TOLERANCE = 0.01  # of the target
@@ -303,10 +303,23 @@ def analysis_verdicts(readings: Readings, reading: Reading) -> tuple[Verdict, ..
     touch_words = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
     limit = readings.uncertainty_limit if readings.moduli else reading.least_uncertainty_limit
     return (
-        _reading_verdict("reading.bias", readings.bias, reading.bias_limit, bias_words, refused),
+        _bias_verdict(readings, reading.bias_limit, bias_words),
         _reading_verdict("reading.uncertainty", readings.uncertainty, limit, uncertainty_words, refused),
         margin_verdict("reading.touch", readings.touch, LARGEST_TOUCH_FRACTION, touch_words, at_most=True),
     )
+
+
+def _bias_verdict(readings: Readings, limit: float, words: str) -> Verdict:
+    """Return the verdict on the largest bias, undecided too where the bar of a smaller one reaches across the limit."""
+    verdict = _reading_verdict("reading.bias", readings.bias, limit, words, readings.refused)
+    reach = readings.reach
+    if reach is None or verdict.passed is False:
+        return verdict
+    reaching = margin_verdict(verdict.name, reach, limit, words, at_most=True)
+    if reaching.passed is verdict.passed:
+        return verdict
+    other = f"the bar of a smaller one, {100.0 * reach.value:.2g} ± {100.0 * reach.error:.2g} %, reaches the limit"
+    return replace(verdict, passed=all_passed([verdict, reaching]), reference=f"{verdict.reference}; {other}")
 
 
 def _reading_verdict(name: str, estimate: Estimate | None, limit: float, words: str, refused: str | None) -> Verdict:

@@ -8,11 +8,21 @@ import numpy as np
 import pytest
 from stand_ins import with_compliance
 
+from pipeline.reading import analysis
 from pipeline.reading import sensor as sensor_module
-from pipeline.reading.analysis import _ReadAtModulus, error_analysis, skin_pressures, tilted_presses, touch_fraction
+from pipeline.reading.analysis import (
+    ModulusReading,
+    Readings,
+    _ReadAtModulus,
+    error_analysis,
+    skin_pressures,
+    tilted_presses,
+    touch_fraction,
+)
 from pipeline.reading.measurement import LEVEL_MODULI, RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
 from pipeline.reading.sensor import RISE_TRAVELS, Presses
+from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.verdicts.rules import analysis_verdicts, skin_verdict
 from reference.flat_square import (
     FORCE_ERROR,
@@ -25,6 +35,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.design.tips import Press, Tips
+from sensor.quantity import Estimate
 from sensor.theory.contrast_law import read_modulus
 from solve.contact.domes.body import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
@@ -327,6 +338,40 @@ def test_uncertainty_by_pose_and_thickness():
     assert read._by_pose == pytest.approx(np.sqrt(0.5 * (0.03**2 + 0.04**2)), rel=1e-9)
     assert read._by_thickness == pytest.approx(0.04 / np.sqrt(3.0), rel=1e-9)
     assert read.per_height == 0.4
+
+
+@pytest.mark.parametrize(
+    ("limit", "passed"),
+    [(0.05, True), (0.045, None), (0.0425, None), (0.041, False), (0.035, False)],
+)
+def test_largest_bias_keeps_its_own_bar_and_a_wider_one_leaves_the_verdict_open(limit, passed):
+    """Largest is -4.2 +- 0.1 %; 3.7 +- 1 % reaches 4.7 %, and 2 +- 2.3 % no farther than 4.3 %."""
+    sources = UncertaintySources(contributions={"noise": 0.03}, stiffness_slope=1.0, noise_slope=1.0, by_noise=0.03)
+    rows = []
+    for E, bias in ((1.0, (0.037, 0.01)), (2.0, (-0.042, 0.001)), (3.0, (0.02, 0.023))):
+        estimate = Estimate(*bias)
+        row = ModulusReading(
+            E=E, bias=estimate, worst=Placement(), reach=estimate, sources=sources, uncertainty_limit=0.1
+        )
+        rows.append(row)
+    found = Readings(method="rise", touch=Estimate(0.1, 0.0), moduli=tuple(rows), uncertainty=Estimate(0.03, 0.0))
+    assert (found.bias, found.reach) == (Estimate(0.042, 0.001), Estimate(0.037, 0.01))
+    verdict, *_ = analysis_verdicts(found, Reading(bias_limit=limit))
+    assert (verdict.value, verdict.error, verdict.passed) == (0.042, 0.001, passed)
+
+
+def test_largest_bias_of_poses_keeps_its_own_bar(monkeypatch):
+    """The reading of the third pose is known ten times worse, and its bias is a little smaller."""
+    sources = UncertaintySources(contributions={"noise": 0.03}, stiffness_slope=1.0, noise_slope=1.0, by_noise=0.03)
+    monkeypatch.setattr(analysis, "uncertainty_sources", lambda *_: sources)
+    second, third = (Placement(tilt_deg=(tilt, 0.0)) for tilt in (1.0, 2.0))
+    read = at_modulus([(2.0, 0.0, Placement()), (2.1, 0.0, second), (1.904, 0.0, third)])
+    error = np.array([0.0, 0.001, 0.01])[:, None, None]
+    model = SimpleNamespace(modulus=lambda forces: 1.0 + forces.sum())
+    found = dataclasses.replace(read, F=np.zeros((3, 1, 1)), error=error).judged(model, None, 0.0, 0.1)
+    assert (found.bias.value, found.bias.error) == pytest.approx((0.05, 0.001))
+    assert found.worst == second
+    assert (found.reach.value, found.reach.error) == pytest.approx((-0.048, 0.01))
 
 
 DOMES = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.9, spacing_mm=6.0)

@@ -118,7 +118,8 @@ def read_at(limit):
         contributions={"noise": 0.005, "gain_percent": 0.12}, stiffness_slope=1.0, noise_slope=0.01, by_noise=0.005
     )
     placement = Placement()
-    return ModulusReading(E=1.5, bias=Estimate(0.0, 0.0), worst=placement, sources=sources, uncertainty_limit=limit)
+    none = Estimate(0.0, 0.0)
+    return ModulusReading(E=1.5, bias=none, worst=placement, reach=none, sources=sources, uncertainty_limit=limit)
 
 
 def test_noise_is_told_by_the_limit_of_the_design():

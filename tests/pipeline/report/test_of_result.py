@@ -91,13 +91,13 @@ def test_reading_is_in_per_cent_of_the_modulus():
         contributions={"noise": 0.03, "gain_percent": 0.04}, stiffness_slope=1.0, noise_slope=1.0, by_noise=0.03
     )
     worst = Placement(tilt_deg=(2.0, 0.0))
-    row = ModulusReading(E=1.5, bias=Estimate(-0.02, 0.001), worst=worst, sources=sources, uncertainty_limit=0.1)
+    bias = Estimate(-0.02, 0.001)
+    row = ModulusReading(E=1.5, bias=bias, worst=worst, reach=bias, sources=sources, uncertainty_limit=0.1)
     skin = SkinPressure(E=1.5, placement=Placement(), pressure=Estimate(0.05, 0.001, "MPa"), limit=0.06)
     readings = Readings(
         method="rise",
         touch=Estimate(0.4, 0.01),
         moduli=(row,),
-        bias=Estimate(0.02, 0.001),
         uncertainty=Estimate(0.05, 0.002),
         noise_percent=0.2,
         pressures=(skin,),

@@ -23,7 +23,8 @@ def read(E, bias, noise, slope):
     sources = UncertaintySources(
         contributions={"noise_N": noise}, stiffness_slope=slope, noise_slope=1.0, by_noise=noise
     )
-    return ModulusReading(E=E, bias=Estimate(bias, 0.0), worst=Placement(), sources=sources, uncertainty_limit=0.1)
+    found = Estimate(bias, 0.0)
+    return ModulusReading(E=E, bias=found, worst=Placement(), reach=found, sources=sources, uncertainty_limit=0.1)
 
 
 def test_bands_of_readings():
