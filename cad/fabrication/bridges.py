@@ -161,12 +161,14 @@ class SignalPath:
 class SpringReadOut:
     """How the springs of a sensor are read: their signal path where a read-out is named, else by bridges.
 
-    `fastest_s` is the shortest duration of a press by hand that the path can follow [s], where it is known.
+    `fastest_s` is the shortest duration of a press by hand that the path can follow [s], where it is known. `folder` is
+    that of the design's report, as a command names it.
     """
 
     springs: Sequence[Spring]
     signal: SignalPath | None = None
     fastest_s: float | None = None
+    folder: str = "OUT"
 
 
 def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:

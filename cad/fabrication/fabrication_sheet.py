@@ -1,6 +1,7 @@
 """The sheet for the maker, fabrication.md: how to make, finish, measure, wire and mount a sensor."""
 
 import math
+import shlex
 from collections.abc import Sequence
 
 from cad.drawing.measuring_table import PIN_FIT, STEP_MM, stiffness_gain
@@ -132,6 +133,7 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         resistor=series_resistor(process),
         signal=read_out.signal,
         fastest_s=read_out.fastest_s,
+        folder=shlex.quote(read_out.folder),
         seats=sensor.seats,
         probe=PROBE,
         ledge_mm=LEDGE_MM,

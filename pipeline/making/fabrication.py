@@ -36,14 +36,16 @@ def begin_fabrication(sensor: Sensor, options: RunOptions, executor: Executor | 
         return finished_future(KeptFiles())
     to_read = springs_to_read(design, springs)
     fastest_s = fastest_press(sensor)
+    folder = "OUT" if options.out is None else str(options.out)
     inputs = {
         "design": design_as_mapping(design),
         "process": springs.process,
         "housing": housing,
         "springs": to_read,
         "fastest press": fastest_s,
+        "folder": folder,
     }
-    read_out = SpringReadOut(springs=to_read, signal=sensor.signal, fastest_s=fastest_s)
+    read_out = SpringReadOut(springs=to_read, signal=sensor.signal, fastest_s=fastest_s, folder=folder)
     write = partial(write_fabrication_files, design, housing, read_out)
     return begin_files("maker files", inputs, write, executor)
 

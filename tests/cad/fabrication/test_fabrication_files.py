@@ -1,6 +1,7 @@
 import itertools
 import math
 import re
+import shlex
 import shutil
 import subprocess
 from dataclasses import replace
@@ -39,10 +40,11 @@ def springs_of(sensor):
     return tuple(Spring(name=arm.name, flexure=arm.flexure, K=K, deflection=d) for arm, K, d in rows)
 
 
-def sheet_of(sensor, title=TITLE, signal=None):
+def sheet_of(sensor, title=TITLE, signal=None, folder="OUT"):
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
     bill = bill_of_materials(sensor, title.process, springs_of(sensor), masses)
-    return fabrication_sheet(sensor, title, bill, SpringReadOut(springs=springs_of(sensor), signal=signal))
+    read_out = SpringReadOut(springs=springs_of(sensor), signal=signal, folder=folder)
+    return fabrication_sheet(sensor, title, bill, read_out)
 
 
 @pytest.fixture(scope="module")
@@ -199,6 +201,16 @@ def test_magnets_of_a_hall_sensor_fit_their_pockets_where_the_sheet_says(is_squa
     found = re.search(r"Its middle is ([\d.]+) mm below the upper edge of the frame", text)
     assert found is not None
     assert 0.5 * sum(below) - float(found[1]) == pytest.approx(0.5 * seated.press.travel_mm, abs=0.011)
+
+
+@pytest.mark.parametrize("folder", ["outputs/hx", "my designs/hx 2"])
+def test_commands_of_the_sheet_name_the_folder_that_was_written(folder, sensor):
+    seated = with_seats(sensor, TITLE.process)
+    signal = signal_path(Readout(transducer="displacement"), springs_of(seated), TITLE.process, seated.tips.springs)
+    text = sheet_of(seated, signal=signal, folder=folder)
+    commands = [shlex.split(line) for line in text.splitlines() if line.lstrip().startswith("pipeline ")]
+    assert {words[1] for words in commands} == {"calibrate", "read"}
+    assert {words[2] for words in commands} == {folder}
 
 
 @pytest.mark.parametrize(

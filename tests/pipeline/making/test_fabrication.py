@@ -1,8 +1,11 @@
 """Sideways stiffness as a verdict: what passes, what a thin plate does, what an error bar leaves open."""
 
+from pathlib import Path
+
 import pytest
 from stand_ins import sensor_of, springs_of
 
+from pipeline.making import fabrication
 from pipeline.making.fabrication import begin_fabrication, sideways_verdict, sideways_verdicts
 from pipeline.options import RunOptions
 from pipeline.storage.kept_files import KeptFiles
@@ -34,3 +37,15 @@ def test_nothing_is_made_unasked_or_where_no_housing_is(made, fabrication):
     options, springs = RunOptions(fabrication=fabrication), springs_of(Design(), made=made)
     assert begin_fabrication(sensor_of(Design(), springs), options, None).result() == KeptFiles()
     assert sideways_verdicts(springs, options) == ()
+
+
+def test_files_for_fabrication_are_those_of_their_folder(monkeypatch):
+    """The sheet names the folder in its commands, so files that were made for another one are not taken again."""
+    asked = []
+    monkeypatch.setattr(fabrication, "begin_files", lambda *arguments: asked.append(arguments))
+    sensor = sensor_of(Design(), springs_of(Design()))
+    folders = ("outputs/hx", "elsewhere")
+    for folder in folders:
+        begin_fabrication(sensor, RunOptions(fabrication=True, out=Path(folder)), None)
+    assert [write.args[2].folder for _, _, write, _ in asked] == list(folders)
+    assert asked[0][1] != asked[1][1]
