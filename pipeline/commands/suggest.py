@@ -54,7 +54,7 @@ def execute(arguments: Namespace) -> int:
     settings = settings_of(arguments)
     design = load_design(named, settings)
     _refuse_flags(arguments)
-    found = _found(arguments, design, fruit, frozenset(settings))
+    found = _found(arguments, design, fruit, named, frozenset(settings))
     changes = _changes(found)
     command = None if found.changes is None else _command(named, settings, changes)
     if command is not None and arguments.out is not None:
@@ -128,8 +128,13 @@ def _refuse_flags(arguments: Namespace) -> None:
     refuse_taken([arguments.out], "--out", force=arguments.force)
 
 
-def _found(arguments: Namespace, design: Design, fruit: "FruitRange | None", given: frozenset[str]) -> "Suggestion":
-    """Return the suggestion for a design, or for a fruit, which leaves the keys that are `given` as they are."""
+def _found(
+    arguments: Namespace, design: Design, fruit: "FruitRange | None", named: str, given: frozenset[str]
+) -> "Suggestion":
+    """Return the suggestion for a design, or for a fruit, which leaves the keys that are `given` as they are.
+
+    The design is that of the preset or file that is `named`.
+    """
     from pipeline.study.suggest.fruit_design import fruit_suggestion
     from pipeline.study.suggest.suggestion import suggestion
 
@@ -137,6 +142,7 @@ def _found(arguments: Namespace, design: Design, fruit: "FruitRange | None", giv
     with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
         if fruit is None:
             return suggestion(design, RunOptions(), keep, progress)
+        progress(f"starts from the preset {named} in the size of the fruit")
         name = design.name if arguments.out is None else arguments.out.stem
         return fruit_suggestion(fruit, dataclasses.replace(design, name=name), keep | given, progress)
 

@@ -24,7 +24,7 @@ WINDOW = 20_000  # points that are sorted by their scenes at a time, so that a m
 
 @dataclass(frozen=True, kw_only=True)
 class StudySummary:
-    """How many points a study has and how each of them ended; seconds of this run, and `solved` points in it."""
+    """How many points a study has and how each of them ended; seconds of this run, and the points it `solved`."""
 
     folder: Path
     points: int
@@ -43,20 +43,20 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressRepo
     start = time.perf_counter()
     count = point_count(study)
     with study_store(folder, study) as store:
-        before = sum(store.counts().values())
-        solved = before
+        before = store.counts()
+        ended_points = sum(before.values())
         # A worker gets its points with their settings: all rows of a file would be sent again with each task.
         solve = partial(solve_points, replace(study, rows=()), folder)
         tasks = _tasks(study, store)
         with closing(completed_items(engine, solve, tasks, lost_points)) as ended:  # no worker outlives an error here
             for _, results in ended:
                 store.put(results)
-                solved += len(results)
+                ended_points += len(results)
                 if progress is not None:
-                    progress(solved, count)
+                    progress(ended_points, count)
         counts = store.counts()
     seconds = time.perf_counter() - start
-    return StudySummary(folder=folder, points=count, solved=solved - before, seconds=seconds, **counts)
+    return StudySummary(folder=folder, points=count, solved=counts["done"] - before["done"], seconds=seconds, **counts)
 
 
 def _tasks(study: Study, store: StudyStore) -> Iterator[Sequence[Point]]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 ProgressReport = Callable[[int, int], None]
-"""Called with how many points are solved, and of how many."""
+"""Called with the number of points that have ended, and the number of all."""
 
 MOST_PROCESSES = 1024
 _ATTEMPTS = 2  # alone, for an item that was out when a worker was lost: it may be what ended the worker
@@ -216,4 +216,4 @@ def shown_progress() -> Iterator[ProgressReport]:
     console = Console(stderr=True)
     with Progress(*columns, console=console, disable=not sys.stderr.isatty(), transient=True) as bar:
         line = bar.add_task("points", total=None)
-        yield lambda solved, count: bar.update(line, completed=solved, total=count)
+        yield lambda ended, count: bar.update(line, completed=ended, total=count)

@@ -25,7 +25,8 @@ NL_TOLERANCE = 0.001
 STIFFNESS_TOLERANCE = 0.001  # of the target, for springs of one piece
 FITTED_TOLERANCE = 0.005  # with gauges or pins glued on, where no mesh knows them to 0.1 %
 SPREAD_TOLERANCE = 0.01
-PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
+_PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
+_STIFFNESSES = ("K_l", "K_h")  # whose errors are those of their spring only
 UNDECIDED = "undecided by its error bar"
 LIFTED = "a tip is off the fruit at full travel, so that there is no force ratio"
 
@@ -105,8 +106,9 @@ def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
     if relative_error <= allowed:
         return None
     # A larger error than all parts may have at the tolerance asked for was met by no mesh: a smaller one is no help.
-    if allowed > 0.0 and relative_error <= PARTS * asked:
-        tighter = _one_digit(allowed / PARTS)
+    parts = 1.0 if verdict.name in _STIFFNESSES else _PARTS
+    if allowed > 0.0 and relative_error <= parts * asked:
+        tighter = _one_digit(allowed / parts)
         if tighter < asked and TOLERANCES.hold(tighter):
             return f"{UNDECIDED}, `--tol {tighter:g}` would decide"
     return f"{UNDECIDED}, no `--tol` would decide"

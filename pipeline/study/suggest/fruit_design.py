@@ -148,7 +148,6 @@ def fruit_suggestion(
         if key not in fixed and value != value_of(preset, key)
     }
     design = change_design(preset, changes)
-    progress(f"starts from the preset {preset.name} in the size of the fruit")
     runs = 0
     seen: set[Design] = set()
     tried: list[Candidate] = []

@@ -3,10 +3,12 @@
 import json
 import re
 import shlex
+from contextlib import nullcontext
 
 import pytest
 
 from pipeline.cli import main
+from pipeline.commands import suggest
 from pipeline.options import load_design
 from pipeline.study.suggest import fruit_design
 from pipeline.study.suggest import suggestion as room
@@ -92,6 +94,15 @@ def test_fruit_starts_from_the_preset_most_like_it_and_is_told_what_it_lacks(fru
     assert (preset.name, preset.reading.tilt_deg, keep) == ("ball", 3.0, {"reading.tilt_deg"})
     line = capsys.readouterr().out.splitlines()[1]
     assert re.findall(r"[\d.]+", line.partition(": ")[2])[:3] == ["0.0519", "0.0008", "0.05"]
+
+
+@pytest.mark.usefixtures("fruits")
+def test_progress_names_the_preset_and_not_the_new_design(monkeypatch):
+    told = []
+    monkeypatch.setattr(suggest, "showing_progress", lambda *_, **__: nullcontext(told.append))
+    assert main(["suggest", "--fruit", "radius 26, E 0.3 to 2", "--out", "ball.toml"]) == 1
+    (line,) = told
+    assert "peach" in line.split()
 
 
 def test_fruit_of_a_preset_is_known_by_its_name(fruits):

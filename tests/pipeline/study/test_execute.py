@@ -58,6 +58,7 @@ def test_modulus_and_gap_share_a_scene_and_poisson_does_not():
 def test_points_out_of_bounds_are_kept_with_their_reasons(written, engine, tmp_path):
     """Of 1,200 points over 90 to 110 those above 100 are refused, each by its own number, and stay so when resumed."""
     study = read_study(written(**{"from = 3, to = 8": "from = 90, to = 110", "samples = 8": "samples = 1200"}))
+    first = run_study(study, tmp_path / "out", engine)
     rows = solved(study, tmp_path / "out", engine)
     refused = [row for row in rows if row.status == "refused"]
     assert [row.number for row in refused] == [row.number for row in rows if row.settings["targets.P_max"] > 100.0]
@@ -66,6 +67,7 @@ def test_points_out_of_bounds_are_kept_with_their_reasons(written, engine, tmp_p
         assert store.messages() == {refused[0].error: len(refused)}  # one reason, told by the first of its points
     again = run_study(study, tmp_path / "out", engine)
     assert (again.solved, again.refused, again.done) == (0, len(refused), 1200 - len(refused))
+    assert (first.solved, first.refused, first.done) == (again.done, again.refused, again.done)
 
 
 def test_what_is_wanted_alone_is_what_it_is_among_all(written, engine, tmp_path):

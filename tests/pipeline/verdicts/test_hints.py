@@ -138,7 +138,7 @@ def test_frame_on_the_fruit_asks_for_as_much_less_travel_as_it_lacks(clearance, 
 def test_error_bar_asks_for_a_tolerance_where_the_springs_are_of_one_piece():
     wide = dataclasses.replace(GOOD, name="K_l", limit=900.0, tolerance=0.001, relative=True, error=9.0, passed=None)
     springs = springs_of(Design())
-    assert "`--tol 0.0005` " in hint(wide, Design(), springs, ROUGH)
+    assert "`--tol 0.001` " in hint(wide, Design(), springs, ROUGH)
     gauged = dataclasses.replace(springs.fitted.housing, gauges="foil")
     fitted = dataclasses.replace(springs.fitted, housing=gauged)
     assert hint(wide, Design(), dataclasses.replace(springs, fitted=fitted), ROUGH) == SEARCH

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 from stand_ins import CONTACT, K_M_OVER_E, springs_of
 
+from pipeline.options import DEFAULT_TOLERANCE, ROUGH_TOLERANCE
 from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.verdicts.rules import (
     FITTED_TOLERANCE,
@@ -89,8 +90,15 @@ def test_margin_is_undecided_where_its_error_bar_reaches_across(value, error, pa
     ],
 )
 def test_an_undecided_verdict_says_which_tolerance_would_decide(error, asked, words):
-    P_max = dataclasses.replace(verdict(None), limit=5.0, tolerance=0.01, relative=True, error=error)
+    P_max = dataclasses.replace(verdict(None), name="P_max", limit=5.0, tolerance=0.01, relative=True, error=error)
     assert tolerance_hint(P_max, asked) == words
+
+
+@pytest.mark.parametrize("name", ["K_l", "K_h"])
+def test_a_stiffness_is_decided_by_the_tolerance_of_a_run_as_it_comes(name):
+    """The tolerance of a run is the error that it allows to a spring: 0.1 %, which is what the verdict allows."""
+    K = dataclasses.replace(verdict(None), name=name, limit=900.0, tolerance=0.001, relative=True, error=9.0)
+    assert f"`--tol {DEFAULT_TOLERANCE:g}`" in str(tolerance_hint(K, ROUGH_TOLERANCE))
 
 
 def test_a_decided_verdict_needs_no_advice():
