@@ -248,17 +248,17 @@ def _of_flesh(S: Floats, rolling: RollingDomes) -> Floats:
 class RiseSums:
     """Samples of a press as means and as co-moments with the instrument u, in a memory that does not grow.
 
-    Rows of `means` and `with_instrument` (4, tips) are the forces F [N], F^(2/3), F^(-1/3), and the rates dF/dt at
-    which the forces rise [N/s]. `spread` [N^2] is the co-moment of u with itself, `with_count` [N] that with the number
-    of the sample. Co-moments are sums over samples of products of what both differ by from their means.
+    Rows of `means` and `with_instrument` (5, tips) are the forces F [N], F^(2/3), F^(-1/3), the rates dF/dt at which
+    the forces rise [N/s], and F^2. `spread` [N^2] is the co-moment of u with itself, `with_count` [N] that with the
+    number of the sample. Co-moments are sums over samples of products of what both differ by from their means.
     """
 
     count: int = 0
     instrument: float = 0.0
     spread: float = 0.0
     with_count: float = 0.0
-    means: Samples = field(default_factory=lambda: np.zeros((4, 1)))
-    with_instrument: Samples = field(default_factory=lambda: np.zeros((4, 1)))
+    means: Samples = field(default_factory=lambda: np.zeros((5, 1)))
+    with_instrument: Samples = field(default_factory=lambda: np.zeros((5, 1)))
 
     def with_sample(self, instrument: float, forces: Samples, rates: Samples) -> "RiseSums":
         """Return the sums with one sample more: its instrument [N] and its forces [N], (tips,), each above 0.
@@ -269,7 +269,7 @@ class RiseSums:
         of the other quantity from its new one.
         """
         roots = np.cbrt(forces)
-        values = np.array([forces, roots * roots, 1.0 / roots, rates], dtype=forces.dtype)
+        values = np.array([forces, roots * roots, 1.0 / roots, rates, forces * forces], dtype=forces.dtype)
         count = self.count + 1
         step = instrument - self.instrument
         mean = self.instrument + step / count
@@ -286,6 +286,16 @@ class RiseSums:
         )
 
 
+class BendSlopes(NamedTuple):
+    """Slopes of ln E over the error of a slope that changes with the force F of its tip, e(F) = e_0 + k F, (tips,).
+
+    `at_zero` [1] is over e_0, `per_N` [N] over k.
+    """
+
+    at_zero: tuple[float, ...]
+    per_N: tuple[float, ...]
+
+
 @dataclass(frozen=True, kw_only=True)
 class RiseSlopes:
     """By which fraction of E a reading moves with the causes of its error.
@@ -295,6 +305,8 @@ class RiseSlopes:
     that is off [1/N]. Then a zero that drifts evenly from the first sample to the last [1/N], and a time of its channel
     that is later than told [1/s]. Alike for all tips: relative change of the Hertz term and of S [1], and an offset
     that is no saddle of the skin [1/mm].
+
+    `channel_bends` and `spring_bends` are those over lines that bend, of gains and of the compliances of springs.
     """
 
     noise: tuple[float, ...]
@@ -306,6 +318,8 @@ class RiseSlopes:
     hertz: float
     body: float
     offset: float
+    channel_bends: BendSlopes
+    spring_bends: BendSlopes
 
     def mean_curvature(self, relative_radius: float) -> float:
         """Return the slope per change of the mean curvature of the skin [mm] under domes of R* [mm] on a half-space.
@@ -469,7 +483,7 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
         raise RiseError("no_rise", message)
     per_tip = at_root.per_tip()
     S_per_offset = law.per_offset(offset)
-    zeros = at_root.with_saddle(per_tip.zeros, S_per_offset)
+    zeros = at_root.with_saddle(per_tip.zeros, at_root.of_tips(at_root.by_force), S_per_offset)
     return RiseReading(
         E=E,
         offset=offset,
@@ -488,6 +502,8 @@ def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
             hertz=at_root.per_hertz,
             body=at_root.per_S(S),
             offset=at_root.per_S(S_per_offset),
+            channel_bends=at_root.bends(per_tip.gains, at_root.by_force, S_per_offset),
+            spring_bends=at_root.bends(per_tip.springs, at_root.by_deflection, S_per_offset),
         ),
     )
 
@@ -528,7 +544,7 @@ def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
 
 
 def _terms(contrast: ContrastLaw, S: Floats, moments: Samples) -> ContrastTerms:
-    """Return the terms of the contrast with an S, without its gaps, of means or co-moments (4, tips) of `RiseSums`."""
+    """Return the terms of the contrast with an S, without its gaps, of means or co-moments (5, tips) of `RiseSums`."""
     weights, C, _ = contrast.arrays
     F = moments[0].astype(np.float64)
     return ContrastTerms(
@@ -563,7 +579,8 @@ class _SlopesAtRoot:
         self._S = S
         self._tips = tips
         self._sums = sums
-        self._F, self._two_thirds, self._inverse_roots, self._rates = sums.with_instrument.astype(np.float64)
+        moments = sums.with_instrument.astype(np.float64)
+        self._F, self._two_thirds, self._inverse_roots, self._rates, self._squares = moments
         self._z = math.pow(E, -1.0 / 3.0)
         self._dome = contrast.hertz * self._z**2 * self._weights
         _, dome, body = _terms(contrast, S, sums.with_instrument)
@@ -579,6 +596,22 @@ class _SlopesAtRoot:
         """Return d ln E / d ln h [1]."""
         return self._hertz / self._dG_per_log_E
 
+    def bends(self, slopes: Floats, by_force: Floats, per_offset: Floats) -> BendSlopes:
+        """Return the slopes over lines that bend, of those over straight ones, (tips,).
+
+        A slope that is off by e_0 + k F adds e_0 F + k F^2 / 2 to a force. The press sees e at the force at which F^2
+        has the slope cov(u, F^2) / cov(u, F). The law is moved by c = `by_force` [mm/N], (channels,).
+        """
+        rises, squares = self._F[: self._tips], self._squares[: self._tips]
+        middles = np.divide(squares, 2.0 * rises, out=np.zeros_like(rises), where=rises != 0.0)
+        forces, *_, of_squares = self._sums.means
+        return BendSlopes(
+            at_zero=tuple(self.with_saddle(slopes, self.of_tips(by_force * forces), per_offset).tolist()),
+            per_N=tuple(
+                self.with_saddle(slopes * middles, self.of_tips(0.5 * by_force * of_squares), per_offset).tolist()
+            ),
+        )
+
     def per_S(self, change: Floats) -> float:
         """Return the change of ln E [1] with a `change` of S, (channels, channels) [1/mm]."""
         return float(self._weights @ change @ self._F) * self._z**3 / self._dG_per_log_E
@@ -590,44 +623,48 @@ class _SlopesAtRoot:
         gains = (of_springs + of_fruit) * self._F + self._dome / 1.5 * self._two_thirds
         springs = -0.5 * (self._weights * (self._C @ self._F) + of_springs * self._F)
         zeros = self._dome / 1.5 * self._inverse_roots
-        drifts = self._by_force * self._sums.with_count / (self._sums.count - 1)
-        times = self._by_force * self._rates
+        drifts = self.by_force * self._sums.with_count / (self._sums.count - 1)
+        times = self.by_force * self._rates
         return _TipSlopes(
-            *(self._of_tips(slopes) / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
+            *(self.of_tips(slopes) / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
         )
 
-    def _of_tips(self, of_channels: Floats) -> Floats:
+    def of_tips(self, of_channels: Floats) -> Floats:
         """Return slopes over what moves all channels of a tip alike, (tips,), from those over each channel."""
         return np.asarray(of_channels.reshape(-1, self._tips).sum(axis=0))
 
-    def with_saddle(self, zeros: Floats, per_offset: Floats) -> Floats:
-        """Return the slopes over zeros [1/N], (tips,), with what the offset adds that they cause.
+    def with_saddle(self, slopes: Floats, means: Floats, per_offset: Floats) -> Floats:
+        """Return the slopes of ln E over a cause of each tip, (tips,), with what the offset adds that they move.
 
-        A zero that is off moves the offset, by up to 4 mm/N. The law takes the offset for a saddle of the skin. So it
-        moves S by `per_offset`, and S moves the modulus. The other causes move the offset less than the modulus.
+        The cause moves the mean of the law by `means` [mm]. A zero that is off moves the offset by up to 4 mm/N. The
+        law takes the offset for a saddle of the skin. So it moves S by `per_offset`, and S moves the modulus. Zeros and
+        bends do so; the other causes move the offset less than the modulus.
 
-        With x the slope of the offset over a zero [mm/N], ln E moves by zeros + by_offset x. The offset is minus the
-        mean of the law, so x = mean_per_log_E (zeros + by_offset x) - c + by_S x: solved here for x.
+        With x the slope of the offset over the cause, ln E moves by slopes + by_offset x. The offset is minus the mean
+        of the law, so x = mean_per_log_E (slopes + by_offset x) - means + by_S x: solved here for x.
         """
         by_offset = self.per_S(per_offset)
         by_S = -float(self._weights @ per_offset @ self._sums.means[0]) * self._z**3
-        offset_slopes = (self.mean_per_log_E * zeros - self._of_tips(self._by_force)) / (
-            1.0 - by_S - self.mean_per_log_E * by_offset
-        )
-        return np.asarray(zeros + by_offset * offset_slopes)
+        offset_slopes = (self.mean_per_log_E * slopes - means) / (1.0 - by_S - self.mean_per_log_E * by_offset)
+        return np.asarray(slopes + by_offset * offset_slopes)
+
+    @property
+    def by_deflection(self) -> Floats:
+        """Return the slope of the residual over each force [mm/N], (channels,), of which a spring sinks too little."""
+        return np.asarray(-self._weights @ self._C)
 
     @cached_property
-    def _by_force(self) -> Floats:
+    def by_force(self) -> Floats:
         """Return c_t, the slope of the residual over each force [mm/N], (tips,), at the mean of F^(-1/3)."""
         by_body = self._weights @ (self._C + self._S * self._z**3)
         return np.asarray(by_body + self._dome / 1.5 * self._sums.means[2])
 
     def residual(self, noises: Floats) -> float:
         """Return s, the standard deviation of the residual of a sample [mm]."""
-        return float(np.linalg.norm(self._of_tips(self._by_force) * noises))
+        return float(np.linalg.norm(self.of_tips(self.by_force) * noises))
 
     @cached_property
     def noise_per_force(self) -> Floats:
         """Return the relative standard uncertainty of E per noise of each force [1/N], (tips,)."""
-        by_force = np.abs(self._of_tips(self._by_force))
+        by_force = np.abs(self.of_tips(self.by_force))
         return np.asarray(by_force * math.sqrt(self._sums.spread) / abs(self._dG_per_log_E))

@@ -247,6 +247,8 @@ def _parts(reading: "FruitReading") -> list[str]:
         parts.append(f"E {reading.E:.4g} MPa +- {100.0 * reading.u:.2g} % (95 %)")
     if reading.t is not None and reading.noise is not None:
         parts.append(f"of it noise {100.0 * reading.noise:.2g} % over {reading.samples} samples")
+    if reading.bend:
+        parts.append(f"of it {100.0 * reading.bend:.2g} % by bent channels and springs")
     if reading.tilt is not None:
         towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
         parts.append(f"tilt {reading.tilt:.2g} deg{towards}")

@@ -11,10 +11,11 @@ from cad.parts.coupon import modulus_factor
 from pipeline.measure.calibrating.channels import ChannelCalibration, saturation_of, weighed_channels
 from pipeline.measure.calibrating.creep import Weighing, weighing
 from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
+from pipeline.measure.calibrating.line_checks import LackOfFit
 from pipeline.measure.calibrating.plate import pressed_springs
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
-from pipeline.measure.calibrating.weighing import weighed_springs
+from pipeline.measure.calibrating.weighing import WeighedSpring, weighed_springs
 from pipeline.measure.tables.columns import read_csv
 from pipeline.measure.tables.files import place_of
 from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags, HeaderWords
@@ -113,7 +114,8 @@ def calibrate_unit(
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighed = weighing(table, report, after_s)
     table = weighed.table
-    springs = weighed_springs(table, "tip", [tip.name for tip in report.tips])
+    on_weights = weighed_springs(table, "tip", [tip.name for tip in report.tips])
+    springs = [spring.K for spring in on_weights]
     _refuse_unlike_design(table, springs, as_designed)
     channels = weighed_channels(table, report)
     unit = unit_of(
@@ -123,6 +125,7 @@ def calibrate_unit(
         method="weights and deflections",
     )
     unit = replace(unit, weighed_after_s=weighed.after_s)
+    unit = _with_bent_deflections(unit, [spring.bend.lack_of_fit for spring in on_weights])
     if weighed.own:
         unit = replace(unit, creep_per_decade=weighed.creep.per_decade, creep_error=weighed.creep.error)
     if channels is not None:
@@ -135,6 +138,7 @@ def calibrate_unit(
         by_weights = unit
         unit = _on_plate(unit, plate, table, channels, springs, report)
         assumed += _worse_on_plate(unit, by_weights, plate)
+    assumed += _bent(table, report, on_weights, channels)
     sensor = MeasuringUnit(report=report, unit=unit)
     nominal = as_designed.unit.stiffnesses
     try:
@@ -188,6 +192,7 @@ def _worse_on_plate(unit: PrintedUnit, by_weights: PrintedUnit, plate: MeasuredT
 
 def _with_channels(unit: PrintedUnit, channels: ChannelCalibration, report: Report) -> PrintedUnit:
     """Return a unit with the channels that weights told: what they leave of the gains, and what drifts beside it."""
+    at_zero, per_N = _columns_of(channels.lacks_of_fit)
     return replace(
         unit,
         method=f"{unit.method}, counts of the same weights",
@@ -195,7 +200,37 @@ def _with_channels(unit: PrintedUnit, channels: ChannelCalibration, report: Repo
         zero_counts=tuple(channels.zero_counts.tolist()),
         saturation_counts=channels.saturation,
         gain_percent=_drifted(channels.gain_percent, report),
+        force_bend=at_zero,
+        force_bend_per_N=per_N,
     )
+
+
+def _columns_of(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
+    """Return what lines lack at no force, and per newton, of all tips each; None for both where all fit."""
+    at_zero, per_N = (tuple(column) for column in zip(*lacks_of_fit, strict=True))
+    return (at_zero, per_N) if any(map(any, lacks_of_fit)) else (None, None)
+
+
+def _with_bent_deflections(unit: PrintedUnit, lacks_of_fit: Sequence[LackOfFit]) -> PrintedUnit:
+    """Return a unit whose compliances lack fit."""
+    at_zero, per_N = _columns_of(lacks_of_fit)
+    return replace(unit, deflection_bend=at_zero, deflection_bend_per_N=per_N)
+
+
+def _bent(
+    table: MeasuredTable, report: Report, springs: Sequence[WeighedSpring], channels: ChannelCalibration | None
+) -> list[str]:
+    """Return a note for each column of a tip that is bent by more than `KNOWN_WELL_PERCENT` to either side."""
+    shown = {f"deflection of {tip.name}": spring.bend for tip, spring in zip(report.tips, springs, strict=True)}
+    changes = {name: 100.0 * bend.told_change for name, bend in shown.items()}
+    if channels is not None:
+        changes |= zip(count_keys(len(springs)), channels.bend_percent, strict=True)
+    return [
+        f"{table.source}: the slope of {name} over the weights changes by {change:+.2g} % from none to the largest. "
+        "The bars of readings hold that; weights no larger than the forces of a press make it smaller."
+        for name, change in changes.items()
+        if abs(change) > 2.0 * KNOWN_WELL_PERCENT
+    ]
 
 
 def _on_plate(
@@ -211,9 +246,9 @@ def _on_plate(
         columns = ", ".join(count_keys(len(unit.tips)))
         bound = "a table with the counts of each channel where --plate is given"
         raise validation_error(table.source, "weights alone", "", bound, f"add the columns {columns}")
-    springs, left_percent = pressed_springs(plate, channels, weighed, report)
+    springs, left_percent, lacks_of_fit = pressed_springs(plate, channels, weighed, report)
     return replace(
-        unit,
+        _with_bent_deflections(unit, lacks_of_fit),
         method="counts of weights, and a hard plate",
         calibrated_by="plate",
         K_N_per_m=tuple(1e3 * spring.value for spring in springs),
@@ -242,10 +277,16 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
         raise validation_error("coupon", None, "", bound, "weigh the sheet, and give print.leaf_measured_low_mm")
     every = report.housing.arms
     arms = [arm for arm in every if arm.name in table.texts["coupon"]] or list(every)
-    springs = weighed_springs(table, "coupon", [arm.name for arm in arms])
+    springs = [_anywhere_on(spring) for spring in weighed_springs(table, "coupon", [arm.name for arm in arms])]
     factors = np.array([modulus_factor(arm.flexure) for arm in arms])
     moduli = factors * [spring.value for spring in springs]
     weights = np.array([spring.relative for spring in springs]) ** -2.0
     E = float(np.average(moduli, weights=weights))
     scatter = float(weights @ (moduli / E - 1.0) ** 2)
     return Estimate(E, E * math.sqrt((scatter + 1.0) / float(weights.sum())), "MPa")
+
+
+def _anywhere_on(spring: WeighedSpring) -> Estimate:
+    """Return the stiffness of a leaf [N/mm] under any of its weights, within the change of its slope to either side."""
+    bound = BOUNDED * 0.5 * spring.bend.told_change
+    return replace(spring.K, error=math.hypot(spring.K.error, bound * spring.K.value))

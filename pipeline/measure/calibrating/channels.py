@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pipeline.measure.calibrating.line_checks import Bend, LackOfFit
 from pipeline.measure.calibrating.weighing import line_through, refuse_odd_row
 from pipeline.measure.tables.files import place_of
 from pipeline.measure.tables.measured_table import MeasuredTable
@@ -24,15 +25,19 @@ class ChannelCalibration:
     """What weights tell of the channels, in the order of the tips.
 
     `counts_per_N` (channels, tips) are slopes, `gain_percent` what is left of the force of each tip, one sigma.
-    `crosstalk_percent` is the largest slope of a channel over a tip that is not its own, of its own one.
-    `hysteresis_percent` is how far readings of one weight are apart at most. `drift_percent` is how far the last
-    reading without weight is from the first. Both are of what the largest weight shows.
+    `bend_percent` is the change of the slope of each channel from no weight to the largest, 0 where scatter explains
+    it; `lacks_of_fit` are what it makes wrong. `crosstalk_percent` is the largest slope of a channel over a tip that is
+    not its own, of its own one. `hysteresis_percent` is how far readings of one weight are apart at most.
+    `drift_percent` is how far the last reading without weight is from the first. Both are of what the largest weight
+    shows.
     """
 
     counts_per_N: Floats
     zero_counts: Floats
     saturation: int
     gain_percent: tuple[float, ...]
+    lacks_of_fit: tuple[LackOfFit, ...]
+    bend_percent: tuple[float, ...]
     crosstalk_percent: tuple[float, ...]
     hysteresis_percent: tuple[float, ...]
     drift_percent: tuple[float, ...]
@@ -65,6 +70,7 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
     tips = np.array(table.texts["tip"])
     slopes = np.empty((len(names), len(names)))
     returns = []
+    bends: list[Bend] = []
     for tip, name in enumerate(names):
         rows = np.flatnonzero(tips == name)
         loads = forces[rows]
@@ -75,8 +81,9 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
         for key in keys:
             field = f"{table.source}: {key} over the weight on {name}"
             lines.append(line_through(field, loads, table.numbers[key][rows], table.last_digits[key][rows], "counts/N"))
-        slopes[:, tip] = [line.value for line in lines]
-        own = lines[tip]
+        slopes[:, tip] = [line.slope.value for line in lines]
+        own, bend = lines[tip]
+        bends.append(bend)
         shown = counts[rows, tip]
         refuse_odd_row(table, rows, "force", keys[tip], "counts", float(np.ptp(shown)))
         if not COVERAGE * own.error < abs(own.value):
@@ -95,6 +102,8 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
         zero_counts=counts[forces == 0.0].mean(axis=0),
         saturation=saturation,
         gain_percent=tuple(each.gain_percent for each in returns),
+        lacks_of_fit=tuple(bend.lack_of_fit for bend in bends),
+        bend_percent=tuple(100.0 * bend.told_change for bend in bends),
         crosstalk_percent=_crosstalk_percent(table, names, keys, slopes),
         hysteresis_percent=tuple(each.hysteresis_percent for each in returns),
         drift_percent=tuple(each.drift_percent for each in returns),

@@ -1,4 +1,17 @@
-"""Rows that do not fit a straight line, and lines that are bent: what a table of weights or of a plate may hide."""
+"""Rows that do not fit a straight line, and lines that are bent: what a table of weights or of a plate may hide.
+
+**Lack of fit.** A channel that bends shows c = p0 + p1 F + p2 F^2 of a force F, and a deflection does likewise. The
+straight line through its weights has the slope s = cov(F, c) / var(F) = p1 + 2 p2 m, with the middle of the weights
+m = cov(F, F^2) / (2 var F). A press reads by co-moments with its instrument u, so it sees the slope p1 + 2 p2 m', with
+the middle of its samples m' = cov(u, F^2) / (2 cov(u, F)). One moment sees the chord from zero, where m' = F / 2. What
+is shown in a press is thus wrong by the fraction
+
+    e = k (m' - m),    k = 2 p2 / s,
+
+which is a straight line over m': its value at m' = 0, -k m, and its slope k tell it for any press. It is an error of
+known sign, which moves E by e times the slope of ln E over a gain or a compliance. It is not corrected, so its size
+adds to the half width (JCGM 100:2008, F.2.4.5).
+"""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -12,6 +25,7 @@ LEAST_SPAN = 1e-6  # [N] or [mm]: below, a table has one load or one travel
 ROUNDED = 12.0**-0.5  # standard deviation of a rounded number, of its last digit (JCGM 100:2008, F.2.2.1)
 _UNLIKELY = 1e-4  # probability by which some row of a table without a fault is farther off
 _LEAST_WIDTH = 0.1  # of the rows that draw a line, over that of all
+_BEYOND_SCATTER = 3.0  # deviations: of straight lines a bend is told in three of a thousand
 _LEAST_RESIDUAL = 0.01  # of the span of a line: what is nearer moves a slope by less than the bar tells
 
 
@@ -70,27 +84,63 @@ def _line_without(x: Floats, shown: Floats, index: int) -> _LineWithout | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Bend:
-    """The change of a slope from the first point of a line to the last, over the slope [1], and its deviation."""
+    """The change of a slope from the first point of a line to the last, over the slope [1], and its deviation.
 
-    change: float
-    deviation: float
+    `middle` is that of the points, `span` the distance of the first from the last. `scatter` is the standard deviation
+    of what is shown about the parabola, wider for few points by Student's t.
+    """
+
+    change: float = 0.0
+    deviation: float = 0.0
+    middle: float = 0.0
+    span: float = 1.0
+    scatter: float = 0.0
 
     @property
     def excess(self) -> float:
         """Return by how much the change is larger than what the scatter explains [1]."""
-        return max(0.0, abs(self.change) - 3.0 * self.deviation)
+        return max(0.0, abs(self.change) - _BEYOND_SCATTER * self.deviation)
+
+    @property
+    def told_change(self) -> float:
+        """Return the change [1]; 0 where the scatter explains it."""
+        return self.change if self.excess > 0.0 else 0.0
+
+    @property
+    def lack_of_fit(self) -> "LackOfFit":
+        """Return the lack of fit of the straight line; none where the scatter explains the bend."""
+        per_x = self.told_change / self.span
+        return LackOfFit(at_zero=0.0 - per_x * self.middle, per_x=per_x)
+
+
+class LackOfFit(NamedTuple):
+    """The error of the slope of a straight line, over the slope [1], where it is bent: at x = 0, and per unit of x."""
+
+    at_zero: float
+    per_x: float
 
 
 def bend_of(x: Floats, shown: Floats, last_digits: Floats) -> Bend:
-    """Return the bend of what is shown over x, by a parabola; none of three points or of three different x."""
+    """Return the bend of what is shown over x, by a parabola; none of three points, of two x, or of a level line."""
     freedom = len(x) - 3
-    if freedom < 1 or len(set(x.tolist())) <= 3:  # noqa: PLR2004 - a parabola has three coefficients
-        return Bend(change=0.0, deviation=0.0)
-    part = (x - x.mean()) / np.ptp(x)
+    if freedom < 1 or len(set(x.tolist())) < 3:  # noqa: PLR2004 - a parabola has three coefficients
+        return Bend()
+    span = float(np.ptp(x))
+    part = (x - x.mean()) / span
     columns = np.column_stack([np.ones(len(x)), part, part**2])
     inverse = np.linalg.inv(columns.T @ columns)
     found = inverse @ columns.T @ shown
+    skew = float(np.sum(part**3) / np.sum(part**2))
+    slope = float(found[1] + skew * found[2])  # of the straight line, which is that of the parabola at the middle
+    if slope == 0.0:
+        return Bend()
     scatter = float(np.sum((shown - columns @ found) ** 2)) / freedom
     deviation = np.sqrt((scatter + (ROUNDED * float(last_digits.max())) ** 2) * inverse[2, 2])
     student = float(stdtrit(freedom, 0.975)) / 2.0
-    return Bend(change=float(2.0 * found[2] / found[1]), deviation=float(2.0 * student * deviation / abs(found[1])))
+    return Bend(
+        change=float(2.0 * found[2] / slope),
+        deviation=float(2.0 * student * deviation / abs(slope)),
+        middle=float(x.mean()) + 0.5 * skew * span,
+        span=span,
+        scatter=student * float(np.sqrt(scatter)),
+    )

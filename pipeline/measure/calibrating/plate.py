@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of, saturation_of
-from pipeline.measure.calibrating.line_checks import LEAST_SPAN, bend_of, odd_row
+from pipeline.measure.calibrating.line_checks import LEAST_SPAN, LackOfFit, bend_of, odd_row
 from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_through
 from pipeline.measure.tables.columns import read_csv
 from pipeline.measure.tables.files import place_of
@@ -52,10 +52,11 @@ def measured_plate(
 
 def pressed_springs(
     table: MeasuredTable, channels: ChannelCalibration, weighed: Sequence[Estimate], report: Report
-) -> tuple[list[Estimate], list[float]]:
+) -> tuple[list[Estimate], list[float], list[LackOfFit]]:
     """Return the stiffness of each spring [N/mm], its force over its deflection on a plate of glass.
 
-    Beside them is the standard deviation of each channel's deflection [%]. All tips stand on the plate in every row.
+    Beside them are the standard deviation of each channel's deflection [%], and the lack of fit of each compliance over
+    its force. All tips stand on the plate in every row.
     `weighed` are the stiffnesses from weights and dial [N/mm]; the error of each is its standard deviation, as that of
     those returned. Raises InputError for fewer than three different travels, for saturated counts, and for stiffnesses
     that are not those from weights.
@@ -78,7 +79,13 @@ def pressed_springs(
     ratios = stiffnesses / [spring.value for spring in weighed]
     mean_ratio = float(ratios.mean())
     _refuse_unlike(table, ratios, weighed, report)
+    lacks_of_fit = []
     bends = _bends(table, deflections, forces, channels)
+    for of_force, of_deflection, (stiffness, zero) in zip(channels.lacks_of_fit, bends, lines, strict=True):
+        # The same over the force that the channel shows. What force and deflection share leaves the compliance right.
+        per_N = of_deflection.per_x / stiffness
+        at_zero = of_deflection.at_zero - per_N * zero
+        lacks_of_fit.append(LackOfFit(at_zero=of_force.at_zero - at_zero, per_x=of_force.per_x - per_N))
     # A travel that is read wrong is so for all tips: what all channels show alike beside their lines is its error.
     shown = (forces - [line[1] for line in lines]) / stiffnesses
     read_wrong = (shown - deflections).mean(axis=1)
@@ -92,16 +99,16 @@ def pressed_springs(
         line = line_through(field, travel + read_wrong, shown[:, tip] + flattened[:, tip], np.abs(last_digit), "1")
         # The modulus of a print scatters, and the flattening is proportional to its power of two thirds.
         by_modulus = 2.0 / 3.0 * report.design.process.E_scatter * float(np.ptp(flattened[:, tip]) / np.ptp(travel))
-        left_percent.append(100.0 * max(float(np.hypot(line.error, by_modulus)), LEAST_ERROR))
+        left_percent.append(100.0 * max(float(np.hypot(line.slope.error, by_modulus)), LEAST_ERROR))
         # Springs count as off apart, by the root of their squares; the travel moves all of them.
-        by_travel = _STEEPEST * np.sqrt(len(keys)) * of_travel.error
+        by_travel = _STEEPEST * np.sqrt(len(keys)) * of_travel.slope.error
         by_scale = _STEEPEST * np.sqrt(len(keys)) * (BOUNDED * abs(mean_ratio - 1.0))
         causes = [0.01 * channels.gain_percent[tip], 0.01 * left_percent[tip], by_travel, by_scale]
-        # Within these bounds each may lie anywhere (JCGM 100:2008, 4.3.7).
-        causes += [BOUNDED * abs(ratios[tip] / mean_ratio - 1.0), BOUNDED * 0.5 * bends[tip]]
+        # Within this bound it may lie anywhere (JCGM 100:2008, 4.3.7).
+        causes.append(BOUNDED * abs(ratios[tip] / mean_ratio - 1.0))
         error = float(np.linalg.norm(causes))
         springs.append(Estimate(float(stiffnesses[tip]), float(stiffnesses[tip]) * error, "N/mm"))
-    return springs, left_percent
+    return springs, left_percent, lacks_of_fit
 
 
 def _refuse_bad_row(table: MeasuredTable, deflection: Floats, force: Floats, key: str) -> None:
@@ -116,8 +123,8 @@ def _refuse_bad_row(table: MeasuredTable, deflection: Floats, force: Floats, key
         raise validation_error(place, float(f"{force[row]:.4g}"), "N by its counts", bound, hint)
 
 
-def _bends(table: MeasuredTable, deflections: Floats, forces: Floats, channels: ChannelCalibration) -> list[float]:
-    """Return how much the slope of each channel changes over the press, beyond its scatter [1].
+def _bends(table: MeasuredTable, deflections: Floats, forces: Floats, channels: ChannelCalibration) -> list[LackOfFit]:
+    """Return the lack of fit of each channel over its deflection [mm].
 
     Raises InputError for a channel whose slope changes by more than a tenth: its tip touched late.
     """
@@ -130,7 +137,7 @@ def _bends(table: MeasuredTable, deflections: Floats, forces: Floats, channels: 
             field = f"{table.source}: change of the slope of {key} from the first row to the last"
             hint = "leave out the rows before all tips stand on the plate, and hold plate and sensor still"
             raise validation_error(field, float(f"{bend.change:.3g}"), "", f"within +-{_MOST_BENT:g}", hint)
-        bends.append(bend.excess)
+        bends.append(bend.lack_of_fit)
     return bends
 
 

@@ -39,12 +39,16 @@ class UnitRow:
 
 
 def error_sources(sensor: MeasuringUnit) -> str:
-    """Return the error sources of a calibrated unit: its springs, on a plate its channels too, and their creep."""
-    on_plate = sensor.unit.calibrated_by == "plate"
-    creep = sensor.creep.exponent != 0.0
-    if on_plate:
-        return "by the springs, their creep and deflections" if creep else "by the springs and deflections"
-    return "by the springs and their creep" if creep else "by the springs alone"
+    """Return the error sources of a calibrated unit: its springs, on a plate its channels too, creep and bends."""
+    unit = sensor.unit
+    sources = {
+        "the springs": True,
+        "their creep": sensor.creep.exponent != 0.0,
+        "deflections": unit.calibrated_by == "plate",
+        "bent lines": unit.force_bend is not None or unit.deflection_bend is not None,
+    }
+    *most, last = (words for words, is_one in sources.items() if is_one)
+    return f"by {', '.join(most)} and {last}" if most else f"by {last} alone"
 
 
 def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
@@ -57,7 +61,9 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
         with_design = None
         with suppress(ReadingError):
             with_design = nominal.corrected(read_exactly(nominal, press).E) / E - 1.0
-        u = COVERAGE * sensor.steepness(E) * math.hypot(*_by_unit(sensor, read_exactly(sensor, press).slopes))
+        slopes = read_exactly(sensor, press).slopes
+        bend = sensor.by_bends(slopes.channel_bends, slopes.spring_bends)
+        u = sensor.steepness(E) * (COVERAGE * math.hypot(*_by_unit(sensor, slopes)) + bend)
         rows.append(UnitRow(E=E, forces=tuple(press[-1].tolist()), P=high / low, u=u, with_design=with_design))
     return tuple(rows)
 

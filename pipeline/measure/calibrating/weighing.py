@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.measure.calibrating.line_checks import LEAST_SPAN, ROUNDED, odd_row
+from pipeline.measure.calibrating.line_checks import LEAST_SPAN, ROUNDED, Bend, bend_of, odd_row
 from pipeline.measure.tables.files import place_of
 from pipeline.measure.tables.measured_table import MeasuredTable
 from sensor.quantity import COVERAGE, Estimate, validation_error
@@ -19,8 +20,22 @@ LEAST_ERROR = 1e-4
 _LEAST_COMPLIANCE = 1e-6  # [mm/N] of a spring: below, nothing moved
 
 
-def weighed_springs(table: MeasuredTable, column: str, names: Sequence[str]) -> list[Estimate]:
-    """Return the stiffness [N/mm] of each name in a column, in the order of the names, half of what holds 95 % beside.
+class Line(NamedTuple):
+    """A straight line: its slope, with half of what holds 95 % beside, and how far it is bent."""
+
+    slope: Estimate
+    bend: Bend
+
+
+class WeighedSpring(NamedTuple):
+    """The stiffness [N/mm] of a spring, with half of what holds 95 % beside, and the bend of its deflection."""
+
+    K: Estimate
+    bend: Bend
+
+
+def weighed_springs(table: MeasuredTable, column: str, names: Sequence[str]) -> list[WeighedSpring]:
+    """Return the spring of each name in a column, in the order of the names.
 
     Raises InputError for a name without at least three rows of two weights: one weight cannot tell zero from stiffness.
     """
@@ -60,9 +75,9 @@ def refuse_odd_row(table: MeasuredTable, rows: NDArray[np.intp], over: str, show
 
 def _weighed_spring(
     field: str, forces: NDArray[np.float64], deflections: NDArray[np.float64], last_digits: NDArray[np.float64]
-) -> Estimate:
-    """Return the stiffness [N/mm] by rows that load one spring."""
-    compliance = line_through(field, forces, deflections, last_digits, "mm/N")
+) -> WeighedSpring:
+    """Return the spring that some rows load."""
+    compliance, bend = line_through(field, forces, deflections, last_digits, "mm/N")
     if not compliance.value > _LEAST_COMPLIANCE:
         hint = "swap columns, turn the sign, or mend a unit"
         raise validation_error(field, compliance.value, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
@@ -70,15 +85,16 @@ def _weighed_spring(
         bound = f"known to 200 %, not +- {2.0 * compliance.error:.2g} mm/N"
         raise validation_error(field, compliance.value, "mm/N", bound, "weigh again")
     relative = max(compliance.error / compliance.value, LEAST_ERROR)
-    return Estimate(1.0 / compliance.value, relative / compliance.value, "N/mm")
+    return WeighedSpring(Estimate(1.0 / compliance.value, relative / compliance.value, "N/mm"), bend)
 
 
 def line_through(
     field: str, forces: NDArray[np.float64], shown: NDArray[np.float64], last_digits: NDArray[np.float64], unit: str
-) -> Estimate:
-    """Return the slope of what is shown over forces [N], half of what holds 95 % beside; a wrong zero drops out.
+) -> Line:
+    """Return the line of what is shown over forces [N]; a wrong zero drops out.
 
-    Raises InputError for fewer than three rows or one weight.
+    The scatter is that about a parabola where the line is bent. Raises InputError for fewer than three rows or one
+    weight.
     """
     weights = len(set(forces.tolist()))
     if len(forces) < FEWEST or weights == 1 or not np.ptp(forces) > LEAST_SPAN:
@@ -87,10 +103,16 @@ def line_through(
         raise validation_error(field, len(forces), rows, bound, "add a row without weight")
 
     slope, zero = np.polyfit(forces, shown, 1).tolist()
+    bend = bend_of(forces, shown, last_digits)
+    scatter = bend.scatter
+    if bend.excess == 0.0:
+        residual = shown - zero - slope * forces
+        freedom = len(forces) - 2
+        student = _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else COVERAGE
+        scatter = student / COVERAGE * math.sqrt(float(residual @ residual) / freedom)
     # Each number has the scatter about the line and, beside it, the standard deviation of its rounding.
-    residual = shown - zero - slope * forces
-    freedom = len(forces) - 2
-    student = _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else COVERAGE
-    scatter = student / COVERAGE * math.sqrt(float(residual @ residual) / freedom)
     rounding = ROUNDED * float(last_digits.min())
-    return Estimate(slope, math.hypot(scatter, rounding) / float(np.linalg.norm(forces - forces.mean())), unit)
+    error = math.hypot(scatter, rounding) / float(np.linalg.norm(forces - forces.mean()))
+    if bend.excess > 0.0:
+        error = math.hypot(error, 0.5 * bend.deviation * slope)  # at either end of the line
+    return Line(Estimate(slope, error, unit), bend)

@@ -1,6 +1,7 @@
 """Presses of a unit, read by the rise of the contrast of its tips."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -67,11 +68,13 @@ class ContrastPress:
             return FruitReading(flags=(error.flag,))
         E = sensor.corrected(found.E, press_s)
         left_open = sensor.left_open(self._time_deviation, press_s).of_press(found.slopes)
-        u = half_width(sensor, E, [found.noise, *left_open.values(), *_by_shape(sensor, found.slopes)])
+        slopes = found.slopes
+        bend = sensor.steepness(E) * sensor.by_bends(slopes.channel_bends, slopes.spring_bends)
+        u = half_width(sensor, E, [found.noise, *left_open.values(), *_by_shape(sensor, slopes)]) + bend
         deepest = self._press.deepest[: self._tips]
         stiffened = sensor.press_over_weighed(press_s)
         reading = self._with_pose(found, E, u, stiffened)
-        reading = reading.of_samples(found.samples, sensor.steepness(E) * found.noise)
+        reading = replace(reading.of_samples(found.samples, sensor.steepness(E) * found.noise), bend=bend)
         reading = reading.with_shift(self._shift_by_one(E, load, press_s))
         if self._stroke is not None:
             reading = with_force_ratio(sensor, reading, found, deepest, press_s)

@@ -27,7 +27,8 @@ class FruitReading:
     time of the reading in a signal. `relaxation` [1] is the apparent modulus late in the hold over that at its start,
     None where the flesh is not said to relax. `firmness` is what another instrument would show of this fruit [N or
     MPa], with its standard uncertainty, where the unit has that instrument's scale. `samples` is how many of a press
-    were weighed. `noise` [1] is the part of `u` that falls with their number, None where it is not told apart.
+    were weighed. `noise` [1] is the part of `u` that falls with their number, None where it is not told apart. `bend`
+    [1] is what `u` holds for lines of the calibration that are bent.
 
     `offset` [mm] is by how much the high tips stand nearer to the skin than the low ones, beyond what design and
     calibration say. `offset_u` [mm] is the half width that holds 95 %. A press of a line or a square tells them.
@@ -49,6 +50,7 @@ class FruitReading:
     t: float | None = None
     samples: int | None = None
     noise: float | None = None
+    bend: float = 0.0
     offset: float | None = None
     offset_u: float | None = None
     lines_left_out: tuple[int, ...] = ()
@@ -103,6 +105,8 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
             "u_noise_percent": None if reading.noise is None else 100.0 * reading.noise,
             "u_left_percent": None if reading.left is None else 100.0 * reading.left,
         }
+    if reading.bend:
+        of_press = {**of_press, "u_bend_percent": 100.0 * reading.bend}
     offset: Plain = {}
     if reading.offset is not None:
         offset = {"offset_mm": reading.offset, "offset_u_mm": reading.offset_u}

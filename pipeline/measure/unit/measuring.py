@@ -18,7 +18,7 @@ from sensor.arrays import Flags, Floats
 from sensor.design.parameters import Design
 from sensor.quantity import BOUNDED, validation_error
 from sensor.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened_compliance
-from sensor.theory.contrast_rise import RiseLaw, RollingDomes
+from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
 from sensor.theory.creep import CreepLaw
 from solve.contact.domes.large_strain import large_strain
 
@@ -182,6 +182,18 @@ class MeasuringUnit:
             on_plate=self.unit.calibrated_by == "plate",
             creep=self.creep.deviation(self.unit.weighed_after_s, press_s or self.design.press_s),
         )
+
+    def by_bends(self, channels: BendSlopes, springs: BendSlopes) -> float:
+        """Return the size of the error of a modulus [1] by channels and springs whose lines bend, of its slopes."""
+        unit = self.unit
+        error = 0.0
+        for slopes, at_zero, per_N in (
+            (channels, unit.force_bend, unit.force_bend_per_N),
+            (springs, unit.deflection_bend, unit.deflection_bend_per_N),
+        ):
+            if at_zero is not None and per_N is not None:
+                error += float(np.dot(slopes.at_zero, at_zero) + np.dot(slopes.per_N, per_N))
+        return abs(error)
 
     @property
     def by_heat(self) -> list[float]:

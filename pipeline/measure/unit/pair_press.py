@@ -11,7 +11,7 @@ from pipeline.measure.unit.seating import SeatedPress
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, ReadingSlopes, contrast_slopes
-from sensor.theory.contrast_rise import RiseError, RiseLaw, RiseReading
+from sensor.theory.contrast_rise import BendSlopes, RiseError, RiseLaw, RiseReading
 
 
 def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
@@ -30,8 +30,14 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     by_noise = float(np.linalg.norm(np.multiply(slopes.forces, sensor.noises)))
     by_tilt = slopes.contrast * sensor.lead_deviation
     left_open = sensor.left_open().of_moment(slopes, forces)
-    u = half_width(sensor, E, [by_noise, by_tilt, *left_open.values()])
-    return checked_reading(sensor, E, u, sensor.press_over_weighed() * forces)
+    # The force of one moment is a chord from zero, which has the slope of a parabola at half of it.
+    channels, springs = (
+        BendSlopes(at_zero=tuple(each.tolist()), per_N=tuple((0.5 * each * forces).tolist()))
+        for each in (np.multiply(slopes.forces, forces), np.array(slopes.springs))
+    )
+    bend = sensor.by_bends(channels, springs)
+    u = half_width(sensor, E, [by_noise, by_tilt, *left_open.values()]) + sensor.steepness(E) * bend
+    return replace(checked_reading(sensor, E, u, sensor.press_over_weighed() * forces), bend=bend)
 
 
 def with_force_ratio(

@@ -25,7 +25,13 @@ _SPRING_ERROR = Bounds(above=0.0, at_most=100.0)  # no spring is known exactly
 _ERROR = Bounds(at_least=0.0, at_most=100.0)
 WEIGHED_AFTER = Bounds(above=0.0, at_most=365.25 * 86400.0)
 """Of the time after which a weight is read [s]: at most a year."""
+_BEND = Bounds(at_least=-1e6, at_most=1e6)
 _CREEP = Bounds(at_least=0.0, below=1.0)
+_TOGETHER = (
+    ("creep_per_decade", "creep_error"),
+    ("force_bend", "force_bend_per_N"),
+    ("deflection_bend", "deflection_bend_per_N"),
+)
 _MOST_COUNTS = 2**31 - 1  # firmware holds counts in 32 bits
 _FORMER_KEYS = ("height_mm", "height_error_mm")
 """Keys of version 0.1, whose heights of tips drop out of a press."""
@@ -46,6 +52,10 @@ class PrintedUnit:
     Stiffnesses and gains are those of weights that were read `weighed_after_s` after they were hung. `creep_per_decade`
     is the unit's own growth of the compliance in a decade of time, `creep_error` its standard deviation [1]. Both are
     None where it was not found. Then it has that of its process.
+
+    `force_bend` is the error of the slope by which counts tell a force, over the slope [1], at no force, and
+    `force_bend_per_N` its change with the force. `deflection_bend` is that of the compliances, 1 / K. They are None
+    where all lines are straight.
     """
 
     design: str
@@ -64,6 +74,10 @@ class PrintedUnit:
     weighed_after_s: float = quantity("s", WEIGHED_AFTER, default=WEIGHED_AFTER_S, hint=_HINT)
     creep_per_decade: float | None = quantity("1", _CREEP, default=None, hint=_HINT)
     creep_error: float | None = quantity("1", _CREEP, default=None, hint=_HINT)
+    force_bend: tuple[float, ...] | None = quantity("1", _BEND, default=None, hint=_HINT)
+    force_bend_per_N: tuple[float, ...] | None = quantity("1/N", _BEND, default=None, hint=_HINT)
+    deflection_bend: tuple[float, ...] | None = quantity("1", _BEND, default=None, hint=_HINT)
+    deflection_bend_per_N: tuple[float, ...] | None = quantity("1/N", _BEND, default=None, hint=_HINT)
     scale: FruitScale | None = None
 
     def __post_init__(self) -> None:
@@ -77,10 +91,11 @@ class PrintedUnit:
                 bound = f"a list of {len(self.tips)} numbers, one for each tip"
                 name = f"unit.{item.name}"
                 raise validation_error(name, list(values), "", bound, _HINT)
-        if (self.creep_per_decade is None) != (self.creep_error is None):
-            missing = "creep_error" if self.creep_error is None else "creep_per_decade"
-            name = f"unit.{missing}"
-            raise validation_error(name, None, "1", "given with the other number of the creep", _HINT)
+        for first, other in _TOGETHER:
+            if (getattr(self, first) is None) != (getattr(self, other) is None):
+                missing, given = (first, other) if getattr(self, first) is None else (other, first)
+                name = f"unit.{missing}"
+                raise validation_error(name, None, "", f"given with {given}", _HINT)
         if self.newtons_per_count or self.zero_counts:
             self._check_counts()
 

@@ -120,7 +120,7 @@ def rows_of(path, report, text):
 def test_dial_that_hides_the_scatter_widens_the_spring(paper, tmp_path):
     """A dial of 0.1 mm shows 30 g and 60 g without scatter: the slope is as open as two rounded numbers leave it."""
     rows = rows_of(tmp_path / "dial.csv", paper.report, "".join(f"low,{g},{0.01 * g:.1f}\n" for g in (0, 30, 60)))
-    (low,) = weighed_springs(rows, "tip", ["low"])
+    ((low, _),) = weighed_springs(rows, "tip", ["low"])
     assert low.value == pytest.approx(GRAM / 0.01)
     spread = np.sqrt(2.0) * 30.0 * GRAM
     assert low.relative == pytest.approx(0.1 / np.sqrt(12.0) / spread * low.value, rel=1e-6)
@@ -129,7 +129,7 @@ def test_dial_that_hides_the_scatter_widens_the_spring(paper, tmp_path):
 def test_spring_of_few_rows_is_wider_by_student_s_t(paper, tmp_path):
     """Residuals 1, -2, 1 um: three rows leave one degree of freedom, whose t is 12.71; 2 sigma hold 95 %."""
     rows = rows_of(tmp_path / "few.csv", paper.report, "low,0,0.001000\nlow,50,0.498000\nlow,100,1.001000\n")
-    (low,) = weighed_springs(rows, "tip", ["low"])
+    ((low, _),) = weighed_springs(rows, "tip", ["low"])
     deviation = np.sqrt(6e-6) / (np.sqrt(2.0) * 50.0 * GRAM)
     assert low.relative == pytest.approx(12.71 / 2.0 * deviation * low.value, rel=1e-4)
 

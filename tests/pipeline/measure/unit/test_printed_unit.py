@@ -23,6 +23,8 @@ def unit(paper):
         newtons_per_count=((1e-6, 0.0), (1e-8, 1e-5)),
         zero_counts=(5.0, -7.0),
         saturation_counts=99,
+        force_bend=(0.0, 0.1),
+        force_bend_per_N=(0.0, -0.05),
     )
 
 
@@ -103,6 +105,10 @@ def test_unit_of_another_design_is_refused(unit, paper, mango, refused):
         ("nominal", "*/ system(1); /*", "unit.method"),
         ("zero_counts = [5.0, ", "zero_counts = [", "unit.newtons_per_count"),
         ("saturation_counts = 99", "saturation_counts = 0", "unit.newtons_per_count"),
+        ("force_bend = [0.0, 0.1]", "", "unit.force_bend"),
+        ("force_bend_per_N = [0.0, -0.05]", "", "unit.force_bend_per_N"),
+        ("[0.0, -0.05]", "[0.0, inf]", "unit.force_bend_per_N"),
+        ("[0.0, -0.05]", "[0.0]", "unit.force_bend_per_N"),
     ],
 )
 def test_damaged_unit_is_refused_by_its_field(unit, paper, old, new, field, refused):
