@@ -39,6 +39,17 @@ class Body:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Build:
+    """The meshes that the build of a 3MF file puts on the bed, and how many items have the attribute `printable`.
+
+    Slicers write it into their projects, though the standard has no such attribute.
+    """
+
+    bodies: list[Body]
+    marked_printable: int
+
+
+@dataclass(frozen=True, kw_only=True)
 class _Use:
     """An object that a build item or a component puts in place: at (x, y, z, 1) times `placement`, (4, 3) [mm]."""
 
@@ -66,6 +77,7 @@ class _Model:
     millimetres: float = 1.0
     objects: dict[str, _Object] = field(default_factory=dict)
     items: list[_Use] = field(default_factory=list)
+    marked_printable: int = 0
     open_object: _Object = field(default_factory=_Object)
     in_mesh: bool = False
 
@@ -90,6 +102,7 @@ class _Model:
             self.open_object.components.append(self._use(attributes))
         elif tag == "item":
             self.items.append(self._use(attributes))
+            self.marked_printable += "printable" in prefixed
 
     def end(self, element: str) -> None:
         """Take the end of an element."""
@@ -110,15 +123,16 @@ class _Model:
         return _Use(model=model, object_id=attributes["objectid"], placement=placement)
 
 
-def read_bodies(path: Path) -> list[Body]:
-    """Return every mesh that the build of a 3MF file puts on the bed; raises ValueError for a file without a model."""
+def read_build(path: Path) -> Build:
+    """Return what a 3MF file puts on the bed; raises ValueError for a file without a model."""
     try:
         with zipfile.ZipFile(path) as package:
             parts = {_part_name(name): name for name in package.namelist()}
             root = _read_model(package, parts, _root_name(package, parts))
             others = {use.model for use in root.uses} - {root.path}
             models = {name: _read_model(package, parts, name) for name in sorted(others)} | {root.path: root}
-        return [body for item in root.items for body in _bodies(models, item, _IN_PLACE)]
+        bodies = [body for item in root.items for body in _bodies(models, item, _IN_PLACE)]
+        return Build(bodies=bodies, marked_printable=sum(model.marked_printable for model in models.values()))
     except KeyError as error:
         msg = f"{error.args[0]!r} is missing or is not one that 3MF knows"
         raise ValueError(msg) from error

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import codecs
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import cadquery as cq
@@ -10,16 +13,20 @@ import OCP
 
 from cad.files.file_date import file_date
 from cad.parts.sensor import NamedSolid
+from sensor.machine_error import MachineError
 
-_STEP_SETTINGS = {"write.step.schema": "AP242DIS", "write.step.unit": "MM", "xstep.cascade.unit": "MM"}
+_WRITING = {"write.step.schema": "AP242DIS", "write.step.unit": "MM", "xstep.cascade.unit": "MM"}
+_READING = {"xstep.cascade.unit": "MM"}
 
 
 def write_step(bodies: Sequence[NamedSolid], path: Path, name: str) -> None:
     """Write bodies [mm] to a STEP file dated `file_date`; several become an assembly of the name; raises OSError."""
-    for key, value in _STEP_SETTINGS.items():
-        OCP.Interface.Interface_Static.SetCVal_s(key, value)
-    writer = OCP.STEPCAFControl.STEPCAFControl_Writer()
-    writer.Transfer(_document(bodies, name), OCP.STEPControl.STEPControl_AsIs)
+    with _settings(_WRITING):
+        writer = OCP.STEPCAFControl.STEPCAFControl_Writer()
+        transferred = writer.Transfer(_document(bodies, name), OCP.STEPControl.STEPControl_AsIs)
+    if not transferred:
+        msg = f"STEP: the CAD kernel cannot translate the solids of {path}; check that there is free memory"
+        raise MachineError(msg)
     header = OCP.APIHeaderSection.APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
     header.SetName(_ascii(name))
     header.SetTimeStamp(_ascii(file_date().strftime("%Y-%m-%dT%H:%M:%S")))
@@ -28,6 +35,25 @@ def write_step(bodies: Sequence[NamedSolid], path: Path, name: str) -> None:
     if writer.Write(str(path)) != OCP.IFSelect.IFSelect_RetDone:
         msg = f"STEP: cannot write {path}; check that the folder exists and has room"
         raise OSError(msg)
+
+
+@contextmanager
+def _settings(values: Mapping[str, str]) -> Iterator[None]:
+    """Give OCCT's settings, which all of a process share, these values inside the block.
+
+    They exist once a controller has been made. Raises MachineError for a setting or a value that OCCT does not know.
+    """
+    OCP.STEPCAFControl.STEPCAFControl_Controller.Init_s()
+    before = {key: OCP.Interface.Interface_Static.CVal_s(key) for key in values}
+    try:
+        for key, value in values.items():
+            if not OCP.Interface.Interface_Static.SetCVal_s(key, value):
+                msg = f"STEP: OCCT does not take {value!r} for {key!r}; install the versions of requirements.lock"
+                raise MachineError(msg)
+        yield
+    finally:
+        for key, value in before.items():
+            OCP.Interface.Interface_Static.SetCVal_s(key, value)
 
 
 def _document(bodies: Sequence[NamedSolid], name: str) -> OCP.TDocStd.TDocStd_Document:
@@ -82,11 +108,19 @@ def _ascii(text: str) -> OCP.TCollection.TCollection_HAsciiString:
 
 
 def read_step(path: Path) -> cq.Shape:
-    """Return the shape of a STEP file [mm]; raises ValueError when it holds none that can be read."""
+    """Return the shape of a STEP file [mm], which may begin with a byte order mark.
+
+    Raises OSError for a file that cannot be read, ValueError for one that holds no shape.
+    """
+    with path.open("rb") as file:
+        has_mark = file.read(len(codecs.BOM_UTF8)) == codecs.BOM_UTF8
+        without_mark = io.BytesIO(file.read() if has_mark else b"")
     # OCCT prints what it meets; the caller gets it as an error.
     OCP.Message.Message.DefaultMessenger_s().ChangePrinters().Clear()
-    reader = OCP.STEPControl.STEPControl_Reader()
-    if reader.ReadFile(str(path)) != OCP.IFSelect.IFSelect_RetDone or not reader.TransferRoots():
-        msg = f"STEP: {path.name} holds no shape that can be read; export it again"
-        raise ValueError(msg)
-    return cq.Shape.cast(reader.OneShape())
+    with _settings(_READING):
+        reader = OCP.STEPControl.STEPControl_Reader()
+        status = reader.ReadStream(path.name, without_mark) if has_mark else reader.ReadFile(str(path))
+        if status != OCP.IFSelect.IFSelect_RetDone or not reader.TransferRoots():
+            msg = f"STEP: {path.name} holds no shape that can be read; export it again"
+            raise ValueError(msg)
+        return cq.Shape.cast(reader.OneShape())

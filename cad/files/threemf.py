@@ -11,7 +11,7 @@ import lib3mf
 import trimesh
 
 from cad.files.file_date import file_date
-from cad.files.package import read_bodies
+from cad.files.package import read_build
 
 _XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
 _SCHEMAS = "http://schemas.openxmlformats.org/package/2006"
@@ -27,6 +27,7 @@ _MODEL = (
     f'{_XML}<model unit="millimeter" xml:lang="en-US" xmlns="{_MICROSOFT}/core/2015/02"><resources>\n'
     "{objects}\n</resources><build>{items}</build></model>\n"
 )
+_UNKNOWN_ATTRIBUTE = 0x80A7  # lib3mf's NMR_ERROR_NAMESPACE_INVALID_ATTRIBUTE
 _FIRST_ZIP_DAY = datetime(1980, 1, 1, tzinfo=UTC)  # before it no entry of an archive can be dated
 
 
@@ -70,14 +71,15 @@ def read_3mf(path: Path) -> Package:
     Equal corners within one object are merged, which the standard wants of the file: more than one is a fault.
     """
     try:
-        bodies = read_bodies(path)
+        build = read_build(path)
     except ValueError as error:
         msg = f"3MF: {path.name} cannot be read ({error}); export it again"
         raise ValueError(msg) from error
+    bodies = build.bodies
     if not bodies:
         msg = f"3MF: {path.name} holds no triangles; export it again"
         raise ValueError(msg)
-    faults = list(_faults(path))
+    faults = _faults(path, build.marked_printable)
     meshes = []
     for body in bodies:
         mesh = trimesh.Trimesh(body.vertices, body.triangles, process=False)
@@ -90,13 +92,21 @@ def read_3mf(path: Path) -> Package:
     return Package(mesh=trimesh.Trimesh(corners, triangles, process=False), names=names, faults=tuple(faults))
 
 
-def _faults(path: Path) -> tuple[str, ...]:
-    """Return the warnings of lib3mf on a file, and its reason where it refuses the file."""
+def _faults(path: Path, marked_printable: int) -> list[str]:
+    """Return the warnings of lib3mf on a file, and its reason where it refuses the file.
+
+    It warns of each item with `printable`, which the projects of slicers have and every slicer knows: no faults.
+    """
     reader = lib3mf.get_wrapper().CreateModel().QueryReader("3mf")
     refused = []
     try:
         reader.ReadFromFile(str(path))
     except lib3mf.ELib3MFException as error:
         refused = [str(error)]
-    warnings = [text for _, text in (reader.GetWarning(i) for i in range(reader.GetWarningCount()))]
-    return (*warnings, *refused)
+    faults = []
+    for code, text in (reader.GetWarning(i) for i in range(reader.GetWarningCount())):
+        if code == _UNKNOWN_ATTRIBUTE and marked_printable > 0:
+            marked_printable -= 1
+        else:
+            faults.append(text)
+    return faults + refused

@@ -1,11 +1,18 @@
+import codecs
 import math
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import cadquery as cq
+import OCP
 import pytest
 
+from cad.files import step
 from cad.files.step import read_step, write_step
 from cad.parts.sensor import NamedSolid
+from sensor.machine_error import MachineError
 
 BOX = NamedSolid(name="box", shape=cq.Solid.makeBox(1, 2, 3), colour=(1, 0, 0))
 DOME = NamedSolid(name="dome", shape=cq.Solid.makeSphere(1), colour=(0, 1, 0.5))
@@ -30,6 +37,55 @@ def test_header_holds_the_given_time_and_millimetres(tmp_path, monkeypatch):
     assert "'1970-01-02T00:00:00'" in text
     assert "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING" in text
     assert "SI_UNIT(.MILLI.,.METRE.)" in text
+
+
+def test_first_file_of_a_process_is_ap242_too(tmp_path):
+    """The kernel's settings exist only once one of its controllers has been made."""
+    program = """if True:
+        import sys
+        from pathlib import Path
+        import cadquery as cq
+        from cad.files.step import write_step
+        from cad.parts.sensor import NamedSolid
+        box = NamedSolid(name="box", shape=cq.Solid.makeBox(1, 2, 3), colour=(1, 0, 0))
+        write_step([box], Path(sys.argv[1]), "box")
+    """
+    subprocess.run([sys.executable, "-c", program, tmp_path / "first.step"], check=True, cwd=Path(__file__).parents[3])
+    assert "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING" in (tmp_path / "first.step").read_text()
+
+
+def test_settings_of_the_process_neither_count_nor_change(tmp_path):
+    """A program that has set metres for its own files gets ours in millimetres, and keeps its metres."""
+    given = {"write.step.schema": "AP203", "write.step.unit": "M", "xstep.cascade.unit": "M"}
+    settings = OCP.Interface.Interface_Static
+    OCP.STEPControl.STEPControl_Controller.Init_s()
+    before = {key: settings.CVal_s(key) for key in given}
+    try:
+        assert all(settings.SetCVal_s(key, value) for key, value in given.items())
+        write_step([BOX], tmp_path / "box.step", "box")
+        volume = read_step(tmp_path / "box.step").Volume()
+        assert {key: settings.CVal_s(key) for key in given} == given
+    finally:
+        assert all(settings.SetCVal_s(key, value) for key, value in before.items())
+    text = (tmp_path / "box.step").read_text()
+    assert "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING" in text
+    assert "SI_UNIT(.MILLI.,.METRE.)" in text
+    assert volume == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize("setting", [("write.step.schema", "AP999"), ("write.step.colour", "red")])
+def test_setting_that_the_kernel_does_not_take_is_an_error(tmp_path, monkeypatch, setting):
+    monkeypatch.setattr(step, "_WRITING", dict([setting]))
+    with pytest.raises(MachineError, match=setting[0]):
+        write_step([BOX], tmp_path / "box.step", "box")
+
+
+def test_byte_order_mark_is_passed_over(tmp_path):
+    """With the line ends of Windows, as some translators write."""
+    write_step([BOX], tmp_path / "box.step", "box")
+    content = (tmp_path / "box.step").read_bytes().replace(b"\n", b"\r\n")
+    (tmp_path / "marked.step").write_bytes(codecs.BOM_UTF8 + content)
+    assert read_step(tmp_path / "marked.step").Volume() == pytest.approx(6.0)
 
 
 def test_missing_folder_and_text_that_is_no_step_are_refused(tmp_path):

@@ -178,7 +178,13 @@ STACK = (
 )
 SHAPES = {  # name: model, number of bodies, size [mm] of all of them, whether it keeps the standard
     "plain": (model_text(BOX), 1, SIZE, True),
-    "printable": (model_text(BOX, '<item objectid="1" printable="1"/>'), 1, SIZE, False),
+    "printable": (model_text(BOX, '<item objectid="1" printable="1"/>'), 1, SIZE, True),
+    "two printable": (
+        model_text(BOX, f'<item objectid="1" printable="1"/><item objectid="1" printable="1" transform="{MOVED}"/>'),
+        2, (50.0, 10.0, 5.0), True,
+    ),
+    "another attribute": (model_text(BOX, '<item objectid="1" printed="1"/>'), 1, SIZE, False),
+    "printable and another": (model_text(BOX, '<item objectid="1" printable="1" printed="1"/>'), 1, SIZE, False),
     "no unit": (model_text(BOX, head=""), 1, SIZE, True),
     "two items": (model_text(BOX, f'{ITEM}<item objectid="1" transform="{MOVED}"/>'), 2, (50.0, 10.0, 5.0), True),
     "components": (
