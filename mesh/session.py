@@ -1,16 +1,19 @@
-"""The one gmsh session of a process: opened with explicit options, always closed, its errors and arrays in one form."""
+"""The one gmsh session of a process: explicit options, left as it was found, its errors and arrays in one form."""
 
 import signal
+import tempfile
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import gmsh
 import numpy as np
 from numpy.typing import NDArray
 
 from sensor.arrays import Floats
+from sensor.machine_error import MachineError
 
 Ints = NDArray[np.int64]
 
@@ -28,6 +31,9 @@ OPTIONS = {
     "Mesh.MeshSizeFromPoints": 0.0,
     "Mesh.MeshSizeFromCurvature": 0.0,
 }
+
+_CHANGED_BY_WRITING = ("General.Terminal", "Print.Format")
+_REINSTALL = "free memory, or install gmsh again"
 
 
 class MeshError(RuntimeError):
@@ -47,19 +53,51 @@ class MeshError(RuntimeError):
 
 @contextmanager
 def gmsh_session() -> Iterator[None]:
-    """Open gmsh with this project's options and close it whatever happens; raises MeshError when it is open already."""
-    if gmsh.isInitialized():
-        raise MeshError("session", "gmsh is open already", "close the other session first, gmsh is one per process")
-    # Not interruptible: gmsh would replace the signal handler of Ctrl-C. No config files: a mesh must repeat anywhere.
-    with _signals_kept():
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
-    try:
+    """Give gmsh with this project's options and an empty model, whatever a program does with gmsh itself.
+
+    Where gmsh is closed, it is opened and closed again. Where the program has it open, the work stands beside its own,
+    which it finds as it left it. Raises MachineError where gmsh fails.
+    """
+    with _beside_the_program() if gmsh.isInitialized() else _opened():
         with stage("session", "check the option names against the installed gmsh"):
             for name, value in OPTIONS.items():
                 gmsh.option.setNumber(name, value)
         yield
+
+
+@contextmanager
+def _opened() -> Iterator[None]:
+    # Not interruptible: gmsh would replace the signal handler of Ctrl-C. No config files: a mesh must repeat anywhere.
+    with _signals_kept(), stage("session", _REINSTALL):
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        yield
     finally:
         gmsh.finalize()
+
+
+@contextmanager
+def _beside_the_program() -> Iterator[None]:
+    """Give a model of its own and gmsh's default options; then give back the model and the options of the program."""
+    with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
+        options = str(Path(folder) / "program.opt")
+        with stage("session", _REINSTALL):
+            model = gmsh.model.getCurrent()
+            numbers = {name: gmsh.option.getNumber(name) for name in _CHANGED_BY_WRITING}
+            gmsh.option.setNumber("General.Terminal", 0.0)
+            gmsh.write(options)  # those that are not as gmsh has them by default
+            gmsh.model.add("twintip")
+            gmsh.option.restoreDefaults()
+        try:
+            yield
+        finally:
+            with stage("session", _REINSTALL):
+                gmsh.model.remove()
+                gmsh.model.setCurrent(model)
+                gmsh.option.restoreDefaults()
+                gmsh.merge(options)
+                for name, number in numbers.items():
+                    gmsh.option.setNumber(name, number)
 
 
 @contextmanager
@@ -80,14 +118,18 @@ def _signals_kept() -> Iterator[None]:
 
 @contextmanager
 def stage(name: str, hint: str) -> Iterator[None]:
-    """Turn an error of gmsh inside the block into a MeshError with this stage and hint; others pass unchanged."""
+    """Turn an error of gmsh inside the block into a MachineError with this stage and hint; others pass unchanged.
+
+    What gmsh itself raises is a fault of gmsh or of memory. Whether a mesh is good is checked here, by MeshError.
+    """
     try:
         yield
     except Exception as error:
         # gmsh raises the bare class Exception and nothing else; every subclass is somebody else's.
         if type(error) is not Exception:
             raise
-        raise MeshError(name, f"gmsh says {str(error).strip() or 'nothing'!r}", hint) from error
+        msg = f"mesh, stage {name!r}: gmsh says {str(error).strip() or 'nothing'!r}; {hint}"
+        raise MachineError(msg) from error
 
 
 @dataclass(frozen=True)

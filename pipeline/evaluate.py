@@ -34,6 +34,7 @@ from pipeline.verdicts.targets import reached_targets
 from sensor.design.leaves import check_clamps
 from sensor.design.parameters import Design
 from sensor.design.tip_mount import plate_depth
+from sensor.turns import in_turn
 from sensor.verdict import Verdict
 from solve.linear import SolveError
 
@@ -84,6 +85,7 @@ def with_leaning_tips(sensor: Sensor, options: RunOptions, timed: Stopwatch) -> 
     return replace(sensor, springs=springs)
 
 
+@in_turn
 def evaluate(design: Design, options: RunOptions | None = None, *, timed: Stopwatch | None = None) -> SensorResult:
     """Return every number, verdict and error of a design but the verdicts on its files; raises as `fitted_sensor`."""
     options = options or RunOptions()

@@ -23,8 +23,10 @@ from pipeline.storage.stopwatch import Progress, Stopwatch, silent
 from pipeline.storage.workers import cad_worker
 from pipeline.verdicts.hints import with_hints
 from sensor.design.parameters import Design
+from sensor.turns import in_turn
 
 
+@in_turn
 def run(
     design: Design, options: RunOptions | None = None, *, beside: bool = True, progress: Progress = silent
 ) -> SensorResult:

@@ -13,6 +13,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import LinearOperator, cg, splu
 
 from sensor.arrays import Floats, Ints
+from sensor.machine_error import MachineError
 
 RESIDUAL_LIMIT = 1e-9
 CG_TOLERANCE = 1e-9  # of the norm of a load: what conjugate gradients leave, whose square is what a compliance misses
@@ -128,11 +129,13 @@ def factorise(matrix: csc_matrix, fixed: Ints, digits: float = DIGITS) -> Factor
 
 
 def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
-    """Return the solve of a matrix that is factorised here; raises SolveError."""
+    """Return the solve of a matrix that is factorised here; raises SolveError, or MemoryError where none is left."""
     symmetric = {"SymmetricMode": True}
     try:
         factor = splu(block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_RELAXED, options=symmetric)
     except RuntimeError as error:
+        if "singular" not in str(error):  # all else that SuperLU says is that it got no memory
+            raise MemoryError(str(error)) from error
         raise SolveError(_singular(error)) from error
     back_substitute: Callable[[Floats], Floats] = factor.solve
     return back_substitute
@@ -144,15 +147,23 @@ def factor_bytes(unknowns: int) -> float:
 
 
 def check_cost(unknowns: int) -> None:
-    """Raise SolveError for a number of unknowns [1] whose factor takes more than 4 GiB, or than the machine has."""
+    """Raise SolveError for a number of unknowns [1] whose factor takes more than 4 GiB.
+
+    Raises MachineError where it takes less, and more than the machine has.
+    """
     machine = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    most = min(MOST_BYTES, machine)
-    if factor_bytes(unknowns) > most:
-        msg = (
-            f"linear solve: memory for {unknowns} unknowns = {factor_bytes(unknowns) / 2**30:.3g} GiB: must be at most "
-            f"{most / 2**30:.3g} GiB; take a smaller fruit, shorter leaves or a larger --tol"
-        )
-        raise SolveError(msg)
+    if factor_bytes(unknowns) > MOST_BYTES:
+        raise SolveError(_too_large(unknowns, MOST_BYTES, "take a smaller fruit, shorter leaves or a larger --tol"))
+    if factor_bytes(unknowns) > machine:
+        raise MachineError(_too_large(unknowns, machine, "use a machine with more memory, or a larger --tol"))
+
+
+def _too_large(unknowns: int, most: float, hint: str) -> str:
+    needed = factor_bytes(unknowns) / 2**30
+    return (
+        f"linear solve: memory for {unknowns} unknowns = {needed:.3g} GiB: must be at most {most / 2**30:.3g} GiB; "
+        f"{hint}"
+    )
 
 
 def _singular(error: Exception | str) -> str:

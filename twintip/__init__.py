@@ -9,6 +9,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sensor.turns import in_turn
+
 if TYPE_CHECKING:
     import cadquery as cq
 
@@ -100,6 +102,7 @@ _NAMES_OF = {
 _MODULE_OF = {name: module for module, names in _NAMES_OF.items() for name in names}
 
 
+@in_turn
 def housing(result: SensorResult) -> cq.Workplane:
     """Return the housing of a result [mm] on a CadQuery workplane.
 
@@ -116,6 +119,7 @@ def housing(result: SensorResult) -> cq.Workplane:
     return on_workplane(sensor_of(result.design, made).part)
 
 
+@in_turn
 def read_press(report: Report, file: str | Path, unit: PrintedUnit | str | Path | None = None) -> list[FruitReading]:
     """Return one reading for each press in a CSV file of forces or counts, as `pipeline read` does.
 
@@ -131,6 +135,7 @@ def read_press(report: Report, file: str | Path, unit: PrintedUnit | str | Path 
     return list(readings_of(_measuring(report, unit), signal))
 
 
+@in_turn
 def calibrate(report: Report, weights: str | Path, after_s: float | None = None) -> Calibration:
     """Return the calibration of a printed unit by a table of weights, as `pipeline calibrate` does.
 
@@ -149,6 +154,7 @@ def calibrate(report: Report, weights: str | Path, after_s: float | None = None)
     return calibrate_unit(report, table, after_s=after_s)
 
 
+@in_turn
 def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
     """Return the read-out of a unit as a C99 header, as `pipeline read --c-header` writes it.
 
@@ -159,6 +165,7 @@ def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> st
     return firmware.c_header(_measuring(report, unit))
 
 
+@in_turn
 def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
     """Return the read-out of a unit as a MicroPython module, as `pipeline read --micropython` writes it.
 
@@ -186,6 +193,7 @@ def _measuring(report: Report, unit: PrintedUnit | str | Path | None) -> Measuri
     return MeasuringUnit(report=report, unit=printed, classes=classes)
 
 
+@in_turn
 def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]:
     """Return the modulus [MPa] of each specimen in the file of a compression test, as `pipeline modulus` does.
 

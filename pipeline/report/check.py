@@ -1,6 +1,7 @@
 """Whether files are as they were written, and their geometry checked anew in a worker: a bad file may end a kernel."""
 
-from concurrent.futures import BrokenExecutor
+from concurrent.futures import BrokenExecutor, wait
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ from sensor.input_file import read_toml
 from sensor.verdict import Verdict, equal, unreadable
 
 SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some seconds
+# In what loky says of a worker that ended: the system ends so what takes its memory, and no file does.
+_FROM_OUTSIDE = ("SIGKILL", "SIGTERM")
 _MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
 _MEASURED_STRIPS = "strips.step"
 _WRITTEN = 1e-3  # relative: response.csv has four digits of a modulus that may show P
@@ -24,19 +27,21 @@ def check_path(path: Path, process: str | None) -> tuple[Verdict, ...]:
     """Return the verdicts on a file by the rules of a process, or on an output folder without one.
 
     A file that ends the kernel, or keeps it busy for minutes, is the failed verdict geometry.readable. Raises
-    InputError where a folder's report is not one of ours.
+    InputError where a folder's report is not one of ours, BrokenExecutor where the worker was ended from outside.
     """
     written = unchanged_verdicts(path) if process is None else ()
     executor = open_workers(1)
     try:
-        if process is None:
-            geometry = executor.submit(folder_geometry, path).result(SECONDS)
+        judge = partial(folder_geometry, path) if process is None else partial(file_geometry, path, process)
+        judged = executor.submit(judge)
+        if wait([judged], SECONDS).done:
+            geometry = judged.result()
         else:
-            geometry = executor.submit(file_geometry, path, process).result(SECONDS)
-    except BrokenExecutor:
+            geometry = (unreadable(f"reading {path.name} took more than {SECONDS:g} s; export it again"),)
+    except BrokenExecutor as error:
+        if any(signal in str(error) for signal in _FROM_OUTSIDE):
+            raise
         geometry = (unreadable(f"reading {path.name} ended the CAD kernel; export it again"),)
-    except TimeoutError:
-        geometry = (unreadable(f"reading {path.name} took more than {SECONDS:g} s; export it again"),)
     finally:
         close_workers(executor)
     return *written, *geometry

@@ -47,10 +47,10 @@ def kind_of(path: Path) -> str:
 
 
 def has_digest(path: Path, sha256: object) -> bool:
-    """Say whether a path is a file with a digest."""
+    """Say whether a path is a file with a digest; raises OSError for a file that is there and cannot be read."""
     try:
         return is_regular(path) and file_digest(path) == sha256
-    except OSError:
+    except FileNotFoundError:  # it went meanwhile
         return False
 
 

@@ -74,10 +74,12 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_
 
 
 def vtu_points(path: Path) -> Floats:
-    """Return the nodes of a VTU file [mm], shape (nodes, 3); raises ValueError where it is none."""
+    """Return the nodes of a VTU file [mm], shape (nodes, 3); raises ValueError if it is none, OSError if unreadable."""
     try:
         # Its own reader: that for any file ends the process where the file cannot be read.
         return np.asarray(meshio.vtu.read(path).points, dtype=np.float64).reshape(-1, 3)
+    except (OSError, MemoryError):  # of the machine, not of the file
+        raise
     except Exception as error:  # of XML, base64, zlib, numbers and arrays, each in its own way
         msg = f"{path.name}: must be a VTU file ({error}); run the design again"
         raise ValueError(msg) from error

@@ -16,6 +16,7 @@ from pipeline.study.tasks import lost_points, solve_points
 from pipeline.study.wanted import parts_of
 from pipeline.study.workers import Engine, ProgressReport, completed_items
 from sensor.quantity import InputError
+from sensor.turns import in_turn
 
 QUICK = 500  # points of a task without a solve
 SHARING = 32  # points of a task that share one solve, or have their readings solved
@@ -35,6 +36,7 @@ class StudySummary:
     seconds: float
 
 
+@in_turn
 def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressReport | None = None) -> StudySummary:
     """Solve every point of a study that its folder does not hold yet, and return how all of them ended.
 

@@ -7,12 +7,13 @@ import json
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from concurrent.futures import BrokenExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
@@ -27,7 +28,7 @@ from pipeline.study.search.candidate import REFUSED_COST, Candidate
 from pipeline.study.search.proof import Proof, first_proved
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import REFUSED, UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT, Study, front_number
-from pipeline.study.tasks import PointResult, lost_points, solve_points
+from pipeline.study.tasks import LOST, PointResult, solve_points
 from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
 from pipeline.study.workers import Engine, ProgressReport, completed_items
@@ -189,12 +190,17 @@ class _Generations:
         """Solve points and store each as it comes."""
         most = self._study.goal.evaluations * max(1, len(self._study.front))
         solve = partial(solve_points, self._study, None)
-        with closing(completed_items(self._engine, solve, [[point] for point in points], lost_points)) as ended:
+        with closing(completed_items(self._engine, solve, [[point] for point in points], _refuse_lost)) as ended:
             for _, solved in ended:
                 self._store.put(solved)
                 self._results.update({_settings_key(result): result for result in solved})
                 if self._progress is not None:
                     self._progress(len(self._results), max(most, len(self._results)))
+
+
+def _refuse_lost(_: Sequence[Point]) -> NoReturn:
+    """Raise BrokenExecutor: the next points of a search follow from those before, so that none may be left out."""
+    raise BrokenExecutor(LOST)
 
 
 def _settings_key(point: Point) -> str:

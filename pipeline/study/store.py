@@ -18,7 +18,7 @@ from filelock import FileLock, Timeout
 from pipeline.storage.plain import Plain, to_plain
 from pipeline.storage.versions import code_digest
 from pipeline.study.study_file import Study
-from pipeline.study.tasks import LOST, PointResult
+from pipeline.study.tasks import MACHINE, PointResult
 from sensor.quantity import validation_error
 
 STORE = "study.sqlite"
@@ -32,6 +32,7 @@ _TABLES = {
         "results TEXT NOT NULL, error TEXT, seconds REAL NOT NULL, digest TEXT NOT NULL)"
     ),
 }
+_OF_MACHINE = "FROM points WHERE status = 'failed' AND error LIKE ?"
 _PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
 _MOST_MESSAGES = 5
 _NUMBER = re.compile(r"\d[\d.]*(e[+-]?\d+)?")
@@ -65,6 +66,11 @@ class StudyStore:
         """Return the numbers of points that are done, refused and failed."""
         counts = dict(self._connection.execute("SELECT status, COUNT(*) FROM points GROUP BY status").fetchall())
         return {status: counts.get(status, 0) for status in ("done", "refused", "failed")}
+
+    def machine_faults(self) -> int:
+        """Return the number of points that failed by a fault of the machine."""
+        ((count,),) = self._connection.execute(f"SELECT COUNT(*) {_OF_MACHINE}", (f"{MACHINE}%",))
+        return int(count)
 
     def messages(self) -> dict[str, int]:
         """Return the five commonest messages of refused and failed points, and how many points have each.
@@ -112,8 +118,7 @@ class StudyStore:
             raise validation_error("study store", str(self.path), "", bound, "name another --out")
         with self._connection as transaction:
             transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?, ?)", (*asked, _digest(asked)))
-            if study.how != "search":  # a search has chosen its later points by those that were lost
-                transaction.execute("DELETE FROM points WHERE status = 'failed' AND error = ?", (LOST,))
+            transaction.execute(f"DELETE {_OF_MACHINE}", (f"{MACHINE}%",))
 
     def _result(self, row: Sequence[Any]) -> PointResult:
         self._refuse_changed(f"point {row[0]}", row)

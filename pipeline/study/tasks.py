@@ -3,6 +3,7 @@
 import errno
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -20,9 +21,14 @@ from sensor.quantity import InputError
 
 Status = Literal["done", "refused", "failed"]
 
-LOST = "the worker that solved this point was lost again and again; free memory, the same command tries it again"
+MACHINE = "machine: "
+"""How the message of a point begins that failed by a fault of the machine, which the same command tries again."""
+LOST = (
+    f"{MACHINE}the worker that solved this point was lost again and again; free memory, the same command tries it again"
+)
 _OF_DESIGN = "behaviour.modes"  # which `pipeline design` solves, and no run
 _DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_OF_MACHINE = (OSError, MemoryError, BrokenExecutor)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +55,10 @@ def lost_points(points: Sequence[Point]) -> tuple[PointResult, ...]:
 
 
 def _solved(study: Study, folder: Path | None, point: Point) -> PointResult:
-    """Return the result of a point: its values, or why it is refused or failed; raises where the disk is full."""
+    """Return the result of a point: its values, or why it is refused or failed.
+
+    Raises what a fault of the machine raises if the disk is full, and in a search, whose next points follow from this.
+    """
     start = time.process_time()
     values: Mapping[str, object] = {}
     status: Status = "done"
@@ -57,14 +66,25 @@ def _solved(study: Study, folder: Path | None, point: Point) -> PointResult:
     try:
         values = _values(study, folder, point)
     except Exception as failure:
-        causes = (failure, failure.__cause__)
-        if any(isinstance(cause, OSError) and cause.errno in _DISK_FULL for cause in causes):
-            raise  # of the machine, not of the point, which is solved when there is room again
-        refused = isinstance(failure, InputError)
+        fault = _fault_of_machine(failure)
+        if fault is not None and (study.how == "search" or getattr(fault, "errno", None) in _DISK_FULL):
+            raise
+        refused = isinstance(failure, InputError) and fault is None
         status = "refused" if refused else "failed"
         message = str(failure) if refused else f"{type(failure).__name__}: {failure}"
-        error = " ".join(message.split())
+        error = ("" if fault is None else MACHINE) + " ".join(message.split())
     return PointResult(**vars(point), status=status, values=values, error=error, seconds=time.process_time() - start)
+
+
+def _fault_of_machine(failure: Exception) -> BaseException | None:
+    """Return the fault of the machine that an error is or comes from, None for an error of the point.
+
+    A file that is not there is named by the point.
+    """
+    for cause in (failure, failure.__cause__):
+        if isinstance(cause, _OF_MACHINE) and not isinstance(cause, FileNotFoundError):
+            return cause
+    return None
 
 
 def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object]:

@@ -18,6 +18,7 @@ from pipeline.commands import console
 from pipeline.options import RunOptions
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
+from sensor.machine_error import MachineError
 from sensor.quantity import InputError
 from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
@@ -106,6 +107,7 @@ def test_scene_that_cannot_be_solved_is_one_line_and_no_output(error, stand_in_r
         OSError(),
         MemoryError(),
         BrokenExecutor(),
+        MachineError("mesh, stage 'generate': gmsh says 'std::bad_alloc'; free memory"),
     ],
     ids=lambda each: type(each).__name__,
 )

@@ -5,6 +5,7 @@ import pytest
 from scipy.sparse import csc_matrix
 from skfem import ElementTetP1, MeshTet
 
+from sensor.machine_error import MachineError
 from solve import linear
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.linear import CG_TOLERANCE, EPSILON, SolveError, check_cost, factorise
@@ -107,5 +108,18 @@ def test_dear_solve_is_refused_before_it_starts(monkeypatch):
 def test_machine_bounds_a_solve_too(monkeypatch):
     check_cost(10**5)
     monkeypatch.setattr(linear.os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 2**17}.get)  # 512 MiB
-    with pytest.raises(SolveError):
+    with pytest.raises(MachineError):
         check_cost(10**5)
+
+
+@pytest.mark.parametrize(
+    ("said", "error"),
+    [("Factor is exactly singular", SolveError), ("SUPERLU_MALLOC fails for buf in intCalloc()", MemoryError)],
+)
+def test_lack_of_memory_is_no_singular_matrix(monkeypatch, said, error):
+    def splu(*_, **__):
+        raise RuntimeError(said)
+
+    monkeypatch.setattr(linear, "splu", splu)
+    with pytest.raises(error, match=said.split()[0]):
+        factorise(csc_matrix(np.eye(10)), NONE)

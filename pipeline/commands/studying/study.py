@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
+from sensor.machine_error import MachineError
 
 if TYPE_CHECKING:
     from pipeline.study.execute import StudySummary
@@ -35,7 +36,10 @@ def add_engine_flags(parser: ArgumentParser) -> None:
 
 
 def execute(arguments: Namespace) -> int:
-    """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1."""
+    """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1.
+
+    Raises MachineError at the end if some failed by a fault of the machine.
+    """
     from pipeline.study.columns import point_columns
     from pipeline.study.execute import run_study
     from pipeline.study.page import refuse_page, write_page
@@ -61,6 +65,7 @@ def execute(arguments: Namespace) -> int:
         if arguments.html:
             written.append(write_page(store, study, force=arguments.force))
         messages = store.messages()
+        machine_faults = store.machine_faults()
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
         columns = point_columns(store, study.wanted)
     with answering():
@@ -74,6 +79,10 @@ def execute(arguments: Namespace) -> int:
                 print(f"{key}: {low:.5g} to {high:.5g}")
             for path in written:
                 print(path)
+    if machine_faults:
+        failed = f"{machine_faults} of {summary.points} points"
+        msg = f"{failed} failed by a fault of the machine, the first reason above; the same command tries them again"
+        raise MachineError(msg)
     return FAILED if summary.failed or not summary.done else PASSED
 
 

@@ -1,5 +1,6 @@
 """`pipeline check`: an output folder as it was written passes, and every kind of damage to it fails by name."""
 
+import errno
 import hashlib
 import json
 import os
@@ -175,6 +176,32 @@ def test_file_that_ends_the_kernel_or_never_ends_is_one_failed_verdict(tmp_path,
     monkeypatch.setattr(check, "SECONDS", 0.0)
     (verdict,) = check_path(path, "fdm-petg")
     assert (verdict.name, verdict.passed) == ("geometry.readable", False)
+
+
+def end_from_outside(*_):
+    """End the process, as a system does that has no memory left."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_worker_that_the_system_ends_is_no_verdict_on_a_file(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "good.step"
+    path.touch()
+    monkeypatch.setattr(check, "file_geometry", end_from_outside)
+    assert main(["check", str(path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_file_that_the_machine_cannot_read_is_no_verdict(folder, monkeypatch):
+    def unreadable(*_):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr("pipeline.storage.digests.file_digest", unreadable)
+    with pytest.raises(OSError, match="Input/output"):
+        unchanged_verdicts(folder)
+    monkeypatch.undo()
+    monkeypatch.setattr("meshio.vtu.read", unreadable)
+    with pytest.raises(OSError, match="Input/output"):
+        unchanged_verdicts(folder)
 
 
 @pytest.mark.parametrize(

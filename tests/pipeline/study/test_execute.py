@@ -1,6 +1,7 @@
 """A study solves each of its points once, keeps what goes wrong with it, and goes on where it was ended."""
 
 import errno
+from contextlib import nullcontext
 from dataclasses import replace
 
 import pytest
@@ -12,11 +13,12 @@ from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions, load_design
 from pipeline.report.of_result import evaluation_parts
 from pipeline.response.contact import fruit_compliance
-from pipeline.study import execute, read_study, run_study, tasks
+from pipeline.study import execute, read_study, run_study, tasks, workers
 from pipeline.study.points import Point
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.store import stored_study
+from sensor.machine_error import MachineError
 from sensor.quantity import InputError
 from sensor.theory.two_spring_law import size_springs
 from solve.fruit.split import SplitDomainError
@@ -142,7 +144,7 @@ def test_ended_study_goes_on_to_the_same_points(written, engine, tmp_path, monke
     assert (longer.done, longer.solved) == (12, 4)
 
 
-@pytest.mark.parametrize("error", [KeyError, MemoryError, ExportError, SplitDomainError])
+@pytest.mark.parametrize("error", [KeyError, ExportError, SplitDomainError])
 def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, tmp_path, monkeypatch, error):
     count = iter(range(8))
 
@@ -154,6 +156,32 @@ def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, t
     monkeypatch.setattr(tasks, "_sized_parts", solve)
     summary = run_study(read_study(written()), tmp_path / "out", engine)
     assert (summary.done, summary.failed) == (7, 1)
+
+
+@pytest.mark.parametrize("error", [MemoryError("9 GiB"), OSError(errno.EIO, "I/O error"), MachineError("gmsh says")])
+def test_fault_of_the_machine_is_exit_code_2_and_tried_again(written, engine, tmp_path, monkeypatch, capsys, error):
+    """The other points are solved; a search ends, because its next points follow from those before."""
+    count = iter(range(8))
+
+    def solve(*_):
+        if next(count) == 1:
+            raise error
+        return {"springs": {"K_l_N_per_m": 1.0, "K_h_N_per_m": 2.0}}
+
+    monkeypatch.setattr(workers, "chosen_engine", lambda *_: nullcontext(engine))
+    words = ["study", str(written()), "--out", str(tmp_path / "out")]
+    with monkeypatch.context() as patch:
+        patch.setattr(tasks, "_sized_parts", solve)
+        assert main(words) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+        with stored_study(tmp_path / "out") as store:
+            assert (store.counts()["done"], store.machine_faults()) == (7, 1)
+        count = iter([1])
+        with pytest.raises(type(error)):
+            tasks.solve_points(replace(read_study(written()), how="search"), None, [Point(number=0, settings={})])
+    assert main(words) == 0
+    with stored_study(tmp_path / "out") as store:
+        assert store.counts() == {"done": 8, "refused": 0, "failed": 0}
 
 
 @pytest.mark.parametrize("wrapped", [False, True])

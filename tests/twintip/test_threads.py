@@ -1,0 +1,86 @@
+"""Threads that call the public functions at once get the answers of one after the other."""
+
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+import twintip
+from mesh.housing.sweep import mesh_of_counts
+from sensor.turns import in_turn
+from solve.halfspace.punch import square_punch
+
+SETTINGS = ({"targets.NL": 0.0771}, {"targets.NL": 0.0872})
+
+
+def answers(settings, folder, monkeypatch):
+    """Return verdicts and stiffnesses of one design, or of several in threads of their own, solved anew."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(folder))
+    mesh_of_counts.cache_clear()
+    square_punch.cache_clear()
+    together = threading.Barrier(len(settings))
+
+    def look(changes):
+        together.wait()
+        result = twintip.run(twintip.load_design("paper", changes), twintip.RunOptions(look=True, tolerance=0.02))
+        return result.springs.stiffnesses, [
+            (verdict.name, verdict.value, verdict.passed) for verdict in result.verdicts
+        ]
+
+    with ThreadPoolExecutor(len(settings)) as threads:
+        return list(threads.map(look, settings))
+
+
+def test_two_runs_at_once_have_the_answers_of_one_after_the_other(tmp_path, monkeypatch):
+    alone = [answers([one], tmp_path / str(i), monkeypatch)[0] for i, one in enumerate(SETTINGS)]
+    assert answers(SETTINGS, tmp_path / "both", monkeypatch) == alone
+
+
+def test_one_thread_at_a_time_is_inside_and_may_call_itself():
+    inside = []
+
+    @in_turn
+    def stay(depth):
+        inside.append(threading.get_ident())
+        time.sleep(0.01)
+        if depth:
+            stay(depth - 1)
+        inside.append(threading.get_ident())
+
+    with ThreadPoolExecutor(4) as threads:
+        list(threads.map(stay, [2] * 4))
+    of_each = [set(inside[first : first + 6]) for first in range(0, len(inside), 6)]
+    assert [len(idents) for idents in of_each] == [1] * 4
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["run", "evaluate", "housing", "read_press", "calibrate", "c_header", "micropython", "modulus", "run_study"],
+)
+def test_what_computes_takes_turns(name):
+    """By the lock of `in_turn`: while another thread is inside, a call of any of them waits."""
+    entered = threading.Event()
+    leave = threading.Event()
+
+    @in_turn
+    def hold():
+        entered.set()
+        leave.wait(60.0)
+
+    def call():
+        with pytest.raises(TypeError):
+            getattr(twintip, name)(nonsense=True)
+
+    holder = threading.Thread(target=hold)
+    caller = threading.Thread(target=call)
+    holder.start()
+    assert entered.wait(60.0)
+    getattr(twintip, name)  # is imported
+    caller.start()
+    caller.join(0.02)
+    waits = caller.is_alive()
+    leave.set()
+    holder.join()
+    caller.join()
+    assert waits
