@@ -10,13 +10,8 @@ from typing import Any, Literal
 
 from cad.files.file_date import NAME as FILE_DATE
 from pipeline.storage.versions import code_digest, pages_digest, run_packages
-from sensor.design.design_file import (
-    design_as_mapping,
-    design_from_mapping,
-    override_settings,
-    parsed_setting,
-    with_process_file,
-)
+from sensor.design.design_file import design_as_mapping
+from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
@@ -39,7 +34,6 @@ BESIDE_CONTACT: dict[str, dict[str, Any]] = {
 }
 """What the compliance of a fruit times its modulus does not depend on, each with one value for all designs."""
 
-_PROCESS_FILE = "print.process_file"
 _SHIPPED, _CHECKOUT = (Path(__file__).parents[level] / "designs" for level in (0, 1))
 DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
 
@@ -148,16 +142,22 @@ def load_design(
     A setting of None or "" unsets its key. A file that gives no name is named for itself. Raises InputError,
     which calls the design by `name`.
     """
+    return design_tables(design, settings, name).design()
+
+
+def design_tables(
+    design: str | Path, settings: Mapping[str, object] | None = None, name: str = "--design"
+) -> DesignTables:
+    """Return the tables of a preset or a file with settings on top, which further settings may still complete.
+
+    Settings and errors are those of `load_design`, but for values that only a whole design shows to be wrong.
+    """
     path = design_path(design, name)
     texts = {}
     for key, value in (settings or {}).items():
         texts[key] = value if isinstance(value, str) else _as_text(key, value)
-    process_file = parsed_setting(texts.get(_PROCESS_FILE, ""))
-    if isinstance(process_file, str) and process_file:
-        # The path of a setting starts in the working folder, that of a design file beside the file.
-        texts[_PROCESS_FILE] = str(Path(process_file).absolute())
-    data = override_settings({"name": path.stem, **read_toml(path, name)}, texts)
-    return design_from_mapping(with_process_file(data, path.parent))
+    tables = DesignTables.of_file({"name": path.stem, **read_toml(path, name)}, path.parent)
+    return tables.changed(settings_of_texts(texts))
 
 
 def _as_text(key: str, value: object) -> str:

@@ -87,7 +87,7 @@ def _task_size(study: Study) -> int:
     """Return the number of points in a task for one worker: fewer where a point costs more."""
     if study.level != "contact":
         return 1
-    solves_more = parts_of(study.wanted, reads="reading" in study.base, linear=True)
+    solves_more = parts_of(study.wanted, reads="reading" in study.base.tables, linear=True)
     return SHARING if _shares_scenes(study) or solves_more else QUICK
 
 

@@ -33,7 +33,7 @@ from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
 from pipeline.study.workers import Engine, ProgressReport, completed_items
 from sensor.arrays import Floats
-from sensor.design.design_file import design_as_toml, design_from_mapping
+from sensor.design.design_file import design_as_toml
 from sensor.design.parameters import Design
 from sensor.quantity import validation_error
 from sensor.verdict import Verdict
@@ -81,7 +81,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
             bound = "a span, from and to, or a list"
             raise validation_error(key, "Normal", "", bound, "give the two ends of the search")
     for value in study.front:
-        design_of(study, {study.goal.front: value})
+        design_of(study, {**study.completing, study.goal.front: value})
     with study_store(folder, study) as store:
         _evolve(study, store, engine, progress)
         candidates = [candidate_of(study, result) for result in store.rows()]
@@ -90,11 +90,11 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
 
 def _refuse_unjudged(study: Study) -> None:
     """Raise InputError for a verdict of the goal that needs a key which the base lacks and which does not vary."""
-    design = design_from_mapping(study.base)
+    fruit = study.base.tables.get("fruit", {})
     given = {
-        "fruit.bruise_limit_MPa": bool(design.fruit.bruise_limits_MPa),
-        "fruit.relaxation": bool(design.fruit.relaxation),
-        _READING: design.reading is not None,
+        "fruit.bruise_limit_MPa": "bruise_limit_MPa" in fruit,
+        "fruit.relaxation": "relaxation" in fruit,
+        _READING: "reading" in study.base.tables,
     }
     goal = study.goal
     verdicts = [
@@ -212,10 +212,9 @@ def _base_fractions(study: Study) -> Floats | None:
     """Return the base design as fractions [1] of what varies, where the search begins; None where it lies outside."""
     fractions = []
     for key, varied in study.vary.items():
-        table, _, name = key.partition(".")
         if key == study.goal.front or isinstance(varied, Normal):
             continue
-        fraction = varied.fraction_of(getattr(study.base_tables.get(table), name, None))
+        fraction = varied.fraction_of(_base_value(study, key))
         if fraction is None:
             return None
         fractions.append(fraction)
@@ -226,10 +225,14 @@ def is_base(study: Study, candidate: Candidate) -> bool:
     """Say whether a candidate is the base design itself, where a search began."""
     if candidate.number != 0 or _base_fractions(study) is None:
         return False
-    table, _, key = study.goal.front.partition(".")
-    return not study.front or front_number(candidate.changes[study.goal.front]) == front_number(
-        getattr(study.base_tables.get(table), key, None)
-    )
+    front = study.goal.front
+    return not study.front or front_number(candidate.changes[front]) == front_number(_base_value(study, front))
+
+
+def _base_value(study: Study, name: str) -> object:
+    """Return the value of a key of the base design; None where it has none, or is a design only with what varies."""
+    table, _, key = name.partition(".")
+    return getattr(getattr(study.design, table, None), key, None)
 
 
 def candidate_of(study: Study, result: PointResult) -> Candidate:
@@ -252,7 +255,7 @@ def _unit(study: Study, result: PointResult) -> float:
     An uncertainty with a limit at each modulus is told at the modulus where it is largest over its limit. That modulus
     is another one from design to design, so the uncertainty jumps; as a multiple of its limit [1] it does not.
     """
-    of_base = getattr(study.base_tables.get("reading"), "uncertainty_limit", None)
+    of_base = _base_value(study, "reading.uncertainty_limit")
     asked = result.settings.get("reading.uncertainty_limit", of_base)
     if study.goal.minimise not in UNCERTAINTY_KEYS or not isinstance(asked, list | tuple):
         return 1.0

@@ -17,7 +17,7 @@ from pipeline.study.points import design_of
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import REFUSED, Study
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
-from sensor.design.design_file import TABLE_TYPES, design_as_toml, design_from_mapping
+from sensor.design.design_file import TABLE_TYPES, design_as_toml
 from sensor.verdict import sense_of
 
 PAGE = "study.html"
@@ -167,11 +167,16 @@ def _designs(
 ) -> tuple[dict[Path, bytes], dict[str, str]]:
     """Return the design files to write, of the base and of the best points, and the link of each point to its file.
 
-    A point that is proved links to the file of its run, and gets none here.
+    A point that is proved links to the file of its run, and gets none here. A base that needs what varies has none. A
+    base that other processes of its own replace is not linked: its file holds the numbers of one.
     """
     folder = store.path.parent
-    files = {folder / _DESIGNS / _BASE: design_as_toml(design_from_mapping(study.base)).encode()}
-    links = {"base": f"{_DESIGNS}/{_BASE}"}
+    files = {}
+    links = {}
+    if study.design is not None:
+        files[folder / _DESIGNS / _BASE] = design_as_toml(study.design).encode()
+        if not study.base.own or "print.process" not in study.vary:
+            links["base"] = f"{_DESIGNS}/{_BASE}"
     for number, path in proved.items():
         links[str(number)] = path.relative_to(folder).as_posix()
     for point in store.rows([number for number in best if number not in proved]):

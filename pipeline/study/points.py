@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
-from pipeline.storage.plain import Plain
 from pipeline.study.study_file import MOST_POINTS, Study
 from pipeline.study.variation import Setting
-from sensor.design.design_file import design_from_mapping
 from sensor.design.parameters import Design
 from sensor.quantity import validation_error
 
@@ -107,11 +105,4 @@ def _exchanged(study: Study, start: int, stop: int) -> Iterator[list[float]]:
 
 def design_of(study: Study, settings: Mapping[str, Setting | None]) -> Design:
     """Return the design of a point; raises InputError where it is outside the bounds of the design file."""
-    changed: dict[str, Plain] = {}
-    for name, value in settings.items():
-        table, _, key = name.partition(".")
-        if table not in changed:
-            base = study.base.get(table)
-            changed[table] = dict(base) if isinstance(base, Mapping) else {}
-        changed[table][key] = value
-    return design_from_mapping({**study.base_tables, **changed})
+    return study.base.design(settings)

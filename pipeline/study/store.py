@@ -200,6 +200,7 @@ def study_facts(study: Study) -> Plain:
     """Return the facts that decide the results of a study: all of it but its name."""
     facts: Plain = to_plain(study)
     del facts["name"]
+    facts["base"] = {**study.base.tables, "own processes": study.base.own}
     packages = {name: version(name) for name in _PACKAGES}
     return {**facts, "order": list(study.vary), "versions": packages, "code": code_digest()[:16]}
 

@@ -7,18 +7,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pipeline.measure.tables.columns import read_csv, refuse_other_length
-from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, load_design
-from pipeline.storage.plain import Plain
+from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_tables
 from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation
 from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
-from sensor.design.design_file import (
-    TABLE_TYPES,
-    design_as_mapping,
-    design_from_mapping,
-    every_key,
-    refuse_former_keys,
-)
-from sensor.design.parameters import TABLES
+from sensor.design.design_file import every_key, refuse_former_keys
+from sensor.design.design_tables import DesignTables
+from sensor.design.parameters import TABLES, Design
 from sensor.input_file import read_toml
 from sensor.quantity import Bounds, InputError, check_fields, choice, nearest, quantity, text_field, validation_error
 
@@ -33,6 +27,7 @@ UNCERTAINTY_KEYS = ("verdicts.reading.uncertainty.value", "reading.uncertainty_p
 UNCERTAINTY_LIMIT = "verdicts.reading.uncertainty.limit"
 """The limit there."""
 _PROCESS_FILE = "print.process_file"
+_MIDDLE = 0.5  # of what varies [1]
 _NO_NUMBERS = ("passed", "fruit_stiffness", "method", "status", "refused")
 _FILE_KEYS = ("base", "samples", "seed", "wanted", "vary", "set", "how", "points", "tol", "level", "optimise")
 
@@ -68,13 +63,14 @@ class Goal:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """A base design [as nested tables], the keys that vary, how points are drawn, and the keys of report.json wanted.
+    """The tables of a base, the keys that vary, how points are drawn, and the keys of report.json wanted.
 
-    `tol` is the relative error [1] allowed to the springs. `rows` are the points of a CSV file.
+    The base may need what varies to be a design. `tol` is the relative error [1] allowed to the springs. `rows` are the
+    points of a CSV file.
     """
 
     name: str
-    base: Plain
+    base: DesignTables
     vary: Mapping[str, Variation]
     wanted: tuple[str, ...]
     how: How = choice(HOW, default="sobol")
@@ -102,12 +98,25 @@ class Study:
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
         refuse_former_keys(self.vary)
         _refuse_unknown("vary ", self.vary, every_key())
+        if _PROCESS_FILE in self.vary:
+            hint = "put the processes into one file, give it in the base or under [set], and vary print.process"
+            name = f"vary {_PROCESS_FILE}"
+            raise validation_error(name, "", "", "left out", hint)
+        if self.design is None:
+            self.base.design(self.completing)
 
     @cached_property
-    def base_tables(self) -> Plain:
-        """Return the tables of the base design as records: a point checks again only those that its settings change."""
-        design = design_from_mapping(self.base)
-        return {key: getattr(design, key) if key in TABLE_TYPES else value for key, value in self.base.items()}
+    def design(self) -> Design | None:
+        """Return the base as a design; None where it is one only with keys that vary."""
+        try:
+            return self.base.design()
+        except InputError:
+            return None
+
+    @property
+    def completing(self) -> dict[str, Setting]:
+        """Return the middle of all that varies where the base needs it to be a design; nothing where it is one."""
+        return {} if self.design is not None else {key: varied.at(_MIDDLE) for key, varied in self.vary.items()}
 
     @property
     def front(self) -> tuple[Setting, ...]:
@@ -209,13 +218,13 @@ def _front(table: Mapping[str, Any]) -> dict[str, Variation]:
     return front
 
 
-def _base(data: Mapping[str, Any], folder: Path) -> Plain:
-    """Return the tables of the base design with `[set]` on top; refuses a base that is no design itself."""
+def _base(data: Mapping[str, Any], folder: Path) -> DesignTables:
+    """Return the tables of the base design with `[set]` on top."""
     base = _text("base", data.get("base", "paper"))
     settings = _flat("set", data)
     if settings.get(_PROCESS_FILE):  # its path starts beside the study file
         settings[_PROCESS_FILE] = str(folder / str(settings[_PROCESS_FILE]))
-    return design_as_mapping(load_design(folder / base if base.endswith(".toml") else base, settings, "base"))
+    return design_tables(folder / base if base.endswith(".toml") else base, settings, "base")
 
 
 def _points_file(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:

@@ -2,20 +2,12 @@
 
 import dataclasses
 import json
-from collections.abc import Iterable, Mapping, MutableMapping, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import PRINTED, TABLES, Design, GivenSprings, Print, Targets
-from sensor.design.processes import (
-    PROCESSES,
-    Process,
-    check_process_name,
-    own_process,
-    process_as_table,
-    read_process_file,
-)
+from sensor.design.processes import Process, own_process, process_as_table
 from sensor.design.reading import Reading
 from sensor.design.readout import Readout
 from sensor.design.tips import Press, Tips
@@ -93,15 +85,16 @@ def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
     return tables
 
 
-def _unknown(kind: str, name: str, word: str, names: Sequence[str]) -> InputError:
-    """Return the error for a name that there is not, with the names that there are and the nearest one."""
+def unknown_name(kind: str, name: str, word: str, names: Sequence[str]) -> InputError:
+    """Return the error for an unknown name, with the known names and the nearest one."""
     shown = name if name.isprintable() else repr(name)
     bound = f"one of {', '.join(names)}"
     message = f"{shown} is an unknown {kind}; it must be {bound}. Did you mean {nearest(word, names)}?"
     return InputError(message, field=name, value=word, bound=bound)
 
 
-def _not_a_table(name: str, value: object) -> InputError:
+def not_a_table(name: str, value: object) -> InputError:
+    """Return the error for a value in the place of a table."""
     message = f"{name} = {value} must be a table. Write [{name}] and its keys below it."
     return InputError(message, field=name, value=value, bound="a table")
 
@@ -110,13 +103,13 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
     """Return the design that nested tables, or records in their place, describe; raises InputError for a bad key."""
     for key in data:
         if key != "name" and key not in TABLES:
-            raise _unknown("table", key, key, ["name", *TABLES])
+            raise unknown_name("table", key, key, ["name", *TABLES])
     name = data.get("name", "paper")
     if not isinstance(name, str):
         raise validation_error("name", name, "", "text", "choose a name that can be part of a file name")
-    tables = {table: _table(table, data[table]) for table in TABLE_TYPES if table in data}
+    tables = {table: table_as_record(table, data[table]) for table in TABLE_TYPES if table in data}
     if "readout" in data:
-        _refuse_typed_noise(data.get("reading"))
+        refuse_typed_noise(data.get("reading"))
     if "printer" in data:
         tables["printer"] = _printer(tables.get("print", Print()), data["printer"])
     if "springs" in tables and tables["springs"].given:
@@ -127,7 +120,7 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
 _TYPED_NOISE = ("noise_percent", "noise_N")
 
 
-def _refuse_typed_noise(reading: object) -> None:
+def refuse_typed_noise(reading: object) -> None:
     """Raise InputError for a noise that is typed beside [readout], which computes it."""
     for key in _TYPED_NOISE:
         if isinstance(reading, Mapping) and key in reading:
@@ -142,100 +135,26 @@ def _printer(chosen: Print, table: object) -> Process:
     return own_process(chosen.process, frozen)
 
 
-def with_process_file(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """Return the tables with the process of `print.process_file`, a path from a folder, as the table `printer`.
-
-    Raises InputError where the file cannot be used, or where both stand in the tables.
-    """
-    print_table = data.get("print")
-    file_name = print_table.get("process_file") if isinstance(print_table, Mapping) else None
-    if not isinstance(print_table, Mapping) or file_name is None:
-        return data
-    if not isinstance(file_name, str) or not file_name or not file_name.isprintable():
-        raise validation_error("print.process_file", file_name, "", "the path of a TOML file", "write it in quotes")
-    if "printer" in data:
-        raise validation_error("print.process_file", file_name, "", "left out beside [printer]", "keep one of the two")
-    asked = print_table.get("process")  # which of the processes in the file
-    if asked is not None:
-        check_process_name(asked)
-    process, table = read_process_file(folder / file_name, asked)
-    other_keys = {key: value for key, value in print_table.items() if key != "process_file"}
-    return {**data, "print": {**other_keys, "process": process}, "printer": table}
-
-
-def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables
+def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables
     """Return the record of a table from its keys, or as it is; raises InputError for an unknown or bad key."""
     if isinstance(values, TABLE_TYPES[table]):
         return values
     if not isinstance(values, Mapping):
-        raise _not_a_table(table, values)
+        raise not_a_table(table, values)
     kind = TABLE_TYPES[table]
     known = [item.name for item in dataclasses.fields(kind)]
     refuse_former_keys(f"{table}.{key}" for key in values)
     for key in values:
         if key not in known:
-            raise _unknown("key", f"{table}.{key}", key, known)
+            raise unknown_name("key", f"{table}.{key}", key, known)
     return kind(**{key: _frozen(value) for key, value in values.items()})
 
 
 def _frozen(value: object) -> object:
     """Return a value of a table as records hold it: lists as tuples, whole numbers as floats."""
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return tuple(_frozen(item) for item in value)
     return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
-
-
-def override_settings(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str, Any]:
-    """Return the tables with `table.key` settings laid on top; values are TOML, bare words are text.
-
-    An empty value unsets a key, which then has its default; that of a whole table, like `reading`, drops the table.
-    Raises InputError for a key that is not known.
-    """
-    tables = {key: dict(value) if isinstance(value, Mapping) else value for key, value in data.items()}
-    refuse_former_keys(settings)
-    for name, text in settings.items():
-        table, dot, key = name.partition(".")
-        if name == "name":
-            tables["name"] = text
-            continue
-        if not text:
-            _unset(tables, name)
-            continue
-        if not dot or table not in TABLES:
-            raise _unknown("setting", name, name, ["name", *every_key()])
-        held = tables.setdefault(table, {})
-        if not isinstance(held, dict):
-            raise _not_a_table(table, held)
-        held[key] = parsed_setting(text)
-        _replace_process(tables, held, name)
-    return tables
-
-
-def _replace_process(tables: MutableMapping[str, Any], held: MutableMapping[str, Any], name: str) -> None:
-    """Drop the process that a setting of [print], by its name TABLE.KEY, replaces.
-
-    A known process replaces that of a file, and its own table; a process file replaces both and the known one.
-    """
-    process = held.get("process")
-    known = isinstance(process, str) and process in PROCESSES
-    if name == "print.process" and known:
-        tables.pop("printer", None)
-        held.pop("process_file", None)
-    if name == "print.process_file":
-        tables.pop("printer", None)
-        if known:
-            held.pop("process")
-
-
-def _unset(tables: MutableMapping[str, Any], name: str) -> None:
-    """Take a key out of the tables, or a whole table; raises InputError for a name that is neither."""
-    table, _, key = name.partition(".")
-    if name in TABLES:
-        tables.pop(name, None)
-    elif name not in every_key():
-        raise _unknown("setting", name, name, ["name", *every_key()])
-    elif isinstance(tables.get(table), dict):
-        tables[table].pop(key, None)
 
 
 def every_key() -> list[str]:
@@ -262,8 +181,12 @@ _TIPS_FIRST = (
 )
 
 
-def design_as_mapping(design: Design) -> dict[str, Any]:
-    """Return the design as plain nested tables, without the keys that are not set."""
+def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any]:
+    """Return the design as plain nested tables, without the keys that are not set.
+
+    The plan of a whole fruit follows from other keys; it is written only where `derived` keys are asked for.
+    """
+    left_out = [] if derived else [f"fruit.{key}" for key in design.fruit.derived_keys]
     tables: dict[str, Any] = {"name": design.name}
     for table in TABLES:
         record = getattr(design, table)
@@ -278,7 +201,8 @@ def design_as_mapping(design: Design) -> dict[str, Any]:
         tables[table] = {}
         for key in keys:
             value = getattr(record, key)
-            if value is not None and (f"{table}.{key}", value) != _UNWRITTEN:
+            name = f"{table}.{key}"
+            if value is not None and (name, value) != _UNWRITTEN and name not in left_out:
                 tables[table][key] = list(value) if isinstance(value, tuple) else value
     # A read-out computes the noise: typed beside it, the default would be refused when the mapping is read back.
     if design.readout is not None and "reading" in tables:

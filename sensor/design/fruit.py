@@ -268,6 +268,14 @@ class Fruit:
         return math.hypot(a * cosine, b * sine), math.hypot(a * sine, b * cosine)
 
     @property
+    def derived_keys(self) -> tuple[str, ...]:
+        """Return the keys of the plan that are as large as the whole curved fruit: left out, they are so again."""
+        if self.radius_mm is None:
+            return ()
+        sizes = zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True)
+        return tuple(key for key, size in sizes if getattr(self, key) == size)
+
+    @property
     def _turn(self) -> tuple[float, float]:
         """Return the cosine and the sine of the azimuth."""
         azimuth = math.radians(self.azimuth_deg or 0.0)

@@ -450,21 +450,22 @@ class Design:
 
     @property
     def per_spring(self) -> "Design":
-        """Return the design with one low and one high tip: what one plate carries, whatever the layout."""
-        return dataclasses.replace(self, tips=self.tips.per_spring)
+        """Return the design with one low and one high tip: what one plate carries, whatever the layout.
+
+        It is not read out: the channels are those of all tips.
+        """
+        return dataclasses.replace(self, tips=self.tips.per_spring, readout=None)
 
     @property
     def has_paper_scene(self) -> bool:
         """Say whether fruit and tips are the paper's, whatever moduli are shown and however it is pressed."""
-        fruit = dataclasses.replace(
-            self.fruit,
-            E_MPa=Fruit().E_MPa,
-            bruise_limit_MPa=None,
-            poisson_spread=Fruit().poisson_spread,
-            relaxation=None,
+        beside = ("E_MPa", "bruise_limit_MPa", "poisson_spread", "relaxation", "gap_mm", "socket")
+        return all(
+            getattr(own, item.name) == getattr(of_paper, item.name)
+            for own, of_paper in ((self.fruit, Fruit()), (self.tips, Tips()))
+            for item in dataclasses.fields(own)
+            if item.name not in beside
         )
-        tips = dataclasses.replace(self.tips, gap_mm=Tips().gap_mm, socket="none")
-        return (fruit, tips) == (Fruit(), Tips())
 
     @property
     def full_travels_mm(self) -> tuple[float, float]:

@@ -138,23 +138,19 @@ def own_process(name: str, table: object) -> Process:
     return Process.from_table(name, table)
 
 
-def read_process_file(path: Path, name: str | None) -> tuple[str, Mapping[str, Any]]:
-    """Return the name and the table of a process in a TOML file, of the only one where no name is given.
+def read_process_file(path: Path) -> Mapping[str, Mapping[str, Any]]:
+    """Return the tables of the processes in a TOML file by their names.
 
-    Raises InputError, in one line, where the file or its process cannot be used.
+    Raises InputError, in one line, where the file or one of its processes cannot be used.
     """
     tables = read_toml(path, "print.process_file")
-    chosen = next(iter(tables)) if name is None and len(tables) == 1 else name
-    if chosen is None or chosen not in tables:
-        names = ", ".join(tables) or "none"
-        bound = f"one of those in {path.name!r}: {names}"
-        raise validation_error("print.process", name, "", bound, "name one with print.process")
-    try:
-        own_process(chosen, tables[chosen])
-    except InputError as error:
-        msg = f"print.process_file = {path.name!r}: {error}"
-        raise InputError(msg, field=error.field, value=error.value, bound=error.bound) from error
-    return chosen, tables[chosen]
+    for name, table in tables.items():
+        try:
+            own_process(name, table)
+        except InputError as error:
+            msg = f"print.process_file = {path.name!r}: {error}"
+            raise InputError(msg, field=error.field, value=error.value, bound=error.bound) from error
+    return tables
 
 
 def process_as_table(process: Process) -> Mapping[str, Any]:

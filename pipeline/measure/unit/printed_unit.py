@@ -133,11 +133,11 @@ class PrintedUnit:
 
 
 def design_digest(design: Design) -> str:
-    """Return the sha256 of a design as its design.toml has it, which tells the units of one design from another's.
+    """Return the sha256 of all keys of a design, which tells the units of one design from another's.
 
     Keys that left stand where they stood, so that units of older versions keep their design.
     """
-    text = tables_as_toml(with_former_defaults(design_as_mapping(design)))
+    text = tables_as_toml(with_former_defaults(design_as_mapping(design, derived=True)))
     return hashlib.sha256(text.encode()).hexdigest()
 
 

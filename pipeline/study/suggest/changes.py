@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 
 from pipeline.study.variation import Setting
-from sensor.design.design_file import design_as_mapping, design_from_mapping, override_settings
+from sensor.design.design_tables import DesignTables
 from sensor.design.parameters import PRINTED, Design, GivenSprings
 from sensor.design.processes import PROCESSES
 from sensor.design.sheets import SHEETS
@@ -34,8 +34,7 @@ _OF_THE_READING = {"reading.bias", "reading.uncertainty", "reading.touch"}
 
 def change_design(design: Design, changes: Changes) -> Design:
     """Return a design with keys changed as `--set` does it; raises InputError where that is no design."""
-    settings = {key: setting_text(value) for key, value in changes.items()}
-    return design_from_mapping(override_settings(design_as_mapping(design), settings))
+    return DesignTables.of(design).design(changes)
 
 
 def value_of(design: Design, name: str) -> object:

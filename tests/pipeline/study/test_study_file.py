@@ -11,6 +11,8 @@ from pipeline.study import read_study
 from pipeline.study.points import design_of, point_count, points_between
 from pipeline.study.variation import Choices, Normal, Range, setting_of_cell
 from pipeline.study.wanted import level_of, parts_of, wanted_value
+from sensor.design.design_file import tables_as_toml
+from sensor.design.processes import PROCESSES, process_as_table
 from sensor.quantity import InputError
 
 ROOT = Path(__file__).parents[3]
@@ -140,6 +142,45 @@ def test_base_may_name_a_process_file_beside_it(written, tmp_path):
     assert design_of(study, {}) == load_design(tmp_path / "mine.toml")
     named = read_study(written(**{"[vary]": '[set]\n"print.process_file" = "own.toml"\n[vary]'}))
     assert [design_of(one, {}).process.E_MPa for one in (study, named)] == [1900.0, 1900.0]
+
+
+def test_study_of_own_processes_solves_each(written, tmp_path):
+    tables = {"name": "none"}
+    for name, E in (("petg-750", 750.0), ("petg-900", 900.0)):
+        tables[name] = {**process_as_table(PROCESSES["fdm-petg"]), "E_MPa": E}
+    (tmp_path / "own.toml").write_text(tables_as_toml(tables).partition("\n")[2], encoding="utf-8")
+    (tmp_path / "mine.toml").write_text('[print]\nprocess_file = "own.toml"\nprocess = "petg-900"\n', encoding="utf-8")
+    varied = {"targets.P_max": "print.process", "{ from = 3, to = 8 }": '["petg-750", "petg-900", "fdm-pla"]'}
+    study = read_study(written(**{'"paper"': '"mine.toml"', "samples = 8": 'how = "grid"', **varied}))
+    found = [design_of(study, point.settings).process for point in points_between(study, 0, 3)]
+    assert [(process.name, process.E_MPa) for process in found] == [
+        ("petg-750", 750.0),
+        ("petg-900", 900.0),
+        ("fdm-pla", PROCESSES["fdm-pla"].E_MPa),
+    ]
+    with pytest.raises(InputError) as refused:
+        read_study(written(**{"targets.P_max": "print.process_file", "{ from = 3, to = 8 }": '["own.toml"]'}))
+    assert refused.value.field == "vary print.process_file"
+
+
+def test_base_may_need_what_varies(written):
+    """Half of a skin is given and half varies; where all of it cannot be a skin, the study is refused."""
+    skin = {"seed = 7": 'set = { "fruit.skin_E_MPa" = 10.0 }', "targets.P_max": "fruit.skin_mm"}
+    study = read_study(written(**skin, **{"from = 3, to = 8": "from = 0.1, to = 0.3"}))
+    assert study.design is None
+    assert design_of(study, {"fruit.skin_mm": 0.2}).fruit.skin_E_MPa == 10.0
+    with pytest.raises(InputError) as refused:
+        read_study(written(**skin))  # of 3 to 8 mm on flesh of 12 mm
+    assert (refused.value.field, refused.value.value) == ("fruit.skin_mm", 5.5)
+
+
+def test_whole_fruit_of_a_point_is_whole(written, tmp_path):
+    ball = "[fruit]\nshape = 'sphere'\nradius_mm = 30.0\nthickness_mm = 20.0\n"
+    (tmp_path / "ball.toml").write_text(ball, encoding="utf-8")
+    study = read_study(
+        written(**{'"paper"': '"ball.toml"', "targets.P_max": "fruit.radius_mm", "3, to = 8": "30, to = 40"})
+    )
+    assert design_of(study, {"fruit.radius_mm": 36.0}).fruit.whole
 
 
 @pytest.mark.parametrize("base", ["paper", "mango"])

@@ -10,10 +10,10 @@ from sensor.design.design_file import (
     design_as_toml,
     design_from_mapping,
     former_keys,
-    override_settings,
     with_former_defaults,
     without_former_defaults,
 )
+from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import TABLES, Design, GivenSprings, Print, Targets
 from sensor.design.processes import PROCESSES
@@ -74,7 +74,7 @@ def test_design_survives_toml_and_every_key_can_be_set_from_the_command_line(des
     for table, values in design_as_mapping(design).items():
         if table != "name":
             flags |= {f"{table}.{key}": str(value) for key, value in values.items()}
-    assert design_from_mapping(override_settings({}, flags)) == design
+    assert DesignTables(tables={}).design(settings_of_texts(flags)) == design
 
 
 def test_whole_numbers_are_read_as_floats():
@@ -99,7 +99,7 @@ def test_whole_numbers_are_read_as_floats():
 def test_setting_lies_on_top_of_the_file(setting, text, value):
     data = tomllib.loads(PAPER)
     table, _, key = setting.partition(".")
-    design = design_from_mapping(override_settings(data, {setting: text}))
+    design = DesignTables(tables=data).design(settings_of_texts({setting: text}))
     assert getattr(getattr(design, table), key) == value
     assert data == tomllib.loads(PAPER), "the tables that were handed in stay as they were"
     others = design_from_mapping(data)
@@ -109,16 +109,12 @@ def test_setting_lies_on_top_of_the_file(setting, text, value):
 def test_empty_setting_unsets_a_key_or_a_table():
     """A radius of no sphere must go; a key with a default has that again; a table that is optional is dropped."""
     round_fruit = {"fruit": {"shape": "sphere", "radius_mm": 35.0, "height_mm": 10.0}, "reading": {"tilt_deg": 8.0}}
-    flat = design_from_mapping(
-        override_settings(
-            round_fruit,
-            {"fruit.shape": "block", "fruit.radius_mm": "", "fruit.height_mm": "", "reading.tilt_deg": ""},
-        )
-    )
+    unset = dict.fromkeys(["fruit.radius_mm", "fruit.height_mm", "reading.tilt_deg"])
+    flat = DesignTables(tables=round_fruit).design({"fruit.shape": "block", **unset})
     assert (flat.fruit.radius_mm, flat.fruit.height_mm) == (None, 12.0)
     assert flat.reading is not None
     assert flat.reading.tilt_deg == 4.0
-    assert design_from_mapping(override_settings({"reading": {"tilt_deg": 8.0}}, {"reading": ""})).reading is None
+    assert DesignTables(tables={"reading": {"tilt_deg": 8.0}}).design({"reading": None}).reading is None
 
 
 def test_keys_of_tips_are_written_in_the_order_whose_digest_units_hold():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.options import load_design
+from pipeline.options import design_tables, load_design
 from sensor.design.design_file import design_as_mapping, design_as_toml, design_from_mapping
 from sensor.design.parameters import Design, Print
 from sensor.design.processes import PROCESSES, process_as_table
@@ -68,6 +68,41 @@ def test_one_of_several_processes_is_named(folder):
     assert error.field == "print.process"
     assert "tough-resin, soft-resin" in error.bound
     assert load_design(folder / "mine.toml", {"print.process": "soft-resin"}).process.E_MPa == 900.0
+
+
+def test_process_that_is_named_last_is_taken_with_its_numbers(folder):
+    two = OWN + OWN.replace("tough-resin", "soft-resin").replace("1900.0", "900.0")
+    (folder / "printers" / "own.toml").write_text(two, encoding="utf-8")
+    tables = design_tables(folder / "mine.toml")
+    for name, E in (("soft-resin", 900.0), ("tough-resin", 1900.0), ("sla-resin", PROCESSES["sla-resin"].E_MPa)):
+        process = tables.design({"print.process": name}).process
+        assert (process.name, process.E_MPa) == (name, E)
+    assert tables.design({"print.process": "soft-resin", "printer.E_MPa": 950.0}).process.E_MPa == 950.0
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"print.process": "soft-resin"},
+        {"print.process": "fdm-pte"},
+        {"print.process": [1.0]},
+        {"print.process": "fdm-pla", "printer.E_MPa": 950.0},
+        {"print.process_file": "designs/printers/own.toml", "print.process": "fdm-pla"},
+        {"print.process": "fdm-pla", "print.process_file": "designs/printers/own.toml"},
+    ],
+)
+def test_setting_that_a_run_of_an_own_process_cannot_take_is_refused(folder, settings):
+    (folder / "of-run.toml").write_text(design_as_toml(load_design(folder / "mine.toml")), encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        load_design(folder / "of-run.toml", settings)
+    assert error.value.field in settings
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_without_its_own_processes_a_design_has_the_usual_one(folder):
+    (folder / "of-run.toml").write_text(design_as_toml(load_design(folder / "mine.toml")), encoding="utf-8")
+    for name, key in (("mine", "print.process_file"), ("of-run", "printer"), ("of-run", "print")):
+        assert load_design(folder / f"{name}.toml", {key: None}).process is PROCESSES["fdm-petg"]
 
 
 @pytest.mark.parametrize(

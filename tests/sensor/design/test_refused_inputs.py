@@ -2,7 +2,8 @@
 
 import pytest
 
-from sensor.design.design_file import FORMER_KEYS, design_from_mapping, every_key, override_settings
+from sensor.design.design_file import FORMER_KEYS, design_from_mapping, every_key
+from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.quantity import InputError
 
 SPHERE = {"shape": "sphere", "radius_mm": 35.0}
@@ -106,7 +107,7 @@ def test_key_that_left_is_refused_with_what_to_do(name):
     former = FORMER_KEYS[name]
     for tables, settings in (({table: {key: former.default}}, {}), ({}, {name: "2"}), ({}, {name: ""})):
         with pytest.raises(InputError) as error:
-            design_from_mapping(override_settings(tables, settings))
+            DesignTables(tables=tables).design(settings_of_texts(settings))
         assert error.value.field == name
         assert len(str(error.value).splitlines()) == 1
         assert former.hint in str(error.value)
@@ -131,7 +132,7 @@ def test_key_that_left_is_refused_with_what_to_do(name):
 )
 def test_bad_setting_is_one_line_that_names_the_field(settings, field):
     with pytest.raises(InputError) as error:
-        design_from_mapping(override_settings({"fruit": SPHERE}, settings))
+        DesignTables(tables={"fruit": SPHERE}).design(settings_of_texts(settings))
     assert error.value.field == field
     assert len(str(error.value).splitlines()) == 1
 
@@ -158,5 +159,5 @@ def test_tips_may_reach_the_edge_of_the_fruit():
 
 def test_setting_below_a_key_that_is_no_table_is_refused():
     with pytest.raises(InputError) as error:
-        override_settings({"targets": 5}, {"targets.NL": "0.1"})
+        DesignTables(tables={"targets": 5}).changed({"targets.NL": 0.1})
     assert error.value.field == "targets"

@@ -1,0 +1,189 @@
+"""The tables of a design before they are a design: every setting is laid on them first, and all are checked together.
+
+What a design derives from other keys is therefore derived after the last setting: the numbers of its process, the size
+of a whole fruit, targets that are left out.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from sensor.design.design_file import (
+    TABLE_TYPES,
+    design_as_mapping,
+    design_from_mapping,
+    every_key,
+    not_a_table,
+    parsed_setting,
+    refuse_former_keys,
+    refuse_typed_noise,
+    table_as_record,
+    unknown_name,
+)
+from sensor.design.parameters import TABLES, Design
+from sensor.design.processes import PROCESSES, check_process_name, read_process_file
+from sensor.quantity import InputError, validation_error
+
+_PROCESS = "print.process"
+_PROCESS_FILE = "print.process_file"
+_HOLD_PROCESSES = (_PROCESS_FILE, "print", "printer")
+"""The key and the tables that say which processes a design has of its own."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignTables:
+    """The tables of a design, and its own print processes by name; `print.process` names the one that is used.
+
+    The table `printer` holds settings of that process.
+    """
+
+    tables: Mapping[str, Any]
+    own: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @classmethod
+    def of_file(cls, data: Mapping[str, Any], folder: Path) -> "DesignTables":
+        """Return the tables of a design file in a folder, with the processes of the file that it names.
+
+        Raises InputError for a process file that cannot be used, and for one beside a table `printer`.
+        """
+        tables = {key: value for key, value in data.items() if key != "printer"}
+        given = tables.get("print")
+        printing = dict(given) if isinstance(given, Mapping) else {}
+        file_name = printing.pop("process_file", None)
+        process = printing.get("process")
+        if "printer" in data:
+            if not isinstance(data["printer"], Mapping):
+                raise not_a_table("printer", data["printer"])
+            if file_name is not None:
+                raise validation_error(_PROCESS_FILE, file_name, "", "left out beside [printer]", "keep one of the two")
+            check_process_name(process)
+            return cls(tables=tables, own={str(process): data["printer"]})
+        if file_name is None:
+            return cls(tables=tables)
+        own = _processes_of(file_name, folder)
+        if process is not None:
+            _refuse_not_held(process, own, file_name)
+        return cls(tables={**tables, "print": printing}, own=own)
+
+    @classmethod
+    def of(cls, design: Design) -> "DesignTables":
+        """Return the tables of a design."""
+        return cls.of_file(design_as_mapping(design), Path())
+
+    def changed(self, settings: Mapping[str, object]) -> "DesignTables":
+        """Return the tables with settings by TABLE.KEY laid on top; None unsets a key, or a whole table like `reading`.
+
+        A path of a process file starts in the working folder. The order of the settings does not matter: tables go
+        before keys are set. Raises InputError for a name that is not known.
+        """
+        refuse_former_keys(settings)
+        for name, value in settings.items():
+            _refuse_unknown(name, value)
+        tables = {table: values for table, values in self.tables.items() if table not in settings or table == "name"}
+        for name, value in settings.items():
+            table, _, key = name.partition(".")
+            if name == "name":
+                tables[name] = value
+            elif key:
+                held = tables.get(table, {})
+                if not isinstance(held, Mapping):
+                    raise not_a_table(table, held)
+                if value is not None:
+                    tables[table] = {**held, key: value}
+                elif key in held:
+                    tables[table] = {other: of_other for other, of_other in held.items() if other != key}
+        if settings.keys().isdisjoint(_HOLD_PROCESSES):
+            return DesignTables(tables=tables, own=self.own)
+        return self._with_other_processes(tables, settings)
+
+    def _with_other_processes(self, tables: dict[str, Any], settings: Mapping[str, object]) -> "DesignTables":
+        """Return changed tables with the processes of the file that settings name, none where they unset them."""
+        given = tables.get("print", {})
+        printing = dict(given) if isinstance(given, Mapping) else {}
+        file_name = printing.pop("process_file", None)
+        process = printing.get("process")
+        own: Mapping[str, Mapping[str, Any]] = {}
+        if file_name is not None:
+            own = _processes_of(file_name, Path())
+            if settings.get(_PROCESS) is not None:
+                _refuse_not_held(process, own, file_name)
+            elif process not in [*own]:  # the file named it among its former processes
+                printing.pop("process", None)
+        elif process in [*self.own] and _PROCESS not in settings:
+            del printing["process"]
+        return DesignTables(tables={**tables, "print": printing}, own=own)
+
+    def design(self, settings: Mapping[str, object] | None = None) -> Design:
+        """Return the design of the tables with settings as in `changed`; raises InputError for what is no design."""
+        changed = self.changed(settings) if settings else self
+        if "readout" in changed.tables:
+            refuse_typed_noise(changed.tables.get("reading"))
+        data = {**changed.tables}
+        for table, record in self._records.items():
+            if changed.tables.get(table) is self.tables[table]:
+                data[table] = record
+        return design_from_mapping(changed._with_process(data))
+
+    @cached_property
+    def _records(self) -> dict[str, Any]:
+        """Return the tables that are records by themselves: a study makes each once, not at every point."""
+        records = {}
+        for table in TABLE_TYPES.keys() & self.tables.keys():
+            try:
+                records[table] = table_as_record(table, self.tables[table])
+            except InputError:  # it may be one with the keys that a point sets
+                continue
+        return records
+
+    def _with_process(self, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the tables with the numbers of the process that they name in the table `printer`."""
+        printing = self.tables.get("print", {})
+        process = printing.get("process") if isinstance(printing, Mapping) else None
+        if process is None and len(self.own) == 1:
+            (process,) = self.own
+        settings = data.get("printer", {})
+        if isinstance(process, str) and process in self.own:
+            printer = {**self.own[process], **settings}
+            return {**data, "print": {**printing, "process": process}, "printer": printer}
+        if self.own and process not in [*PROCESSES]:
+            bound = f"one of {', '.join([*self.own, *PROCESSES])}"
+            raise validation_error(_PROCESS, process, "", bound, "choose one whose numbers are known")
+        for key, value in settings.items():
+            name = f"printer.{key}"
+            bound = "left out beside a process that comes with the program"
+            raise validation_error(name, value, "", bound, "set print.E_MPa, or give a process of your own")
+        return data
+
+
+def settings_of_texts(texts: Mapping[str, str]) -> dict[str, object]:
+    """Return settings that are written as text: values are TOML, bare words are text, and nothing unsets a key."""
+    return {name: text if name == "name" else parsed_setting(text) if text else None for name, text in texts.items()}
+
+
+def _refuse_unknown(name: str, value: object) -> None:
+    """Raise InputError for a setting that names no key; a whole table can only be unset, one key of [printer] not."""
+    table, _, key = name.partition(".")
+    known = table in TABLES and bool(key)
+    if value is None:
+        known = name in TABLES or name in every_key()
+    if not known and name != "name":
+        raise unknown_name("setting", name, name, ["name", *every_key()])
+
+
+def _processes_of(file_name: object, folder: Path) -> Mapping[str, Mapping[str, Any]]:
+    """Return the processes by name of a file in a folder; raises InputError where it has none that can be used."""
+    if not isinstance(file_name, str) or not file_name or not file_name.isprintable():
+        raise validation_error(_PROCESS_FILE, file_name, "", "the path of a TOML file", "write it in quotes")
+    own = read_process_file(folder / file_name)
+    if not own:
+        _refuse_not_held(None, own, file_name)
+    return own
+
+
+def _refuse_not_held(process: object, own: Mapping[str, Any], file_name: str) -> None:
+    """Raise InputError for the name of a process that a process file does not hold."""
+    if process not in [*own]:
+        bound = f"one of those in {Path(file_name).name!r}: {', '.join(own) or 'none'}"
+        raise validation_error(_PROCESS, process, "", bound, "name one with print.process")
