@@ -82,10 +82,14 @@ DESIGN_TAIL = """\
   the pads between the plates, {pads} mm. It must leave a plate that is at least as deep as a tip is wide.
 - A line of three, such as [fouly.toml](examples/fouly.toml), has no housing, so `pipeline design` refuses it.
   `pipeline run` judges its readings, or without `[reading]` its force ratio, see [layouts](presets.md#layouts-of-tips).
+  `press.attitude`, `print.max_length_mm`, `print.E_MPa` and `print.mount` must keep their defaults then.
 
 **Reading and read-out**
 
 - With `[reading]`, the verdicts judge the error of the modulus that the sensor reads, in place of P.
+- A key that another one replaces must keep its default: `press.tilt_spread_deg` with `[reading]`,
+  `reading.radius_spread` with `reading.radius_mm` or on a block, and `fruit.height_mm` with `fruit.thickness_mm`.
+  `fruit.skin_poisson` needs a skin.
 - With `[readout]`, a run computes the noise of the forces from the data of the read-out; leave out
   `reading.noise_percent` and `noise_N` then.
 - `readout.transducer = "foil"` needs `print.gauges = "foil"`, and `"displacement"` needs `print.gauges = "none"`.

@@ -233,6 +233,10 @@ class Print:
             raise validation_error(name, None, "mm", f"given with {measured_name}", "say as what the sheet was sold")
 
 
+_OF_HOUSING = ("press.attitude", "print.max_length_mm", "print.E_MPa", "print.mount")
+"""Keys that only the springs of a housing use."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Design:
     """A whole design: what `designs/*.toml` and `report.json` hold.
@@ -268,6 +272,7 @@ class Design:
             raise validation_error("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
         self._check_springs_are_known()
         self._check_keys_beside_reading()
+        self._check_keys_without_effect()
         self._check_ranges_of_reading()
         self._check_time()
         self._check_readout()
@@ -350,6 +355,32 @@ class Design:
             raise validation_error(
                 "targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]"
             )
+
+    def _check_keys_without_effect(self) -> None:
+        """Refuse keys that this design does not use; they may have their default, which every design file holds."""
+        fruit = self.fruit
+        reading = self.reading
+        unused = {}
+        if fruit.skin_mm is None:
+            unused["fruit.skin_poisson"] = ("without fruit.skin_mm", "drop it, or give a skin")
+        if fruit.thickness_mm is not None:
+            unused["fruit.height_mm"] = ("beside fruit.thickness_mm, which takes its place", "drop one of the two")
+        if reading is not None:
+            unused["press.tilt_spread_deg"] = ("beside [reading]", "reading.tilt_deg says how far a press tilts")
+            if fruit.radius_mm is None:
+                unused["reading.radius_spread"] = ("for fruit.shape = 'block'", "a flat fruit has no radius")
+            elif reading.radius_mm is not None:
+                unused["reading.radius_spread"] = ("beside reading.radius_mm", "drop one of the two")
+        if not self.tips.tip_layout.has_housing:
+            where = f"for tips.layout = {self.tips.layout!r}, which has no housing"
+            unused |= dict.fromkeys(_OF_HOUSING, (where, "drop it, or take another layout"))
+        for name, (where, hint) in unused.items():
+            table, _, key = name.partition(".")
+            record = getattr(self, table)
+            item = record.__dataclass_fields__[key]
+            value = getattr(record, key)
+            if value != item.default:
+                raise validation_error(name, value, item.metadata.get("unit", ""), f"left out {where}", hint)
 
     def _check_ranges_of_reading(self) -> None:
         """Refuse ranges of radii and thicknesses for a fruit or tips that have none, and a list of limits of no use."""

@@ -216,7 +216,8 @@ class Press:
         _SPREAD,
         default=1.0,
         hint="a steady hand keeps 1",
-        meaning="uncertainty of the tilt of one press, two standard deviations; the P of a level sensor depends on it",
+        meaning="uncertainty of the tilt of one press, two standard deviations; the P of a level sensor depends on it; "
+        "with `[reading]`, `reading.tilt_deg` takes its place",
     )
     roll_deg: float = quantity(
         "deg",

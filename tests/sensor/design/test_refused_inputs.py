@@ -90,6 +90,20 @@ def read_on(reading, fruit=None, tips=DOMES):
         ),
         (read_on(RADII, ELLIPSOID), "fruit.length_mm"),
         (read_on({"tilt_change_deg": -0.5}), "reading.tilt_change_deg"),
+        ({"fruit": {"skin_poisson": 0.4}}, "fruit.skin_poisson"),
+        ({"fruit": {**SPHERE, "height_mm": 13.0, "thickness_mm": 11.0}}, "fruit.height_mm"),
+        ({"reading": {}, "press": {"tilt_spread_deg": 2.0}}, "press.tilt_spread_deg"),
+        ({"reading": {"radius_spread": 0.1}}, "reading.radius_spread"),
+        (read_on({**RADII, "radius_spread": 0.1}), "reading.radius_spread"),
+        *(
+            ({"tips": LINE, "springs": SPRINGS, table: {key: value}}, f"{table}.{key}")
+            for table, key, value in (
+                ("press", "attitude", "down"),
+                ("print", "max_length_mm", 100.0),
+                ("print", "E_MPa", 2000.0),
+                ("print", "mount", "washers"),
+            )
+        ),
     ],
 )
 def test_bad_table_is_one_line_that_names_the_field(tables, field):
