@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.report.outputs import LATEST
 from pipeline.report.report import Report, is_as_written, read_data, report_of
 from pipeline.storage.digests import is_regular
 from pipeline.storage.vtu import vtu_points
@@ -137,6 +138,8 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         return (equal("geometry.made", 0.0, 1.0, 0.0, unit="1", reference="no housing: see printable.*"),)
     measured = _MEASURED if report.housing.clamp is None else (*_MEASURED, _MEASURED_STRIPS)
     missing = ", ".join(name for name in measured if not is_regular(folder / name))
+    if missing and any(file.path == LATEST for file in report.files):
+        return (unreadable("a look makes no solid to measure: run the design without --look, and check that folder"),)
     if missing:
         return (unreadable(f"{missing} cannot be measured, there is no such file; run the design again"),)
     sensor = sensor_of(report.design, report.housing)

@@ -15,6 +15,7 @@ from random_designs import ROUGH, random_designs
 from pipeline.cli import main
 from pipeline.evaluate import evaluate
 from pipeline.options import DESIGNS, RunOptions
+from pipeline.report.check import check_path
 from sensor.quantity import InputError
 
 LOOK = RunOptions(look=True, tolerance=ROUGH.tolerance)
@@ -101,6 +102,9 @@ def test_look_keeps_to_the_rules_of_output_folders(tmp_path):
     assert main(["run", "--look", "--out", str(out)]) == 1
     report = json.loads((out / "report.json").read_text())
     assert "stale" not in report
+    verdicts = {verdict.name: verdict for verdict in check_path(out, None)}
+    assert [name for name, verdict in verdicts.items() if not verdict.passed] == ["geometry.readable"]
+    assert "--look" in verdicts["geometry.readable"].reference
     (out / "mine.txt").write_text("a file of a person")
     assert main(["run", "--look", "--nl", "0.06", "--out", str(out)]) == 2
     assert json.loads((out / "report.json").read_text()) == report
