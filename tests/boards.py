@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from deadline import DEADLINE_S
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic", "-Os")
-SECONDS = 300
 
 # Semihosting of Arm: the operation in r0, its argument in r1; 4 writes a string, 24 ends the emulator.
 CORTEX = r"""
@@ -95,17 +95,17 @@ class Board:
         (folder / "start.c").write_text(self.start_up, encoding="utf-8")
         (folder / "board.ld").write_text(self.linker_script, encoding="utf-8")
         compile_ = [self.compiler, *self.flags]
-        subprocess.run([*compile_, *STRICT, "-c", "main.c"], check=True, cwd=folder, timeout=SECONDS)
-        subprocess.run([*compile_, "-Os", "-c", "start.c"], check=True, cwd=folder, timeout=SECONDS)
+        subprocess.run([*compile_, *STRICT, "-c", "main.c"], check=True, cwd=folder, timeout=DEADLINE_S)
+        subprocess.run([*compile_, "-Os", "-c", "start.c"], check=True, cwd=folder, timeout=DEADLINE_S)
         script = ["-nostartfiles", "-Wl,-T,board.ld"] if self.linker_script else []
         link = [*compile_, *script, "main.o", "start.o", "-o", "board.elf", "-lm"]
-        subprocess.run(link, check=True, cwd=folder, timeout=SECONDS)
+        subprocess.run(link, check=True, cwd=folder, timeout=DEADLINE_S)
         ended = subprocess.run(
             [*self.emulator, "board.elf"],
             cwd=folder,
             capture_output=True,
             encoding="utf-8",
-            timeout=SECONDS,
+            timeout=DEADLINE_S,
             check=True,
         )
         return ended.stdout + ended.stderr

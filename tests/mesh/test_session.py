@@ -8,6 +8,7 @@ from pathlib import Path
 import gmsh
 import numpy as np
 import pytest
+from deadline import DEADLINE_S
 from scenes import SMALL_HOUSING
 
 from mesh.housing.blocks import counts
@@ -136,5 +137,5 @@ def test_signal_reaches_its_handler_after_gmsh_was_open(name):
         os.kill(os.getpid(), signal.{name})
     """
     words = [sys.executable, "-c", program]
-    done = subprocess.run(words, capture_output=True, encoding="utf-8", check=True, cwd=ROOT, timeout=600)
+    done = subprocess.run(words, capture_output=True, encoding="utf-8", check=True, cwd=ROOT, timeout=DEADLINE_S)
     assert done.stdout == "reached\n" * 2

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from deadline import DEADLINE_S
 from stand_ins import result_of
 
 from pipeline.cli import main
@@ -136,7 +137,7 @@ def test_good_input_reaches_the_stages(capsys, stand_in_run, tmp_path):
 def test_refusal_imports_nothing_heavy(flags):
     program = f"import sys; from pipeline.cli import main; main(['run', *{flags!r}]); print(*sys.modules)"
     done = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=60
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=DEADLINE_S
     )
     assert done.stderr.startswith("pipeline: ")
     assert {"numpy", "cadquery", "gmsh", "skfem", "rich", "pyvista"} & set(done.stdout.split()) == set()
@@ -238,7 +239,12 @@ def test_byte_order_mark_is_no_part_of_a_file(output, capsys):
 def test_closed_input_is_an_empty_stream(output):
     line = f'exec "{sys.executable}" -m pipeline read "$0" - <&-'
     done = subprocess.run(
-        ["/bin/bash", "-c", line, str(output)], cwd=ROOT, capture_output=True, encoding="utf-8", check=False, timeout=60
+        ["/bin/bash", "-c", line, str(output)],
+        cwd=ROOT,
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+        timeout=DEADLINE_S,
     )
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1].startswith("pipeline: -, line 1 = ''")

@@ -9,6 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from deadline import DEADLINE_S
 from stand_ins import stored_report
 
 from mesh.session import MeshError
@@ -159,7 +160,7 @@ def test_reader_that_leaves_ends_a_command_without_a_traceback():
         process.stdout.readline()
         process.stdout.close()
         assert process.stderr.read() == ""
-        assert process.wait(120) in (0, 1)
+        assert process.wait(DEADLINE_S) in (0, 1)
 
 
 def test_processes_are_listed_with_every_number(capsys):
@@ -173,7 +174,7 @@ def test_processes_are_listed_with_every_number(capsys):
 
 def python(*words, **options):
     return subprocess.run(
-        [sys.executable, *words], cwd=ROOT, capture_output=True, encoding="utf-8", timeout=60, **options
+        [sys.executable, *words], cwd=ROOT, capture_output=True, encoding="utf-8", timeout=DEADLINE_S, **options
     )
 
 

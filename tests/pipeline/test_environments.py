@@ -9,13 +9,13 @@ import time
 from pathlib import Path
 
 import pytest
+from deadline import DEADLINE_S
 
 from pipeline.storage.folder import whole_report
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from pipeline.__main__ import main; sys.exit(main())"
 LIST = "design --list-processes --json"
-SECONDS = 600  # until a command is taken to hang
 
 ODD = {"PYTHONIOENCODING": "ascii", "LC_ALL": "C", "HOME": "", "XDG_CACHE_HOME": "", "COLUMNS": 5000 * "9"}
 PLACES = [
@@ -38,7 +38,7 @@ def test_command_ends_with_its_code_and_at_most_one_line(words, variables, befor
         env={**os.environ, **variables},
         capture_output=True,
         encoding="utf-8",
-        timeout=SECONDS,
+        timeout=DEADLINE_S,
         check=False,
     )
     assert done.returncode == expected, done.stderr
@@ -65,13 +65,15 @@ def test_killed_run_leaves_the_old_outputs_and_the_next_run_is_whole(words, numb
         assert first.poll() is None
         time.sleep(0.05)
     first.send_signal(number)
-    _, complaint = first.communicate(timeout=SECONDS)
+    _, complaint = first.communicate(timeout=DEADLINE_S)
     assert first.returncode == code
     assert complaint == ("" if number == signal.SIGKILL else "pipeline: interrupted\n")
     assert not (tmp_path / "out").exists()
     if number != signal.SIGKILL:
         assert [path.name for path in tmp_path.iterdir() if path.name != "cache"] == []
-    ended = subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, check=False, timeout=SECONDS)
+    ended = subprocess.run(
+        command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, check=False, timeout=DEADLINE_S
+    )
     assert ended.returncode == 1  # so coarse a tolerance leaves verdicts undecided
     assert json.loads(whole_report(tmp_path / "out"))["design"]["targets"]["NL"] == 0.05
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cache", "out"]

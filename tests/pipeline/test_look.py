@@ -10,6 +10,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from deadline import DEADLINE_S
 from random_designs import ROUGH, random_designs
 
 from pipeline.cli import main
@@ -139,7 +140,7 @@ def test_watch_looks_again_at_each_change_and_survives_a_bad_file(tmp_path):
             _wait(lambda: _nl(report) == 0.07)
         finally:
             process.send_signal(signal.SIGINT)
-        assert process.wait(60) == 130
+        assert process.wait(DEADLINE_S) == 130
 
 
 def _nl(report) -> float | None:
@@ -149,8 +150,8 @@ def _nl(report) -> float | None:
         return None
 
 
-def _wait(happened, seconds: float = 120.0) -> None:
-    end = time.monotonic() + seconds
+def _wait(happened) -> None:
+    end = time.monotonic() + DEADLINE_S
     while not happened():
         assert time.monotonic() < end
         time.sleep(0.05)

@@ -8,6 +8,7 @@ from inspect import isfunction
 from pathlib import Path
 
 import pytest
+from deadline import DEADLINE_S
 
 import pipeline
 
@@ -24,7 +25,7 @@ def python(folder, *words, **changes):
         capture_output=True,
         encoding="utf-8",
         check=False,
-        timeout=120,
+        timeout=DEADLINE_S,
     )
 
 

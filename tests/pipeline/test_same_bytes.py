@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from deadline import DEADLINE_S
 
 ROOT = Path(__file__).parents[2]
 WITH_SECONDS = ("report.json", "report.html")
@@ -24,7 +25,7 @@ def run(folder, threads):
         env={**os.environ, **variables},
         capture_output=True,
         check=False,
-        timeout=600,
+        timeout=DEADLINE_S,
     )
     assert done.stderr == b""
     paths = sorted((folder / "out").iterdir())

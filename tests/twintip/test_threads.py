@@ -5,6 +5,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from deadline import DEADLINE_S
 
 import twintip
 from mesh.housing.sweep import mesh_of_counts
@@ -66,7 +67,7 @@ def test_what_computes_takes_turns(name):
     @in_turn
     def hold():
         entered.set()
-        leave.wait(60.0)
+        leave.wait(DEADLINE_S)
 
     def call():
         with pytest.raises(TypeError):
@@ -75,7 +76,7 @@ def test_what_computes_takes_turns(name):
     holder = threading.Thread(target=hold)
     caller = threading.Thread(target=call)
     holder.start()
-    assert entered.wait(60.0)
+    assert entered.wait(DEADLINE_S)
     getattr(twintip, name)  # is imported
     caller.start()
     caller.join(0.02)

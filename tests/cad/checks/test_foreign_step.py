@@ -11,14 +11,17 @@ VOLUME = SIZE[0] * SIZE[1] * SIZE[2]
 BOX = cq.Solid.makeBox(*SIZE)
 BESIDE = BOX.translate(cq.Vector(30.0, 0.0, 0.0))
 HOLLOW = BOX.cut(cq.Solid.makeBox(10.0, 4.0, 2.0, cq.Vector(5.0, 3.0, 1.5)))
+UNITS = {"MM": "SI_UNIT(.MILLI.,.METRE.)", "M": "SI_UNIT($,.METRE.)", "INCH": "'INCH'"}  # as Part 21 writes them
 
 
 def verdicts_of(shape, path, unit="MM"):
     """Write a shape [mm] as STEP in a unit, and return the verdicts on the file by name."""
-    OCP.Interface.Interface_Static.SetCVal_s("write.step.unit", unit)
-    writer = OCP.STEPControl.STEPControl_Writer()
+    writer = OCP.STEPControl.STEPControl_Writer()  # first: the unit can be set once there is one
+    assert OCP.Interface.Interface_Static.SetCVal_s("write.step.unit", unit)
     writer.Transfer(shape.wrapped, OCP.STEPControl.STEPControl_AsIs)
     writer.Write(str(path))
+    assert OCP.Interface.Interface_Static.SetCVal_s("write.step.unit", "MM")
+    assert UNITS[unit] in path.read_text()
     return {verdict.name.removeprefix("geometry."): verdict for verdict in check_file(path)}
 
 
@@ -32,7 +35,7 @@ def test_step_without_a_face_is_one_failed_verdict_that_names_it(tmp_path, shape
     assert "wire.step" in verdicts["readable"].reference
 
 
-@pytest.mark.parametrize("unit", ["MM", "INCH", "M"])
+@pytest.mark.parametrize("unit", ["M", "INCH", "MM"])
 def test_unit_of_a_step_counts(tmp_path, unit):
     verdicts = verdicts_of(BOX, tmp_path / "box.step", unit)
     assert verdicts["units"].value == pytest.approx(SIZE[0])

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import cadquery as cq
 import pytest
+from deadline import DEADLINE_S
 from squares import RESIN, square_sensor, with_seats
 
 from cad.checks.assembly_checks import cover_verdicts
@@ -251,9 +252,9 @@ def test_slicer_counts_a_mass_within_the_range_of_the_sheet(written, tmp_path):
         part = paths[0].with_name(f"{name}.stl")
         settings = ["--fill-density", "100%", "--layer-height", "0.2", "--skirts", "0", "--nozzle-diameter", "0.4"]
         command = ["prusa-slicer", "--export-gcode", *settings, "--output", str(tmp_path / "part.gcode"), str(part)]
-        refused = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=300, check=False)
+        refused = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=DEADLINE_S, check=False)
         assert "fill pattern" in refused.stderr + refused.stdout
-        subprocess.run([*command, "--fill-pattern", "rectilinear"], capture_output=True, timeout=300, check=True)
+        subprocess.run([*command, "--fill-pattern", "rectilinear"], capture_output=True, timeout=DEADLINE_S, check=True)
         length = re.search(r"filament used \[mm\] = ([\d.]+)", (tmp_path / "part.gcode").read_text())
         assert length is not None
         laid = float(length[1]) * 0.25 * math.pi * FILAMENT_MM**2

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 import trimesh
+from deadline import DEADLINE_S
 from steel_strips import PAIR, SQUARE, steel_sensor
 
 from cad.checks.part_checks import check_file
@@ -77,7 +78,7 @@ def test_what_is_printed_needs_no_support_and_is_thick_enough(folder, name, expe
 @pytest.mark.parametrize("name", ["housing.stl", "spacer.stl"])
 def test_slicer_finds_three_closed_bodies(folder, name):
     command = ["prusa-slicer", "--info", str(folder / name)]
-    info = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=120, check=True).stdout
+    info = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=DEADLINE_S, check=True).stdout
     assert re.findall(r"^manifold\s*=\s*(\w+)", info, flags=re.MULTILINE) == ["yes"]
     assert re.findall(r"^number_of_parts\s*=\s*(\d+)", info, flags=re.MULTILINE) == ["3"]
 

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 
 import pytest
+from deadline import DEADLINE_S
 
 from cad.files.sensor_files import write_sensor
 
@@ -28,6 +29,6 @@ def test_old_slicer_finds_one_closed_part(sensor, tmp_path, name):
 
 def check_one_closed_part(slicer, path):
     command = [slicer, "--info", str(path)]
-    info = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=120, check=True).stdout
+    info = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=DEADLINE_S, check=True).stdout
     assert re.findall(r"^manifold\s*=\s*(\w+)", info, flags=re.MULTILINE) == ["yes"]
     assert re.findall(r"^number_of_parts\s*=\s*(\d+)", info, flags=re.MULTILINE) == ["1"]

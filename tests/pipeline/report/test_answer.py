@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from deadline import DEADLINE_S
 from stand_ins import GOOD, print_everything, print_summary, result_of
 
 import pipeline
@@ -62,7 +63,7 @@ def test_unchanged_run_answers_the_same_and_imports_nothing_that_solves(default_
         env=dict(os.environ),
         capture_output=True,
         encoding="utf-8",
-        timeout=120,
+        timeout=DEADLINE_S,
         check=False,
     )
     assert (done.returncode, done.stderr, done.stdout) == (default_run.code, "\n", default_run.printed)

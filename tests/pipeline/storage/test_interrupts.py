@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from deadline import DEADLINE_S
 
 from mesh.session import gmsh_session
 from pipeline import cli
@@ -154,7 +155,7 @@ def test_signal_that_a_library_swallows_comes_again():
             time.sleep(1.5)  # on its way through the blocks that clear up, it is left alone
         start = time.monotonic()
         try:
-            while time.monotonic() < start + 10.0:
+            while time.monotonic() < start + DEADLINE_S:
                 time.sleep(0.01)
         except KeyboardInterrupt:
             return 0
@@ -251,7 +252,7 @@ def test_wrong_input_is_one_line_though_a_worker_leaves_a_semaphore():
         capture_output=True,
         encoding="utf-8",
         check=False,
-        timeout=60,
+        timeout=DEADLINE_S,
     )
     assert (done.returncode, done.stderr) == (2, "ready\npipeline: wrong\n")
 
@@ -270,7 +271,7 @@ def test_signal_ends_a_command_whatever_it_is_at(execute, number):
         assert process.stderr.readline() == "ready\n"
         time.sleep(1.0)
         process.send_signal(number)
-        assert process.wait(10) == 128 + number
+        assert process.wait(DEADLINE_S) == 128 + number
         assert process.stderr.read() == "pipeline: interrupted\n"
 
 
@@ -286,4 +287,4 @@ def test_signal_while_python_runs_a_text_ends_with_its_code():
         assert process.stderr.readline() == "ready\n"
         time.sleep(1.0)
         process.send_signal(signal.SIGINT)
-        assert process.wait(10) == 128 + signal.SIGINT
+        assert process.wait(DEADLINE_S) == 128 + signal.SIGINT

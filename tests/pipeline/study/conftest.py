@@ -13,11 +13,10 @@ from typing import Any
 
 import pytest
 from browser import open_page, opened_browser  # noqa: F401 - fixtures
+from deadline import DEADLINE_S
 
 from pipeline.study import workers
 from pipeline.study.workers import Engine
-
-DEADLINE_S = 600.0  # of whatever a test waits for: many times what a slow machine takes
 
 
 class InProcess(Executor):

@@ -5,7 +5,8 @@ import re
 import shutil
 
 import pytest
-from browser import SECONDS, grave_findings, validator_findings
+from browser import grave_findings, validator_findings
+from deadline import DEADLINE_S
 from stand_ins import result_of
 from view_stand_ins import change_report
 
@@ -76,7 +77,7 @@ def test_browser_shows_bodies_and_asks_nobody(scenes_page, width, open_page):
     page = open_page(scenes_page.as_uri(), width)
     for index in ("0", "11"):
         page.select_option("select", index)
-        page.wait_for_function("() => document.querySelector('model-viewer')?.loaded", timeout=1000 * SECONDS)
+        page.wait_for_function("() => document.querySelector('model-viewer')?.loaded", timeout=1000 * DEADLINE_S)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert [url for url in page.requested if not url.startswith(("file:", "data:", "blob:"))] == []
     assert page.complaints == []

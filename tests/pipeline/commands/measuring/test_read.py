@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from deadline import DEADLINE_S
 from stand_ins import CONTACT, result_of
 
 from pipeline.cli import main
@@ -187,7 +188,9 @@ assert main(["read", {paper.folder!r}, "--forces", "0.37,1.07"]) == 0
 print(sorted({{"cadquery", "OCP", "gmsh", "skfem", "pyvista", "scipy"}} & set(sys.modules)))
 """
     command = [sys.executable, "-c", code]
-    out = subprocess.run(command, cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=600).stdout
+    out = subprocess.run(
+        command, cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=DEADLINE_S
+    ).stdout
     assert out.splitlines()[-1] == "[]"
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from deadline import DEADLINE_S
 from measured_units import MeasuredDesign, elastic, printed_by_header, random_pose
 
 from pipeline.cli import main
@@ -501,7 +502,7 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
     recorded = tmp_path / "counts.csv"
     odd = ["", ",", "x,y,x,y", "7", "--5,--5,--5,--5", "\xb2,\xb2,\xb2,\xb2", "1,2,4,a,5", ",".join(4 * [5000 * "9"])]
     recorded.write_text("\n".join([*odd, *signal_of(rows), *odd]), encoding="latin-1")
-    ended = subprocess.run([sys.executable, script, recorded], capture_output=True, check=True, timeout=600)
+    ended = subprocess.run([sys.executable, script, recorded], capture_output=True, check=True, timeout=DEADLINE_S)
     assert float(ended.stdout.split()[1]) == pytest.approx(expected.E, rel=AGREES)
     rows[-1, 0] = 8388607
     assert in_c(tmp_path, sensor, rows)[-2][1] == 8.0
@@ -519,7 +520,7 @@ def test_no_pins_are_driven_without_a_read_out(mango, paper, rng, calibrate, tmp
         if not pins:
             script = tmp_path / "unit.py"
             script.write_text(source, encoding="utf-8")
-            ended = subprocess.run([sys.executable, script], capture_output=True, check=True, timeout=600)
+            ended = subprocess.run([sys.executable, script], capture_output=True, check=True, timeout=DEADLINE_S)
             assert b"no read-out" in ended.stdout
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from boards import BOARDS
+from deadline import DEADLINE_S
 from measured_units import read_log
 
 from pipeline.measure.unit.firmware import c_header, micropython
@@ -94,7 +95,7 @@ def test_header_compiles_without_a_warning(compiler, file, standard, press, tmp_
     (tmp_path / "unit.h").write_text(c_header(sensor), encoding="utf-8")
     (tmp_path / file).write_text(program_of(forces), encoding="utf-8")
     words = [f"-std={standard}", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic", "-O2", "-c", file]
-    subprocess.run([compiler, *words], check=True, cwd=tmp_path, timeout=600)
+    subprocess.run([compiler, *words], check=True, cwd=tmp_path, timeout=DEADLINE_S)
 
 
 @pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.name)
@@ -149,6 +150,6 @@ def said_by_micropython(folder, sensor, program, counts=""):
     (folder / "program.py").write_text(program, encoding="utf-8")
     (folder / "run.mjs").write_text(IN_NODE.format(interpreter=interpreter.as_uri()), encoding="utf-8")
     ended = subprocess.run(
-        ["node", "run.mjs"], cwd=folder, capture_output=True, encoding="utf-8", timeout=600, check=True
+        ["node", "run.mjs"], cwd=folder, capture_output=True, encoding="utf-8", timeout=DEADLINE_S, check=True
     )
     return ended.stdout

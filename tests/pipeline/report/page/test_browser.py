@@ -4,7 +4,8 @@ import json
 import re
 
 import pytest
-from browser import SECONDS, grave_findings, validator_findings
+from browser import grave_findings, validator_findings
+from deadline import DEADLINE_S
 
 pytestmark = pytest.mark.slow
 
@@ -42,7 +43,7 @@ def test_plots_and_bodies_are_drawn(address, open_page):
     drawn = [figures.nth(i) for i in range(figures.count()) if figures.nth(i).is_visible()]
     assert len(drawn) >= 6
     assert all(figure.locator("svg[role=img]").count() == 1 for figure in drawn)  # no heading with nothing under it
-    page.wait_for_function("() => document.querySelector('model-viewer')?.loaded", timeout=1000 * SECONDS)
+    page.wait_for_function("() => document.querySelector('model-viewer')?.loaded", timeout=1000 * DEADLINE_S)
 
 
 NO_WEBGL = """
