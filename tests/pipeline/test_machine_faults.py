@@ -1,6 +1,7 @@
 """A fault of the machine is an error wherever it arises in a run: no verdict, no file, nothing kept."""
 
 import errno
+import functools
 import shutil
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
@@ -21,53 +22,62 @@ FAULTS = {
 }
 BY_GMSH = {**FAULTS, "gmsh": Exception("std::bad_alloc")}  # the bare class is what gmsh raises
 BY_SUPERLU = {**FAULTS, "SuperLU": RuntimeError("SUPERLU_MALLOC fails for buf in intCalloc()")}
-PLACES = {  # where it arises: the faults that may, and the stage whose result is not kept yet
+LOOK = {  # where it arises: the faults that may, and the stage whose result is not kept yet
     "solve.linear.splu": (BY_SUPERLU, "contact"),
     "gmsh.initialize": (BY_GMSH, "flexures"),
     "gmsh.model.geo.synchronize": (BY_GMSH, "flexures"),
     "gmsh.model.mesh.generate": (BY_GMSH, "flexures"),
     "gmsh.model.mesh.getNodes": (BY_GMSH, "flexures"),
     "pipeline.springs.mounts.clamped_half": (FAULTS, "flexures"),
-    "pipeline.making.solids.write_solids": (FAULTS, "solids"),
-    "cad.files.sensor_files.write_step": (FAULTS, "solids"),
-    "cad.checks.sensor_checks.closed_verdicts": (FAULTS, "solids"),
     "pipeline.evaluate.press_scene": (FAULTS, None),
     "pipeline.evaluate.spring_behaviour": (FAULTS, None),
     "pipeline.evaluate.sensor_errors": (FAULTS, None),
-    "pipeline.making.fields.write_vtu": (FAULTS, None),
     "pipeline.report.page.page.flexure_body": (FAULTS, None),
     "pipeline.report.outputs.page_of": (FAULTS, None),
 }
+WHOLE_RUN = {  # what a look leaves out
+    "pipeline.making.solids.write_solids": (FAULTS, "solids"),
+    "cad.files.sensor_files.write_step": (FAULTS, "solids"),
+    "cad.checks.sensor_checks.closed_verdicts": (FAULTS, "solids"),
+    "pipeline.making.fields.write_vtu": (FAULTS, None),
+}
 ENVIRONMENT = (OSError, MemoryError, BrokenProcessPool, KeyboardInterrupt)
-DRAWN = ("cad.files.sensor_files.write_step", "cad.checks.sensor_checks.closed_verdicts")  # first, which takes seconds
+QUICK = ("solve.linear.splu", "gmsh.initialize", "gmsh.model.mesh.generate", "pipeline.evaluate.press_scene")
 CASES = [
-    pytest.param(place, *given, id=place, marks=pytest.mark.slow if place in DRAWN else ())
-    for place, given in PLACES.items()
+    pytest.param(place in LOOK, place, *given, id=place, marks=() if place in QUICK else pytest.mark.slow)
+    for place, given in {**LOOK, **WHOLE_RUN}.items()
 ]
+
+
+def forget_springs():
+    """Forget what the process itself remembers, so that it is made again."""
+    for function in (mesh.housing.sweep.mesh_of_counts, pipeline.springs.mounts.coarse_half):
+        function.cache_clear()
 
 
 @pytest.fixture(scope="module")
 def clean(tmp_path_factory):
-    """Return what is kept after a run without a fault, and its result."""
-    folder = tmp_path_factory.mktemp("clean")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
-        result = run(load_design("paper"), RunOptions(out=folder / "out", tolerance=0.02), beside=False)
-    return folder / "cache", result
+    """Return a function that gives what is kept after a run, or a look, without a fault, and its result."""
+
+    @functools.cache
+    def solved(look):
+        folder = tmp_path_factory.mktemp("clean")
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
+            options = RunOptions(out=folder / "out", tolerance=0.02, look=look)
+            result = run(load_design("paper"), options, beside=False)
+        forget_springs()
+        return folder / "cache", result
+
+    return solved
 
 
 @pytest.fixture
-def kept(clean, tmp_path, monkeypatch):
-    """Return a function that keeps all that the run without a fault kept but a stage, and returns the folder of it."""
+def cache(tmp_path, monkeypatch):
+    """Return the folder of a cache of its own."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    for function in (mesh.housing.sweep.mesh_of_counts, pipeline.springs.mounts.coarse_half):
-        function.cache_clear()
-
-    def keep(stage):
-        shutil.copytree(clean[0], tmp_path / "cache", ignore=shutil.ignore_patterns(f"{stage}-*"))
-        return tmp_path / "cache" / "twintip"
-
-    return keep
+    forget_springs()
+    return tmp_path / "cache" / "twintip"
 
 
 def names(folder):
@@ -78,11 +88,12 @@ def values(result):
     return [(verdict.name, verdict.value, verdict.passed) for verdict in result.verdicts]
 
 
-@pytest.mark.parametrize(("place", "faults", "stage"), CASES)
-def test_fault_is_an_error_that_keeps_nothing(clean, kept, tmp_path, place, faults, stage):
-    cache = kept(stage)
-    before = names(cache)
-    options = RunOptions(out=tmp_path / "out", tolerance=0.02)
+@pytest.mark.parametrize(("look", "place", "faults", "stage"), CASES)
+def test_fault_is_an_error_that_keeps_nothing(clean, cache, tmp_path, look, place, faults, stage):
+    before, expected = clean(look)
+    shutil.copytree(before, cache.parent, ignore=shutil.ignore_patterns(f"{stage}-*"))
+    kept = names(cache)
+    options = RunOptions(out=tmp_path / "out", tolerance=0.02, look=look)
     for fault in faults.values():
 
         def fail(*_, fault=fault, **__):
@@ -92,10 +103,9 @@ def test_fault_is_an_error_that_keeps_nothing(clean, kept, tmp_path, place, faul
             patch.setattr(place, fail)
             with pytest.raises(ENVIRONMENT):
                 run(load_design("paper"), options, beside=False)
-        assert names(cache) == before
+        assert names(cache) == kept
         assert not (tmp_path / "out").exists()
-    if stage != "solids":  # which take seconds
-        assert values(run(load_design("paper"), options, beside=False)) == values(clean[1])
+    assert values(run(load_design("paper"), options, beside=False)) == values(expected)
 
 
 class LostWorkers(Executor):
@@ -108,10 +118,9 @@ class LostWorkers(Executor):
 
 
 @pytest.mark.parametrize(("stage", "tolerance"), [("flexures", 0.01), ("solids", 0.02)])
-def test_lost_worker_is_an_error_that_keeps_nothing(kept, tmp_path, monkeypatch, stage, tolerance):
+def test_lost_worker_is_an_error_that_keeps_nothing(cache, tmp_path, monkeypatch, stage, tolerance):
     """Below a tolerance of 0.02 the springs wait for the solid of the worker, with which their mesh is compared."""
     monkeypatch.setattr("pipeline.main_job.cad_worker", lambda _: nullcontext(LostWorkers()))
-    cache = kept(stage)
     with pytest.raises(BrokenProcessPool):
         run(load_design("paper"), RunOptions(out=tmp_path / "out", tolerance=tolerance))
     assert not list(cache.glob(f"{stage}-*"))
