@@ -2,6 +2,7 @@
 
 import json
 import math
+from concurrent.futures import BrokenExecutor, Future
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -139,6 +140,28 @@ def test_front_has_a_design_for_each_value_and_says_where_there_is_none(written,
     runs((False,) * 3 * MOST_RUNS)
     assert main(["optimise", str(written(FRONT)), "--out", str(out)]) == 1
     assert list((out / "front").glob("*.toml")) == []
+
+
+class Losing:
+    """An engine's executor whose first worker is lost again and again."""
+
+    def submit(self, *_):
+        lost = Future()
+        lost.set_exception(ConnectionError())
+        return lost
+
+    def shutdown(self): ...
+
+
+def test_lost_worker_ends_a_search_whose_next_run_goes_on(written, engine, tmp_path):
+    """Later points follow from those before, so that none may be left out."""
+    study = read_study(written(SOFTEST.replace("400", "32")))
+    with pytest.raises(BrokenExecutor):
+        search(study, tmp_path / "lost", replace(engine, open=Losing, close=Losing.shutdown))
+    with study_store(tmp_path / "lost", study) as store:
+        assert sum(store.counts().values()) == 0
+    again = search(study, tmp_path / "lost", engine)
+    assert again == search(study, tmp_path / "whole", engine)
 
 
 def test_front_that_was_ended_goes_on_to_the_same_candidates(written, engine, tmp_path):
