@@ -54,6 +54,7 @@ BASES: tuple[dict[str, Any], ...] = (
     {"springs": SPRINGS, "tips": {"layout": "square"}, "readout": {**READOUT, "delay_ms": [0.0, 1.0, 2.0, 3.0]}},
     {"print": {"process": "petg-750", "process_file": "own.toml"}},
     {"print": {"process": "petg-900", "process_file": "own.toml"}, "springs": SPRINGS},
+    {"print": {"process": "petg-1300", "process_file": "own.toml"}, "fruit": BALL, "tips": DOMES},
     {"print": {"process_file": "other.toml", "E_MPa": 700.0}},
 )
 TOGETHER: tuple[tuple[str, ...], ...] = (
@@ -85,7 +86,7 @@ VALUES: dict[str, tuple[object, ...]] = {
     "press.speed_mm_per_s": (2.0,),
     "press.hold_s": (1.0,),
     "tips.outer_mm": (0.1,),
-    "print.process": (*OWN, *PROCESSES, "nonsense"),
+    "print.process": (*OWN, *OWN, *OWN, *PROCESSES, "nonsense"),
     "print.process_file": ("own.toml", "other.toml"),
     "printer.E_MPa": (820.0,),
     "reading.radius_mm": ([28.0, 32.0],),
@@ -174,6 +175,7 @@ def drawn(rng: np.random.Generator, base: Design, folder: Path) -> dict[str, obj
     names = list(TOGETHER[rng.integers(len(TOGETHER))]) if rng.random() < 0.5 else []
     names += rng.choice(used, rng.integers(1, 3), replace=False).tolist()
     names += rng.choice(every_key(), rng.integers(0, 2)).tolist()
+    names += ["print.process"] if base.printer is not None and rng.random() < 0.7 else []
     if rng.random() < 0.1:
         names += rng.choice(["name", "reading", "readout", "targets", "springs", "printer"], 1).tolist()
     settings: dict[str, object] = {}
