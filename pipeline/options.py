@@ -156,7 +156,7 @@ def design_tables(
     texts = {}
     for key, value in (settings or {}).items():
         texts[key] = value if isinstance(value, str) else _as_text(key, value)
-    tables = DesignTables.of_file({"name": path.stem, **read_toml(path, name)}, path.parent)
+    tables = DesignTables.from_file({"name": path.stem, **read_toml(path, name)}, path.parent)
     return tables.changed(settings_of_texts(texts))
 
 

@@ -43,7 +43,7 @@ class DesignTables:
     own: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @classmethod
-    def of_file(cls, data: Mapping[str, Any], folder: Path) -> "DesignTables":
+    def from_file(cls, data: Mapping[str, Any], folder: Path) -> "DesignTables":
         """Return the tables of a design file in a folder, with the processes of the file that it names.
 
         Raises InputError for a process file that cannot be used, and for one beside a table `printer`.
@@ -68,9 +68,9 @@ class DesignTables:
         return cls(tables={**tables, "print": printing}, own=own)
 
     @classmethod
-    def of(cls, design: Design) -> "DesignTables":
+    def from_design(cls, design: Design) -> "DesignTables":
         """Return the tables of a design."""
-        return cls.of_file(design_as_mapping(design), Path())
+        return cls.from_file(design_as_mapping(design), Path())
 
     def changed(self, settings: Mapping[str, object]) -> "DesignTables":
         """Return the tables with settings by TABLE.KEY laid on top; None unsets a key, or a whole table like `reading`.

@@ -34,7 +34,7 @@ _OF_THE_READING = {"reading.bias", "reading.uncertainty", "reading.touch"}
 
 def change_design(design: Design, changes: Changes) -> Design:
     """Return a design with keys changed as `--set` does it; raises InputError where that is no design."""
-    return DesignTables.of(design).design(changes)
+    return DesignTables.from_design(design).design(changes)
 
 
 def value_of(design: Design, name: str) -> object:

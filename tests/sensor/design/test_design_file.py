@@ -125,6 +125,15 @@ def test_keys_of_tips_are_written_in_the_order_whose_digest_units_hold():
     assert list(written) == [*first, "half_angle_deg"]
 
 
+def test_plan_of_a_whole_fruit_is_written_only_into_the_text_whose_digest_units_hold():
+    """In a file it would cut a piece out of the fruit of another radius."""
+    design = Design(fruit=Fruit(shape="sphere", radius_mm=30.0, height_mm=40.0))
+    assert not {"length_mm", "width_mm"} & design_as_mapping(design)["fruit"].keys()
+    whole = DesignTables.from_design(design).design({"fruit.radius_mm": 36.0}).fruit
+    assert (whole.whole, whole.length_mm, whole.width_mm) == (True, 72.0, 72.0)
+    assert list(design_as_mapping(design, derived=True)["fruit"])[:3] == ["shape", "length_mm", "width_mm"]
+
+
 def test_keys_that_left_stand_where_they_stood_in_the_text_whose_digest_units_hold():
     """[press] of version 0.1, in its order; the tables that people see are without them."""
     fruit = Fruit(relaxation=((0.5, 1.0),))
