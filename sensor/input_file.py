@@ -1,5 +1,6 @@
-"""The one reader of files from outside: regular, of at most 16 MiB, text in UTF-8 with a byte order mark or without."""
+"""The one reader of files from outside: regular, of at most 16 MiB, text in UTF-8, or in UTF-16 with its mark."""
 
+import codecs
 import re
 import stat
 import tomllib
@@ -41,13 +42,18 @@ def read_bytes(path: Path | str, name: str) -> bytes:
 def read_toml(path: Path, name: str) -> dict[str, Any]:
     """Return the tables of a TOML file; raises InputError as `read_bytes`, and for what is no TOML."""
     content = read_bytes(path, name)
+    # Some editors write UTF-16, which begins with a mark that no other text begins with.
+    in_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    hint = "correct the file at that place"
     try:
-        return parsed_toml(content.decode("utf-8-sig"))
+        return parsed_toml(content.decode("utf-16" if in_utf16 else "utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = 1 + error.object.count(b"\n", 0, error.start)
+        reason = f"line {line} is no text in UTF-8"
+        hint = "save the file as UTF-8"
     except ValueError as error:
-        reason = "it is no text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error).splitlines()[0]
-        raise validation_error(
-            name, str(path), "", f"valid TOML ({reason})", "correct the file at that place"
-        ) from error
+        reason = str(error).splitlines()[0]
+    raise validation_error(name, str(path), "", f"valid TOML ({reason})", hint)
 
 
 def parsed_toml(text: str) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from pipeline.reading.analysis import Readings
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
+from sensor.design.fruit import USUAL_MODULI
 from sensor.design.parameters import Design
 from sensor.theory.free_fruit import roll, table_share
 from sensor.theory.hertz import equivalent_radius
@@ -41,7 +42,16 @@ def notes(result: SensorResult) -> list[str]:
         *judged,
     ]
     found.sort(key=lambda note: note.percent, reverse=True)
-    return [*result.left_out, *(note.text for note in found), f"Response: {info.method}; {info.status}."]
+    told = [note.text for note in found]
+    return [*_unusual(result.design), *result.left_out, *told, f"Response: {info.method}; {info.status}."]
+
+
+def _unusual(design: Design) -> list[str]:
+    """Return a note on the first modulus of a design that fruit seldom have; none where all are usual."""
+    moduli = [("fruit.E_max_MPa", design.fruit.E_max_MPa), *(("fruit.E_MPa", E) for E in design.fruit.E_MPa)]
+    usual = f"fruit mostly have {USUAL_MODULI.at_least:g} to {USUAL_MODULI.at_most:g} MPa"
+    unusual = [f"Check the unit of {key} = {E:g}: {usual}." for key, E in moduli if not USUAL_MODULI.hold(E)]
+    return unusual[:1]
 
 
 def _housing(result: SensorResult) -> Note:

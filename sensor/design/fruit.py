@@ -15,6 +15,8 @@ from sensor.theory.relaxation import FORM, Relaxation
 _SPREAD = Bounds(at_least=0.0, at_most=0.5)
 _ANGLE = Bounds(at_least=-180.0, at_most=180.0)
 _BLOCK_PLAN_MM = 20.0  # of the paper's block, along and across the tips
+USUAL_MODULI = Bounds(at_least=0.1, at_most=12.0)
+"""Moduli that fruit mostly have [MPa]: beyond, a person is asked to look at the units again."""
 
 FruitShape = Literal["block", "sphere", "ellipsoid"]
 

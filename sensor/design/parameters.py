@@ -261,7 +261,8 @@ class Design:
         allowed = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
         if not allowed or len(self.name) > _LONGEST_NAME:
             bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
-            raise validation_error("name", self.name, "", bound, "choose a name that can be part of a file name")
+            hint = 'write for instance name = "mine" in the design file, or give the file such a name'
+            raise validation_error("name", self.name, "", bound, hint)
         self._check_process()
         self._check_leaves()
         self._check_tip_shape()

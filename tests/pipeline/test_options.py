@@ -20,6 +20,17 @@ def test_design_file_without_a_name_is_named_for_itself(tmp_path):
         assert (design.name, design.targets.NL, design.targets.P_max) == ("kiwi", 0.1, 3.0)
 
 
+@pytest.mark.parametrize("stem", ["my design", "größe"])
+def test_file_that_no_design_can_be_named_for_is_told_to_give_a_name(stem, tmp_path):
+    path = tmp_path / f"{stem}.toml"
+    path.write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match=r"\bname = \"") as error:
+        load_design(path)
+    assert (error.value.field, error.value.value) == ("name", stem)
+    path.write_text('name = "mine"', encoding="utf-8")
+    assert load_design(path).name == "mine"
+
+
 def test_path_needs_no_ending_and_a_name_no_path(tmp_path, monkeypatch):
     """A Path is a file whatever its name; text is a preset unless it looks like a file."""
     monkeypatch.chdir(tmp_path)

@@ -19,7 +19,7 @@ def nested(levels):
     [
         b"a = ",
         b"a = 1\na = 2",
-        b"\xff\xfe",
+        b"\xff\xfea",
         b"a = " + 5000 * b"1",
         nested(MOST_LEVELS + 1),
         nested(3000),
@@ -46,6 +46,20 @@ def test_deepest_toml_and_byte_order_mark_are_read(tmp_path):
     assert value == 1
     path.write_text(f"# 1. 2. 3. 4. ...................\n{'a.' * (MOST_LEVELS - 2)}a = [0.1{16 * ', 0.5'}]", "utf-8")
     assert "a" in read_toml(path, "table")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16-le", "utf-16-be"])
+def test_text_of_any_unicode_is_read(encoding, tmp_path):
+    mark = "\ufeff" if encoding.startswith("utf-16") else ""
+    (tmp_path / "design.toml").write_bytes(f'{mark}# größe\r\nname = "größe"\r\n'.encode(encoding))
+    assert read_toml(tmp_path / "design.toml", "table") == {"name": "größe"}
+
+
+@pytest.mark.parametrize("before", [0, 1, 7])
+def test_line_that_is_no_unicode_is_named(before, tmp_path):
+    (tmp_path / "design.toml").write_bytes(before * b"a = 1\n" + "# größe\nb = 1\n".encode("latin-1"))
+    with pytest.raises(InputError, match=rf"\bline {before + 1}\b"):
+        read_toml(tmp_path / "design.toml", "table")
 
 
 @pytest.mark.parametrize("size", [0, 16 * 1024 * 1024])

@@ -13,6 +13,7 @@ from pipeline.measure.compression.law_fit import fit_law
 from pipeline.measure.compression.loading import Loading, first_loading, loading, upwards, without_frame
 from pipeline.measure.compression.range_choice import RangeFit, choose_range
 from pipeline.measure.compression.specimens import Specimen
+from sensor.design.fruit import USUAL_MODULI
 from sensor.quantity import Bounds, validation_error
 
 COVERAGE = 1.96
@@ -21,8 +22,6 @@ PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Moduli of whole fruit and tubers [MPa]: beyond, a unit is wrong."""
 TELLING = Bounds(below=100.0)
 """Error bars of a modulus that says anything [%]: beyond, it may as well be 0."""
-USUAL = Bounds(at_least=0.1, at_most=12.0)
-"""Moduli that fruit mostly have [MPa]: beyond, the result asks to look at the units again."""
 _ASIDE = 0.2  # of the travel to a strain, on each side: what its secant and tangent are read from
 _LEAST_POINTS = 6
 _RISEN = 0.1  # of the largest force: the plate is on the fruit
@@ -187,7 +186,7 @@ def _notes(E: float, chosen: RangeFit, asked_strain: float, first_strain: float)
     notes = []
     if first_strain != asked_strain:
         notes.append(f"the curve ends before {asked_strain:g} % strain: its secant is at {first_strain:g} %")
-    if not USUAL.hold(E):
+    if not USUAL_MODULI.hold(E):
         notes.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
     if not chosen.follows:
         cause = "the shape of the fruit or its flesh differs"

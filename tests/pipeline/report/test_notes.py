@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, relaxing_result, result_of, sensor_of
 
+from pipeline.options import load_design, preset_names
 from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.reading.poses import Placement
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.notes import _strips as strips_note
 from pipeline.report.notes import notes
 from pipeline.report.verdict_table import WIDTH
-from sensor.design.fruit import Fruit
+from sensor.design.fruit import USUAL_MODULI, Fruit
 from sensor.design.leaves import leaves_of
 from sensor.design.parameters import Design, Print
 from sensor.design.reading import Reading
@@ -36,6 +37,25 @@ def test_fruit_stiffness_pressure_and_depth_are_given():
     force = result.press.table.F[-1, -1].max()
     assert f" {force:.2g} MPa" in note(result, "Set fruit.bruise")  # on a face of 1 mm^2
     assert note(result_of(Design(press=Press(travel_mm=0.3))), "Calibrate at").startswith("Calibrate at 0.3 tip widths")
+
+
+@pytest.mark.parametrize(
+    ("fruit", "key", "E"),
+    [
+        ({"E_max_MPa": 3500.0}, "fruit.E_max_MPa", "3500"),
+        ({"E_MPa": (0.5, 800.0)}, "fruit.E_MPa", "800"),
+        ({"E_MPa": (0.0005, 3.5)}, "fruit.E_MPa", "0.0005"),
+    ],
+)
+def test_a_modulus_in_another_unit_is_the_first_note(fruit, key, E):
+    first = notes(result_of(Design(fruit=Fruit(**fruit))))[0]
+    assert {key, f"{E}:"} <= set(first.split())
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_presets_have_usual_moduli(name):
+    fruit = load_design(name).fruit
+    assert all(map(USUAL_MODULI.hold, (fruit.E_max_MPa, *fruit.E_MPa)))
 
 
 def test_large_strain_is_told_by_what_it_makes_of_the_force_of_a_tip():
