@@ -183,7 +183,11 @@ class ResponseReport:
     """The response at one modulus; lists are over the travel, `F_N` has a row for each tip, none for a pair."""
 
     E_MPa: float = report_field("MPa", "modulus of the fruit")
-    x_mm: tuple[float, ...] = report_field("mm", "travels, from the first step above 0 to `press.travel_mm`")
+    x_mm: tuple[float, ...] = report_field(
+        "mm",
+        "travels of the middle of the tips, from the first step above 0 to `press.travel_mm`; 0 is where a level "
+        "sensor first touches, whatever the tilt",
+    )
     P: Numbers = report_field("1", "force ratio; null where a tip is off the fruit")
     F_l_N: Numbers = report_field(
         "N", "force on the low tip at each travel; for other layouts the mean over the low tips"
@@ -213,7 +217,7 @@ class ResponseReport:
 class CurveReport:
     """P at full travel over many moduli, and the moduli that may show each P."""
 
-    x_mm: float = report_field("mm", "full travel, at which P is computed")
+    x_mm: float = report_field("mm", "full travel, at which P is computed; it counts as `response[].x_mm` does")
     P_softest: float | None = report_field("1", "limit of the force ratio for E towards 0")
     E_MPa: tuple[float, ...] = report_field("MPa", "moduli in fine steps up to `design.fruit.E_max_MPa`")
     P: Numbers = report_field("1", "force ratio at each of these moduli; null where a tip is off the fruit")

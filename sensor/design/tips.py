@@ -191,7 +191,10 @@ class Tips(ShapeKeys):
 
 @dataclass(frozen=True, kw_only=True)
 class Press:
-    """How the sensor is pressed on: travel from first touch, tilt along the tips, roll across them.
+    """How the sensor is pressed on: travel, tilt along the tips, roll across them.
+
+    The travel is that of the middle of the tips from the first touch of a level sensor. A tilt or a roll turns the
+    sensor about that middle. So a tip of a pair travels x +- spacing / 2 tan(tilt), and may touch earlier or later.
 
     `tilt_spread_deg` is how far the tilt of a press may be off, two sigma. `attitude` says where the tips point, which
     decides how the weight of the moving parts bends the springs.
@@ -202,7 +205,8 @@ class Press:
         LENGTH,
         default=0.6,
         hint="the paper presses 0.6",
-        meaning="distance by which the housing moves down after the first touch",
+        meaning="distance by which the middle of the tips moves down after the first touch of a level sensor; the "
+        "presses of [reading] count it from the first touch in their own pose",
     )
     tilt_deg: float = quantity(
         "deg",

@@ -23,7 +23,9 @@ PAIR = SpringGroups(low=(0,), high=(-1,))
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SensorResponse(Record):
-    """Tip forces F [N], shape (moduli, travels, tips), over the moduli E [MPa] and the travels x [mm] of the housing.
+    """Tip forces F [N], shape (moduli, travels, tips), over the moduli E [MPa] and the travels x [mm].
+
+    A travel is that of the middle of the tips, from the first touch of a level sensor.
 
     All others but `mean_pressure` have shape (moduli, travels). The force ratio P and the ratio of the force slopes
     over the travel [1] are those of tips on high springs over low ones. They are nan where a tip is off the fruit.

@@ -1,6 +1,6 @@
 """A scene of contact: fruit, tips and press, and how far each tip lies from the fruit.
 
-Travel x counts from the first touch of a level sensor.
+Travel x is that of the middle of the tips, from the first touch of a level sensor. Tilt and roll turn it about there.
 """
 
 import functools

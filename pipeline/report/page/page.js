@@ -79,7 +79,7 @@
     const named = [];
     for (const one of ends) named.push({ ...one, y: Math.max(one.y, named.length ? last(named).y + step : -Infinity) });
     return {
-      x: { label: "travel x [mm]", domain: [0, travel] }, y: { label, zero: true }, marginRight: 62,
+      x: { label: "travel x of the middle of the tips [mm]", domain: [0, travel] }, y: { label, zero: true }, marginRight: 62,
       color: moduli,
       marks: [
         ...here(marks),
@@ -110,7 +110,7 @@
     const solved = d3.least(rows, (row) => Math.abs(row.E_MPa - setting.E));
     const known = tipForces(solved).flatMap((F, tip) => F.map((y, i) => ({ x: solved.x_mm[i], y, tip: tipNames[tip], spring: springs[tip] })));
     return {
-      x: { label: "travel x [mm]", domain: [0, travel] }, y: { label: "force [N]", zero: true }, marginRight: 70,
+      x: { label: "travel x of the middle of the tips [mm]", domain: [0, travel] }, y: { label: "force [N]", zero: true }, marginRight: 70,
       color: { domain: ["low", "high"], range: [colours[0], colours[1]], legend: true },
       marks: [
         Plot.line(points.filter((one) => one.y !== null), { x: "x", y: "y", z: "tip", stroke: "spring" }),
