@@ -20,7 +20,7 @@ subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 table = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars="")
 print(f"{len(table)} designs, columns: {', '.join(table.dtype.names)}\n")
 process = table["print.process"]
-length = table["verdicts.printable.low.value"]  # [mm] of the leaves of the low spring
+length = table["springs.beam_law_leaves_mm.0"]  # of the leaves of the low spring
 printable = table["verdicts.printable.low.passed"] & table["verdicts.printable.high.passed"]
 for name in np.unique(process):
     rows = process == name

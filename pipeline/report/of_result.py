@@ -42,12 +42,13 @@ from pipeline.report.report import (
 from pipeline.response.scene_press import spring_fractions
 from pipeline.result import Evaluation, SensorResult
 from pipeline.springs.behaviour import GAUGE_FACTOR, GRID_MM, SpringBehaviour
-from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
+from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_as_sized
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.errors.sensor_errors import ReadingTable
 from pipeline.verdicts.targets import SceneTargets
 from sensor.arrays import Floats, rows_of
+from sensor.design.parameters import Design
 from sensor.design.tips import Tips
 from sensor.theory.two_spring_law import PAPER_SPRINGS
 from solve.contact.linear_response import SensorResponse
@@ -73,7 +74,7 @@ def report_of_result(
         lines.insert(0, f"Make {names} anew with pipeline design: what is there belongs to another design.")
     return Report(
         design=design,
-        springs=sizing_report(result.sizing),
+        springs=sizing_report(result.design, result.sizing),
         flexures=spring_reports(springs) if has_housing else {},
         housing=springs.housing,
         deflections_mm=springs.deflections,
@@ -109,7 +110,7 @@ def evaluation_parts(evaluation: Evaluation) -> dict[str, object]:
     """Return the parts of a report that need no solid, by their keys: those that an evaluation has."""
     springs = evaluation.springs
     parts: dict[str, object] = {
-        "springs": sizing_report(evaluation.sizing),
+        "springs": sizing_report(evaluation.design, evaluation.sizing),
         "deflections_mm": springs.deflections,
         "contact": contact_report(evaluation.contact),
         "level": _level(evaluation.reached),
@@ -124,14 +125,18 @@ def evaluation_parts(evaluation: Evaluation) -> dict[str, object]:
     return parts
 
 
-def sizing_report(sizing: SpringSizing) -> SizingReport:
+def sizing_report(design: Design, sizing: SpringSizing) -> SizingReport:
     """Return the springs that were sized and the fruit stiffness that sized them."""
+    leaves = None
+    if design.tips.tip_layout.has_housing:
+        leaves = tuple(spring.printable.length_mm for spring in springs_as_sized(design, sizing))
     return SizingReport(
         K_l_N_per_m=1e3 * sizing.springs.K_l,
         K_h_N_per_m=1e3 * sizing.springs.K_h,
         K_m_max_N_per_m=1e3 * sizing.K_m_max,
         K_m_over_E_mm=sizing.K_m_over_E,
         fruit_stiffness=sizing.basis,
+        beam_law_leaves_mm=leaves,
     )
 
 

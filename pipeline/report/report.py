@@ -74,6 +74,12 @@ class SizingReport:
     )
     K_m_over_E_mm: float = report_field("mm", "`K_m_max_N_per_m` divided by the modulus of the firmest fruit")
     fruit_stiffness: str = report_field("", "`contact`: from the solved contact; `hayes`: from the paper's formula (6)")
+    beam_law_leaves_mm: tuple[float, ...] | None = report_field(
+        "mm",
+        "length of the leaves of the low and of the high spring by the beam law; the leaves as they are made are up to "
+        "15 % longer or shorter. It is null for tips without a housing",
+        default=None,
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,12 +1,50 @@
 """A verdict in words: its numbers as text, with the sign of a limit that bounds its value on one side."""
 
+from dataclasses import replace
+
+from pipeline.storage.plain import Plain
+from sensor.quantity import COVERAGE, with_bar
 from sensor.verdict import Verdict
+
+ERRORS_IN_WORDS = "± holds 95 %"
+"""What stands once over everything that a person reads; files keep standard uncertainties."""
+STANDARD = ("reading.uncertainty", "unit.uncertainty")
+"""Verdicts on a standard uncertainty: a person reads their value and limit as the half width that holds 95 %."""
+_FRACTIONS = (
+    "NL",
+    "P_displacement_independent",
+    "P_monotonic",
+    "reading.bias",
+    "reading.uncertainty",
+    "reading.touch",
+    "reading.relaxation",
+    "unit.uncertainty",
+)
 
 UNREAD = "some poses have no reading"
 """Why a verdict on readings fails whose value keeps the limit: the value is that of the other poses."""
 
 ROUND_OFF = 1e-12
 """Below it a number says nothing in any unit that is shown: mm, N, MPa, N/m, %, fractions of numbers near 1."""
+
+
+def as_read(verdict: Verdict) -> Verdict:
+    """Return a verdict as a person reads it: a fraction in per cent, an uncertainty at 95 %, the limit likewise."""
+    if verdict.name not in _FRACTIONS:
+        return verdict
+    factor = 100.0 * (COVERAGE if verdict.name in STANDARD else 1.0)
+    numbers: Plain = {"unit": "%"}
+    for key in ("value", "error", "limit", "tolerance"):
+        number = getattr(verdict, key)
+        if isinstance(number, int | float):
+            numbers[key] = number if key == "tolerance" and verdict.relative else factor * number
+    return replace(verdict, **numbers)
+
+
+def measured(verdict: Verdict) -> str:
+    """Return the value of a verdict ± its bar, with its unit; nothing without a value."""
+    value = verdict.value
+    return "" if value is None else with_bar(0.0 if abs(value) < ROUND_OFF else value, verdict.error, verdict.unit)
 
 
 def bound_sign(verdict: Verdict) -> str:

@@ -147,11 +147,14 @@ def read_study(path: Path) -> Study:
     how = data.get("how", _default_how(data))
     goal, front = _goal(data.get("optimise", {}))
     wanted = _texts("wanted", data.get("wanted", []))
+    needed = wanted
     if how == "search":
         wanted = _with_goal(wanted, goal)
+        # Whether a verdict passes is enough for a search: its value is followed where there is one.
+        needed = (*needed, goal.minimise, *(f"verdicts.{name}.passed" for name in goal.under))
     level = data.get("level", "contact")
     if level in LEVELS:  # else the study refuses it
-        level = max(level, level_of("wanted", wanted), key=LEVELS.index)
+        level = max(level, level_of("wanted", needed), key=LEVELS.index)
     rows: tuple[Row, ...] = ()
     if how == "points":
         vary, rows = _points_file(folder / _text("points", data.get("points", "")))

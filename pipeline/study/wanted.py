@@ -55,7 +55,8 @@ def _verdict_level(key: str) -> str:
     verdict, field = verdict_field(key)
     if field not in VERDICT_FIELDS:
         return ""
-    return _verdict_levels().get(verdict, "files" if verdict.startswith(_ON_SOLIDS) else "")
+    levels = _verdict_levels(of_value=field == "value")
+    return levels.get(verdict, "files" if verdict.startswith(_ON_SOLIDS) else "")
 
 
 def verdict_field(key: str) -> tuple[str, str]:
@@ -65,12 +66,13 @@ def verdict_field(key: str) -> tuple[str, str]:
     return (name, field) if table == "verdicts" else ("", "")
 
 
-def _verdict_levels() -> dict[str, str]:
-    """Return the level of each verdict that a study may ask for by its name."""
+def _verdict_levels(*, of_value: bool = False) -> dict[str, str]:
+    """Return the level of each verdict, or of its value, that a study may ask for by its name."""
     levels: dict[str, str] = {}
     for entry in entries():
-        if entry.level is not None:
-            levels |= dict.fromkeys(entry.each or (entry.name,), entry.level)
+        level = (entry.value_level if of_value else None) or entry.level
+        if level is not None:
+            levels |= dict.fromkeys(entry.each or (entry.name,), level)
     return levels
 
 

@@ -14,7 +14,7 @@ from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.storage.plain import first_largest
 from sensor.design.parameters import Design, Targets
 from sensor.design.reading import LARGEST_TOUCH_FRACTION, Reading
-from sensor.quantity import Estimate
+from sensor.quantity import Estimate, with_bar
 from sensor.theory.hertz import contact_reach, relative_radius
 from sensor.tips.layouts import Position
 from sensor.verdict import Verdict, all_passed, failed_verdict, one_sided
@@ -199,19 +199,22 @@ def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool = Tru
 
 
 def printable_verdict(spring: FittedSpring) -> Verdict:
-    """Return the verdict on whether the process can make one spring: its value is the leaf length [mm]."""
+    """Return the verdict on whether the process can make one spring.
+
+    Its value is the length of its leaves as they are made [mm]; there is none for a spring that was not solved.
+    """
     printable = spring.printable
     strain = spring.root_strain
     reason = printable.reason
     passed = printable.passed
     limit = printable.strain_limit
     if strain is not None and strain.value + strain.error > limit:
-        value = f"{strain.value:.3g} ± {strain.percent:.2g} %"
+        value = with_bar(strain.value, strain.error, in_percent=True)
         reason = f"{reason}; FE root strain {value} must be at most {limit:g}"
         passed = False if strain.value > limit or passed is False else None
     return Verdict(
         name=printable.name,
-        value=printable.length_mm,
+        value=None if spring.K is None else printable.length_mm,
         unit="mm",
         limit=f"{printable.shortest_mm:g} to {printable.longest_mm:g}",
         tolerance=None,
@@ -293,7 +296,7 @@ def analysis_verdicts(readings: Readings, reading: Reading) -> tuple[Verdict, ..
     Their references name the modulus and the pose, or the source, of the worst number.
     """
     bias_words = "largest |E read / E - 1| without noise, over all fruits and poses"
-    uncertainty_words = "standard uncertainty of E over all fruits and poses"
+    uncertainty_words = "uncertainty of E over all fruits and poses"
     if readings.moduli:
         worst = readings.worst_bias
         bias_words += f": at {worst.E:.3g} MPa, {worst.worst}"
@@ -320,7 +323,7 @@ def _bias_verdict(readings: Readings, limit: float, words: str) -> Verdict:
     reaching = margin_verdict(verdict.name, reach, limit, words, at_most=True)
     if reaching.passed is verdict.passed:
         return verdict
-    other = f"the bar of a smaller one, {100.0 * reach.value:.2g} ± {100.0 * reach.error:.2g} %, reaches the limit"
+    other = f"the bar of a smaller one, {with_bar(100.0 * reach.value, 100.0 * reach.error, '%')}, reaches the limit"
     return replace(verdict, passed=all_passed([verdict, reaching]), reference=f"{verdict.reference}; {other}")
 
 

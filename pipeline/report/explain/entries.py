@@ -44,7 +44,8 @@ class Entry:
     The number of a symbol lies at `key` in report.json, parts of lists by their index, with the error in per cent at
     `error_percent`. It has the unit of the key, and `part` says of what it is. That of a verdict is found by its name,
     and at `key` where nothing was judged. A name that ends in `*` stands for the names in `each`. `level` says what a
-    study solves for a verdict, None for one that it cannot ask for.
+    study solves for a verdict, None for one that it cannot ask for; `value_level` what it solves for its value, where
+    the verdict may be told from less.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Entry:
     unit: str = "1"
     part: str | None = None
     level: str | None = None
+    value_level: str | None = None
 
 
 @cache

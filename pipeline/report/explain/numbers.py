@@ -7,9 +7,11 @@ from pipeline.report.explain.entries import Entry
 from pipeline.report.keys import value_at
 from pipeline.report.of_result import contact_report, sizing_report
 from pipeline.report.report import read_report
+from pipeline.report.verdict_rule import as_read, measured, number_text
 from pipeline.response.contact import fruit_compliance
 from pipeline.springs.sizing import spring_sizing
 from sensor.design.parameters import Design
+from sensor.quantity import with_bar
 from sensor.verdict import Verdict
 
 _OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
@@ -29,12 +31,10 @@ def number_in(folder: Path, entry: Entry, name: str) -> str:
 
 
 def _of_verdict(verdict: Verdict) -> str:
-    value = "no value" if verdict.value is None else _with_error(verdict.value, verdict.error, verdict.unit)
-    limit = "" if verdict.limit is None else f", limit {verdict.limit}"
-    if isinstance(verdict.limit, float):
-        limit = f", limit {verdict.limit:.5g}"
+    shown = as_read(verdict)
+    limit = "" if shown.limit is None else f", limit {number_text(shown.limit, shown.unit)}"
     hint = "" if verdict.remedy is None else f"; {verdict.remedy}"
-    return f"{verdict.name} {value}{limit}: {_OUTCOMES[verdict.passed]}{hint}"
+    return f"{verdict.name} {measured(shown) or 'no value'}{limit}: {_OUTCOMES[verdict.passed]}{hint}"
 
 
 def _of_symbol(report: object, entry: Entry) -> str | None:
@@ -45,7 +45,7 @@ def _of_symbol(report: object, entry: Entry) -> str | None:
     percent = None if entry.error_percent is None else _at(report, entry.error_percent)
     error = 0.01 * abs(value) * percent if isinstance(percent, int | float) else None
     part = f", {entry.part}" if entry.part else ""
-    return f"{_with_error(value, error, entry.unit)}{part}"
+    return f"{with_bar(value, error, entry.unit)}{part}"
 
 
 def _at(report: object, key: str) -> object:
@@ -54,12 +54,6 @@ def _at(report: object, key: str) -> object:
         return value_at(report, key)
     except KeyError:
         return None
-
-
-def _with_error(value: float, error: float | None, unit: str) -> str:
-    """Return a number with its error in a unit; "1" is none."""
-    bar = "" if error is None else f" +- {error:.2g}"
-    return f"{value:.5g}{bar}" if unit == "1" else f"{value:.5g}{bar} {unit}"
 
 
 def default_number(entry: Entry) -> str | None:
@@ -71,5 +65,5 @@ def default_number(entry: Entry) -> str | None:
     options = RunOptions()
     contact = fruit_compliance(design, options)
     sizing = spring_sizing(design, contact, options)
-    report = {"design": design, "springs": sizing_report(sizing), "contact": contact_report(contact)}
+    report = {"design": design, "springs": sizing_report(design, sizing), "contact": contact_report(contact)}
     return _of_symbol(report, entry)

@@ -240,6 +240,8 @@ def test_distributions_have_their_quantiles():
         ("verdicts.reading.bias.error", "contact", ("reading",)),
         ("flexures.low.dimensions_mm.length", "flexures", ()),
         ("verdicts.K_h.value", "flexures", ()),
+        ("verdicts.printable.low.passed", "contact", ()),
+        ("verdicts.printable.low.value", "flexures", ()),
         ("deflections_mm.0", "flexures", ()),
         ("verdicts.geometry.valid.passed", "files", ("response",)),
         ("passed", "files", ()),

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-from stand_ins import CONTACT, K_M_OVER_E, springs_of
+from stand_ins import CONTACT, K_M_OVER_E, LENGTHS, springs_of
 
 from pipeline.options import DEFAULT_TOLERANCE, ROUGH_TOLERANCE
 from pipeline.springs.fitted_springs import FittedSpring
@@ -204,6 +204,11 @@ def test_root_strain_of_the_solve_is_held_to_the_limit_of_the_process(share, err
     found = printable_verdict(strained)
     assert found.passed is passed
     assert ("FE root strain" in found.reference) == (passed is not True)
+
+
+def test_length_of_leaves_is_that_of_leaves_that_are_made():
+    made, bare = (springs_of(Design(), made=made).springs[0] for made in (True, False))
+    assert (printable_verdict(made).value, printable_verdict(bare).value) == (LENGTHS[0], None)
 
 
 def test_spring_that_cannot_be_made_keeps_its_reason():

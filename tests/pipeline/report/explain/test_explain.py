@@ -16,7 +16,7 @@ from pipeline.report.explain.entries import entries, entry_of
 from pipeline.report.explain.numbers import default_number, number_in
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import read_report
-from sensor.quantity import InputError
+from sensor.quantity import InputError, with_bar
 
 ROOT = Path(__file__).parents[4]
 NAMED = re.compile(r"\"((?:geometry|printable|sideways|files|report)\.[a-z0-9_]+)\"")
@@ -97,7 +97,7 @@ def test_numbers_of_the_default_design_are_those_of_its_contact():
 @pytest.mark.parametrize(
     ("name", "number"),
     [
-        ("S", "0.7666 +- 7.7e-05 1/mm, s11"),  # the compliance of the stand-in is 0.766603 with 0.01 %
+        ("S", "0.766603 ± 0.000077 1/mm, s11"),  # the compliance of the stand-in is 0.766603 with 0.01 %
         ("noise_for_10_percent", "no number in this report"),
         ("reading.bias", "no verdict in this design"),
     ],
@@ -108,6 +108,6 @@ def test_symbol_has_the_number_of_the_report(name, number, folder):
 
 def test_verdict_has_value_error_limit_and_outcome(folder):
     (verdict,) = (verdict for verdict in read_report(folder).verdicts if verdict.name == "P_max")
-    expected = f"P_max {verdict.value:.5g} +- {verdict.error:.2g}, limit 5: passed"
+    expected = f"P_max {with_bar(verdict.value, verdict.error)}, limit 5: passed"
     assert number_in(folder, entry_of("P_max"), "P_max") == expected
     assert number_in(folder, entry_of("printable.*"), "printable.*").count("printable.") == 2
