@@ -21,6 +21,6 @@ subprocess.run([sys.executable, "-m", "pipeline", *calibrate, "--force"], check=
 report = twintip.read_report(OUT)
 for title, unit in (("as designed", None), ("calibrated", UNIT)):
     for reading in twintip.read_press(report, FILES / "press.csv", unit):
-        print(f"{title:12} E {reading.E:.2f} MPa +- {100.0 * reading.u:.0f} %", end="")
+        print(f"{title:12} E {reading.E:.2f} MPa ± {100.0 * reading.u:.0f} %", end="")
         print(f"   tilt {reading.tilt:.1f} deg   class {reading.ripeness}   flags {', '.join(reading.flags) or 'none'}")
 print("the fruit has 1.5 MPa, and the sensor is tilted by 0.6 degrees")

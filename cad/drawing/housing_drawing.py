@@ -487,7 +487,7 @@ def _notes(shown: _Shown, process: Process) -> list[str]:
         *leaves,
         f"Gaps over the shuttles are stops; {faces}.",
         "Letters name rows of the table; no letter: general tolerance.",
-        f"±{process.accuracy_mm:g}: two sigma of {process.name}, for {small} under {SMALL_MM:g}.",
+        f"±{process.accuracy_mm:g}: holds 95 % of {process.name}, for {small} under {SMALL_MM:g}.",
         f"{measured['spacing'].letter}): mean of two readings, over both tips and between them.",
         f"+{STEP_MM:g} moves: stiffness K, contact or force of a tip, in proportion.",
         "Outside its tolerance: make it again. Calibrate every unit.",

@@ -164,12 +164,12 @@ def _print(found: "Suggestion", changes: list[Json]) -> None:
 
 def _numbers(verdict: Verdict) -> str:
     """Return a value with its error bar and its limit; nothing without a number."""
-    from pipeline.report.verdict_rule import limit_text, number_text
+    from pipeline.report.verdict_rule import as_read, limit_text, measured
 
     if verdict.value is None:
         return ""
-    bar = "" if not verdict.error else f" ± {verdict.error:.2g}"
-    return f"{number_text(verdict.value, digits=3)}{bar}, must be {limit_text(verdict, verdict.unit)}; "
+    shown = as_read(verdict)
+    return f"{measured(shown)}, must be {limit_text(shown, shown.unit)}; "
 
 
 def _formatted(value: object) -> str:

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from cad.templates import template_environment
 from pipeline.report.verdict_table import print_parts
+from sensor.quantity import COVERAGE, with_bar
 
 _ROOM = Path(__file__).parent
 _BAR = " | "
@@ -17,7 +18,7 @@ def render_template(template: str, number: object = repr, **values: object) -> s
     """Return a template with values in it; `number` says how its filter of that name writes one."""
     environment = template_environment(_ROOM)
     environment.filters["number"] = number
-    return environment.get_template(template).render(values)
+    return environment.get_template(template).render(values, with_bar=with_bar, coverage=COVERAGE)
 
 
 def print_answer(template: str, **values: object) -> None:

@@ -10,6 +10,7 @@ from rich.table import Table
 from pipeline.report.verdict_rule import number_text
 from pipeline.report.verdict_table import OUTCOME, reasons, verdict_table
 from pipeline.storage.digests import Json
+from sensor.quantity import with_bar
 from sensor.verdict import Verdict, all_passed
 
 _TARGETS = (
@@ -32,7 +33,7 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     others = [verdict for verdict in verdicts if verdict.name not in _TARGETS]
     if others:
         passed = sum(verdict.passed is True for verdict in others)
-        table.add_row(f"{len(others)} on geometry and print", "", "", "", "", f"{passed} passed")
+        table.add_row(f"{len(others)} on geometry and print", "", "", "", f"{passed} passed")
     yield _headline(report, verdicts)
     yield table
     yield from _spring_lines(report)
@@ -104,8 +105,9 @@ def _spring_lines(report: Json) -> Iterator[str]:
         if leaf is None:
             yield f"{name} spring: {target}, not made"
             continue
+        K = spring["stiffness_N_per_m"]
         size = f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g} mm"
-        stiffness = f"{spring['stiffness_N_per_m']:.5g} N/m ± {spring['error_percent']:.2g} % by FE"
+        stiffness = f"{with_bar(K, 0.01 * spring['error_percent'] * K, 'N/m')} by FE"
         limit = "" if spring["safety_factor"] is None else f", limit {spring['safety_factor'] * strain:.2g}"
         words = f"{leaves} {size} in {process}, strain {strain:.2g} at full travel{limit}"
         yield escape(f"{name} spring: {stiffness}, {words}")
@@ -116,7 +118,8 @@ def _error_table(report: Json) -> Table:
 
     Verdicts use the error of the mesh alone; calibrating a print takes away most of the scatter.
     """
-    table = Table("error of", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
+    columns = ("error of, at 95 %", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
+    table = Table(*columns)
     for name, budget in report["errors"].items():
         if budget is None:
             continue

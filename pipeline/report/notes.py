@@ -12,6 +12,7 @@ from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
 from sensor.design.fruit import USUAL_MODULI
 from sensor.design.parameters import Design
+from sensor.quantity import COVERAGE
 from sensor.theory.free_fruit import roll, table_share
 from sensor.theory.hertz import equivalent_radius
 from sensor.theory.soft_tissue import FLESH_LAWS, deepest_solved, large_strain_factor
@@ -93,7 +94,7 @@ def _strips(result: SensorResult) -> Note:
     )
     return Note(
         max(scatters),
-        f"{todo}: K_l and K_h as made lie within {scatters[0]:.2g} and {scatters[1]:.2g} % (two sigma). Glue that "
+        f"{todo}: K_l and K_h as made lie within {scatters[0]:.2g} and {scatters[1]:.2g} % (95 %). Glue that "
         f"misses the last {UNBONDED_MM:g} mm at each shoulder costs {lost[0]:.2g} and {lost[1]:.2g} % of them.",
     )
 
@@ -133,15 +134,15 @@ def _large_strain(design: Design, depth: float) -> Note:
 
 def _noise(readings: Readings) -> Note:
     """Return the note on the noise at which the uncertainty reaches its limit in the design."""
-    percent = 100.0 * readings.worst_uncertainty.uncertainty_limit
+    percent = 100.0 * COVERAGE * readings.worst_uncertainty.uncertainty_limit
     noise = readings.noise_at_limit_percent
     if noise is None:
-        text = f"even without noise the standard uncertainty of E is above its limit, {percent:.3g} %."
+        text = f"even without noise the uncertainty of E is above its limit, {percent:.3g} % (95 %)."
         return Note(10.0, f"Calibrate better or narrow [reading]: {text}")
     return Note(
         10.0,
-        f"Keep the noise of each force below {noise:.2g} % of full scale: there the standard uncertainty of E reaches "
-        f"its limit, {percent:.3g} %.",
+        f"Keep the noise of each force below {noise:.2g} % of full scale: there the uncertainty of E reaches its "
+        f"limit, {percent:.3g} % (95 %).",
     )
 
 

@@ -1,8 +1,8 @@
 """A verdict in words: its numbers as text, with the sign of a limit that bounds its value on one side."""
 
 from dataclasses import replace
+from typing import Any
 
-from pipeline.storage.plain import Plain
 from sensor.quantity import COVERAGE, with_bar
 from sensor.verdict import Verdict
 
@@ -33,7 +33,7 @@ def as_read(verdict: Verdict) -> Verdict:
     if verdict.name not in _FRACTIONS:
         return verdict
     factor = 100.0 * (COVERAGE if verdict.name in STANDARD else 1.0)
-    numbers: Plain = {"unit": "%"}
+    numbers: dict[str, Any] = {"unit": "%"}
     for key in ("value", "error", "limit", "tolerance"):
         number = getattr(verdict, key)
         if isinstance(number, int | float):

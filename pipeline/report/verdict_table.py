@@ -8,7 +8,15 @@ from rich.console import Console, RenderableType
 from rich.markup import escape
 from rich.table import Column, Table
 
-from pipeline.report.verdict_rule import UNREAD, fails_unread, limit_text, number_text, tolerance_text
+from pipeline.report.verdict_rule import (
+    ERRORS_IN_WORDS,
+    UNREAD,
+    as_read,
+    fails_unread,
+    limit_text,
+    measured,
+    tolerance_text,
+)
 from sensor.verdict import READABLE, Verdict
 
 WIDTH = 132
@@ -47,17 +55,17 @@ def reasons(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
 
 def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
     """Return the table of verdicts under a title in rich's markup."""
-    heads = ("verdict", "value", "± error", "target", "tolerance", "")
+    heads = ("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", "")
     columns = [Column(head, overflow="fold") for head in heads]  # a narrow terminal breaks a word, and cuts none
     table = Table(*columns, title=title or None, title_justify="left")
     for verdict in verdicts:
         outcome = OUTCOME[verdict.passed]
+        shown = as_read(verdict)
         table.add_row(
-            verdict.name,
-            number_text(verdict.value, verdict.unit),
-            number_text(verdict.error),
-            escape(limit_text(verdict)),
-            escape(tolerance_text(verdict)),
+            shown.name,
+            measured(shown),
+            escape(limit_text(shown, shown.unit)),
+            escape(tolerance_text(shown)),
             f"{outcome}: {UNREAD}" if fails_unread(verdict) else outcome,
         )
     return table

@@ -11,6 +11,7 @@ import numpy as np
 from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key
 from pipeline.report.page.template import FIGURES, render_page
+from pipeline.report.verdict_rule import STANDARD
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.study.columns import PointColumns, point_columns
 from pipeline.study.points import design_of
@@ -149,6 +150,8 @@ def _named(key: str, *, varies: bool) -> tuple[str, str]:
         entry = next((one for one in entries() if name in (one.each or (one.name,))), None)
         if entry is None:
             return label, ""
+        if name in STANDARD and field != "passed":
+            label = f"{label}, one standard deviation"  # a study shows keys of report.json as they are there
         label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
         of_value = _OF_VALUE.search(entry.meaning) if field == "value" else None
         return label, f"{entry.meaning.partition('?')[0]}?{f' {of_value[0]}' if of_value else ''}"

@@ -9,13 +9,13 @@ from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, legend, page_body, palette_colours
 from pipeline.report.page.template import BODIES, FIGURES, render_page
 from pipeline.report.report import Report, read_report, report_of, written_data
-from pipeline.report.verdict_rule import limit_text, number_text
+from pipeline.report.verdict_rule import ERRORS_IN_WORDS, as_read, limit_text, measured
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.plain import Plain
 from pipeline.view.scene import DISPLACEMENT, Field, FieldScene, deformed_surface
 from pipeline.view.scenes import field_scenes
 from sensor.design.design_file import design_as_mapping
-from sensor.quantity import validation_error
+from sensor.quantity import COVERAGE, validation_error
 from sensor.verdict import Verdict
 
 FLAG = "--html"
@@ -100,12 +100,13 @@ def write_comparison(folders: tuple[Path, Path], path: Path, *, force: bool = Fa
     page = render_page(
         "comparison.html.j2",
         (*FIGURES, *BODIES, "comparison.js"),
-        {"sides": sides},
+        {"sides": sides, "coverage": COVERAGE},
         sides=[{"title": side["title"], "answer": one} for side, one in zip(sides, answers, strict=True)],
         inputs=_different(*designs),
         rows=_verdict_rows(reports),
         outcomes=answer.OUTCOMES,
-        number_text=number_text,
+        errors_in_words=ERRORS_IN_WORDS,
+        measured=measured,
         limit_text=limit_text,
     )
     write_files({path: page.encode()}, COMPARE, force=force, renew=True)
@@ -114,7 +115,7 @@ def write_comparison(folders: tuple[Path, Path], path: Path, *, force: bool = Fa
 
 def _verdict_rows(reports: list[Report]) -> dict[str, list[Verdict | None]]:
     """Return the verdict of each report by its name, None where a report has none; those on the part come last."""
-    by_name = [{verdict.name: answer.in_percent(verdict) for verdict in report.verdicts} for report in reports]
+    by_name = [{verdict.name: as_read(verdict) for verdict in report.verdicts} for report in reports]
     verdicts = [verdict for report in reports for verdict in report.verdicts]
     names = [verdict.name for verdict in sorted(verdicts, key=answer.is_on_the_part)]
     return {name: [one.get(name) for one in by_name] for name in names}

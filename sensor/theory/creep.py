@@ -31,7 +31,7 @@ after its lift. J rises ever more slowly, so a force that stayed at its largest 
 import math
 from dataclasses import dataclass
 
-from sensor.quantity import BOUNDED, COVERAGE
+from sensor.quantity import BOUNDED, COVERAGE, with_bar
 
 EFFECTIVE = math.exp(-0.5)
 """Of the duration of a press: when a weight would meet the same stiffness."""
@@ -46,7 +46,7 @@ class CreepLaw:
 
     def __str__(self) -> str:
         """Return the law in words, with the half width that holds 95 %."""
-        return f"{100.0 * self.per_decade:.2g} +- {100.0 * COVERAGE * self.error:.2g} % (95 %) a decade of time"
+        return f"{with_bar(100.0 * self.per_decade, 100.0 * COVERAGE * self.error, '%')} (95 %) a decade of time"
 
     @property
     def exponent(self) -> float:

@@ -74,7 +74,7 @@ def test_chain_runs_from_curves_to_c(tmp_path, monkeypatch, capsys):
     for fruit, row in enumerate(zip(*(columns(tests, index) for index in (1, 3, 4)), strict=True), 1):
         assert shown_as_printed(rf"`fruit-{fruit}.csv 1` \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|", row)
     for verdict, printed in (("reading.bias", run), ("reading.uncertainty", run), ("unit.uncertainty", weighed)):
-        assert shown_as_printed(rf"`{verdict}`[ is|]+([\d.]+) ≤", re.findall(rf"{verdict} +│ ([\d.]+) ", printed))
+        assert shown_as_printed(rf"`{verdict}`[ is|]+([\d.]+) ", re.findall(rf"{verdict} +│ ([\d.]+) ", printed))
     assert shown_as_printed(r"Each E is ± ([\d.]+) % at most", [max(columns(tests, 2), key=float)])
     assert shown_as_printed(
         r"low springs of this unit have ([\d.]+) and ([\d.]+) N/m instead of 150, its high ones ([\d.]+) and ([\d.]+)",
@@ -85,9 +85,9 @@ def test_chain_runs_from_curves_to_c(tmp_path, monkeypatch, capsys):
     line = re.search(r"^    (t 0\.700 s .+)$", PAGE, flags=re.M)
     assert line is not None
     assert line[1] in press.splitlines()
-    found = re.findall(r"MPa  E ([\d.]+) MPa \+- ([\d.e+]+) %", newtons)
+    found = re.findall(r"MPa  E ([\d.]+) MPa ± ([\d.e+]+) %", newtons)
     assert shown_as_printed(r"Now E is ([\d.]+) MPa ± (\d+) %", found[0])
-    E, error = number(r"E ([\d.]+) MPa", press), number(r"\+- ([\d.]+) % \(95", press)
+    E, error = number(r"E ([\d.]+) MPa", press), number(r"± ([\d.]+) % \(95", press)
     assert abs(E / TRUTH_MPA - 1.0) < 0.01 * error
     assert shown_as_printed(r"falls from ([\d.]+) to ([\d.]+) %", [error, number(r'"u_percent": ([\d.]+)', by_radius)])
     counted = in_micropython()
@@ -95,8 +95,8 @@ def test_chain_runs_from_curves_to_c(tmp_path, monkeypatch, capsys):
     assert "flags" not in press
     known, bar = number(r'"E_MPa": ([\d.]+)', by_radius), number(r'"u_percent": ([\d.]+)', by_radius)
     assert abs(known / TRUTH_MPA - 1.0) < 0.01 * bar
-    # From the touch at 0.2 s to 0.7 s by the command, 3 s by firmware; E is printed to four digits.
-    assert PROCESSES["fdm-petg"].creep.growth(0.5, 3.0) * counted == pytest.approx(E, rel=1e-3)
+    # From the touch at 0.2 s to 0.7 s by the command, 3 s by firmware; E is printed to two decimals.
+    assert PROCESSES["fdm-petg"].creep.growth(0.5, 3.0) * counted == pytest.approx(E, abs=0.005)
     if shutil.which("cc"):
         assert in_c() == pytest.approx(counted, abs=1e-3)
 

@@ -14,7 +14,7 @@ from pipeline.commands.console import (
     print_error,
     print_json,
 )
-from sensor.quantity import validation_error
+from sensor.quantity import COVERAGE, validation_error, with_bar
 from sensor.verdict import all_passed
 
 if TYPE_CHECKING:
@@ -171,5 +171,6 @@ def _print_modulus(modulus: "Estimate", design_MPa: float, *, as_json: bool) -> 
         print_json({"E_MPa": modulus.value, "E_percent": modulus.percent, "design_E_MPa": design_MPa})
         return
     against = f"{100.0 * (modulus.value / design_MPa - 1.0):+.1f} % against the design's"
-    print(f"E as printed {modulus.value:.1f} MPa +- {2.0 * modulus.percent:.2g} % (95 %), {against}")
+    bar = COVERAGE * modulus.error
+    print(f"E as printed {with_bar(modulus.value, bar, 'MPa', in_percent=True)} (95 %), {against}")
     print(f"print again from: pipeline design --design DESIGN --set print.E_MPa={modulus.value:.1f}")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, answering, print_error
-from sensor.quantity import validation_error, written_number
+from sensor.quantity import COVERAGE, validation_error, with_bar, written_number
 
 if TYPE_CHECKING:
     from pipeline.measure.unit.fruit_reading import FruitReading
@@ -244,7 +244,7 @@ def _parts(reading: "FruitReading") -> list[str]:
         parts.append("no modulus")
     else:
         parts.append(f"E/(1 - nu^2) {reading.reduced:.4g} MPa")
-        parts.append(f"E {reading.E:.4g} MPa +- {100.0 * reading.u:.2g} % (95 %)")
+        parts.append(f"E {with_bar(reading.E, reading.u * reading.E, 'MPa', in_percent=True)} (95 %)")
     if reading.t is not None and reading.noise is not None:
         parts.append(f"of it noise {100.0 * reading.noise:.2g} % over {reading.samples} samples")
     if reading.bend:
@@ -253,7 +253,7 @@ def _parts(reading: "FruitReading") -> list[str]:
         towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
         parts.append(f"tilt {reading.tilt:.2g} deg{towards}")
     if reading.offset is not None and reading.offset_u is not None:
-        parts.append(f"high tips nearer to the skin by {reading.offset:.2g} +- {reading.offset_u:.2g} mm")
+        parts.append(f"high tips nearer to the skin by {with_bar(reading.offset, reading.offset_u, 'mm')}")
     parts += [f"by {name.replace('_', ' ')} {value:.4g} MPa" for name, value in reading.others.items()]
     if reading.relaxation is not None:
         parts.append(f"relaxes to {reading.relaxation:.3g}")
@@ -261,6 +261,7 @@ def _parts(reading: "FruitReading") -> list[str]:
         left = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
         parts.append(f"leaves a zero of up to {left} {ZERO_AFTER_S:g} s after its lift")
     if reading.firmness is not None:
-        value = f"{reading.firmness.value:.4g} {reading.firmness.unit}"
-        parts.append(f"firmness {value} +- {2.0 * reading.firmness.percent:.2g} % (95 %)")
+        firmness = reading.firmness
+        value = with_bar(firmness.value, COVERAGE * firmness.error, firmness.unit, in_percent=True)
+        parts.append(f"firmness {value} (95 %)")
     return parts

@@ -124,7 +124,7 @@ def _print_proof(study: "Study", place: "Place", proof: "Proof | None") -> None:
     of_run = value_of_run(study, proof)
     in_search = "no number in the search" if found is None else f"{found:.4g}"
     in_run = "" if of_run is None else f", {of_run:.4g} in its run"
-    print(f"{title}{at}: {in_search} at point {best.number}{in_run}")
+    print(f"{title}{at}: {study.goal.minimise} {in_search} at point {best.number}{in_run}")
     for key, value in best.changes.items():
         print(f"  {key} = {value if isinstance(value, str | list) else f'{value:.6g}'}")
     if is_base(study, best):

@@ -184,7 +184,7 @@ def _worse_on_plate(unit: PrintedUnit, by_weights: PrintedUnit, plate: MeasuredT
         return []
     step = float(plate.last_digits["travel"].min())
     return [
-        f"the plate tells the spring of {unit.tips[worst]} to +- {on_plate:.2g} %, the weights to +- {before:.2g} %. "
+        f"the plate tells the spring of {unit.tips[worst]} to ± {on_plate:.2g} %, the weights to ± {before:.2g} %. "
         f"Its travel is taken as read to {step:g} mm, the last digit written. Write all that the dial shows, "
         "press farther and oftener, or leave --plate out."
     ]

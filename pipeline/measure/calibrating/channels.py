@@ -88,7 +88,7 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
         refuse_odd_row(table, rows, "force", keys[tip], "counts", float(np.ptp(shown)))
         if not COVERAGE * own.error < abs(own.value):
             field = f"{table.source}: {keys[tip]} over the weight on {name}"
-            bound = f"known to 100 %, not +- {COVERAGE * own.error:.2g} counts/N"
+            bound = f"known to 100 %, not ± {COVERAGE * own.error:.2g} counts/N"
             raise validation_error(field, own.value, "counts/N", bound, "check the channel and its wires")
         returns.append(_return_of(own, loads, shown))
     # a channel of another tip shows little: its rows are judged over the span of its own, which is known now

@@ -82,7 +82,7 @@ def _weighed_spring(
         hint = "swap columns, turn the sign, or mend a unit"
         raise validation_error(field, compliance.value, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
     if compliance.error > compliance.value:
-        bound = f"known to 200 %, not +- {2.0 * compliance.error:.2g} mm/N"
+        bound = f"known to 200 %, not ± {COVERAGE * compliance.error:.2g} mm/N"
         raise validation_error(field, compliance.value, "mm/N", bound, "weigh again")
     relative = max(compliance.error / compliance.value, LEAST_ERROR)
     return WeighedSpring(Estimate(1.0 / compliance.value, relative / compliance.value, "N/mm"), bend)

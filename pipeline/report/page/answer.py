@@ -2,14 +2,13 @@
 
 import csv
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import NamedTuple
 
 from cad.fabrication.templates import EACH
 from pipeline.options import load_design, preset_names
 from pipeline.report.report import Report
-from pipeline.storage.plain import Plain
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
@@ -20,14 +19,6 @@ _MASS = f" g{EACH}"  # ends the size of a printed part in the bill
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 _SCENE_TABLES = ("fruit", "tips", "press", "reading")
-_FRACTIONS = (
-    "NL",
-    "P_displacement_independent",
-    "reading.bias",
-    "reading.uncertainty",
-    "reading.touch",
-    "reading.relaxation",
-)
 _ALWAYS_SAID: tuple[str, ...] = (
     "fruit.shape", "fruit.radius_mm", "fruit.length_mm", "fruit.width_mm", "fruit.height_mm", "fruit.thickness_mm",
     "fruit.E_MPa", "fruit.E_max_MPa",
@@ -147,18 +138,6 @@ def _changes_in_words(design: Design) -> str:
             if name not in said_already and value != base_tables.get(table, {}).get(key):
                 changes.append(f"{name} = {value}")
     return f" {words}: {', '.join(changes)}." if changes else ""
-
-
-def in_percent(verdict: Verdict) -> Verdict:
-    """Return a verdict on a fraction in per cent, as one says it; any other as it is."""
-    if verdict.name not in _FRACTIONS:
-        return verdict
-    numbers: Plain = {"unit": "%"}
-    for key in ("value", "error", "limit", "tolerance"):
-        number = getattr(verdict, key)
-        if isinstance(number, int | float):
-            numbers[key] = 100.0 * number
-    return replace(verdict, **numbers)
 
 
 def is_on_the_part(verdict: Verdict) -> bool:

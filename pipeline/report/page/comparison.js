@@ -31,8 +31,8 @@
       [Plot.areaX(band, { y: "y", x1: "low", x2: "high", fill: "title", fillOpacity: 0.2 })]);
   }
 
-  const uncertainty = () => overE(overModulus(({ reading }) => (reading ? reading.moduli : []).map((row) => [row.E_MPa, row.uncertainty_percent])),
-    "deviation of the modulus read [%]", "Standard deviation of a reading with the sensor level, all sources together.");
+  const uncertainty = () => overE(overModulus(({ reading }) => (reading ? reading.moduli : []).map((row) => [row.E_MPa, data.coverage * row.uncertainty_percent])),
+    "uncertainty of the modulus read, 95 % [%]", "All sources together, over fruits and poses.");
 
   const bias = () => overE(overModulus(({ reading }) => (reading ? reading.moduli : []).map((row) => [row.E_MPa, Math.abs(row.E_bias_percent), row.worst])),
     "bias of the modulus read [%]", "In the worst pose of each design.");
@@ -43,7 +43,7 @@
   drawPlots([
     ["Force ratio over modulus", ratio],
     ["Force at full travel", force],
-    ["Deviation of a reading", uncertainty],
+    ["Uncertainty of a reading", uncertainty],
     ["Bias of a reading", bias],
   ], element("plots"))();
   setTimeout(() => data.sides.forEach(({ bodies }, side) => showBodies(bodies, element(`bodies-${side}`))));

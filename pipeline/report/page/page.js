@@ -32,8 +32,8 @@
   const errorOf = ({ E_read: read }, E) => (read === null ? NaN : 100 * (read / E - 1));
   const isRead = sliderOf("noise") !== undefined;
   const { E_MPa: shown } = report.design.fruit;
-  /* The limit of the standard uncertainty [1]: one number, or one for each modulus shown, between them by ln E. */
-  const uncertaintyLimitAt = ({ uncertainty_limit: limit }, E) => (Array.isArray(limit) ? d3.scaleLog(shown, limit).clamp(true)(E) : limit);
+  /* The limit of the uncertainty that holds 95 % [1]: one number, or one for each modulus shown, between them by ln E. */
+  const uncertaintyLimitAt = ({ uncertainty_limit: limit }, E) => data.coverage * (Array.isArray(limit) ? d3.scaleLog(shown, limit).clamp(true)(E) : limit);
   /* What the fruit stands [MPa], between the moduli that have a limit. */
   const limitAt = (E) => (bruise.length < 2 ? bruise[0] : d3.scaleLinear(shown, bruise).clamp(true)(E));
 
@@ -150,16 +150,16 @@
     const asked = report.design.reading;
     const points = read.flatMap((row) => [
       { E: row.E_MPa, y: Math.abs(row.E_bias_percent), what: "bias, worst pose", worst: row.worst },
-      { E: row.E_MPa, y: row.uncertainty_percent, what: "standard uncertainty", worst: "all sources together" },
+      { E: row.E_MPa, y: data.coverage * row.uncertainty_percent, what: "uncertainty, 95 %", worst: "all sources together" },
     ]).filter((one) => Number.isFinite(one.y));
     need(points.length, "no modulus is read in every pose");
     const own = Math.abs(errorOf(at(), setting.E));
     return {
       x: { label: "modulus of the fruit E [MPa]" }, y: { label: "error of the modulus read [%]", zero: true },
-      color: { domain: ["bias, worst pose", "standard uncertainty"], range: [colours[0], colours[1]], legend: true },
+      color: { domain: ["bias, worst pose", "uncertainty, 95 %"], range: [colours[0], colours[1]], legend: true },
       marks: here([
         Plot.ruleY([100 * asked.bias_limit], { stroke: colours[0], strokeDasharray: "5 3" }),
-        Plot.line(report.design.fruit.E_MPa.map((E, i) => ({ E, y: 100 * ([].concat(asked.uncertainty_limit)[i] ?? asked.uncertainty_limit) })), { x: "E", y: "y", stroke: colours[1], strokeDasharray: "5 3" }),
+        Plot.line(report.design.fruit.E_MPa.map((E) => ({ E, y: 100 * uncertaintyLimitAt(asked, E) })), { x: "E", y: "y", stroke: colours[1], strokeDasharray: "5 3" }),
         Plot.line(points, { x: "E", y: "y", stroke: "what" }), Plot.dot(points, { x: "E", y: "y", fill: "what" }),
         atSlider(setting.E, own, `bias at the sliders ${text(own, "%")}`),
         Plot.tip(points, Plot.pointer({ x: "E", y: "y", title: (one) => `E ${text(one.E, "MPa")}\n${one.what} ${text(one.y, "%")}\n${one.worst}` })),
@@ -286,14 +286,14 @@
     if (isRead) {
       const asked = report.design.reading;
       const error = found.E_read === null ? null : found.E_read / setting.E - 1;
-      const noise = found.E_read === null ? null : (setting.noise * found.E_read) / found.E_over_noise;
+      const noise = found.E_read === null ? null : (data.coverage * setting.noise * found.E_read) / found.E_over_noise;
       const isJudged = asked && (error !== null || found.P === null); // a square is read by whole presses, not on the way
       const rule = isJudged ? judged(error !== null && Math.abs(error) <= asked.bias_limit, `limit ${percent(asked.bias_limit)}`) : null;
       numbers.push(["modulus read, unit calibrated", text(found.E_read, "MPa"), null]);
       numbers.push(["its error", error === null ? "none" : percent(Math.round(1e5 * error) / 1e5), rule]);
       const most = asked ? uncertaintyLimitAt(asked, setting.E) : Infinity;
       const loud = noise > most * setting.E; // noise is one source of several
-      numbers.push(["its standard deviation by noise", text(noise === null ? null : Number(noise.toPrecision(2)), "MPa"), loud ? judged(false, `limit ${percent(most)} of E, all sources together`) : null]);
+      numbers.push(["its error by noise, 95 %", text(noise === null ? null : Number(noise.toPrecision(2)), "MPa"), loud ? judged(false, `limit ${percent(most)} of E, all sources together`) : null]);
     }
     const limit = limitAt(setting.E);
     numbers.push(["mean pressure under the worst tip", text(worst(found), "MPa"), limit === undefined ? null

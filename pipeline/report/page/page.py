@@ -15,12 +15,21 @@ from pipeline.report.page.mangoes import alike_pairs, seen_mangoes
 from pipeline.report.page.tables import page_tables
 from pipeline.report.page.template import BODIES, FIGURES, load_templates, pack_bytes, render_page
 from pipeline.report.report import Report, as_data, report_data
-from pipeline.report.verdict_rule import UNREAD, fails_unread, limit_text, number_text, tolerance_text
+from pipeline.report.verdict_rule import (
+    ERRORS_IN_WORDS,
+    UNREAD,
+    as_read,
+    fails_unread,
+    limit_text,
+    measured,
+    tolerance_text,
+)
 from pipeline.response.scene_press import scene_of
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
 from sensor.design.tips import Tips
+from sensor.quantity import COVERAGE
 from solve.contact.pressure import footprint_pressure
 from solve.halfspace.punch import graded_edges, influence
 from solve.linear import SolveError
@@ -54,15 +63,16 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
     bill = answer.bill(folder) if answer.BILL in own else []
     mangoes = seen_mangoes(report)
-    verdicts = [answer.in_percent(verdict) for verdict in report.verdicts]
+    verdicts = [as_read(verdict) for verdict in report.verdicts]
     # A verdict keeps the number by which the page finds it in its data.
     on_the_part = [(i, one) for i, one in enumerate(verdicts) if answer.is_on_the_part(one)]
     targets = [(i, one) for i, one in enumerate(verdicts) if not answer.is_on_the_part(one)]
     first_answer = answer.answer_of(report)
-    not_passed = [answer.in_percent(verdict) for verdict in first_answer.not_passed]
-    paper = [] if report.paper is None else [answer.in_percent(verdict) for verdict in report.paper.verdicts]
+    not_passed = [as_read(verdict) for verdict in first_answer.not_passed]
+    paper = [] if report.paper is None else [as_read(verdict) for verdict in report.paper.verdicts]
     page_data = {
         "report": report_data(report),
+        "coverage": COVERAGE,
         "verdicts": [as_data(verdict) | {"sense": verdict.limit_sense} for verdict in verdicts],
         **page_tables(report, result),
         "profile": _pressure_profile(report, result),
@@ -98,7 +108,8 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         speed=_SPEED,
         sizes={file.path: (folder / file.path).stat().st_size for file in report.files},
         outcomes=answer.OUTCOMES,
-        number_text=number_text,
+        errors_in_words=ERRORS_IN_WORDS,
+        measured=measured,
         limit_text=limit_text,
         tolerance_text=tolerance_text,
         meanings={name: entry.meaning for entry in entries() for name in entry.each or (entry.name,)},

@@ -17,7 +17,7 @@ from pipeline import options
 from pipeline.cli import main
 from pipeline.options import RunOptions
 from pipeline.report.outputs import write_outputs
-from pipeline.report.verdict_rule import fails_unread, number_text
+from pipeline.report.verdict_rule import as_read, fails_unread, measured
 from pipeline.report.verdict_table import WIDTH, print_verdicts
 from pipeline.storage.folder import output_folder
 from sensor.design.parameters import Design, GivenSprings
@@ -156,18 +156,37 @@ def test_answer_has_targets_values_springs_and_where_files_are(capsys):
     for verdict in RESULT.verdicts:
         if verdict.name in ("P_max", "NL", "K_l", "K_h"):
             row = next(line for line in text.splitlines() if line.startswith(f"│ {verdict.name} "))
-            assert f"{verdict.value:.5g}" in row
-            assert f"{verdict.error:.5g}" in row
+            assert measured(as_read(verdict)) in row
     assert "905.7" in text.partition("low spring:")[2]
     assert "14.76 x 1.2 x 10 mm" in text.partition("high spring:")[2]
     assert "outputs/paper/report.html" in text
 
 
-@pytest.mark.parametrize(("value", "shown"), [(2.6e-16, "0"), (-2.6e-16, "0"), (2.6e-9, "2.6e-09"), (0.0, "0")])
+@pytest.mark.parametrize(("value", "shown"), [(2.6e-16, "0 %"), (-2.6e-16, "0 %"), (2.6e-9, "2.6e-07 %"), (0.0, "0 %")])
 def test_round_off_is_shown_as_none(value, shown, capsys):
     print_verdicts("", [dataclasses.replace(GOOD, name="P_displacement_independent", value=value)])
     (row,) = (line for line in capsys.readouterr().out.splitlines() if " P_displacement_independent " in line)
     assert row.split("│")[2].strip() == shown
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [
+        ("reading.uncertainty", 200.0),
+        ("unit.uncertainty", 200.0),
+        ("reading.bias", 100.0),
+        ("NL", 100.0),
+        ("P_max", 1.0),
+    ],
+)
+def test_verdict_is_read_at_95_per_cent_with_its_limit_in_the_same_measure(name, factor):
+    """A standard uncertainty is half of what holds 95 %; a bias and a target have no such measure."""
+    verdict = Verdict(
+        name=name, value=0.12, error=0.001, limit=0.15, unit="1", tolerance=0.0, passed=True, reference=""
+    )
+    shown = as_read(verdict)
+    assert (shown.value, shown.error, shown.limit) == pytest.approx((0.12 * factor, 0.001 * factor, 0.15 * factor))
+    assert shown.unit == ("1" if factor == 1.0 else "%")
 
 
 def test_everything_has_every_verdict(capsys):
@@ -175,7 +194,7 @@ def test_everything_has_every_verdict(capsys):
     text = " ".join(capsys.readouterr().out.split())
     for verdict in (*RESULT.verdicts, *RESULT.paper):
         assert f" {verdict.name} " in text
-        assert verdict.value is None or number_text(verdict.value) in text
+        assert measured(as_read(verdict)) in text
 
 
 @pytest.mark.parametrize("columns", [60, 132])
@@ -195,7 +214,7 @@ def test_reading_that_fails_within_its_limit_has_a_reason(passed, value, unread,
     verdict = Verdict(name="reading.bias", value=value, passed=passed, **given)
     assert fails_unread(verdict) is unread
     print_verdicts("", [verdict])
-    row = next(line for line in capsys.readouterr().out.splitlines() if "≤ 0.05" in line)
+    row = next(line for line in capsys.readouterr().out.splitlines() if "≤ 5 %" in line)
     assert ("failed: " in row) is unread
 
 

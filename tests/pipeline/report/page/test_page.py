@@ -23,10 +23,12 @@ from pipeline.report.report import read_data
 from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest
 from sensor.design.tips import Tips
+from sensor.quantity import with_bar
 from sensor.verdict import Verdict
 
 MOST_BYTES = 2_500_000
 IN_PERCENT = (
+    "P_monotonic",
     "NL",
     "P_displacement_independent",
     "reading.bias",
@@ -101,11 +103,9 @@ def test_numbers_of_the_page_are_those_of_the_report(page):
     text = Outline(page.text).text
     for verdict in data["verdicts"]:
         scale = 100.0 if verdict["name"] in IN_PERCENT else 1.0
-        for key, digits in (("value", 5), ("error", 2)):
-            number = verdict[key]
-            if number is None or abs(number) < 1e-12:  # round-off is 0
-                continue
-            assert f"{float(f'{scale * number:.{digits}g}'):g}" in text
+        value, bar = verdict["value"], verdict["error"]
+        if value is not None and abs(value) > 1e-12:  # round-off is 0
+            assert with_bar(scale * value, scale * bar if bar else None) in text
     for note in data["notes"]:
         assert " ".join(note.split()) in text
     assert all(f"{name} {version}" in text for name, version in data["versions"].items())
