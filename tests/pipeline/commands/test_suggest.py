@@ -93,7 +93,7 @@ def test_fruit_starts_from_the_preset_most_like_it_and_is_told_what_it_lacks(fru
     assert preset.fruit == load_design("peach").fruit
     assert (preset.name, preset.reading.tilt_deg, keep) == ("ball", 3.0, {"reading.tilt_deg"})
     line = capsys.readouterr().out.splitlines()[1]
-    assert re.findall(r"[\d.]+", line.partition(": ")[2])[:3] == ["0.0519", "0.0008", "0.05"]
+    assert re.findall(r"[\d.]+", line.partition(": ")[2])[:3] == ["5.190", "0.080", "5"]
 
 
 @pytest.mark.usefixtures("fruits")
