@@ -231,4 +231,4 @@ def test_undecided_design_is_given_a_tolerance_and_nothing_is_tried(monkeypatch)
     replace_run(monkeypatch, lambda design, _: dataclasses.replace(result_of(design), verdicts=(wide,)))
     undecided = suggestion(Design(), RunOptions(tolerance=0.02))
     assert (undecided.changes, undecided.tried) == (None, 0)
-    assert "--tol 0.0005" in undecided.reason
+    assert "--tol 0.001" in undecided.reason
