@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 PURPOSE = "find the springs of a printed unit from what was measured of it"
 NAMES = ("tip", "coupon", "force", "deflection", "t", "travel", "fruit", "firmness", "E")
 """What the columns of its tables hold, beside forces and counts."""
+_BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_per_N")
 EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
 
 
@@ -145,7 +146,7 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
         )
     trims = zip(unit["tips"], calibration.trims, strict=False)  # there are no trims where no housing is made
     data: dict[str, object] = {
-        **{key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent")},
+        **{key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)},
         "design_K_N_per_m": [1e3 * K for K in calibration.nominal],
         "weighed_after_s": calibration.weighing.after_s,
         "creep_of": "unit" if calibration.weighing.own else "process",
@@ -158,7 +159,9 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
         "trims": [{"tip": tip, "leaf_longer_mm": longer} for tip, longer in trims],
     }
     if calibration.channels is not None:
-        data["channels"] = {**to_plain(calibration.channels), "gain_percent": unit["gain_percent"]}
+        channels = to_plain(calibration.channels)
+        del channels["lacks_of_fit"]  # which the unit has
+        data["channels"] = {**channels, "gain_percent": unit["gain_percent"]}
     fit = calibration.scale
     if fit is not None:
         left_out = {f"{curve}_percent": 100.0 * error for curve, error in fit.left_out.items()}
