@@ -79,6 +79,7 @@ class SizingReport:
         "length of the leaves of the low and of the high spring by the beam law; the leaves as they are made are up to "
         "15 % longer or shorter. It is null for tips without a housing",
         default=None,
+        since="0.3",
     )
 
 

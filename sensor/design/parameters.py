@@ -358,7 +358,10 @@ class Design:
             )
 
     def _check_keys_without_effect(self) -> None:
-        """Refuse keys that this design does not use; they may have their default, which every design file holds."""
+        """Refuse keys that this design does not use.
+
+        They may have their default, which every design file holds, or 0, which asks for nothing.
+        """
         fruit = self.fruit
         reading = self.reading
         unused = {}
@@ -380,7 +383,7 @@ class Design:
             record = getattr(self, table)
             item = record.__dataclass_fields__[key]
             value = getattr(record, key)
-            if value != item.default:
+            if value not in (item.default, 0.0):
                 raise validation_error(name, value, item.metadata.get("unit", ""), f"left out {where}", hint)
 
     def _check_ranges_of_reading(self) -> None:

@@ -83,7 +83,7 @@ def test_line_that_reads_badly_fails_by_that_reading(limit, tmp_path):
 
 
 def test_line_without_readings_is_judged_by_its_force_ratio(tmp_path):
-    words = flags(**{"reading.tilt_deg": "", "reading": "", "targets.P_max": 5})
+    words = flags(**{"reading.tilt_deg": "", "reading.noise_percent": "", "reading": "", "targets.P_max": 5})
     main(["run", "--look", "--design", FOULY, *words, "--out", str(tmp_path / "ratio")])
     names = {verdict["name"] for verdict in report_of(tmp_path / "ratio")["verdicts"]}
     assert names == {"P_max", "NL", "P_displacement_independent", "P_monotonic"}
