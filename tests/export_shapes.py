@@ -455,10 +455,6 @@ def monitors() -> Iterator[tuple[str, Shape]]:
         ),
     )
     yield "serial banner", Shape(("\x1b[0;32mboot\x1b[0m\nHX711 ready\n\n" + PLAIN).encode())
-    yield (
-        "serial labels",
-        Shape("".join(f"force_N:{F},travel_mm:{x}\n" for F, x in zip(FORCE, TRAVEL, strict=True)).encode()),
-    )
 
 
 def chosen() -> Iterator[tuple[str, Shape]]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.measure.tables.rows import Rows
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.signals import Signal, force_keys
 from sensor.theory.contrast_law import ContrastLaw
@@ -94,5 +95,5 @@ def read_by_command(sensor, times, forces, rest=0.5):
         [np.concatenate([before, times, times[-1] + rest + before + 0.1 * rest]) + rest, np.vstack([air, forces, air])]
     )
     lines += [",".join(map(repr, row)) for row in rows.tolist()]
-    (reading,) = readings_of(sensor, Signal(lines, "press.csv", forces.shape[1]))
+    (reading,) = readings_of(sensor, Signal(Rows(lines, "press.csv"), forces.shape[1]))
     return reading

@@ -21,7 +21,6 @@ EXTRAS = PROJECT["optional-dependencies"]
 PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[0-9][A-Za-z0-9.+!]*)")
 DISTRIBUTION = {
     "OCP": "cadquery",
-    "charset_normalizer": "charset-normalizer",
     "python_calamine": "python-calamine",
     "skfem": "scikit-fem",
     "vtkmodules": "pyvista",

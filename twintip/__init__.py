@@ -127,11 +127,11 @@ def read_press(report: Report, file: str | Path, unit: PrintedUnit | str | Path 
     that tell no modulus give a reading with flags and without E. Raises InputError for a file that is no signal of the
     sensor.
     """
-    from pipeline.measure.tables.rows import lines_of
+    from pipeline.measure.tables.rows import rows_of
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.signals import Signal
 
-    signal = Signal(lines_of(Path(file)), str(file), len(report.tips))
+    signal = Signal(rows_of(Path(file)), len(report.tips))
     return list(readings_of(_measuring(report, unit), signal))
 
 

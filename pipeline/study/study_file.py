@@ -6,7 +6,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from pipeline.measure.tables.columns import read_csv, refuse_other_length
+from pipeline.measure.tables.rows import single_sheet
+from pipeline.measure.tables.table import refuse_length
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_tables
 from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation
 from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
@@ -232,8 +233,8 @@ def _base(data: Mapping[str, Any], folder: Path) -> DesignTables:
 
 def _points_file(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     """Return the keys of a CSV file of points, each with its first value, and its rows; raises InputError."""
-    form, lines = read_csv(path)
-    header, *points = [row for row in lines if not row.empty]
+    sheet = single_sheet(path)
+    header, *points = [row for row in sheet.rows if not row.empty]
     if not points:
         raise validation_error("points", path.name, "", "a header of keys and at least one row", "add a point")
     keys = header.cells
@@ -242,7 +243,7 @@ def _points_file(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
         raise validation_error("points", ",".join(keys), "", bound, f"leave a column out of {path.name}")
     rows = []
     for row in points:
-        refuse_other_length(form, row, len(keys))
+        refuse_length(sheet.source, row, len(keys))
         rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, row.cells, strict=True)))
     # The rows hold the values; what varies only names the keys, each with a first value in its place.
     return {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}, tuple(rows)

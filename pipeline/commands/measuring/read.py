@@ -193,22 +193,22 @@ def _read_moment(arguments: Namespace, sensor: "MeasuringUnit") -> int:
 def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     """Read and print every press of a file or of the standard input; return 1 where none tells a modulus."""
     from pipeline.measure.tables.headers import ColumnFlags
-    from pipeline.measure.tables.rows import lines_of
+    from pipeline.measure.tables.rows import rows_of
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.signals import Signal
 
     has_modulus = False
     flags = ColumnFlags(arguments.columns, arguments.units)
-    signal = Signal(lines_of(arguments.signal), arguments.signal, len(sensor.report.tips), flags)
+
+    def say(told: str) -> None:
+        print_error(f"note: {arguments.signal}: {told}")
+
+    signal = Signal(rows_of(arguments.signal), len(sensor.report.tips), flags, say)
     print_error(f"note: {signal.understood}")
     for note in signal.notes:
         print_error(f"note: {note}")
     if not signal.timed and sensor.report.read_out.signal is None:
         print_error("note: no time for each channel, and no [readout]: all channels of a line are taken as at once")
-
-    def say(told: str) -> None:
-        print_error(f"note: {signal.source}: {told}")
-
     for reading in readings_of(sensor, signal, every_sample=arguments.each, say=say):
         has_modulus = has_modulus or reading.E is not None
         _print_reading(reading, indent=None, as_json=arguments.json)

@@ -16,11 +16,11 @@ from pipeline.measure.calibrating.plate import pressed_springs
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import WeighedSpring, weighed_springs
-from pipeline.measure.tables.columns import read_csv
 from pipeline.measure.tables.files import place_of
-from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags, HeaderWords
+from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.measure.tables.units import FORCE, LENGTH, TIME, Quantity
+from pipeline.measure.tables.words import WORDS
 from pipeline.measure.unit.count_codes import with_signed_counts
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import WEIGHED_AFTER, PrintedUnit, nominal_unit, unit_of
@@ -30,9 +30,10 @@ from sensor.quantity import BOUNDED, COVERAGE, Estimate, InputError, validation_
 from sensor.theory.contrast_law import ReadingError
 from sensor.verdict import Verdict
 
+_OBJECTS = {"tip": Quantity(units={}, words=tuple(WORDS["calibration"]["tip"])), "coupon": Quantity(units={})}
 _WEIGHED = {
-    "force": Quantity(units=FORCE, most=1e3, words=("weight",)),
-    "deflection": Quantity(units=LENGTH, most=100.0),
+    "force": Quantity(units=FORCE, most=1e3, words=(*WORDS["calibration"]["weight"], *WORDS["words"]["force"])),
+    "deflection": Quantity(units=LENGTH, most=100.0, words=tuple(WORDS["words"]["travel"])),
 }
 _SINCE = Quantity(units=TIME, default="s", most=WEIGHED_AFTER.at_most or math.inf)
 """Since a weight was hung: a column of its own, which the clock of a serial monitor is not."""
@@ -41,7 +42,7 @@ UNLIKE_DESIGN = 3.0
 """Times the stiffness of a design, or a part of it: a print is off by less."""
 KNOWN_WELL_PERCENT = 0.5
 """Of a stiffness, what holds 95 %: a dial hides as much, which is what a plate is for."""
-_EXAMPLES = {what: f"{what},weight_g,deflection_mm" for what in ("tip", "coupon")}
+_EXAMPLE = "tip,weight_g,deflection_mm"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,29 +75,38 @@ def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_F
 
     Raises InputError.
     """
-    form, rows = read_csv(source)
     counts = count_keys(len(report.tips))
-    objects = {name: Quantity(units={}) for name in _EXAMPLES}
-    quantities = flags.applied({**objects, **_WEIGHED, "t": _SINCE, **dict.fromkeys(counts, COUNTS)})
-    words = HeaderWords(quantities)
-    header = next((row for row in rows if words.names(row) & objects.keys()), rows[0])
-    named = words.names(header)
-    measured = named & objects.keys()
-    if len(measured) != 1:
-        text = form.delimiter.join(header.cells)
+    quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(counts, COUNTS)})
+    table = numbers_of(source, quantities, [("tip", *_WEIGHED), ("coupon", *_WEIGHED)], _EXAMPLE)
+    place = place_of(table.source, table.header)
+    if len(table.texts) != 1:
         bound = "a header with one column that is named tip or coupon"
-        raise validation_error(place_of(form.source, header.line), text, "", bound, f"for instance {_EXAMPLES['tip']}")
-    (name,) = measured
-    needed: tuple[str, ...] = (name, *_WEIGHED)
-    example = _EXAMPLES[name]
-    is_counted = any(cell.lower().startswith("counts") for cell in header.cells) or named & set(counts)
-    if name == "tip" and is_counted:
-        needed = (*needed, *counts)
-        example = ",".join([example, *counts])
-    if name == "tip" and "t" in named:
-        needed = (*needed, "t")
-    table = numbers_of(form, rows, {key: quantities[key] for key in needed}, needed, example)
-    return table if counts[0] not in table.numbers else with_signed_counts(table, counts, saturation_of(report))
+        raise validation_error(place, ", ".join(table.texts), "", bound, f"for instance {_EXAMPLE}")
+    if "tip" not in table.texts:
+        return table
+    counted = [key for key in counts if key in table.numbers]
+    others = [label for label in table.passed_over if label.lower().startswith("counts")]
+    if others or 0 < len(counted) < len(counts):
+        bound = f"the counts of all channels, {', '.join(counts)}, or of none"
+        text = ", ".join([*counted, *others])
+        raise validation_error(place, text, "", bound, f"for instance {','.join([_EXAMPLE, *counts])}")
+    table = replace(table, texts={"tip": _names_of_tips(table, [tip.name for tip in report.tips])})
+    return with_signed_counts(table, counts, saturation_of(report)) if counted else table
+
+
+def _names_of_tips(table: MeasuredTable, names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of tips in a table as the design has them; an initial that only one has stands for it.
+
+    Raises InputError for another name.
+    """
+    initials = [name[0].casefold() for name in names]
+    known = {name.casefold(): name for name in names}
+    known |= {initial: name for initial, name in zip(initials, names, strict=True) if initials.count(initial) == 1}
+    for line, text in zip(table.lines, table.texts["tip"], strict=True):
+        if text.casefold() not in known:
+            place = place_of(table.source, line, "tip")
+            raise validation_error(place, text, "", f"one of {', '.join(names)}", "take the names in report.json")
+    return tuple(known[text.casefold()] for text in table.texts["tip"])
 
 
 def calibrate_unit(

@@ -89,7 +89,7 @@ def refuse_bad_times(table: MeasuredTable) -> None:
         goes_on = row > 0 and force == forces[row - 1] and table.texts["tip"][row] == table.texts["tip"][row - 1]
         if goes_on and force != 0.0 and t < times[row - 1]:
             bound = f"at least the {times[row - 1]:g} s of the same weight in the line before"
-            raise validation_error(place, t, "s", bound, "sort the lines, or unload between two loads")
+            raise validation_error(place, t, "s", bound, "correct that time, or unload between two loads")
 
 
 def _own_creep(table: MeasuredTable, report: Report, after: float) -> CreepLaw | None:

@@ -16,7 +16,6 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 from scipy.special import stdtrit
 
-from pipeline.measure.tables.columns import read_csv
 from pipeline.measure.tables.files import place_of
 from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
@@ -63,7 +62,6 @@ _Curve = Callable[[_Points, Floats], _Points]
 
 def measured_fruit(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
     """Return presses of fruit by a sensor of so many tips, with what another instrument showed; raises InputError."""
-    form, rows = read_csv(source)
     keys = force_keys(tips)
     quantities = {
         "fruit": Quantity(units={}),
@@ -73,11 +71,13 @@ def measured_fruit(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS)
     }
     quantities |= {key: Quantity(units=FORCE, most=1e3) for key in keys}
     example = ",".join(["fruit", "firmness_N", *(f"{key}_N" for key in keys)])
-    table = numbers_of(form, rows, flags.applied(quantities), ("fruit", *keys), example)
+    table = numbers_of(source, flags.applied(quantities), [("fruit", *keys)], example)
     measured = {"firmness", "E"} & set(table.numbers)
     if len(measured) != 1:
         bound = "a header with one of firmness_N (a penetrometer) and E_MPa (a compression test)"
-        raise validation_error(place_of(table.source, 1), len(measured), "of them", bound, f"for instance {example}")
+        raise validation_error(
+            place_of(table.source, table.header), len(measured), "of them", bound, f"for instance {example}"
+        )
     (name,) = measured
     for line, value in zip(table.lines, table.numbers[name].tolist(), strict=True):
         if not value > 0.0:

@@ -13,11 +13,11 @@ import numpy as np
 from pipeline.measure.calibrating.channels import ChannelCalibration, counts_of, saturation_of
 from pipeline.measure.calibrating.line_checks import LEAST_SPAN, LackOfFit, bend_of, odd_row
 from pipeline.measure.calibrating.weighing import FEWEST, LEAST_ERROR, line_through
-from pipeline.measure.tables.columns import read_csv
 from pipeline.measure.tables.files import place_of
 from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.measure.tables.units import LENGTH, Quantity
+from pipeline.measure.tables.words import WORDS
 from pipeline.measure.unit.count_codes import with_signed_counts
 from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.report import Report
@@ -39,10 +39,10 @@ def measured_plate(
 
     `weighed` is the table of its weights, whose rows without load tell the zero of each channel.
     """
-    form, rows = read_csv(source)
     keys = count_keys(len(report.tips))
-    quantities = {"travel": Quantity(units=LENGTH, most=100.0), **dict.fromkeys(keys, COUNTS)}
-    table = numbers_of(form, rows, flags.applied(quantities), ("travel", *keys), ",".join(["travel_mm", *keys]))
+    travel = Quantity(units=LENGTH, most=100.0, words=tuple(WORDS["words"]["travel"]))
+    quantities = flags.applied({"travel": travel, **dict.fromkeys(keys, COUNTS)})
+    table = numbers_of(source, quantities, [("travel", *keys)], ",".join(["travel_mm", *keys]))
     without_load = weighed.numbers["force"] == 0.0
     if keys[0] not in weighed.numbers or not without_load.any():
         return table

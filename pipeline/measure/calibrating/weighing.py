@@ -47,14 +47,11 @@ def weighed_springs(table: MeasuredTable, column: str, names: Sequence[str]) -> 
     springs = []
     for name in names:
         rows = np.flatnonzero(np.array(weighed) == name)
-        deflections = table.numbers["deflection"][rows]
+        forces, deflections = table.numbers["force"][rows], table.numbers["deflection"][rows]
         last_digits = table.last_digits["deflection"][rows]
-        springs.append(
-            _weighed_spring(
-                f"{table.source}: compliance of {name}", table.numbers["force"][rows], deflections, last_digits
-            )
-        )
-        refuse_odd_row(table, rows, "force", "deflection", "mm", float(np.ptp(deflections)))
+        if rows.size and np.ptp(forces) > LEAST_SPAN:  # first: one wrong row spoils the line of all
+            refuse_odd_row(table, rows, "force", "deflection", "mm", float(np.ptp(deflections)))
+        springs.append(_weighed_spring(f"{table.source}: compliance of {name}", forces, deflections, last_digits))
     return springs
 
 

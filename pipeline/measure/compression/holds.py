@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import OptimizeWarning, curve_fit
 
 from pipeline.measure.compression.bodies import POINT_CONTACT
-from pipeline.measure.compression.loading import LEAST_ROWS, upwards
-from pipeline.measure.compression.specimens import Specimen
+from pipeline.measure.compression.loading import upwards
+from pipeline.measure.compression.specimens import LEAST_ROWS, Specimen
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate, validation_error
 

@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.measure.compression.specimens import Specimen
+from pipeline.measure.compression.specimens import LEAST_ROWS, Specimen
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 
-LEAST_ROWS = 12
 _JITTER = 0.02  # of the travel: a machine's reading steps back by less
 _UNLOADS = 0.5  # of the force that a way back sheds on the loading curve: one that sheds less is no unloading
 _FIRST = 0.2  # of the largest force: a first loading to less is a tap before the test
@@ -94,14 +93,12 @@ def _first_unloading(depth: Floats, load: Floats) -> tuple[int, int] | None:
 def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loading:
     """Return the loading of a specimen; with `compression_negative` the signs of columns that fall are turned.
 
-    Raises InputError for too few rows, and for time or travel that runs backwards. It does so too for a force that is
-    below the zero line, never rises or rises ever less.
+    Raises InputError for too few rows, and for travel that runs backwards. It does so too for a force that is below the
+    zero line, never rises or rises ever less.
     """
     travel = specimen.travel
     force = specimen.force
     _refuse_few_rows(specimen, len(travel))
-    if specimen.time is not None:
-        _refuse_backwards(specimen, "time", specimen.time, "s", 0.0)
     if compression_negative:
         travel = upwards(travel)
         force = upwards(force)

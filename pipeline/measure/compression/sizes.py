@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.measure.compression.specimens import Specimen
-from pipeline.measure.tables.columns import read_csv
 from pipeline.measure.tables.files import place_of
-from pipeline.measure.tables.measured_table import strict_table
 from pipeline.measure.tables.numbers import is_missing
+from pipeline.measure.tables.table import only_table
 from pipeline.measure.tables.units import LENGTH, Quantity
 from sensor.quantity import validation_error
 
@@ -50,13 +49,12 @@ class SpecimenSizes:
 
 def measured_sizes(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
     """Return the sizes of specimens in a table; raises InputError for one that a flag gives as well."""
-    form, rows = read_csv(source)
     sizes = {name: Quantity(units=LENGTH, default="mm", most=1e4, words=words) for name, words in _WORDS.items()}
-    form, table = strict_table(form, rows, _TEXTS | sizes, ("file",), "file,height_mm,radius_mm")
+    table = only_table(source, _TEXTS | sizes, [("file",)], "file,height_mm,radius_mm")
     columns = {column.name: column for column in table.columns}
     for name in flags:
         if name in columns:
-            place = place_of(form.source, table.header.line, columns[name].label)
+            place = place_of(table.source, table.header.line, columns[name].label)
             bound = f"left out beside --{name.replace('_', '-')}"
             raise validation_error(place, columns[name].label, "", bound, "say each size once")
     of_each: dict[tuple[str, str], dict[str, float]] = {}
@@ -65,7 +63,7 @@ def measured_sizes(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
         key = (texts[0], texts[1])
         if not key[0] or key in of_each:
             bound = "a file, and for each of its specimens one row"
-            raise validation_error(place_of(form.source, row.line), ", ".join(key), "", bound, "correct that line")
+            raise validation_error(place_of(table.source, row.line), ", ".join(key), "", bound, "correct that line")
         given = [column for name, column in columns.items() if name in sizes and not is_missing(column.cell(row))]
-        of_each[key] = {column.name: form.number(row, column) for column in given}
-    return SpecimenSizes(source=form.source, understood=table.understood(form, table.columns, table.rows), rows=of_each)
+        of_each[key] = {column.name: table.number(row, column) for column in given}
+    return SpecimenSizes(source=table.source, understood=table.understood, rows=of_each)

@@ -24,8 +24,9 @@ _MOST_UNPACKED = 64 * 2**20  # bytes of a workbook
 _MOST_CELLS = 2_000_000  # of a sheet, from its first cell to its last
 _MOST_TEXT = 2**26  # letters of a sheet whose texts were all as long as the longest
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-_ENCODINGS = ("cp932", "euc_jp", "gb18030", "cp949", "big5", "cp1252", "cp1250")  # that exports have beside Unicode
 _ANY_BYTES = ("mac_roman", "cp850")  # in which all bytes are letters: only by a word that they say
+_ENCODINGS = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5", *_ANY_BYTES)
+"""That exports have beside Unicode."""
 _NULS = 0.3  # of every second byte: text of 16 bits without its mark
 _ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # what colours the lines of a terminal
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x84\x86-\x9f\ufffd\ufffe\uffff]")
@@ -37,7 +38,7 @@ def place_of(source: str, line: int, label: str = "") -> str:
 
 
 def texts_of(source: Path | str) -> list[tuple[str, list[str]]]:
-    """Return the name and the lines of each sheet."""
+    """Return the name of each sheet and its lines, with their ends."""
     if str(source) == "-":
         return [("-", list(itertools.islice(lines_of_stream(), MOST_LINES)))]
     content = read_bytes(source, "FILE")
@@ -47,7 +48,7 @@ def texts_of(source: Path | str) -> list[tuple[str, list[str]]]:
     if _NO_TEXT.search(text):
         hint = "export the table as CSV in UTF-8, or as XLSX"
         raise validation_error(str(source), "bytes", "", "a text file, CSV, or a workbook, XLSX", hint)
-    lines = [line.rstrip("\n") for line in itertools.islice(io.StringIO(text, newline=None), MOST_LINES + 1)]
+    lines = list(itertools.islice(io.StringIO(text, newline=None), MOST_LINES + 1))
     if len(lines) > MOST_LINES:
         raise validation_error(str(source), "its lines", "", f"at most {MOST_LINES}", "export fewer samples a second")
     long = next((number for number, line in enumerate(lines, start=1) if len(line) >= LONGEST_LINE), None)
@@ -58,7 +59,7 @@ def texts_of(source: Path | str) -> list[tuple[str, list[str]]]:
 
 
 def lines_of_stream() -> Iterator[str]:
-    """Yield the lines of the standard input as they come; raises InputError for what is no text."""
+    """Yield the lines of the standard input, with their ends, as they come; raises InputError for what is no text."""
     encoding = "utf-8-sig"
     number = 0
     while raw := sys.stdin.buffer.readline(LONGEST_LINE):
@@ -67,7 +68,7 @@ def lines_of_stream() -> Iterator[str]:
         encoding = "utf-8"
         if _NO_TEXT.search(text) or len(raw) == LONGEST_LINE:
             raise validation_error(place_of("-", number), "bytes", "", "a line of text in UTF-8", "send CSV")
-        yield text.rstrip("\r\n")
+        yield text
 
 
 def _decoded(content: bytes) -> str:
@@ -88,22 +89,17 @@ def _decoded(content: bytes) -> str:
 
 
 def _former_encoding(content: bytes) -> str:
-    """Return the encoding before Unicode in which bytes say most words of headers, else the likely one."""
-    import charset_normalizer
-
+    """Return the encoding before Unicode in which bytes say most words of headers, else the first that has them all."""
     letters = {}
-    for encoding in (*_ENCODINGS, *_ANY_BYTES):
+    for encoding in _ENCODINGS:
         try:
             start = codecs.getincrementaldecoder(encoding)().decode(content[:LONGEST_LINE])
         except UnicodeDecodeError:
             continue
         text = unicodedata.normalize("NFKC", start).casefold()
         letters[encoding] = sum(len(word) for word in FOREIGN_WORDS if word in text)
-    if any(letters.values()):
-        return max(letters, key=letters.__getitem__)
-    possible = [encoding for encoding in letters if encoding not in _ANY_BYTES]
-    best = charset_normalizer.from_bytes(content[:LONGEST_LINE], cp_isolation=possible).best() if possible else None
-    return best.encoding if best else "cp1252"
+    best = max(letters, key=letters.__getitem__)
+    return best if letters[best] or best not in _ANY_BYTES else "cp1252"
 
 
 def _workbook(source: str, content: bytes) -> list[tuple[str, list[str]]]:

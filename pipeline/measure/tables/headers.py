@@ -1,19 +1,23 @@
 """What headers name: a quantity for each column with its unit, by known words or by what flags choose."""
 
 import functools
+import itertools
 import re
 import unicodedata
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from enum import Enum
 from typing import NamedTuple
 
 from pipeline.measure.tables.numbers import is_number
-from pipeline.measure.tables.rows import TableRow
-from pipeline.measure.tables.units import LONGEST_LABEL, Quantity, is_unit, needed_unit, unit_of
+from pipeline.measure.tables.rows import Row
+from pipeline.measure.tables.units import LONGEST_LABEL, Quantity, is_other_unit, is_unit, needed_unit, unit_of
 from sensor.quantity import validation_error
 
 _MOST_LOOKS = 50_000  # for a header: after more lines of text none is found
 _IN_BRACKETS = re.compile(r"([^(\[{<]*)[(\[{<]([^)\]}>]*)[)\]}>]")
+_WRITTEN_BY_R = re.compile(r"[^\W\d_]\w*([.]+[\w%]+)+[.]*")  # which makes Force..kgf. of Force (kgf)
+_SIGNS_BY_R = re.compile(r"[.]{3,}$")
 _SEPARATOR = re.compile(r"[\s_/,:;-]+")
 
 
@@ -55,110 +59,141 @@ def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterat
 
 
 class NamedColumn(NamedTuple):
-    """A column that a row names: at which index, from 0, its quantity, and the unit in the label, "" for none."""
+    """A column that a row names: at which index, from 0, its quantity, and what its label says of its unit."""
 
     at: int
     name: str
-    unit: str
+    units: tuple[str, ...]
 
 
 class HeaderWords:
     """What labels say of some quantities."""
 
     def __init__(self, quantities: Mapping[str, Quantity]) -> None:
-        """Take the words of quantities; what a flag chooses has no other words."""
+        """Take the words of quantities; in a header, what a flag chooses has no other words."""
         self.quantities = quantities
+        self._every: dict[str, str] = {}
         self._names: dict[str, str] = {}
+        self._beside_unit: dict[str, str] = {}
         for name, quantity in quantities.items():
+            chosen = (quantity.chosen,) if quantity.chosen else ()
+            self._every |= dict.fromkeys(map(folded, (*quantity.beside_unit, name, *quantity.words, *chosen)), name)
             if not quantity.chosen:
+                self._beside_unit |= dict.fromkeys(map(folded, quantity.beside_unit), name)
                 self._names |= dict.fromkeys(map(folded, (name, *quantity.words)), name)
-        self._joined = {words.replace(" ", ""): name for words, name in self._names.items() if " " in words}
+        for names in (self._every, self._names):
+            names |= {words.replace(" ", ""): name for words, name in names.items() if " " in words}
         self._looks = _MOST_LOOKS
         self._read = functools.lru_cache(maxsize=4096)(self._read_label)
 
-    def name_of(self, words: str) -> str:
-        """Return the quantity that words mean, "" for none."""
-        plain = folded(words)
-        return self._names.get(plain) or self._joined.get(plain, "")
+    def quantity_of(self, words: str) -> str:
+        """Return the quantity that words mean anywhere in a file, "" for none."""
+        return self._every.get(folded(words), "")
 
-    def columns(self, row: TableRow) -> Iterator[NamedColumn]:
-        """Yield the columns that a row names, those that flags choose first."""
+    def name_of(self, words: str) -> str:
+        """Return the quantity that words of a header mean, "" for none and for one that a flag chooses."""
+        return self._names.get(folded(words), "")
+
+    def said_by(self, label: str) -> str:
+        """Return the quantity of a label with its unit or without, "" for none."""
+        read = self._read(label[:LONGEST_LABEL])
+        return read.name if read.how is not _How.NEAR else ""
+
+    def columns(self, row: Row) -> list[NamedColumn]:
+        """Return the columns that a row names, by their order."""
+        found = []
         for name, quantity in self.quantities.items():
             for index in _chosen_columns(row.cells, quantity):
-                yield NamedColumn(index, name, _unit_behind(row.cells[index], quantity))
+                found.append(NamedColumn(index, name, _units_in(row.cells[index], name, quantity)))
+        by_weak_words = []
         for index, label in enumerate(row.cells):
             if label and len(label) <= LONGEST_LABEL:
-                name, unit, is_known = self._read(label)
-                if name and is_known:
-                    yield NamedColumn(index, name, unit)
+                read = self._read(label)
+                column = NamedColumn(index, read.name, tuple(filter(None, (read.tail,))))
+                if read.how is _How.KNOWN:
+                    found.append(column)
+                elif read.how is _How.BESIDE_UNIT:
+                    by_weak_words.append(column)
+        names = {column.name for column in found}
+        return sorted([*found, *(column for column in by_weak_words if column.name not in names)])
 
-    def names(self, row: TableRow) -> set[str]:
+    def names(self, row: Row) -> set[str]:
         """Return the quantities that a row names."""
         return {column.name for column in self.columns(row)}
 
-    def is_header(self, row: TableRow, needed: Collection[str]) -> bool:
-        """Say whether a row names all that are needed, or any quantity where none is, and no number is among them."""
+    def is_header(self, row: Row, needed: Sequence[Collection[str]]) -> bool:
+        """Return whether a row names all of one set that is needed, with no number among the columns that it names."""
         if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._looks == 0:  # empty cells too
             return False
         self._looks -= 1
-        named = list(self.columns(row))
+        named = self.columns(row)
         names = {column.name for column in named}
-        is_named = names.issuperset(needed) and bool(names)
+        is_named = bool(names) and any(names.issuperset(each) for each in needed)
         return is_named and not any(is_number(row.cells[column.at]) for column in named)
 
-    def used_cells(self, header: TableRow, row: TableRow) -> list[str]:
+    def used_cells(self, header: Row, row: Row) -> list[str]:
         """Return the cells of a row in the columns that hold numbers."""
-        return [row.cells[column.at] for column in self.measured(header) if column.at < len(row.cells)]
+        measured = (column for column in self.columns(header) if self.quantities[column.name].units)
+        return [row.cells[column.at] for column in measured if column.at < len(row.cells)]
 
-    def is_open(self, column: NamedColumn) -> bool:
-        """Say whether neither the label of a column nor a flag tells its unit."""
-        return not column.unit and not self.quantities[column.name].flag_unit
+    def by_number(self, needed: Sequence[Collection[str]]) -> bool:
+        """Return whether flags tell all of one set that is needed by the number of their column."""
+        return any(bool(names) and all(self.quantities[name].chosen.isdecimal() for name in names) for names in needed)
 
-    def measured(self, header: TableRow) -> list[NamedColumn]:
-        """Return the columns of numbers that a header names."""
-        return [column for column in self.columns(header) if self.quantities[column.name].units]
+    def are_numbers(self, row: Row) -> bool:
+        """Return whether a row has numbers in the columns that flags tell by number."""
+        return all(is_number(row.cell(index)) for index, _ in self._columns_by_number())
 
-    def by_number(self, needed: Collection[str]) -> bool:
-        """Say whether flags tell all that are needed by the number of their column."""
-        return bool(needed) and all(self.quantities[name].chosen.isdecimal() for name in needed)
-
-    def are_numbers(self, row: TableRow) -> bool:
-        """Say whether a row has numbers in the columns that flags tell by number."""
-        return all(
-            0 <= index < len(row.cells) and is_number(row.cells[index]) for index, _ in self._columns_by_number()
-        )
-
-    def are_units(self, row: TableRow) -> bool:
-        """Say whether a row, at least as long as one of numbers, has units in those columns."""
-        return all(unit_of(quantity, row.cells[index]) for index, quantity in self._columns_by_number())
+    def are_units(self, row: Row) -> bool:
+        """Return whether a row has units in those columns."""
+        return all(unit_of(quantity, row.cell(index)) for index, quantity in self._columns_by_number())
 
     def _columns_by_number(self) -> Iterator[tuple[int, Quantity]]:
         """Yield index and quantity of each column of numbers that a flag tells by its number."""
         for quantity in self.quantities.values():
-            if quantity.units and quantity.chosen.isdecimal():
+            if quantity.units and quantity.chosen.isdecimal() and int(quantity.chosen) > 0:
                 yield int(quantity.chosen) - 1, quantity
 
-    def near(self, row: TableRow, names: Collection[str]) -> tuple[str, str, str] | None:
+    def near(self, row: Row, names: Collection[str]) -> tuple[str, str, str] | None:
         """Return label, quantity and tail of the first column that begins as a quantity and ends in no unit."""
         for label in row.cells:
             if label and len(label) <= LONGEST_LABEL:
-                name, tail, is_known = self._read(label)
-                if name in names and not is_known:
-                    return label, name, tail
+                read = self._read(label)
+                if read.name in names and read.how is _How.NEAR:
+                    return label, read.name, read.tail
         return None
 
-    def _read_label(self, label: str) -> tuple[str, str, bool]:
-        """Return the quantity and the unit of a label, and True; if its end is no unit, that end and False."""
+    def _read_label(self, label: str) -> "_ReadLabel":
+        """Return what a label says."""
         if name := self.name_of(label):
-            return name, "", True
-        near = ("", "", False)
+            return _ReadLabel(name, "", _How.KNOWN)
+        near = _ReadLabel("", "", _How.NEAR)
         for words, tail in label_parts(label):
             name = self.name_of(words)
+            weak = self._beside_unit.get(folded(words), "")
             if name and self.quantities[name].units:
                 if not tail or unit_of(self.quantities[name], tail):
-                    return name, tail, True
-                near = (name, tail, False)
+                    return _ReadLabel(name, tail, _How.KNOWN)
+                near = _ReadLabel(name, tail, _How.NEAR)
+            elif weak and unit_of(self.quantities[weak], tail):
+                return _ReadLabel(weak, tail, _How.BESIDE_UNIT)
         return near
+
+
+class _How(Enum):
+    """How a label says a quantity."""
+
+    KNOWN = "by a known word, alone or with a unit"
+    BESIDE_UNIT = "by a word that counts beside a unit"
+    NEAR = "by a known word with an end that is no unit"
+
+
+class _ReadLabel(NamedTuple):
+    """The quantity of a label, "" for none, the text behind its words, and how it says the quantity."""
+
+    name: str
+    tail: str
+    how: _How
 
 
 def _chosen_columns(labels: Sequence[str], quantity: Quantity) -> list[int]:
@@ -174,24 +209,49 @@ def _chosen_columns(labels: Sequence[str], quantity: Quantity) -> list[int]:
     return [
         index
         for index, label in enumerate(labels)
-        if any(folded(words) == wanted and is_unit(tail) for words, tail in label_parts(label))
+        if any(folded(words) == wanted and (is_unit(tail) or is_other_unit(tail)) for words, tail in label_parts(label))
     ]
 
 
-def _unit_behind(label: str, quantity: Quantity) -> str:
-    """Return the unit in a label that a flag chooses: one of the quantity, or what is surely a unit of another one."""
-    if not quantity.units:
-        return ""
-    tails = [tail for _, tail in label_parts(label)]
-    for tail in tails:
-        if unit_of(quantity, tail):
-            return tail
-    return next((tail for tail in tails if "/" in tail or is_unit(tail)), "")
+def _units_in(label: str, name: str, quantity: Quantity) -> tuple[str, ...]:
+    """Return all that the label of a column which a flag chooses says of its unit, units of other quantities too.
+
+    Unless a flag gives the unit, a text in brackets counts as one, and so do a text behind a known word of the quantity
+    and what R writes for (%): they make a label that no flag chooses unknown.
+    """
+    units = tuple(_units_behind(label, name, quantity)) if quantity.units else ()
+    known = set(map(folded, (*quantity.words, *quantity.beside_unit)))
+    if units or not quantity.units or quantity.flag_unit or folded(label) in known:
+        return units
+    if in_brackets := _IN_BRACKETS.fullmatch(label.strip(" :;,")):
+        return (in_brackets[2].strip(),)
+    if dots := _SIGNS_BY_R.search(label):
+        return (dots[0],)
+    behind = (tail for words, tail in label_parts(label) if folded(words) in known and not tail.isdecimal())
+    return tuple(itertools.islice(behind, 1))
+
+
+def _units_behind(label: str, name: str, quantity: Quantity) -> Iterator[str]:
+    """Yield each unit at the end of a label, from the last on; the end of a name as F_l is that of its channel."""
+    channel = name.rpartition("_")[2] if "_" in name else ""
+    parts = [(words, tail) for words, tail in label_parts(label) if folded(tail).split(" ")[0] != channel]
+    tails = [tail for _, tail in parts]
+    others = [tail for tail in tails if is_other_unit(tail) and not unit_of(quantity, tail)]
+    of_quantity = [(words, tail) for words, tail in parts if unit_of(quantity, tail)]
+    others += [] if of_quantity else [tail for tail in tails if is_unit(tail)]
+    if others:
+        yield others[0]
+    elif of_quantity:
+        words, tail = of_quantity[0]
+        yield tail
+        yield from _units_behind(re.sub(r"\s(in|en|em)$", "", words), name, quantity)
 
 
 def label_parts(label: str) -> Iterator[tuple[str, str]]:
     """Yield each way to part a label into words and a tail, brackets first, then the longest words."""
     label = unicodedata.normalize("NFKC", label[:LONGEST_LABEL]).strip(" :;,\t")
+    if ".." in label or _WRITTEN_BY_R.fullmatch(label):
+        label = re.sub(r"[.]+", " ", label).strip()
     in_brackets = _IN_BRACKETS.fullmatch(label)
     if in_brackets:
         yield in_brackets[1].strip(" _/,:;-"), in_brackets[2].strip()

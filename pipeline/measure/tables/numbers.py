@@ -7,14 +7,14 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from pipeline.measure.tables.files import place_of
-from pipeline.measure.tables.words import WORDS
+from pipeline.measure.tables.units import is_unit
 from sensor.quantity import validation_error
 
 _LONGEST_NUMBER = 64
 _DIGIT = re.compile("[0-9]")
 _GROUPED_BY_SPACE = re.compile(r"([+-]?[0-9]{1,3})((?:[ '\u2019\u00a0\u202f\u2009][0-9]{3})+)(?![0-9])")
 _NUMBER = re.compile(
-    r"[+-]?(?P<digits>[0-9.,]*[0-9][0-9.,]*)(?P<exponent>[eEdD][+-]?[0-9]{1,4})?(?: ?(?P<unit>[^\W\d_]{1,4}))?"
+    r"[+-]?(?P<digits>[0-9.,]*[0-9][0-9.,]*)(?P<exponent>[eEdD][+-]?[0-9]{1,4})?(?: ?(?P<unit>[^\W\d_]{1,12}))?"
 )
 _GROUPS = re.compile(r"[1-9][0-9]{0,2}([.,])[0-9]{3}(?:\1[0-9]{3})*")
 _MISSING = frozenset(
@@ -50,7 +50,7 @@ def as_number(cell: str) -> WrittenNumber | None:
     if grouped:
         text = grouped[1] + re.sub(r"[^0-9]", "", grouped[2]) + text[grouped.end() :]
     match = _NUMBER.fullmatch(text)
-    if match is None or (match["unit"] and match["unit"] not in WORDS["units"]):
+    if match is None or (match["unit"] and not is_unit(match["unit"])):
         return None
     unit = match["unit"] or ""
     text = text[: match.start("unit")].strip() if unit else text

@@ -1,15 +1,16 @@
-"""From lines of text to rows of cells: what parts them, quotes, comments, clocks, and cells that name themselves."""
+"""From lines of text to rows of cells: what parts them, quotes, comments and clocks."""
 
 import csv
 import itertools
 import re
+from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.measure.tables.files import LONGEST_LINE, lines_of_stream, place_of, tabbed, texts_of
-from pipeline.measure.tables.numbers import as_number, decimal_sign, is_number
-from sensor.quantity import InputError, validation_error
+from pipeline.measure.tables.files import LONGEST_LINE, lines_of_stream, place_of, texts_of
+from pipeline.measure.tables.numbers import is_number
+from sensor.quantity import validation_error
 
 _MOST_JOINED = 5  # lines of a row with a quoted cell
 _SAMPLE = 400  # lines that show what parts cells
@@ -20,78 +21,132 @@ _MARKED = ('"', "'", ">", "\u2192")  # what quoted cells and clocks have
 _COMMENT = re.compile(r"\s*(#|%|//)\s*")
 
 
-class TableRow(NamedTuple):
+class Row(NamedTuple):
     """One line of a file: its number, from 1, and its cells without spaces around them.
 
-    `clock` is the time of day that a serial monitor writes before it, `fault` why its cells cannot be told.
+    `clock` is the time of day that a serial monitor writes before it, `fault` why its cells cannot be told. A row is
+    `cut` if it is the last one and its line has no end, while the lines before it have one.
     """
 
     line: int
     cells: tuple[str, ...]
     clock: str = ""
     fault: str = ""
+    cut: bool = False
 
     @property
     def empty(self) -> bool:
-        """Say whether no cell holds anything."""
+        """Return whether no cell holds anything."""
         return not any(self.cells)
 
+    def cell(self, index: int) -> str:
+        """Return a cell, "" if the row ends before it."""
+        return self.cells[index] if 0 <= index < len(self.cells) else ""
 
-def sheets_of(source: Path | str) -> list[tuple[str, str, list[TableRow]]]:
-    """Return name, delimiter and rows of each sheet of a file that holds anything; a text is one sheet.
+    @property
+    def text(self) -> str:
+        """Return the row as an error shows it."""
+        return ",".join(self.cells)
 
-    Raises InputError for what is no table.
+
+class Rows:
+    """The rows of lines as they come.
+
+    They are parted by `delimiter`. If it is empty, each line is parted by what parts its own cells, until the reader of
+    a table keeps the delimiter of the header. A commented line with numbers is left out, as data that somebody took
+    out. A commented line without numbers may be the header.
     """
-    sheets = []
-    for name, lines in texts_of(source):
-        delimiter = delimiter_of(lines)
-        rows = _rows(delimiter, lines)
-        if not all(row.empty for row in rows):
-            sheets.append((name, delimiter, rows))
-    if not sheets:
+
+    def __init__(self, lines: Iterable[str], source: str, delimiter: str = "") -> None:
+        """Take lines with their ends, or without."""
+        self.source = source
+        self._lines = lines
+        self._fixed = delimiter
+        self._last = delimiter
+
+    @property
+    def are_parted_by_spaces(self) -> bool:
+        """Return whether spaces part the cells of the last row, so that an empty cell cannot be seen."""
+        return not self._last.strip(" ")
+
+    def keep_delimiter(self, *, keep: bool = True) -> None:
+        """Part all further lines like the last one; if not `keep`, each by its own cells again."""
+        self._fixed = self._last if keep else ""
+
+    def __iter__(self) -> Iterator[Row]:
+        """Yield the rows."""
+        numbered = enumerate(self._lines, start=1)
+        waiting: deque[tuple[int, str]] = deque()
+        has_ends = False
+        while (numbered_line := waiting.popleft() if waiting else next(numbered, None)) is not None:
+            number, raw = numbered_line
+            text = raw.rstrip("\r\n")
+            comment = _COMMENT.match(text)
+            row = self._row(number, text[comment.end() :] if comment else text)
+            if row.fault and text.count('"') % 2 == 1:
+                row = self._joined(row, text, waiting, numbered)
+            if not comment or not any(map(is_number, row.cells)):
+                yield row._replace(cut=True) if has_ends and text == raw else row
+            has_ends = has_ends or text != raw
+
+    def _row(self, number: int, text: str) -> Row:
+        self._last = self._fixed or delimiter_of([text])
+        return row_of(self._last, number, text)
+
+    def _joined(self, row: Row, text: str, waiting: deque[tuple[int, str]], numbered: Iterator[tuple[int, str]]) -> Row:
+        """Return a row whose quoted cell goes on in the next lines, or the row as it is if the quote stays open."""
+        waiting.extend(itertools.islice(numbered, max(0, _MOST_JOINED - 1 - len(waiting))))
+        for count in range(1, min(_MOST_JOINED - 1, len(waiting)) + 1):
+            text = f"{text} {waiting[count - 1][1].rstrip()}"
+            joined = self._row(row.line, text)
+            if not joined.fault:
+                for _ in range(count):
+                    waiting.popleft()
+                return joined
+        return row
+
+
+class WholeRows(Rows):
+    """The rows of a sheet of a file, all at hand."""
+
+    def __init__(self, lines: Sequence[str], source: str) -> None:
+        """Part the lines; without the empty ones if every other line is empty."""
+        super().__init__(lines, source, delimiter_of(lines))
+        rows = list(super().__iter__())
+        is_double_spaced = all(one.empty or other.empty for one, other in itertools.pairwise(rows))
+        self.rows = [row for row in rows if not row.empty] if is_double_spaced else rows
+
+    def __iter__(self) -> Iterator[Row]:
+        """Yield the rows."""
+        return iter(self.rows)
+
+    def keep_delimiter(self, *, keep: bool = True) -> None:
+        """Do nothing: one delimiter parts all lines of a file."""
+
+
+def sheets_of(source: Path | str) -> list[WholeRows]:
+    """Return each sheet of a file that holds anything; a text is one sheet; raises InputError for what is no table."""
+    sheets = [WholeRows(lines, name) for name, lines in texts_of(source)]
+    filled = [sheet for sheet in sheets if not all(row.empty for row in sheet.rows)]
+    if not filled:
         bound = "a CSV file with a header and numbers, not an empty one"
         raise validation_error(str(source), "", "", bound, "export the table again")
-    return sheets
+    return filled
 
 
-def single_sheet(source: Path | str) -> tuple[str, str, list[TableRow]]:
-    """Return name, delimiter and rows of the one sheet that holds numbers; raises InputError as `sheets_of`."""
+def single_sheet(source: Path | str) -> WholeRows:
+    """Return the one sheet that holds numbers; raises InputError like `sheets_of`."""
     sheets = sheets_of(source)
-    with_numbers = [sheet for sheet in sheets if any(is_number(cell) for row in sheet[2] for cell in row.cells)]
+    with_numbers = [sheet for sheet in sheets if any(is_number(cell) for row in sheet.rows for cell in row.cells)]
     if len(with_numbers) > 1:
-        name = ", ".join(name for name, _, _ in with_numbers)
+        name = ", ".join(sheet.source for sheet in with_numbers)
         raise validation_error(name, len(with_numbers), "sheets", "the only sheet with numbers", "save it alone")
     return (with_numbers or sheets)[0]
 
 
-def lines_of(source: Path | str) -> Iterator[str]:
-    """Yield the lines of a regular file, or of the standard input for `-` as they come; raises InputError.
-
-    Those of a file are parted by tabs and have decimal points.
-    """
-    if str(source) == "-":
-        yield from lines_of_stream()
-        return
-    name, _, rows = single_sheet(source)
-    columns: dict[int, list[tuple[int, str]]] = {}
-    for row in rows:
-        for index, cell in enumerate(row.cells):
-            columns.setdefault(index, []).append((row.line, cell))
-    try:
-        sign = decimal_sign(name, columns.values())
-    except InputError:  # the column may be one that nobody reads; a reader refuses the cell itself
-        sign = ""  # leaves numbers as they are written
-    line = 1
-    for row in rows:
-        yield from itertools.repeat("", row.line - line)  # so that errors name the lines of the file
-        line = row.line + 1
-        clock = f"{row.clock} -> " if row.clock else ""
-        # a row whose cells cannot be told goes on as it is, to be refused by its reader
-        yield clock + (row.cells[0] if row.fault else tabbed(_with_points(row.cells, sign)))
-
-
-def _with_points(cells: Sequence[str], sign: str) -> list[str]:
-    return [number.plain(sign) if sign and (number := as_number(cell)) else cell for cell in cells]
+def rows_of(source: Path | str) -> Rows:
+    """Return the rows of a file, or of the standard input for `-` as they come; raises InputError."""
+    return Rows(lines_of_stream(), "-") if str(source) == "-" else single_sheet(source)
 
 
 def delimiter_of(lines: Sequence[str]) -> str:
@@ -114,42 +169,11 @@ def delimiter_of(lines: Sequence[str]) -> str:
     return ","
 
 
-def _rows(delimiter: str, lines: Sequence[str]) -> list[TableRow]:
-    """Return the rows of lines; without the empty ones where every other line is empty.
-
-    A commented line with numbers is left out, as data that somebody took out. A commented line without numbers may be
-    the header.
-    """
-    rows: list[TableRow] = []
-    index = 0
-    while index < len(lines):
-        row, count = _row_at(delimiter, lines, index)
-        if not _COMMENT.match(lines[index]) or not any(map(is_number, row.cells)):
-            rows.append(row)
-        index += count
-    rows = list(_without_labels(rows))
-    is_double_spaced = all(one.empty or other.empty for one, other in itertools.pairwise(rows))
-    return [row for row in rows if not row.empty] if is_double_spaced else rows
-
-
-def _row_at(delimiter: str, lines: Sequence[str], index: int) -> tuple[TableRow, int]:
-    """Return the row that begins at an index of lines, and the number of lines it takes: a quoted cell may go on."""
-    text = lines[index]
-    number = index + 1
-    comment = _COMMENT.match(text)
-    row = row_of(delimiter, number, text[comment.end() :] if comment else text)
-    if row.fault and text.count('"') % 2 == 1:
-        for count in range(2, min(_MOST_JOINED, len(lines) - index) + 1):
-            joined = row_of(delimiter, number, " ".join(lines[index : index + count]))
-            if not joined.fault:
-                return joined, count
-    return row, 1
-
-
-def row_of(delimiter: str, line: int, text: str) -> TableRow:
+def row_of(delimiter: str, line: int, text: str) -> Row:
     """Return the cells of a line; a quote that stays open and a huge cell are its fault."""
+    text = text.rstrip("\r\n")
     if delimiter.strip(" ") and not any(mark in text for mark in _MARKED):  # as most are
-        return TableRow(line, tuple(map(str.strip, text.split(delimiter))))
+        return Row(line, tuple(map(str.strip, text.split(delimiter))))
     clock, rest = _without_clock(text)
     fault = ""
     try:
@@ -157,7 +181,7 @@ def row_of(delimiter: str, line: int, text: str) -> TableRow:
     except csv.Error as error:
         cells = [rest]
         fault = str(error)
-    return TableRow(line, tuple(_bare(cell) for cell in cells), clock, fault)
+    return Row(line, tuple(_bare(cell) for cell in cells), clock, fault)
 
 
 def _without_clock(text: str) -> tuple[str, str]:
@@ -182,21 +206,7 @@ def _cells(text: str, delimiter: str) -> list[str]:
     return next(csv.reader([text], delimiter=delimiter, strict=True, skipinitialspace=True), [])
 
 
-def _without_labels(rows: Iterable[TableRow]) -> Iterator[TableRow]:
-    """Yield rows; where each cell says what it is, as in `force_N:1.2,travel_mm:3.4`, below a header of that."""
-    header: tuple[str, ...] = ()
-    for row in rows:
-        is_labelled = len(row.cells) > 1 and ":" in row.cells[0]
-        parts = [cell.rpartition(":") for cell in row.cells] if is_labelled else []
-        if parts and all(label and is_number(value.strip()) and not label.isdecimal() for label, _, value in parts):
-            if header != (header := tuple(label.strip() for label, _, _ in parts)):
-                yield TableRow(row.line, header)
-            yield row._replace(cells=tuple(value.strip() for _, _, value in parts))
-        else:
-            yield row
-
-
-def refuse_fault(source: str, row: TableRow) -> None:
+def refuse_fault(source: str, row: Row) -> None:
     """Raise InputError for a row whose cells cannot be told."""
     if row.fault:
         name = place_of(source, row.line)

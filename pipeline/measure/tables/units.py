@@ -1,5 +1,6 @@
 """The units of measured quantities, and how tables spell them."""
 
+import difflib
 import math
 import re
 import unicodedata
@@ -41,15 +42,17 @@ class Quantity:
     """What a column may hold: a number in one of some units, or a text where there are none.
 
     `default` is the unit of a header that gives none; without it a unit must be given. `most` bounds the size of the
-    number in the unit whose factor is 1. `words` are other names that headers have for it. `flag_unit` is the unit that
-    a flag gives, which a header may leave out and not contradict. `chosen` is the header, or the number of a column
-    from 1, that a flag gives. The clock of a serial monitor may stand for it where it is `by_clock`.
+    number in the unit whose factor is 1. `words` are other names that headers have for it. Those of `beside_unit` count
+    only with a unit of it, and if no other column has it. `flag_unit` is the unit that a flag gives, which a header may
+    leave out and not contradict. `chosen` is the header, or the number of a column from 1, that a flag gives. The clock
+    of a serial monitor may stand for it where it is `by_clock`.
     """
 
     units: Mapping[str, float]
     default: str = ""
     most: float = math.inf
     words: tuple[str, ...] = ()
+    beside_unit: tuple[str, ...] = ()
     flag_unit: str = ""
     chosen: str = ""
     by_clock: bool = False
@@ -78,9 +81,23 @@ def unit_of(quantity: Quantity, text: str) -> str:
     return unit if unit in quantity.units and not is_other and not is_milli else ""
 
 
+_NAMES = {_short(word).casefold() for words in (*WORDS["others"].values(), WORDS["units"]["1"]) for word in words}
+_POWER = re.compile(r"(?<=[^\W\d_])\^?[23]")
+_PARTS = re.compile(r"[/*\u00b7.\s-]+")
+
+
 def is_unit(text: str) -> bool:
-    """Say whether a text spells a unit of any quantity."""
+    """Return whether a text spells a unit of any quantity that is measured here."""
     return any(unit_of(Quantity(units=units), text) for units in _MEASURED)
+
+
+def is_other_unit(text: str) -> bool:
+    """Return whether a text spells a unit that no table here is read in: V, %, counts, or a compound as N/mm."""
+    if _short(text).casefold() in _NAMES:
+        return True
+    plain, powers = _POWER.subn("", unicodedata.normalize("NFKC", text).strip("()[]{}<> "))
+    parts = _PARTS.split(plain)
+    return len(parts) + powers > 1 and all(map(is_unit, parts))
 
 
 def needed_unit(place: str, quantity: Quantity, text: str) -> str:
@@ -93,5 +110,6 @@ def needed_unit(place: str, quantity: Quantity, text: str) -> str:
 
 def no_unit(place: str, quantity: Quantity, text: str) -> InputError:
     """Return the error of a text that spells no unit of a quantity."""
-    hint = f"did you mean {nearest(text, [*quantity.units])}?"
+    near = difflib.get_close_matches(text.lower(), [unit.lower() for unit in quantity.units], n=1)
+    hint = f"did you mean {nearest(text, [*quantity.units])}?" if near else "correct it, or name another column"
     return validation_error(place, text[:SHOWN_LABEL], "", f"in one of {', '.join(quantity.units)}", hint)

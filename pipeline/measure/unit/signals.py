@@ -1,12 +1,14 @@
 """Signals of a sensor line by line, from a CSV file or a stream: time, travel if it is there, a force for each tip."""
 
-import math
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from pipeline.measure.tables.clock import Clock
 from pipeline.measure.tables.files import place_of
-from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
-from pipeline.measure.tables.stream import table_stream
+from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags, folded, label_parts
+from pipeline.measure.tables.rows import Rows, WholeRows
+from pipeline.measure.tables.table import Table, TableReader, refuse_twice, shown
 from pipeline.measure.tables.units import FORCE, LENGTH, TIME, Quantity
 from pipeline.measure.tables.words import WORDS
 from sensor.quantity import validation_error, written_number
@@ -50,57 +52,88 @@ class Signal:
 
     A time for each channel may stand in place of the one time of a line, or beside it; that is then of the travel.
 
-    Where its header names counts, `counted`, its samples have those in place of forces.
+    Where its header names counts, `counted`, its samples have those in place of forces. `say` hears which lines are
+    left out, and where a clock begins anew.
 
     Raises InputError, in one line that names line and column, at the first line that is not as the header says.
     """
 
-    def __init__(self, lines: Iterable[str], source: str, tips: int, flags: ColumnFlags = NO_FLAGS) -> None:
+    def __init__(
+        self, rows: Rows, tips: int, flags: ColumnFlags = NO_FLAGS, say: Callable[[str], None] = lambda _: None
+    ) -> None:
         """Read the header."""
-        self.source = source
+        self.source = rows.source
         of_forces, of_counts, of_channels = force_keys(tips), count_keys(tips), time_keys(tips)
         quantities = {name: Quantity(units=TIME, default="s", by_clock=True) for name in ("t", *of_channels)}
         quantities["t"] = replace(quantities["t"], words=tuple(WORDS["words"]["time"]))
         quantities["x"] = Quantity(units=LENGTH, default="mm", words=tuple(WORDS["words"]["travel"]))
         quantities |= dict.fromkeys(of_forces, Quantity(units=FORCE, default="N")) | dict.fromkeys(of_counts, COUNTS)
         example = ",".join(["t_s", *(f"{key}_N" for key in of_forces)])
-        table = table_stream(lines, source, flags.applied(quantities), (of_forces, of_counts), example)
-        self._form = table.form
-        self._rows = table.rows
+        reader = TableReader(flags.applied(quantities), (of_forces, of_counts), example, alone=True)
+        table = next(reader.tables(rows), None)
+        if table is None:
+            raise reader.no_header()
+        if isinstance(rows, WholeRows):
+            table = table.of(table.columns, list(table.rows))
+        self._table = table
+        self._say = say
         self._columns = {column.name: column for column in table.columns}
         self.counted = set(of_counts) <= self._columns.keys()
         keys = of_counts if self.counted else of_forces
         self.timed = not self._columns.keys().isdisjoint(of_channels)
         needed = ("t",) if not self.timed else ("t", *of_channels) if "x" in self._columns else of_channels
-        table.refuse_unlike((*needed, *keys), ("t", "x"), _OF_CHANNELS, example)
+        refuse_twice(table, example)
+        _refuse_unlike(table, (*needed, *keys), ("t", "x"), example)
         self._force_columns = [self._columns[key] for key in keys]
-        self._time_columns = [self._columns[key] for key in ("t", *of_channels) if key in self._columns]
-        self.understood = table.understood
-        self.notes = tuple(f"{source}: {column.note}" for column in table.columns if column.note)
+        self._clocks = [Clock(table, self._columns[key], say) for key in ("t", *of_channels) if key in self._columns]
+        self.understood = replace(table, rows=iter(()), left_out=[], skipped=[]).understood
+        self.notes = tuple(f"{self.source}: {column.note}" for column in table.columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the samples; blank lines are left out."""
-        form = self._form
+        table = self._table
         travel = self._columns.get("x")
-        before = [-math.inf] * len(self._time_columns)
-        for row in self._rows:
-            times = [form.number(row, column) for column in self._time_columns]
-            for column, t, earlier in zip(self._time_columns, times, before, strict=True):
-                if t < earlier or (self.timed and t == earlier):
-                    place = place_of(form.source, row.line, column.label)
-                    bound = f"{'after' if self.timed else 'at least'} the {earlier:g} s of the line before"
-                    raise validation_error(place, t, "s", bound, "sort the lines")
-            before = times
-            x = form.number(row, travel) if travel else None
-            forces = tuple(form.number(row, column) for column in self._force_columns)
+        count = 0
+        for row in table.rows:
+            self._say_left_out()
+            times = [clock.seconds(row, rises=self.timed) for clock in self._clocks]
+            x = table.number(row, travel) if travel else None
+            forces = tuple(table.number(row, column) for column in self._force_columns)
+            count += 1
             yield Sample(row.line, times[0], x, forces, tuple(times[-len(forces) :]) if self.timed else ())
-        if before[0] == -math.inf:
+        self._say_left_out()
+        if count == 0:
             bound = "at least one line of numbers below the header"
-            raise validation_error(form.source, 0, "samples", bound, "record a press")
+            raise validation_error(table.source, 0, "samples", bound, "record a press")
+
+    def _say_left_out(self) -> None:
+        """Tell which lines without numbers have been left out since the last time; a stream may go on for ever."""
+        for row in (*self._table.left_out, *self._table.skipped):
+            self._say(f"left out {shown(row)}")
+        self._table.left_out.clear()
+        self._table.skipped.clear()
 
     def place(self, sample: Sample, tip: int) -> str:
         """Return how an error names the force of a tip in a sample, or the counts of its channel."""
-        return place_of(self._form.source, sample.line, self._force_columns[tip].label)
+        return self._table.place(sample.line, self._force_columns[tip])
+
+
+def _refuse_unlike(table: Table, needed: Sequence[str], others: Sequence[str], example: str) -> None:
+    """Raise InputError unless all of `needed` are columns of a table beside `others`, and no further channel is."""
+    names = {column.name: column.label for column in table.columns}
+    if not names.keys() >= set(needed):
+        bound = f"a header that also has {' and '.join(name for name in needed if name not in names)}"
+        place = place_of(table.source, table.header.line)
+        raise validation_error(place, table.header.text, "", bound, f"write for instance {example}")
+    further = [label for name, label in names.items() if name not in needed and name not in others]
+    for label in table.header.cells:
+        if label and label not in names.values():
+            words = [label, *(words for words, _ in label_parts(label))]
+            further += [label] if any(re.fullmatch(_OF_CHANNELS, folded(word)) for word in words) else []
+    if further:
+        place = place_of(table.source, table.header.line, further[0])
+        bound = f"one of {', '.join((*others, *needed))}, as this sensor has"
+        raise validation_error(place, further[0], "", bound, f"write for instance {example}")
 
 
 def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:

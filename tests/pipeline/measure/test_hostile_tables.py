@@ -8,10 +8,9 @@ from hostile_tables import bombs, contradictory, damaged, invented
 
 from pipeline.measure.compression.loading import loading
 from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
-from pipeline.measure.tables.columns import read_csv
 from pipeline.measure.tables.headers import ColumnFlags
 from pipeline.measure.tables.measured_table import numbers_of
-from pipeline.measure.tables.rows import lines_of
+from pipeline.measure.tables.rows import single_sheet
 from pipeline.measure.unit.signals import Signal
 from sensor.quantity import InputError
 
@@ -27,8 +26,8 @@ def outcome(shape, tmp_path):
     flags = ColumnFlags(shape.columns, shape.units)
     readers = (
         lambda: list(map(loading, read_specimens(path, flags.applied(QUANTITIES)))),
-        lambda: list(Signal(lines_of(path), str(path), 2)),
-        lambda: numbers_of(*read_csv(path), QUANTITIES, ("force", "travel"), "force_N,travel_mm"),
+        lambda: list(Signal(single_sheet(path), 2)),
+        lambda: numbers_of(path, QUANTITIES, [("force", "travel")], "force_N,travel_mm"),
     )
     done = []
     lines = []

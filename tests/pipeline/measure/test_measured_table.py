@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.measure.tables.columns import read_csv
 from pipeline.measure.tables.headers import ColumnFlags
 from pipeline.measure.tables.measured_table import numbers_of
 from pipeline.measure.tables.numbers import is_number
@@ -23,7 +22,7 @@ PLAIN = "tip,force_N,travel_mm\nlow,1.5,0.25\n"
 
 
 def read_table(path):
-    return numbers_of(*read_csv(path), QUANTITIES, ("tip", "force"), "tip,force_N,travel_mm")
+    return numbers_of(path, QUANTITIES, [("tip", "force")], "tip,force_N,travel_mm")
 
 
 @pytest.fixture
@@ -122,13 +121,13 @@ def test_source_has_to_be_a_regular_file_of_some_size(tmp_path):
     os.mkfifo(pipe)
     for path in (tmp_path / "none.csv", tmp_path, pipe):
         with pytest.raises(InputError) as caught:
-            read_csv(path)
+            read_table(path)
         assert caught.value.field == "FILE"
     large = tmp_path / "large.csv"
     with large.open("wb") as file:
         file.truncate(MOST_BYTES + 1)
     with pytest.raises(InputError) as caught:
-        read_csv(large)
+        read_table(large)
     assert (caught.value.field, caught.value.value) == ("FILE", str(large))
 
 

@@ -128,3 +128,46 @@ def test_the_planted_unit_counts_its_forces(unit):
     """By its gains, near those that are named."""
     counts = np.array(unit.counts(np.array([20.0 * GRAM, 0.0]))) - unit.zero
     assert counts[0] == pytest.approx(20.0 * GRAM * COUNTS_PER_N[0], rel=0.3)
+
+
+WEIGHED = [("low", 20.0 * k, 0.185 * k) for k in range(6)] + [("high", 100.0 * k, 0.043 * k) for k in range(5)]
+
+
+def table_of(rows, header="tip,weight_g,deflection_mm", names=("low", "high")):
+    called = dict(zip(("low", "high"), names, strict=True))
+    return "\n".join([header, *(f"{called[tip]},{weight:.0f},{shown:.4f}" for tip, weight, shown in rows), ""])
+
+
+@pytest.mark.parametrize(
+    ("header", "names"),
+    [
+        ("tip,weight_g,deflection_mm", ("Low", "HIGH ")),
+        ("tip,Load [g],travel_mm", ("L", "H")),
+        ("Tip,Mass (g),Displacement (mm)", ("l", "h")),
+        ("Spitze,Masse [g],Weg [mm]", ("LOW", "high")),
+        ("Spitze;Gewicht in g;Verschiebung in mm".replace(";", ","), ("low", "high")),
+    ],
+)
+def test_words_and_names_of_other_benches_give_the_same_springs(header, names, paper, calibrate):
+    plain = calibrate(paper.report, table_of(WEIGHED)).unit.stiffnesses
+    assert calibrate(paper.report, table_of(WEIGHED, header, names)).unit.stiffnesses == plain
+
+
+@pytest.mark.parametrize("row", [3, 8])
+@pytest.mark.parametrize("change", ["weight x 10", "deflection x 10", "other tip", "letter"])
+def test_a_typing_error_in_one_row_of_weights_is_named(row, change, paper, calibrate):
+    rows = list(WEIGHED)
+    tip, weight, shown = rows[row]
+    changed = {
+        "weight x 10": (tip, 10.0 * weight, shown),
+        "deflection x 10": (tip, weight, 10.0 * shown),
+        "other tip": ({"low": "high", "high": "low"}[tip], weight, shown),
+        "letter": (tip, weight, shown),
+    }
+    rows[row] = changed[change]
+    lines = table_of(rows).splitlines()
+    if change == "letter":
+        lines[row + 1] = lines[row + 1].replace("0,", "O,", 1)
+    with pytest.raises(InputError) as caught:
+        calibrate(paper.report, "\n".join(lines))
+    assert f"line {row + 2}" in caught.value.field

@@ -144,8 +144,10 @@ BAD = {
     "known to nothing": (TIPS + "low,0,0\nlow,10,3\nlow,20,0.1\n", ": compliance of low", 0.50986),
     "nothing moves": (TIPS + "low,0,0\nlow,50000,1e-6\nlow,99999,2e-6\n", ": compliance of low", 2.0395e-9),
     "nothing named": ("weight_g,deflection_mm\n1,2\n", ", line 1", "weight_g,deflection_mm"),
-    "two things": ("tip,coupon,weight_g,deflection_mm\nlow,a,1,1\n", ", line 1", "tip,coupon,weight_g,deflection_mm"),
-    "unknown column": ("tip,gewicht_g,deflection_mm\nlow,1,1\n", ", line 1", "tip,gewicht_g,deflection_mm"),
+    "two things": ("tip,coupon,weight_g,deflection_mm\nlow,a,1,1\n", ", line 1", "tip, coupon"),
+    "unknown column": ("tip,girth_g,deflection_mm\nlow,1,1\n", ", line 1", "tip,girth_g,deflection_mm"),
+    "counts of another sensor": ("tip,weight_g,deflection_mm,counts_1\nlow,1,1,1\n", ", line 1", "counts_1"),
+    "counts of one channel": ("tip,weight_g,deflection_mm,counts_l\nlow,1,1,1\n", ", line 1", "counts_l"),
     "far too heavy": (TIPS + "low,1e308,1\n", ", line 2, column 'weight_g'", "1e308"),
     "far too deep": (TIPS + "low,1,101\n", ", line 2, column 'deflection_mm'", "101"),
 }

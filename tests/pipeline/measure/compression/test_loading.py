@@ -42,16 +42,6 @@ def test_impossible_curve_is_refused_at_its_place(force, travel, place):
     assert caught.value.field == f"virtual.csv, {place}"
 
 
-def test_time_that_runs_back_is_refused_with_the_time_before():
-    time = np.arange(601.0)
-    time[40] = 5.0
-    with pytest.raises(InputError) as caught:
-        loading(specimen(X, F, time=time))
-    assert (caught.value.field, caught.value.value) == ("virtual.csv, line 42, column 'time_s'", 5.0)
-    assert "39 s" in caught.value.bound
-    loading(specimen(X, F, time=np.zeros(601)))
-
-
 def power_law(exponent):
     """Return a curve whose slope between loads of 0.3 and 0.6 falls, to 0.73 and 0.66 of that before."""
     return X, 10.0 * X**exponent

@@ -13,6 +13,7 @@ import pytest
 from measured_units import read_press, stated_and_moved, with_heights
 
 from pipeline.cli import main
+from pipeline.measure.tables.rows import Rows
 from pipeline.measure.unit.firmware import c_header, micropython
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.signals import Signal
@@ -241,7 +242,7 @@ def test_a_report_without_readings_of_presses_is_refused(mango):
     sensor = mango.measuring()
     old = replace(sensor.report, read_out=replace(sensor.report.read_out, rise_level=()))
     sensor = replace(sensor, report=old)
-    signal = Signal(["t_s,F_1_N,F_2_N,F_3_N,F_4_N", "0,0,0,0,0"], "press.csv", 4)
+    signal = Signal(Rows(["t_s,F_1_N,F_2_N,F_3_N,F_4_N", "0,0,0,0,0"], "press.csv"), 4)
     for work in (lambda: list(readings_of(sensor, signal)), lambda: c_header(sensor), lambda: micropython(sensor)):
         with pytest.raises(InputError) as refused:
             work()
@@ -254,7 +255,7 @@ def test_a_signal_is_read_whole_once_a_press(noisy, going_in):
     lines = ["t_s,F_1_N,F_2_N,F_3_N,F_4_N"]
     lines += [",".join(f"{value:.12g}" for value in (0.01 * k, *row)) for k, row in enumerate(rows.tolist())]
     sensor = noisy.measuring()
-    first, second = readings_of(sensor, Signal(lines, "press.csv", 4))
+    first, second = readings_of(sensor, Signal(Rows(lines, "press.csv"), 4))
     count = len(going_in)
     assert pytest.approx(read_press(sensor, going_in).E, rel=1e-9) == first.E
     assert pytest.approx(read_press(sensor, 0.9 * going_in).E, rel=1e-9) == second.E
@@ -263,7 +264,7 @@ def test_a_signal_is_read_whole_once_a_press(noisy, going_in):
         (count - 1, pytest.approx(0.01 * (2 + count))),
         (count - 1, pytest.approx(0.01 * (4 + 3 * count))),
     ]
-    every = list(readings_of(sensor, Signal(lines, "press.csv", 4), every_sample=True))
+    every = list(readings_of(sensor, Signal(Rows(lines, "press.csv"), 4), every_sample=True))
     assert len(every) == 3 * count - 1
     assert pytest.approx(first.E, rel=1e-12) == every[count - 1].E
     assert (every[0].E, every[0].flags) == (None, ("few_samples",))

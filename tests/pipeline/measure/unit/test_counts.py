@@ -20,6 +20,7 @@ from measured_units import MeasuredDesign, elastic, printed_by_header, random_po
 from pipeline.cli import main
 from pipeline.measure.calibrating import plate as room
 from pipeline.measure.calibrating.calibration import WITHOUT_PLATE, measured_print
+from pipeline.measure.tables.rows import Rows
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, readings_of
@@ -147,7 +148,7 @@ def signal_of(rows):
 
 
 def read(sensor, rows):
-    return list(readings_of(sensor, Signal(signal_of(rows), "press.csv", len(rows[0]))))
+    return list(readings_of(sensor, Signal(Rows(signal_of(rows), "press.csv"), len(rows[0]))))
 
 
 def free(electronics, zero=0.0):
@@ -386,7 +387,7 @@ def test_counts_that_tell_no_force_are_refused(mango, rng, calibrate):
         forces_of_counts(sensor, beyond[-1].tolist(), None)
     above_tare = forces_of_counts(sensor, rows[-1].tolist(), rows[:TARE_SAMPLES].mean(axis=0).tolist())
     held = np.concatenate([rows, rows[-1:]])  # at the time of its first channel, as all were before
-    (*_, last) = readings_of(sensor, Signal(signal_of(held), "press.csv", 4), every_sample=True)
+    (*_, last) = readings_of(sensor, Signal(Rows(signal_of(held), "press.csv"), 4), every_sample=True)
     assert pytest.approx(last.E, rel=1e-12) == read(sensor, held)[0].E
     assert above_tare == pytest.approx(forces[-1].tolist(), rel=0.01)
     assert pytest.approx(1.5, rel=0.05) == read(sensor, rows)[0].E
@@ -417,7 +418,7 @@ def test_unsigned_counts_are_read_as_signed_ones(code, zero, mango, rng, calibra
     rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, 1.5))])
     unsigned = UNSIGNED[code](rows)
     told = []
-    (found,) = readings_of(sensor, Signal(signal_of(unsigned), "press.csv", 4), say=told.append)
+    (found,) = readings_of(sensor, Signal(Rows(signal_of(unsigned), "press.csv"), 4), say=told.append)
     (expected,) = read(sensor, rows)
     assert (found.E, found.u) == (expected.E, expected.u)
     assert len(told) == (unsigned != rows).any()

@@ -8,6 +8,7 @@ import pytest
 from maxwell_springs import pressed, read_by_command, weighed_stiffness
 from measured_units import elastic, read_in_c, read_press
 
+from pipeline.measure.tables.rows import Rows
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import single_reading
@@ -63,7 +64,7 @@ def test_a_press_begins_after_the_zero_that_the_one_before_has_left(paper):
     log += [(0.1 + times[-1] + t, *row) for t, row in zip(pause, left, strict=True)]
     log += [(20.2 + times[-1] + t, *row) for t, row in zip(times, forces, strict=True)]
     lines = ["t_s,F_l_N,F_h_N", *(",".join(map(repr, map(float, row))) for row in log)]
-    first, second = readings_of(sensor, Signal(lines, "press.csv", 2))
+    first, second = readings_of(sensor, Signal(Rows(lines, "press.csv"), 2))
     assert pytest.approx(first.E, rel=1e-3) == second.E
     assert pytest.approx(2.0, rel=0.015) == second.E
 

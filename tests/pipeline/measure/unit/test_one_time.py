@@ -12,6 +12,7 @@ from measured_units import read_in_c
 from scipy.interpolate import PchipInterpolator
 
 from cad.fabrication.bridges import Spring, balanced_order, signal_path
+from pipeline.measure.tables.rows import Rows
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.presses import readings_of, sensor_times
 from pipeline.measure.unit.signals import Signal
@@ -54,7 +55,7 @@ def lines_of(times, forces, *, timed):
 
 
 def read(sensor, lines):
-    (reading,) = readings_of(sensor, Signal(lines, "press.csv", 4))
+    (reading,) = readings_of(sensor, Signal(Rows(lines, "press.csv"), 4))
     return reading
 
 
@@ -184,7 +185,7 @@ def test_a_pair_is_brought_to_one_time_too(paper, tmp_path):
         "t_s,F_l_N,F_h_N",
         *(f"{0.2 * number:.12g},{low!r},{high!r}" for number, (low, high) in enumerate(later[:-1].tolist())),
     ]
-    (found,) = readings_of(unit, Signal(lines, "press.csv", 2))
+    (found,) = readings_of(unit, Signal(Rows(lines, "press.csv"), 2))
     assert pytest.approx(expected, rel=1e-3) == found.E
 
 
@@ -209,7 +210,7 @@ def pair_by_hand(paper, duration, E=3.5, later=(0.0, 0.0)):
 
 def read_pair(sensor, forces):
     lines = [f"{0.1 * number:.12g},{low!r},{high!r}" for number, (low, high) in enumerate(forces.tolist())]
-    return list(readings_of(sensor, Signal(["t_s,F_l_N,F_h_N", *lines], "press.csv", 2)))[-1]
+    return list(readings_of(sensor, Signal(Rows(["t_s,F_l_N,F_h_N", *lines], "press.csv"), 2)))[-1]
 
 
 def test_fastest_press_of_a_pair_is_the_one_that_is_flagged_also_by_firmware(paper, on_foil, tmp_path):
@@ -266,7 +267,7 @@ def test_channels_with_their_times_are_taken_on_straight_lines(sensor):
     t = 0.1 * np.arange(12)
     times = t[:, None] + [0.03, 0.0, 0.09, 0.01]
     forces = 0.02 + times * [0.1, 0.5, 0.1, 0.5]
-    found = list(sensor_times(sensor, Signal(lines_of(times, forces, timed=True), "press.csv", 4), "press.csv"))
+    found = list(sensor_times(sensor, Signal(Rows(lines_of(times, forces, timed=True), "press.csv"), 4), "press.csv"))
     assert [sample.t for sample in found] == pytest.approx(t[1:].tolist())
     expected = 0.02 + t[1:, None] * [0.1, 0.5, 0.1, 0.5]
     assert np.array([sample.forces for sample in found]) == pytest.approx(expected, rel=1e-9)
@@ -286,7 +287,7 @@ def test_channels_with_their_times_are_taken_on_straight_lines(sensor):
 def test_times_that_are_out_of_order_or_far_apart_are_refused(sensor, lines, place):
     head = "t_1_s,t_2_s,t_3_s,t_4_s,F_1_N,F_2_N,F_3_N,F_4_N"
     with pytest.raises(InputError) as caught:
-        list(readings_of(sensor, Signal([head, *lines], "press.csv", 4)))
+        list(readings_of(sensor, Signal(Rows([head, *lines], "press.csv"), 4)))
     assert caught.value.field == place
 
 
@@ -295,7 +296,7 @@ def test_times_that_are_out_of_order_or_far_apart_are_refused(sensor, lines, pla
 )
 def test_times_of_some_channels_or_a_travel_without_time_are_refused(head):
     with pytest.raises(InputError) as caught:
-        Signal([head], "press.csv", 4)
+        Signal(Rows([head], "press.csv"), 4)
     assert caught.value.field == "press.csv, line 1"
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from measured_units import MeasuredDesign, read_press, stated_and_moved
 
+from pipeline.measure.tables.rows import Rows
 from pipeline.measure.unit.pair_press import single_reading
 from pipeline.measure.unit.presses import readings_of, refuse_out_of_scale
 from pipeline.measure.unit.seating import seating_of
@@ -64,7 +65,7 @@ def test_swapped_channels_are_of_no_fruit(paper):
 
 def signal(rows):
     text = "t_s,F_l_N,F_h_N\n" + "".join(f"{t},{soft},{stiff}\n" for t, (soft, stiff) in rows)
-    return Signal(text.splitlines(), "-", 2)
+    return Signal(Rows(text.splitlines(), "-"), 2)
 
 
 def test_each_press_of_a_signal_is_one_reading(paper):

@@ -10,6 +10,7 @@ from measured_units import MeasuredDesign
 from squares import BALL
 
 from pipeline.commands.measuring import read
+from pipeline.measure.tables.rows import Rows
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.relaxing_flesh import LATE
 from pipeline.measure.unit.signals import Signal, force_keys
@@ -86,7 +87,7 @@ def read_log(sensor, times, forces, **flags):
     lines = [header]
     for t, row in zip(times.tolist(), forces.tolist(), strict=True):
         lines.append(",".join(f"{value:.9g}" for value in (t, *row)))
-    (reading,) = readings_of(sensor, Signal(lines, "press.csv", forces.shape[1]), **flags)
+    (reading,) = readings_of(sensor, Signal(Rows(lines, "press.csv"), forces.shape[1]), **flags)
     return reading
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from measured_units import random_pose, read_in_c, read_press
 
+from pipeline.measure.tables.rows import Rows
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.presses import readings_of
@@ -93,7 +94,7 @@ class Hand:
         ]
 
     def read(self, rows):
-        return list(readings_of(self.sensor, Signal(self.lines(rows), "press.csv", rows.shape[1])))
+        return list(readings_of(self.sensor, Signal(Rows(self.lines(rows), "press.csv"), rows.shape[1])))
 
 
 @pytest.fixture(scope="module")
