@@ -15,7 +15,7 @@ from pipeline.measure.tables.clock import Clock
 from pipeline.measure.tables.files import place_of
 from pipeline.measure.tables.numbers import is_number
 from pipeline.measure.tables.rows import sheets_of
-from pipeline.measure.tables.table import Column, Table, TableReader, is_statistic
+from pipeline.measure.tables.table import Column, FoundTable, TableReader, is_statistic
 from pipeline.measure.tables.units import FORCE, LENGTH, TIME, Quantity
 from pipeline.measure.tables.words import WORDS
 from sensor.arrays import Floats
@@ -132,7 +132,7 @@ def _joined(first: Specimen, second: Specimen) -> Specimen:
     )
 
 
-def _specimens_of_table(table: Table, count: int) -> Iterator[Specimen]:
+def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
     """Yield the specimens of a table, before which `count` have come."""
     # A force or a travel that comes again begins the next specimen.
     groups: list[dict[str, Column]] = [{}]
@@ -154,10 +154,10 @@ def _specimens_of_table(table: Table, count: int) -> Iterator[Specimen]:
         yield _specimen(table, columns, name or f"{number}")
 
 
-def _specimen(table: Table, columns: Mapping[str, Column], name: str) -> Specimen:
+def _specimen(table: FoundTable, columns: Mapping[str, Column], name: str) -> Specimen:
     """Return the curve of some columns; beside longer specimens the cells of a shorter one are empty."""
     filled = [row for row in table.rows if any(column.cell(row) for column in columns.values())]
-    table = table.of([*columns.values()], filled)
+    table = table.limited_to([*columns.values()], filled)
     notes = [
         f"{columns[quantity].note}; --units {quantity}=UNIT says another"
         for quantity in ("force", "travel")

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from pipeline.measure.tables.rows import Row
-from pipeline.measure.tables.table import Column, Table, seconds_of_day
+from pipeline.measure.tables.table import Column, FoundTable, seconds_of_day
 from sensor.quantity import validation_error
 
 _DAY = 86400.0  # [s]
@@ -16,7 +16,7 @@ _LONGEST_PAUSE = 60.0  # [s] between two samples where a clock begins anew, and 
 class Clock:
     """The times of a column [s], which go on where its clock begins anew; each time it does is said."""
 
-    def __init__(self, table: Table, column: Column, say: Callable[[str], None]) -> None:
+    def __init__(self, table: FoundTable, column: Column, say: Callable[[str], None]) -> None:
         """Begin before the first row."""
         self._table = table
         self._column = column

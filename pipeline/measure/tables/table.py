@@ -76,7 +76,7 @@ class Column:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Table:
+class FoundTable:
     """A table in a source: its header, the row above, its columns, and its rows, none of them empty.
 
     The rows of a board come one by one, and each number shows its own decimal sign. `left_out` has the lines without
@@ -97,7 +97,7 @@ class Table:
         """Return how an error names a cell."""
         return place_of(self.source, line, column.label)
 
-    def of(self, columns: Sequence[Column], rows: Sequence[Row]) -> "Table":
+    def limited_to(self, columns: Sequence[Column], rows: Sequence[Row]) -> "FoundTable":
         """Return the table of some columns and rows, whose decimal sign they show; raises InputError if they do not."""
         cells = [
             [(row.line, column.cell(row)) for row in rows] for column in columns if column.factor and column.index >= 0
@@ -206,13 +206,13 @@ class TableReader:
         self._after: list[Row] = []  # the row that ended a table
         self._found = 0
 
-    def tables(self, rows: Rows) -> Iterator[Table]:
+    def tables(self, rows: Rows) -> Iterator[FoundTable]:
         """Yield the tables in the rows of one source."""
         feed = iter(rows)
         self._found = 0
         if not self._likeliest[1]:
             self._likeliest = (-1, rows.source, Row(1, ()))
-        last: Table | None = None
+        last: FoundTable | None = None
         begin = self._next_by_number if self._by_number else self._next_by_header
         while (table := begin(rows, feed)) is not None:
             self._found += 1
@@ -248,7 +248,7 @@ class TableReader:
         hint = f"write for instance {self.example}, or name columns by their header or number: --columns {numbers}"
         return validation_error(place, header.text, "", bound, hint)
 
-    def _next_by_number(self, rows: Rows, feed: Iterator[Row]) -> Table | None:
+    def _next_by_number(self, rows: Rows, feed: Iterator[Row]) -> FoundTable | None:
         """Return the next table in the columns that flags tell by number; None if there is none."""
         texts: list[Row] = []
         for row, before in self._filled(rows, feed):
@@ -261,7 +261,7 @@ class TableReader:
             self.units.hear(rows.source, row)
         return None
 
-    def _next_by_header(self, rows: Rows, feed: Iterator[Row]) -> Table | None:
+    def _next_by_header(self, rows: Rows, feed: Iterator[Row]) -> FoundTable | None:
         """Return the next table below a header; None if there is none."""
         source = rows.source
         start: _Start | None = None
@@ -352,7 +352,7 @@ class TableReader:
             below.insert(0, text)
         return _Start(header=Row(row.line, ("",) * len(row.cells)), above=Row(0, ()), below=tuple(below))
 
-    def _opened(self, rows: Rows, start: _Start, first: Row, feed: Iterator[Row]) -> Table:
+    def _opened(self, rows: Rows, start: _Start, first: Row, feed: Iterator[Row]) -> FoundTable:
         """Return a table whose first row of numbers has come."""
         columns = self._columns(rows.source, start.header, start.below, first)
         if not self.alone:
@@ -361,7 +361,7 @@ class TableReader:
         times = [name for name, quantity in self.quantities.items() if quantity.by_clock]
         if first.clock and times and not any(column.name in times for column in columns):
             columns.append(Column(index=-1, label="clock", name=times[0], unit="s", factor=1.0, most=math.inf))
-        table = Table(
+        table = FoundTable(
             source=rows.source,
             header=start.header,
             above=start.above,
@@ -449,7 +449,7 @@ class TableReader:
                 said.append(Said(cell, place_of(source, row.line)))
         return said
 
-    def _body(self, table: Table, first: Row, feed: Iterator[Row], *, by_spaces: bool) -> Iterator[Row]:
+    def _body(self, table: FoundTable, first: Row, feed: Iterator[Row], *, by_spaces: bool) -> Iterator[Row]:
         """Yield the rows of a table that hold numbers; those that do not are noted in the table."""
         numbers = [column for column in table.columns if column.factor and column.index >= 0]
         has_texts = any(not column.factor for column in table.columns)
@@ -478,7 +478,7 @@ class TableReader:
                 ends.add(row)
                 yield row
 
-    def _refuse_other_units(self, table: Table, row: Row) -> None:
+    def _refuse_other_units(self, table: FoundTable, row: Row) -> None:
         """Raise InputError for a line of text among numbers that says another unit, or is another header."""
         place = place_of(table.source, row.line)
         if self.words.is_header(row, self.needed) and row.cells != table.header.cells:
@@ -490,18 +490,18 @@ class TableReader:
             self._refuse_other_unit(table, column, [*self.units.stated(column.name), *beside])
 
     @staticmethod
-    def _refuse_other_unit(table: Table, column: Column, said: Sequence[Said]) -> None:
+    def _refuse_other_unit(table: FoundTable, column: Column, said: Sequence[Said]) -> None:
         """Raise InputError if another unit is said of a column than it was read in."""
         if column.factor and column.index >= 0:
             first = Said(column.unit, table.place(table.header.line, column))
             told_unit(table.quantities[column.name], [first, *said])
 
     @staticmethod
-    def _is_cut(table: Table, row: Row, ends: "_LastCells") -> bool:
+    def _is_cut(table: FoundTable, row: Row, ends: "_LastCells") -> bool:
         """Return whether the last line, which has no end, lacks cells or digits that the lines before it have."""
         return len(row.cells) <= max(column.index for column in table.columns) or ends.are_longer(row)
 
-    def _refuse_other_length(self, table: Table, row: Row, *, by_spaces: bool) -> None:
+    def _refuse_other_length(self, table: FoundTable, row: Row, *, by_spaces: bool) -> None:
         """Raise InputError for a row of more or fewer cells than there are columns."""
         width = len(table.header.cells)
         least = max(column.index for column in table.columns) + 1
@@ -561,7 +561,7 @@ def refuse_length(source: str, row: Row, columns: int) -> None:
         raise validation_error(place_of(source, row.line), len(row.cells), "cells", bound, hint)
 
 
-def refuse_twice(table: Table, example: str) -> None:
+def refuse_twice(table: FoundTable, example: str) -> None:
     """Raise InputError if two columns have one name; it shows an example of a header."""
     seen: set[str] = set()
     for column in table.columns:
@@ -574,7 +574,7 @@ def refuse_twice(table: Table, example: str) -> None:
 
 def only_table(
     source: Path | str, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
-) -> Table:
+) -> FoundTable:
     """Return the one table of a file, whose header names each quantity once and all of one set that is needed.
 
     Raises InputError otherwise, which shows an example of a header.
@@ -592,4 +592,4 @@ def only_table(
         raise validation_error(place_of(table.source, row.line), row.text, "", bound, "complete that line")
     if not rows:
         raise validation_error(table.source, 0, "rows", "at least one row below the header", "measure the unit")
-    return table.of(table.columns, rows)
+    return table.limited_to(table.columns, rows)

@@ -8,7 +8,7 @@ from pipeline.measure.tables.clock import Clock
 from pipeline.measure.tables.files import place_of
 from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags, folded, label_parts
 from pipeline.measure.tables.rows import Rows, WholeRows
-from pipeline.measure.tables.table import Table, TableReader, refuse_twice, shown
+from pipeline.measure.tables.table import FoundTable, TableReader, refuse_twice, shown
 from pipeline.measure.tables.units import FORCE, LENGTH, TIME, Quantity
 from pipeline.measure.tables.words import WORDS
 from sensor.quantity import validation_error, written_number
@@ -74,7 +74,7 @@ class Signal:
         if table is None:
             raise reader.no_header()
         if isinstance(rows, WholeRows):
-            table = table.of(table.columns, list(table.rows))
+            table = table.limited_to(table.columns, list(table.rows))
         self._table = table
         self._say = say
         self._columns = {column.name: column for column in table.columns}
@@ -118,7 +118,7 @@ class Signal:
         return self._table.place(sample.line, self._force_columns[tip])
 
 
-def _refuse_unlike(table: Table, needed: Sequence[str], others: Sequence[str], example: str) -> None:
+def _refuse_unlike(table: FoundTable, needed: Sequence[str], others: Sequence[str], example: str) -> None:
     """Raise InputError unless all of `needed` are columns of a table beside `others`, and no further channel is."""
     names = {column.name: column.label for column in table.columns}
     if not names.keys() >= set(needed):
