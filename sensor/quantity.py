@@ -113,7 +113,10 @@ def with_bar(value: float, bar: float | None, unit: str = "", *, in_percent: boo
     else:
         number, shown = (f"{round(each, decimals):.{max(decimals, 0)}f}" for each in (value, two_digits))
     if in_percent:
-        return f"{number}{of_unit} ± {100.0 * bar / abs(value):.2g} %" if value else f"{number}{of_unit}"
+        if not value:
+            return f"{number}{of_unit}"
+        percent = float(f"{100.0 * bar / abs(value):.2g}")
+        return f"{number}{of_unit} ± {percent:g} %"  # 140, not 1.4e+02
     return f"{number} ± {shown}{of_unit}"
 
 

@@ -107,6 +107,7 @@ def test_nearest_name_is_found_whatever_its_case():
         (0.05000386, 2.9058e-5, "1", False, "0.050004 ± 0.000029"),
         (1.0, 0.0996, "", False, "1.00 ± 0.10"),  # a bar that rounds up to the next power of ten
         (1.494, 0.1434, "MPa", True, "1.49 MPa ± 9.6 %"),
+        (0.86, 1.2, "MPa", True, "0.9 MPa ± 140 %"),
         (-0.0001, 0.0047, "mm", False, "-0.0001 ± 0.0047 mm"),
         (3.2e-14, 1.04e-15, "", False, "3.2e-14 ± 1e-15"),
         (905.72087, None, "N/m", False, "905.72 N/m"),

@@ -16,7 +16,7 @@ from pipeline.report import check
 @pytest.mark.slow
 def test_strips_and_tool_of_a_folder_are_measured(tmp_path, monkeypatch):
     sensor = steel_sensor()
-    report = SimpleNamespace(design=PAIR, housing=sensor.housing, deflections_mm=DEFLECTIONS)
+    report = SimpleNamespace(design=PAIR, housing=sensor.housing, deflections_mm=DEFLECTIONS, files=())
     monkeypatch.setattr(check, "read_data", lambda _: {})
     monkeypatch.setattr(check, "report_of", lambda *_: report)
     springs = [Spring(name=arm.name, flexure=arm.flexure, K=1.0, deflection=0.1) for arm in sensor.housing.arms]
