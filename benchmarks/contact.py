@@ -13,13 +13,12 @@ from benchmarks.calculix import StepResult
 from benchmarks.deck import LinearStep, SkfemMesh, contact_deck
 from benchmarks.harness import OURS, Bench, Measurement, Reference, Solved, print_measurements, timed
 from benchmarks.peers import NGSOLVE, PeerTask, Solver, deck_solvers, peer_answer
-from cad.parts.fruit import solved_block
-from mesh.fruit import REFINEMENTS, fruit_mesh
+from reference.direct_fruit import MIDDLE, SIDE, Held, direct_compliance, mesh_compliance
+from reference.fruit_meshes import REFINEMENTS, fruit_mesh, solved_block
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.direct import MIDDLE, SIDE, Held, direct_compliance, mesh_compliance
 from solve.fruit.footprints import Footprint
 from solve.fruit.split import LARGEST_ERROR, LEVELS, footprint_compliance, split_compliance
 

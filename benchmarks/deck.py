@@ -10,9 +10,9 @@ from scipy.spatial import cKDTree
 from skfem import ElementTetP2
 
 from pipeline.storage.vtu import VTK_NODES
+from reference.direct_fruit import FACES, MIDDLE, SIDE
 from reference.element_study import boundary_places, element_basis, face_load
 from sensor.arrays import Floats, Ints
-from solve.fruit.direct import FACES, MIDDLE, SIDE
 from solve.housing.stiffness import SPRINGS, tip_face
 from solve.linear import SolveError
 

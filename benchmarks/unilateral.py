@@ -18,16 +18,16 @@ from benchmarks.harness import OURS, Bench, Measurement, Reference, Solved, prin
 from benchmarks.peers import GETFEM, Peer, PeerTask, deck_task, peer_answer
 from cad.parts.fruit import curved_fruit
 from cad.parts.part import Part
-from mesh.fruit import edge_size
 from mesh.volume import SizeField, volume_mesh
 from pipeline.options import CONTACT_FRACTION, DEFAULT_TOLERANCE, ROUGH_TOLERANCE
 from pipeline.response.contact import contact_compliance
+from reference.direct_fruit import FACES, SIDE
+from reference.fruit_meshes import edge_size
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
-from solve.fruit.direct import FACES, SIDE
 
 FRUIT = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0, thickness_mm=12.0)
 TIPS, PRESS, TRAVEL_MM = Tips(), Press(tilt_deg=1.0), 0.2

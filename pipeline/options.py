@@ -21,7 +21,6 @@ from sensor.tips.layouts import LAYOUTS
 
 DEFAULT_DESIGN = "paper"
 FRUIT_STIFFNESSES = ("contact", "hayes")
-CONTACT_METHODS = ("auto", "split", "direct")
 
 TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
 DEFAULT_TOLERANCE = 1e-3  # what the verdicts on K_l and K_h allow: with more they stay undecided
@@ -50,7 +49,6 @@ class RunOptions:
 
     out: Path | None = None
     fruit_stiffness: Literal["contact", "hayes"] = "contact"
-    contact_method: Literal["auto", "split", "direct"] = "auto"
     fields: bool = False
     fabrication: bool = False
     tolerance: float = DEFAULT_TOLERANCE
@@ -58,28 +56,23 @@ class RunOptions:
     look: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse fields beside a look, words that name no stiffness or method, and a tolerance without a mesh."""
+        """Refuse fields beside a look, words that name no stiffness, and a tolerance without a mesh."""
         if not TOLERANCES.hold(self.tolerance):
             raise validation_error(
                 "--tol", self.tolerance, "1", str(TOLERANCES), f"the default is {DEFAULT_TOLERANCE:g}"
             )
         if self.look and self.fields:
             raise validation_error("--fields", "given", "", "left out beside --look", "ask for a whole run")
-        for flag, value, known in (
-            ("--fruit-stiffness", self.fruit_stiffness, FRUIT_STIFFNESSES),
-            ("--contact-method", self.contact_method, CONTACT_METHODS),
-        ):
-            if value not in known:
-                raise validation_error(
-                    flag, value, "", f"one of {', '.join(known)}", f"did you mean {nearest(value, known)}?"
-                )
+        if self.fruit_stiffness not in FRUIT_STIFFNESSES:
+            bound, guess = f"one of {', '.join(FRUIT_STIFFNESSES)}", nearest(self.fruit_stiffness, FRUIT_STIFFNESSES)
+            raise validation_error("--fruit-stiffness", self.fruit_stiffness, "", bound, f"did you mean {guess}?")
 
     @property
     def command(self) -> str:
         """Return the command that repeats the run in its folder."""
         words = ["pipeline", "design" if self.fabrication else "run", "--design design.toml"]
-        words += [f"--fruit-stiffness {self.fruit_stiffness}", f"--contact-method {self.contact_method}"]
-        words += [f"--tol {self.tolerance:g}", *(["--fields"] if self.fields else [])]
+        words += [f"--fruit-stiffness {self.fruit_stiffness}", f"--tol {self.tolerance:g}"]
+        words += ["--fields"] if self.fields else []
         words += ["--look"] if self.look else []
         return " ".join(words)
 
@@ -105,7 +98,7 @@ def refuse_unmakeable(design: Design, options: RunOptions) -> None:
 def contact_inputs(design: Design, options: RunOptions) -> dict[str, object]:
     """Return the inputs, by name, on which the compliance of a fruit times its modulus depends."""
     fruit, tips = contact_scene(design)
-    return {"fruit": fruit, "tips": tips, "method": options.contact_method, "tol": options.contact_tolerance}
+    return {"fruit": fruit, "tips": tips, "tol": options.contact_tolerance}
 
 
 def contact_scene(design: Design) -> tuple[Fruit, Tips]:

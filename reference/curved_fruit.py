@@ -12,10 +12,10 @@ import cadquery as cq
 import numpy as np
 from skfem import ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet1, MeshTet2
 
-from cad.parts.fruit import curved_fruit, solved_block
+from cad.parts.fruit import curved_fruit
 from cad.parts.part import Part, named_part, on_plane
-from mesh.fruit import edge_size
 from mesh.volume import SizeField, volume_mesh
+from reference.fruit_meshes import edge_size, solved_block
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips

@@ -11,9 +11,7 @@ from benchmarks import contact
 from benchmarks.flexure import BENCH, E_MPA, HOUSING, POISSON
 from benchmarks.hard.reference_check import ReferenceCheck, attempted, checks
 from benchmarks.harness import Reference
-from cad.parts.fruit import solved_block
 from cad.parts.housing import Housing
-from mesh.fruit import REFINEMENTS, fruit_mesh
 from mesh.housing.sweep import flexure_mesh
 from mesh.quality import check_quality
 from pipeline.options import RunOptions
@@ -22,13 +20,14 @@ from pipeline.springs.fitted_springs import fit_springs
 from pipeline.springs.leaf_lengths import DEFAULT, MeshPair, solve_on
 from pipeline.springs.mounts import attached_to
 from pipeline.springs.sizing import spring_sizing
+from reference.direct_fruit import direct_compliance
 from reference.element_study import element_basis
+from reference.fruit_meshes import REFINEMENTS, fruit_mesh, solved_block
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print, Targets
 from sensor.design.tips import Tips
 from sensor.quantity import InputError
 from solve.elasticity import stiffness_matrix
-from solve.fruit.direct import direct_compliance
 from solve.housing.stiffness import tip_compliance
 from solve.linear import factorise
 

@@ -10,12 +10,11 @@ import solve.linear
 from benchmarks.harness import Reference
 from mesh.session import MeshError
 from sensor.quantity import InputError
-from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
 
 REFERENCE_BYTES = 10.0 * 2**30  # for one factor of a reference; the largest takes 6.3 GiB
 WIDEST_ERROR = 0.1  # of the value: beyond, the answer tells nothing
-REFUSALS = (InputError, MeshError, SolveError, SplitDomainError)
+REFUSALS = (InputError, MeshError, SolveError)
 
 
 @dataclass(frozen=True, kw_only=True)

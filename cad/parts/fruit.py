@@ -20,11 +20,6 @@ HALF = ("symmetry_y",)
 QUARTER = ("symmetry_x", "symmetry_y")
 
 
-def solved_block(fruit: Fruit, tips: Tips) -> Part:
-    """Return the part of a block that is solved [mm]: the quarter x, y >= 0 under central tips, else y >= 0."""
-    return fruit_block(fruit, tips, QUARTER if tips.offset_mm == 0.0 else HALF)
-
-
 def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
     """Return the block [mm] with the faces base, top, low_tip and high_tip, or the part that stands for the whole.
 

@@ -69,12 +69,11 @@ def refusing_what_cannot_be_solved() -> Iterator[None]:
     """Raise InputError in place of what mesher, solvers and writers of files raise for a scene that is beyond them."""
     from cad.files.export_error import ExportError
     from mesh.session import MeshError
-    from solve.fruit.split import SplitDomainError
     from solve.linear import SolveError
 
     try:
         yield
-    except (ExportError, MeshError, SolveError, SplitDomainError) as error:
+    except (ExportError, MeshError, SolveError) as error:
         raise InputError(str(error)) from error
 
 

@@ -19,7 +19,6 @@ from pipeline.commands.console import (
     showing_progress,
 )
 from pipeline.options import (
-    CONTACT_METHODS,
     DEFAULT_DESIGN,
     DEFAULT_TOLERANCE,
     FRUIT_STIFFNESSES,
@@ -69,9 +68,7 @@ def add_run_flags(parser: ArgumentParser) -> None:
     add("--out", metavar="DIR", type=Path, help="the output folder itself (default outputs/NAME)")
     add_force_flag(parser)
     stiffnesses = "|".join(FRUIT_STIFFNESSES)
-    methods = "|".join(CONTACT_METHODS)
     add("--fruit-stiffness", metavar=stiffnesses, default="contact", help="true contact, or the paper's (6)")
-    add("--contact-method", metavar=methods, default="auto", help="how the contact is solved (default auto)")
     add("--tol", metavar="TOL", help=f"relative error allowed to both stiffnesses (default {DEFAULT_TOLERANCE:g})")
     add("--fields", action="store_true", help="write displacement [mm] and stress [MPa] fields too (VTU)")
     add("--verbose", action="store_true", help="print every verdict, error and note, not one screen")
@@ -151,7 +148,6 @@ def _options(arguments: Namespace, folder: Path) -> RunOptions:
         out=folder,
         look=arguments.look,
         fruit_stiffness=arguments.fruit_stiffness,
-        contact_method=arguments.contact_method,
         fields=arguments.fields,
         fabrication=arguments.fabrication,
         tolerance=tolerance,

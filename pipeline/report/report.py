@@ -166,7 +166,7 @@ class ContactReport:
 
     error_percent: float = report_field("%", "half width of the error bar of s11 - s12")
     s11_error_percent: float = report_field("%", "half width of the error bar of s11")
-    method: str = report_field("", "solver of the contact: `split` (singularity subtraction) or direct finite elements")
+    method: str = report_field("", "solver of the contact: `split` (singularity subtraction)")
     dofs: int = report_field("1", "number of unknowns of the mesh")
     seconds: float = report_field("s", "wall time of the solve", level="")
     status: str = report_field("", "a sentence on how the compliance was solved")

@@ -70,12 +70,12 @@ def _over(scale: float, record: Record) -> Record:
     return replace(record, **lengths)
 
 
-def scene_compliance(scene: UnitScene, tolerance: float, method: str = "auto") -> FruitCompliance:
+def scene_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
     """Return the compliance of the fruit under the tips in their size [1/mm], the unit scene solved once a process.
 
     `tolerance` [1] is that of the springs, as for a run. Raises InputError, MeshError or SolveError.
     """
-    unit = _unit_compliance(scene, CONTACT_FRACTION * tolerance, method)
+    unit = _unit_compliance(scene, CONTACT_FRACTION * tolerance)
     if scene.scale == 1.0:
         return unit
     skin = unit.skin and replace(unit.skin, S=unit.skin.S / scene.scale)
@@ -83,5 +83,5 @@ def scene_compliance(scene: UnitScene, tolerance: float, method: str = "auto") -
 
 
 @functools.lru_cache(maxsize=_SCENES_KEPT)
-def _unit_compliance(scene: UnitScene, tolerance: float, method: str) -> FruitCompliance:
-    return contact_compliance(scene.fruit, scene.tips, method, tolerance)
+def _unit_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
+    return contact_compliance(scene.fruit, scene.tips, tolerance)

@@ -13,7 +13,7 @@ import numpy as np
 
 from sensor.arrays import Flags, Floats
 from sensor.design.fruit import Fruit
-from sensor.quantity import InputError, validation_error
+from sensor.quantity import validation_error
 from solve.contact.cells import FINE, ContactCells, contact_cells, half_cells
 from solve.contact.gap import tip_gap
 from solve.contact.scene import Point, Scene, check_scene
@@ -22,7 +22,7 @@ from solve.fruit.box import Grading
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
 from solve.fruit.skin import layer_on, table_moduli
-from solve.fruit.split import ROUGH, SplitDomainError, check_domain
+from solve.fruit.split import ROUGH, check_domain
 from solve.halfspace.layered import Layer
 from solve.halfspace.punch import graded_edges
 
@@ -186,12 +186,7 @@ def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
     if not scene.tips.tip_shape.has_flat_face:
         side, centres = _touched_squares(scene, farthest)
     footprints = tuple(Footprint(x, y, side) for x, y in centres)
-    try:
-        check_domain(scene.fruit.equivalent_block, footprints)
-    except SplitDomainError as outside:
-        reason = str(outside).partition(" for the split")[0]
-        msg = f"{reason} for contact with tilt, curvature or fillet; change the scene, or make it flat and level"
-        raise InputError(msg) from outside
+    check_domain(scene.fruit.equivalent_block, footprints)
     return footprints
 
 

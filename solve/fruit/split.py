@@ -62,7 +62,7 @@ CLOSE_ERROR = 1.5e-3
 # Under this height [sides] the remainder is as large as the half-space part and asks for smaller steps.
 LOW = 3.0
 ROUNDING = 1.0 + 1e-9  # of a bound, for scenes on it
-EDGE_GAP = 1.5  # least gap from a tip's edge to a side face [sides]
+EDGE_GAP = 1.0  # least gap from a tip's edge to a side face [sides]
 SPACING = 1.05  # least spacing of tips [sides]
 POISSON = (-0.5, 0.4999)  # from, to
 
@@ -74,21 +74,10 @@ class Errors(NamedTuple):
     own: float
 
 
-class SplitDomainError(ValueError):
-    """A scene that the split does not solve to its stated accuracy; the message says why and what to do instead."""
-
-
-def _outside(name: str, value: float | str, unit: str, bound: str) -> SplitDomainError:
-    formatted = value if isinstance(value, str) else f"{value:.6g}"
-    return SplitDomainError(
-        f"{name} = {formatted}{unit}: must be {bound} for the split; solve by direct finite elements"
-    )
-
-
 def tip_footprints(tips: Tips) -> tuple[Footprint, ...]:
-    """Return the footprints of flat tips [mm]; raises SplitDomainError for tips that are not flat."""
+    """Return the footprints of flat tips [mm]; raises InputError for tips that are not flat."""
     if not tips.tip_shape.has_flat_face:
-        raise _outside("tips.shape", tips.shape, "", "one with a flat face")
+        raise validation_error("tips.shape", tips.shape, "", "one with a flat face", "take cube or cylinder")
     punch = circle_punch if tips.tip_shape.is_round else square_punch
     return tuple(Footprint(x, y, tips.side_mm, punch) for x, y in tips.places_mm)
 
@@ -116,9 +105,9 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     """Return the compliance [1/mm] of the equivalent block under the tips on the coarsest mesh that meets a tolerance.
 
     The tolerance is relative, of s11 - s12 [1]; where no mesh meets it, the best counts if its error is at most 1e-3.
-    Raises InputError for a tolerance that is not above 0, SolveError when a solve is not exact. Raises SplitDomainError
-    beyond both errors or outside the domain. In it each tip edge is at least 1.5 sides from each side face, the side at
-    most the height, the spacing at least 1.05 sides, and -0.5 <= nu <= 0.4999.
+    Raises SolveError when a solve is not exact. Raises InputError for a tolerance that is not above 0, beyond both
+    errors, and outside the domain. In it each tip edge is at least 1 side from each side face, the side at most the
+    height, the spacing at least 1.05 sides, and -0.5 <= nu <= 0.4999.
     """
     start = time.perf_counter()
     if not tolerance > 0.0:
@@ -164,7 +153,10 @@ def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: fl
     # The one that meets the tolerance has the smallest error of all within the limit, or is the best of the rest.
     solved, errors = min(solved_levels, key=lambda level: (max(level[1]) > limit, level[1].pair))
     if max(errors) > limit:
-        raise _outside("relative error", max(errors), "", f"at most {limit:g}")
+        hint = "take a fruit that is thicker, or tips farther from its edges and from each other"
+        raise validation_error(
+            "relative error of the contact", float(f"{max(errors):.3g}"), "1", f"at most {limit:g}", hint
+        )
     return solved, errors
 
 
@@ -253,20 +245,24 @@ def relative_changes(change: Floats, S: Floats) -> Floats:
 
 
 def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
-    """Raise SplitDomainError when a scene lies outside what the split solves to its stated accuracy."""
+    """Raise InputError when a scene lies outside what the split solves to its stated accuracy."""
     if fruit.shape != "block":
-        raise _outside("fruit.shape", fruit.shape, "", "block")
+        raise validation_error("fruit.shape", fruit.shape, "", "block", "take the equivalent block of the fruit")
     low, high = POISSON
     if not low <= fruit.poisson <= high:
-        raise _outside("fruit.poisson", fruit.poisson, "", f"at least {low:g} and at most {high:g}")
+        bound = f"at least {low:g} and at most {high:g} for the contact"
+        raise validation_error("fruit.poisson", fruit.poisson, "1", bound, "fruit flesh has 0.2 to 0.49")
     for footprint in footprints:
         side = footprint.side
         if side > fruit.height_mm * ROUNDING:
-            raise _outside("tips.side_mm", side, " mm", f"at most fruit.height_mm = {fruit.height_mm:g} mm")
+            bound = f"at most fruit.height_mm = {fruit.height_mm:g} mm"
+            raise validation_error("tips.side_mm", side, "mm", bound, "take smaller tips or a higher fruit")
         gap = footprint.room(fruit) - 0.5 * side
         if gap * ROUNDING < EDGE_GAP * side:
-            bound = f"at least {EDGE_GAP:g} sides = {EDGE_GAP * side:g} mm"
-            raise _outside("gap from tip to side face", gap, " mm", bound)
+            bound = f"at least one side of the tip, {EDGE_GAP * side:g} mm"
+            hint = "move the tips inwards, or take smaller ones or a larger fruit"
+            raise validation_error("gap from tip to side face", float(f"{gap:.6g}"), "mm", bound, hint)
     closest = closest_spacing(footprints)
     if closest * ROUNDING < SPACING:
-        raise _outside("tips.spacing_mm / side_mm", closest, "", f"at least {SPACING:g}")
+        hint = "move the tips apart, or take smaller ones"
+        raise validation_error("tips.spacing_mm / side_mm", float(f"{closest:.6g}"), "1", f"at least {SPACING:g}", hint)

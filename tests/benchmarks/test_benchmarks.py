@@ -14,14 +14,13 @@ from benchmarks import contact, flexure, peers, unilateral
 from benchmarks.calculix import calculix
 from benchmarks.deck import Deck, LinearStep, boundary_sets, peer_elements
 from benchmarks.peers import FELUPE, PeerTask, peer_answer
-from cad.parts.fruit import solved_block
-from mesh.fruit import fruit_mesh
 from mesh.housing.sweep import flexure_mesh
+from reference.direct_fruit import mesh_compliance
 from reference.element_study import element_stiffness
+from reference.fruit_meshes import fruit_mesh, solved_block
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from sensor.quantity import InputError
-from solve.fruit.direct import mesh_compliance
 from solve.housing.stiffness import tip_compliance
 from solve.linear import SolveError
 

@@ -21,7 +21,6 @@ from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
 from sensor.machine_error import MachineError
 from sensor.quantity import InputError
-from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
 
 ROOT = Path(__file__).parents[2]
@@ -62,14 +61,12 @@ def test_verdict_decides_the_exit_code_and_outputs_stay(command, passed, code, s
 
 def test_flags_become_design_and_options(stand_in_run, capsys):
     words = "run --nl 0.1 --p-max 4 --process sla-resin --set fruit.E_MPa=[1,2] --set name=mine --fields"
-    words += (
-        " --fruit-stiffness hayes --contact-method direct --tol 0.02 --out here --set targets.NL_definition=largest"
-    )
+    words += " --fruit-stiffness hayes --tol 0.02 --out here --set targets.NL_definition=largest"
     assert settle(words.split(), capsys)[0] == 0
     ((design, options),) = stand_in_run.asked
     assert (design.targets.NL, design.targets.P_max, design.targets.NL_definition) == (0.1, 4.0, "largest")
     assert (design.print.process, design.fruit.E_MPa, design.name) == ("sla-resin", (1.0, 2.0), "mine")
-    asked = {"fruit_stiffness": "hayes", "contact_method": "direct", "fields": True, "tolerance": 0.02}
+    asked = {"fruit_stiffness": "hayes", "fields": True, "tolerance": 0.02}
     assert options == RunOptions(out=Path("here"), **asked)
 
 
@@ -90,9 +87,8 @@ def test_json_is_the_report_and_nothing_else(stand_in_run, capsys):
     [
         SolveError("linear solve: residual 1; check the clamp"),
         MeshError("generate", "no room", "take smaller elements"),
-        SplitDomainError("tip too near the side; take --contact-method direct"),
     ],
-    ids=["solve", "mesh", "split"],
+    ids=["solve", "mesh"],
 )
 def test_scene_that_cannot_be_solved_is_one_line_and_no_output(error, stand_in_run, capsys):
     stand_in_run.error = error

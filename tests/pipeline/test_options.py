@@ -97,7 +97,6 @@ def test_bad_value_is_one_line(key, value):
     [
         *(("tolerance", value, "--tol") for value in (0.0, 0.99e-4, 0.101, math.nan)),
         ("fruit_stiffness", "hays", "--fruit-stiffness"),
-        ("contact_method", "", "--contact-method"),
     ],
 )
 def test_option_that_names_nothing_is_refused(option, value, flag):

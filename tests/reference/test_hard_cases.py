@@ -18,7 +18,7 @@ from sensor.quantity import InputError
 from solve.linear import SolveError
 
 QUICK = (
-    "level press: ", "press: tilt 21 deg", "paper: split", "contact: tip 10 mm on the paper",
+    "level press: ", "press: tilt 21 deg", "paper: the default", "contact: tip 10 mm on the paper",
     "design: E_max", "leaf: L/t 1.2", "clamp: ", "moved nodes: inner ones by 0.3",
 )  # fmt: skip
 
@@ -79,9 +79,9 @@ def test_a_refusal_of_the_reference_does_not_count_against_the_product():
 
 @pytest.mark.usefixtures("wrong_traction")
 def test_wrong_sign_in_a_traction_fails_by_reciprocity_and_without_it_by_the_reference(monkeypatch):
-    assert "loads differ from their reciprocals" in ending(*CASES["paper: split"]).reason
+    assert "loads differ from their reciprocals" in ending(*CASES["paper: the default"]).reason
     monkeypatch.setattr(solve.fruit.remainder, "RECIPROCITY_LIMIT", np.inf)
-    assert ending(*CASES["paper: split"]).verdict == "WRONG"
+    assert ending(*CASES["paper: the default"]).verdict == "WRONG"
 
 
 SIZES = st.floats(-1.5, 1.9).map(lambda power: 10.0**power)
@@ -103,7 +103,7 @@ def test_random_designs_have_no_third_kind_of_end(block, side, spacing, offset, 
         length, width, height = (scale * size for size in block)
         fruit = Fruit(length_mm=length, width_mm=width, height_mm=height, poisson=poisson)
         tips = Tips(side_mm=scale * side, spacing_mm=scale * spacing * side, offset_mm=scale * offset * side)
-        return contact_compliance(fruit, tips, "split")
+        return contact_compliance(fruit, tips)
 
     def work():
         small = solved(1.0)

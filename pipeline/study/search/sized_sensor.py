@@ -17,7 +17,6 @@ def sized_sensor(
     tolerance: float,
     *,
     parts: Collection[str] = PARTS,
-    method: str = "auto",
     contact: FruitCompliance | None = None,
 ) -> Sensor:
     """Return a sensor on springs as they were sized, its contact solved to a tolerance of theirs [1] unless given.
@@ -28,7 +27,7 @@ def sized_sensor(
     if parts:
         refuse_unsolvable(design)
     if contact is None:
-        contact = scene_compliance(unit_scene(design), tolerance, method)
+        contact = scene_compliance(unit_scene(design), tolerance)
     sizing = spring_sizing(design, contact, RunOptions())
     springs = leaning_springs(design, sizing) if parts else ideal_springs(design, sizing)
     return Sensor(design=design, contact=contact, sizing=sizing, springs=springs)

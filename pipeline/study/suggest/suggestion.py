@@ -153,7 +153,7 @@ class Search:
         """
         base = self._base
         same_contact = unit_scene(design) == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
-        sensor = sized_sensor(design, ROUGH, method="split", contact=base.contact if same_contact else None)
+        sensor = sized_sensor(design, ROUGH, contact=base.contact if same_contact else None)
         sags = design.press.attitude != "side" and design.tips.layout == base.design.tips.layout
         offsets = base.press.height_offsets if sags else ()
         return replace(sensor, springs=replace(sensor.springs, ideal_offsets_mm=offsets))

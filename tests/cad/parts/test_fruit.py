@@ -5,7 +5,8 @@ import cadquery as cq
 import pytest
 from scipy.integrate import dblquad
 
-from cad.parts.fruit import HALF, QUARTER, curved_fruit, fruit_block, solved_block
+from cad.parts.fruit import HALF, QUARTER, curved_fruit, fruit_block
+from reference.fruit_meshes import solved_block
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from sensor.quantity import InputError

@@ -19,12 +19,12 @@ from sensor.input_file import read_toml
 
 def test_design_file_is_the_design_and_says_how_it_was_run(tmp_path):
     design = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)))
-    options = RunOptions(fruit_stiffness="hayes", contact_method="direct", tolerance=0.02)
+    options = RunOptions(fruit_stiffness="hayes", tolerance=0.02)
     write_outputs(result_of(design, options), tmp_path)
     path = tmp_path / "design.toml"
     assert design_from_mapping(read_toml(path, "--design")) == design
     first = path.read_text(encoding="utf-8").splitlines()[0]
-    flags = "--fruit-stiffness hayes --contact-method direct --tol 0.02"
+    flags = "--fruit-stiffness hayes --tol 0.02"
     assert first == f"# pipeline run --design design.toml {flags}"
     made = replace(options, fabrication=True, fields=True)
     assert made.command == f"pipeline design --design design.toml {flags} --fields"

@@ -1,4 +1,4 @@
-"""The fruit's compliance by the method that fits the scene; two methods agree within their bars."""
+"""The fruit's compliance, against plain finite elements within both bars."""
 
 import dataclasses
 import functools
@@ -10,6 +10,8 @@ from stand_ins import CONTACT, K_M_OVER_E
 import pipeline.response.contact
 from pipeline.options import RunOptions
 from pipeline.response.contact import contact_compliance, fruit_compliance
+from reference.direct_fruit import direct_compliance
+from reference.fruit_meshes import fruit_meshes
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Press, Tips
@@ -17,7 +19,7 @@ from sensor.quantity import InputError
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 from solve.contact.scene import Scene
-from solve.fruit.split import SplitDomainError, contact_footprints
+from solve.fruit.split import contact_footprints
 
 BLOCK = Fruit()
 TIPS = Tips()
@@ -27,6 +29,8 @@ SCENES = {
     "20 x 12 plan, 20 high": (B_TYPE, TIPS),
     "thin layer, nu 0.45": (Fruit(length_mm=16.0, width_mm=10.0, height_mm=2.0, poisson=0.45), TIPS),
     "near a side": (Fruit(length_mm=14.0, width_mm=8.0), Tips(spacing_mm=8.0, offset_mm=1.0)),
+    "one side from an end": (Fruit(length_mm=14.0, width_mm=8.0), Tips(spacing_mm=8.0, offset_mm=1.5)),
+    "one side from three faces": (Fruit(length_mm=14.0, width_mm=3.0), Tips(spacing_mm=8.0, offset_mm=1.5)),
 }
 
 
@@ -41,14 +45,12 @@ def paired(S):
 @pytest.fixture(scope="module", params=SCENES)
 def both(request):
     fruit, tips = SCENES[request.param]
-    return contact_compliance(fruit, tips, "auto"), contact_compliance(fruit, tips, "direct")
+    return contact_compliance(fruit, tips), direct_compliance(fruit_meshes(fruit, tips), fruit.poisson)
 
 
 @pytest.mark.study
 def test_split_and_direct_agree_within_their_error_bars(both):
     split, direct = both
-    assert split.info.method == "split"
-    assert direct.info.method != "split"
     bars = split.error_pair * paired(split.S) + direct.error_pair * paired(direct.S)
     assert abs(paired(split.S) - paired(direct.S)) <= bars
     bars = split.error_own * split.S[0][0] + direct.error_own * direct.S[0][0]
@@ -158,45 +160,29 @@ SPHERE = {"shape": "sphere", "thickness_mm": 4.0}
 
 
 @pytest.mark.parametrize(
-    ("fruit", "tips", "method", "field", "value"),
+    ("fruit", "tips", "field", "value"),
     [
-        (Fruit(radius_mm=3.0, **SPHERE), Tips(spacing_mm=2.0), "auto", "fruit.radius_mm", 3.0),
+        (Fruit(radius_mm=3.0, **SPHERE), Tips(spacing_mm=2.0), "fruit.radius_mm", 3.0),
         # the plan that is given may be larger than the fruit: tips then stand beside it
         (
-            Fruit(radius_mm=5.0, length_mm=30.0, width_mm=30.0, **SPHERE), Tips(spacing_mm=12.0), "auto",
+            Fruit(radius_mm=5.0, length_mm=30.0, width_mm=30.0, **SPHERE), Tips(spacing_mm=12.0),
             "centre of a tip, x", -6.0,
         ),
-        (BLOCK, GENTLE, "direct", "contact method", "direct"),
-        (BLOCK, TIPS, "magic", "contact method", "magic"),
     ],
 )  # fmt: skip
-def test_fruit_or_method_out_of_bounds_is_refused_before_a_block_is_solved(
-    fruit, tips, method, field, value, monkeypatch
-):
-    for solve in ("split_compliance", "direct_contact"):
-        monkeypatch.setattr(pipeline.response.contact, solve, lambda *_: pytest.fail("the block was solved"))
+def test_fruit_out_of_bounds_is_refused_before_a_block_is_solved(fruit, tips, field, value, monkeypatch):
+    monkeypatch.setattr(pipeline.response.contact, "split_compliance", lambda *_: pytest.fail("the block was solved"))
     with pytest.raises(InputError) as refused:
-        contact_compliance(fruit, tips, method)
+        contact_compliance(fruit, tips)
     assert (refused.value.field, refused.value.value) == (field, value)
 
 
-@pytest.mark.parametrize(
-    ("tips", "method"), [(Tips(layout="square", spacing_mm=16.5), "auto"), (Tips(offset_mm=4.5), "split")]
-)
-def test_tips_outside_the_domain_of_the_split_are_refused_where_nothing_else_solves_them(tips, method):
+@pytest.mark.parametrize("tips", [Tips(layout="square", spacing_mm=17.1), Tips(offset_mm=4.6)], ids=["square", "pair"])
+def test_tips_nearer_than_a_side_to_a_side_face_are_refused(tips):
     with pytest.raises(InputError) as refused:
-        contact_compliance(BLOCK, tips, method)
-    assert isinstance(refused.value.__cause__, SplitDomainError)
-    assert ("direct finite elements" in str(refused.value)) is (method == "split")
-
-
-def test_auto_turns_to_direct_outside_the_domain_and_says_why(monkeypatch):
-    direct = solved(BLOCK, TIPS)
-    monkeypatch.setattr(pipeline.response.contact, "direct_contact", lambda *_: direct)
-    found = contact_compliance(BLOCK, Tips(offset_mm=4.5))
-    assert found.info.status.endswith("so solved by direct finite elements")
-    assert "gap from tip to side face = 1 mm: must be at least 1.5 sides = 1.5 mm" in found.info.status
-    np.testing.assert_array_equal(found.S, direct.S)
+        contact_compliance(BLOCK, tips)
+    assert refused.value.field == "gap from tip to side face"
+    assert refused.value.value == pytest.approx(0.5 * BLOCK.length_mm - max(map(max, tips.places_mm)) - 0.5)
 
 
 def test_compliance_is_kept_whatever_the_modulus_and_solved_again_for_another_fruit(tmp_path, monkeypatch):

@@ -30,14 +30,14 @@ def solved(monkeypatch):
 
 
 TILTED = Press(tilt_deg=1.0)
-NEAR_A_SIDE = r"^gap from tip to side face = 1 mm: must be at least 1.5 sides"
+NEAR_A_SIDE = r"^gap from tip to side face = 0.9 mm must be at least one side"
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"press": Press(tilt_deg=25.0)}, r"^press.tilt_deg = 25 deg must be such that no tip meets"),
-        ({"press": TILTED, "tips": Tips(offset_mm=4.5)}, NEAR_A_SIDE),
+        ({"press": TILTED, "tips": Tips(offset_mm=4.6)}, NEAR_A_SIDE),
     ],
 )
 def test_scene_that_contact_cannot_solve_is_refused_before_anything_is_solved(change, message, monkeypatch):

@@ -26,7 +26,6 @@ from sensor.design.parameters import Design
 from sensor.machine_error import MachineError
 from sensor.quantity import InputError
 from sensor.theory.two_spring_law import size_springs
-from solve.fruit.split import SplitDomainError
 
 
 def solved(study, folder, engine):
@@ -197,7 +196,7 @@ def test_ended_study_goes_on_to_the_same_points(written, engine, tmp_path, monke
     assert (longer.done, longer.solved) == (12, 4)
 
 
-@pytest.mark.parametrize("error", [KeyError, ExportError, SplitDomainError])
+@pytest.mark.parametrize("error", [KeyError, ExportError])
 def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, tmp_path, monkeypatch, error):
     count = iter(range(8))
 

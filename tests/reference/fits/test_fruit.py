@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from covering import covers
 
-from cad.parts.fruit import solved_block
-from mesh.fruit import fruit_mesh
+from reference.direct_fruit import direct_compliance, locking
+from reference.fruit_meshes import fruit_mesh, solved_block
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from solve.fruit import box
-from solve.fruit.direct import direct_compliance, locking
 from solve.fruit.split import LEAST_STEP, LEVELS, ORDER, ROUGH, ROUGH_ERROR, SAFETY, split_compliance
 from solve.linear import SolveError
 
@@ -71,11 +70,11 @@ def test_bar_of_the_split_covers_its_error_over_the_step_between_two_meshes():
 
 
 def test_error_of_the_rough_mesh_is_a_share_of_the_remainder():
-    """Edges of tips 1.5 to 8 sides from the sides, blocks 1 to 10 sides high, tips 1.2 to 8 sides apart."""
+    """Edges of tips 1 to 8 sides from the sides, blocks 1 to 10 sides high, tips 1.2 to 8 sides apart."""
     rng = np.random.default_rng(1)
     errors = []
     for _ in range(8):
-        gap_x, gap_y, height, spacing = rng.uniform([1.5, 1.5, 1.0, 1.2], [8.0, 8.0, 10.0, 8.0]).tolist()
+        gap_x, gap_y, height, spacing = rng.uniform([1.0, 1.0, 1.0, 1.2], [8.0, 8.0, 10.0, 8.0]).tolist()
         fruit = Fruit(
             length_mm=spacing + 1.0 + 2.0 * gap_x,
             width_mm=1.0 + 2.0 * gap_y,

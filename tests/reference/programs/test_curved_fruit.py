@@ -5,10 +5,10 @@ import dataclasses
 import pytest
 
 from reference.curved_fruit import bent_by_height, block_mesh, change_along_normals, sizes, solid_change
+from reference.direct_fruit import mesh_compliance
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from solve.fruit.curved_body import SAFETY, STEPS, shape_change
-from solve.fruit.direct import mesh_compliance
 from solve.fruit.split import relative_changes, split_compliance, tip_footprints
 
 TIPS = Tips()

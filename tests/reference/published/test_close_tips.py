@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from solve.error_estimate import richardson
+from reference.extrapolation import richardson
 from solve.fruit.footprints import Footprint, level_compliance, nodes_between
 from solve.fruit.split import CLOSE, CLOSE_ERROR, NODE_ERROR
 from solve.halfspace.punch import graded_edges, influence

@@ -1,16 +1,15 @@
 """A wide flat punch on a thin bonded layer: F = M A d / h with the oedometric modulus M, plus an edge term ~ h / a.
 
 M = E (1 - nu) / ((1 + nu)(1 - 2 nu)): Johnson, Contact Mechanics (1985), section 5.8, doi:10.1017/CBO9781139171731.
-Solved by direct finite elements, the method that takes over from the split where a tip is wider than the fruit is high.
+Solved by plain finite elements, as the product refuses a tip that is wider than the fruit is high.
 """
 
 import numpy as np
 
-from cad.parts.fruit import solved_block
-from mesh.fruit import fruit_mesh
+from reference.direct_fruit import mesh_compliance
+from reference.fruit_meshes import fruit_mesh, solved_block
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
-from solve.fruit.direct import mesh_compliance
 
 SIDE, POISSON = 8.0, 0.3
 MODULUS = (1.0 - POISSON) / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))

@@ -26,5 +26,5 @@ def test_bias_of_small_domes_is_that_of_fitted_springs(name, tolerance):
 
 def test_springs_lean_where_a_part_feels_it():
     design = load_design("mango")
-    assert sized_sensor(design, 0.02, parts=(), method="split").springs.sideways is None
-    assert sized_sensor(design, 0.02, method="split").springs.sideways is not None
+    assert sized_sensor(design, 0.02, parts=()).springs.sideways is None
+    assert sized_sensor(design, 0.02).springs.sideways is not None

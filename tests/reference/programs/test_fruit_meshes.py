@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from cad.parts.fruit import HALF, QUARTER, fruit_block, solved_block
-from mesh.fruit import edge_size, fruit_mesh, fruit_meshes, fruit_size
+from cad.parts.fruit import HALF, QUARTER, fruit_block
+from reference.fruit_meshes import edge_size, fruit_mesh, fruit_meshes, fruit_size, solved_block
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 
@@ -10,7 +10,7 @@ FRUIT, TIPS = Fruit(), Tips()
 
 
 def test_meshes_are_of_the_quarter_for_central_tips_and_of_the_half_otherwise(monkeypatch):
-    monkeypatch.setattr("mesh.fruit.REFINEMENTS", (2.0, 1.0))
+    monkeypatch.setattr("reference.fruit_meshes.REFINEMENTS", (2.0, 1.0))
     half = {"base", "top", "low_tip", "high_tip", "symmetry_y"}
     quarter = {"base", "top", "high_tip", "symmetry_x", "symmetry_y"}
     for tips, names in ((TIPS, quarter), (Tips(offset_mm=1.0), half)):

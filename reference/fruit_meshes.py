@@ -1,17 +1,12 @@
 """Meshes of the fruit graded to the edges of the tips, three in a family whose error falls at a known rate."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from skfem import MeshTet1
 
+from cad.parts.fruit import HALF, QUARTER, fruit_block
+from cad.parts.part import Part
 from mesh.volume import SizeField, volume_mesh
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
-
-if TYPE_CHECKING:
-    from cad.parts.part import Part
 
 # Under a sharp tip u ~ r^1/2, so the energy error is first order in the size h at the edge; away from it
 # quadratic elements give h^4. Growth and largest size scaled with h^1/4 let both fall together, at rate 1 in h.
@@ -23,13 +18,16 @@ _ACROSS = 3.0
 _ALONG = 60.0
 
 
+def solved_block(fruit: Fruit, tips: Tips) -> Part:
+    """Return the part of a block that is solved [mm]: the quarter x, y >= 0 under central tips, else y >= 0."""
+    return fruit_block(fruit, tips, QUARTER if tips.offset_mm == 0.0 else HALF)
+
+
 def fruit_meshes(fruit: Fruit, tips: Tips) -> tuple[MeshTet1, ...]:
     """Return three meshes [mm], coarse to fine: of the quarter when the tips are central, else of the half y >= 0.
 
     Raises MeshError when a mesh cannot be made, InputError when a tip stands beyond the fruit.
     """
-    from cad.parts.fruit import solved_block  # loads the CAD kernel: seconds, and few contacts are solved on a mesh
-
     part = solved_block(fruit, tips)
     return tuple(fruit_mesh(part, fruit, tips, scale) for scale in REFINEMENTS)
 

@@ -10,9 +10,10 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, ElementTetP2, Mesh
 
+from reference.extrapolation import richardson
 from sensor.arrays import Floats
 from solve.elasticity import stiffness_matrix, vector_basis
-from solve.error_estimate import SolveInfo, richardson
+from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import TIPS, FruitCompliance, MeshCompliance
 from solve.linear import SolveError, check_cost, factorise
 

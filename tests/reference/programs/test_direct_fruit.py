@@ -2,18 +2,17 @@ import numpy as np
 import pytest
 from skfem import ElementTetP2, MeshTet
 
-from cad.parts.fruit import solved_block
-from mesh.fruit import fruit_mesh, fruit_meshes
-from sensor.design.fruit import Fruit
-from sensor.design.tips import Tips
-from solve.elasticity import stiffness_matrix, vector_basis
-from solve.fruit.direct import (
+from reference.direct_fruit import (
     check_balance,
     direct_compliance,
     mesh_compliance,
     outline_size,
     tip_stiffness,
 )
+from reference.fruit_meshes import fruit_mesh, fruit_meshes, solved_block
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
+from solve.elasticity import stiffness_matrix, vector_basis
 from solve.linear import SolveError
 
 TIPS = Tips(side_mm=1.0, spacing_mm=8.0)
