@@ -24,6 +24,7 @@ from pipeline.commands.console import (
 from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.commands.studying import optimise, study
 from pipeline.storage.interrupts import ended_by
+from sensor.gone import GONE, refusal
 from sensor.quantity import InputError, nearest
 
 COMMANDS: dict[str, Any] = {
@@ -95,7 +96,7 @@ def _print_answer(text: str) -> None:
 def _parsed(words: list[str]) -> argparse.Namespace | None:
     """Return the arguments of the command that the first word names; None where help or the version was printed.
 
-    Raises InputError for an unknown command or flag, with the nearest known one.
+    Raises InputError for an unknown command or flag, with the nearest known one, and for a flag that is gone.
     """
     parser, parsers = command_parsers()
     if not words or words[0] in ("-h", "--help"):
@@ -113,6 +114,10 @@ def _parsed(words: list[str]) -> argparse.Namespace | None:
     if "-h" in words or "--help" in words:
         _print_answer(chosen.format_help())
         return None
+    for word in words[1:]:
+        name = f"{chosen.prog} {word.partition('=')[0]}"
+        if name in GONE:
+            raise refusal(name)
     arguments, rest = chosen.parse_known_intermixed_args(words[1:])
     if rest and rest[0].startswith("-"):
         raise _unknown("flag", rest[0], chosen.flags)

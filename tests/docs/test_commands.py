@@ -26,7 +26,6 @@ RUN_HERE = {
         "pipeline design --fields",
         "pipeline view outputs/paper --png pictures",
         "pipeline view outputs/paper --html scenes.html",
-        "pipeline view outputs/paper --pvd press",
         "pipeline explain NL --out outputs/paper",
         "pipeline doctor",
     ],

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import re
 import subprocess
 import sys
 from concurrent.futures import BrokenExecutor
@@ -19,6 +20,7 @@ from pipeline.commands import console
 from pipeline.options import RunOptions
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
+from sensor.gone import GONE
 from sensor.machine_error import MachineError
 from sensor.quantity import InputError
 from solve.linear import SolveError
@@ -185,3 +187,19 @@ def test_version_is_that_of_the_package(capsys):
     expected = f"twintip {version('twintip')}\n"
     assert settle(["--version"], capsys) == (0, expected, "")
     assert python("-m", "pipeline", "--version", check=True).stdout == expected
+
+
+@pytest.mark.parametrize("name", [name for name in GONE if name.startswith("pipeline ")])
+def test_flag_that_is_gone_is_refused_with_what_to_use(name, capsys):
+    _, command, flag = name.split()
+    for words in ([command, "here", flag, "1,2"], [command, f"{flag}=1,2"]):
+        code, out, err = settle(words, capsys)
+        assert (code, out, err.count("\n")) == (cli.WRONG_INPUT, "", 1)
+        assert err.startswith(f"pipeline: {name} ")
+        assert err.endswith(f" {GONE[name]}\n")
+
+
+def test_changelog_says_what_to_use_as_the_refusals_do():
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    table = text.partition("\n### 0.2 to 0.3\n")[2].partition("\n## ")[0]
+    assert dict(re.findall(r"^\| `(.+)` \| (.+) \|$", table, flags=re.MULTILINE)) == GONE

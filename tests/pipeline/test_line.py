@@ -119,9 +119,7 @@ def test_pins_of_a_line_need_no_room_for_feet():
         (["explain", "K_l", "--out", "{line}"], 0),
         (["explain", "leaf", "--out", "{line}"], 0),
         (["view", "{line}", "--png", "{out}"], 2),
-        (["view", "{line}", "--pvd", "{out}"], 2),
         (["view", "{line}", "--html", "{out}.html"], 2),
-        (["view", "{line}", "{line}", "--compare", "{out}.html"], 0),
     ],
     ids=lambda value: " ".join(value[:3]) if isinstance(value, list) else str(value),
 )

@@ -13,9 +13,6 @@ COMMANDS = [
     "view out",
     "view out --html page.html",
     "view out --png pictures",
-    "view out --pvd series",
-    "view out whole --compare",
-    "view whole out --compare",
     "read out --forces 0.1,0.3",
 ]
 

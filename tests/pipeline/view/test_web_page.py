@@ -1,14 +1,12 @@
-"""Web pages of folders show their bodies, or two runs side by side, and ask nobody for anything."""
+"""Web pages of folders show their bodies, and ask nobody for anything."""
 
 import json
 import re
-import shutil
 
 import pytest
 from browser import grave_findings, validator_findings
 from deadline import DEADLINE_S
 from stand_ins import result_of
-from view_stand_ins import change_report
 
 from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
@@ -27,18 +25,6 @@ def scenes_page(stand_in_folder, tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def comparison_page(stand_in_folder, tmp_path_factory):
-    """Return the comparison of two runs, one of which has no response."""
-    other = tmp_path_factory.mktemp("page") / "other"
-    shutil.copytree(stand_in_folder, other)
-    design = json.loads((other / "report.json").read_text(encoding="utf-8"))["design"]
-    change_report(other, response=[], design={**design, "name": "softer"})
-    path = other.parent / "comparison.html"
-    assert main(["view", str(stand_in_folder), str(other), "--compare", str(path)]) == 0
-    return path
-
-
 def test_page_has_each_scene_with_each_field_and_its_ends(scenes_page):
     bodies = data_of(scenes_page)["bodies"]
     fields = [scene for scene in ("flexure-low", "flexure-high", "fruit") for _ in range(4)]
@@ -52,7 +38,6 @@ def test_user_file_is_kept(stand_in_folder, tmp_path):
     mine = tmp_path / "mine.html"
     mine.write_text("mine", encoding="utf-8")
     assert main(["view", str(stand_in_folder), "--html", str(mine)]) == 2
-    assert main(["view", str(stand_in_folder), str(stand_in_folder), "--compare", str(mine)]) == 2
     assert mine.read_text(encoding="utf-8") == "mine"
 
 
@@ -85,16 +70,5 @@ def test_browser_shows_bodies_and_asks_nobody(scenes_page, width, open_page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("width", [1280, 390])
-def test_comparison_draws_what_both_have(comparison_page, width, open_page):
-    page = open_page(comparison_page.as_uri(), width)
-    assert "softer" in page.inner_text("h1")
-    assert page.locator("#plots svg[role=img]").count() >= 2
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    assert page.complaints == []
-    assert grave_findings(page) == []
-
-
-@pytest.mark.slow
-def test_validator_finds_no_error(scenes_page, comparison_page):
-    assert validator_findings(scenes_page, comparison_page) == ""
+def test_validator_finds_no_error(scenes_page):
+    assert validator_findings(scenes_page) == ""
