@@ -144,7 +144,7 @@ def outcome(report: Report, unit: PlantedUnit, tables: Tables, folder: Path) -> 
     (folder / "plate.csv").write_text("\n".join(on_plate), encoding="utf-8")
     try:
         table = measured_print(folder / "weights.csv", report)
-        found = calibrate_unit(report, table, plate=measured_plate(folder / "plate.csv", report, table)).unit
+        found = calibrate_unit(report, table, plate=measured_plate(folder / "plate.csv", report)).unit
     except InputError:
         return "named"
     off = np.abs(np.array(found.stiffnesses) / unit.K - 1.0)

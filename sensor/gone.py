@@ -3,6 +3,8 @@
 from sensor.quantity import InputError
 
 GONE = {
+    "pipeline read --counts": "Read a press: a file with columns of counts.",
+    "pipeline read --tare": "Read a press: its first ten samples are its tare.",
     "pipeline view --compare": "Write a page of each run with --html.",
     "pipeline view --pvd": "Write the fields at full travel with pipeline run --fields.",
 }

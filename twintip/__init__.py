@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from sensor.turns import in_turn
 
@@ -120,34 +120,44 @@ def housing(result: SensorResult) -> cq.Workplane:
 
 
 @in_turn
-def read_press(report: Report, file: str | Path, unit: PrintedUnit | str | Path | None = None) -> list[FruitReading]:
+def read_press(
+    report: Report,
+    file: str | Path,
+    unit: PrintedUnit | str | Path | None = None,
+    counts_as: Literal["unsigned", "offset"] | None = None,
+) -> list[FruitReading]:
     """Return one reading for each press in a CSV file of forces or counts, as `pipeline read` does.
 
     `unit` is that of a calibration, or the path of its unit.toml. Without it the springs are taken as designed. Forces
-    that tell no modulus give a reading with flags and without E. Raises InputError for a file that is no signal of the
-    sensor.
+    that tell no modulus give a reading with flags and without E. `counts_as` says how counts without signs are written.
+    Raises InputError for a file that is no signal of the sensor.
     """
     from pipeline.measure.tables.rows import rows_of
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.signals import Signal
 
     signal = Signal(rows_of(Path(file)), len(report.tips))
-    return list(readings_of(_measuring(report, unit), signal))
+    return list(readings_of(_measuring(report, unit), signal, counts_as=counts_as))
 
 
 @in_turn
-def calibrate(report: Report, weights: str | Path, after_s: float | None = None) -> Calibration:
+def calibrate(
+    report: Report,
+    weights: str | Path,
+    after_s: float | None = None,
+    counts_as: Literal["unsigned", "offset"] | None = None,
+) -> Calibration:
     """Return the calibration of a printed unit by a table of weights, as `pipeline calibrate` does.
 
-    `after_s` is the time from the hanging of a weight to its reading [s] where the table has no times. Raises
-    InputError for a table that is no measurement of this design's springs.
+    `after_s` is the time from the hanging of a weight to its reading [s] where the table has no times. `counts_as` is
+    as in `read_press`. Raises InputError for a table that is no measurement of this design's springs.
     """
     from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print
     from pipeline.measure.unit.printed_unit import check_weighed_after
     from sensor.quantity import validation_error
 
     check_weighed_after("after_s", after_s)
-    table = measured_print(weights, report)
+    table = measured_print(weights, report, counts_as=counts_as)
     if "coupon" in table.texts:
         hint = "pipeline calibrate finds the modulus of a coupon"
         raise validation_error("weights", str(weights), "", "a table with a column tip", hint)

@@ -28,6 +28,12 @@ def add_json_flag(parser: ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
 
 
+def add_counts_flag(parser: ArgumentParser) -> None:
+    """Add --counts-as."""
+    words = "how counts without signs are written: in two's complement, or with half the range added"
+    parser.add_argument("--counts-as", choices=("unsigned", "offset"), help=words)
+
+
 def add_force_flag(parser: ArgumentParser) -> None:
     """Add --force."""
     words = "keep what is in the way as NAME.bak, also where it was changed since it was written"

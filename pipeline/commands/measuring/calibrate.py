@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from pipeline.commands.console import (
     FAILED,
     PASSED,
+    add_counts_flag,
     add_force_flag,
     add_json_flag,
     answering,
@@ -45,6 +46,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--plate", metavar="PLATE.csv", type=Path, help=f"calibrate deflections, of the columns {pressed}")
     add("--columns", metavar="NAME=HEADER,...", help="headers or numbers of columns, as in force=Gewicht,counts_l=4")
     add("--units", metavar="NAME=UNIT,...", help="units where a table gives none, as in force=g,deflection=um")
+    add_counts_flag(parser)
     add("--out", metavar="unit.toml", type=Path, help="write the unit there, for pipeline read --unit")
     add("--classes", metavar="NAMES", default="", help="ripeness classes of its readings, as in ripe:0.8,unripe")
     add_force_flag(parser)
@@ -66,7 +68,7 @@ def execute(arguments: Namespace) -> int:
     report = read_report(arguments.folder)
     tips = len(report.tips)
     flags = ColumnFlags(arguments.columns, arguments.units, (*NAMES, *force_keys(tips), *count_keys(tips)))
-    table = measured_print(arguments.measured, report, flags)
+    table = measured_print(arguments.measured, report, flags, arguments.counts_as)
     if "coupon" in table.texts:
         return _answer_coupon(arguments, report, table)
     return _answer_unit(arguments, report, table, flags)
@@ -100,7 +102,7 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable",
     from pipeline.storage.files import write_files
 
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
-    plate = None if arguments.plate is None else measured_plate(arguments.plate, report, table, flags)
+    plate = None if arguments.plate is None else measured_plate(arguments.plate, report, flags, arguments.counts_as)
     calibration = calibrate_unit(report, table, fruit, plate, arguments.after)
     if arguments.out is not None:
         unit = replace(calibration.unit, classes=arguments.classes)

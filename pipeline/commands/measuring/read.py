@@ -2,12 +2,11 @@
 
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.commands.console import FAILED, PASSED, add_force_flag, answering, print_error
+from pipeline.commands.console import FAILED, PASSED, add_counts_flag, add_force_flag, answering, print_error
 from sensor.quantity import COVERAGE, validation_error, with_bar, written_number
 
 if TYPE_CHECKING:
@@ -32,8 +31,6 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="columns t_s or a time for each channel, x_mm if it is there, a force or counts for each tip; or -",
     )
     add("--forces", metavar="F1,F2", help="one reading of a pair [N]; write --forces=-0.5,1 below 0")
-    add("--counts", metavar="C1,C2", help="one reading of a pair in counts, of a unit whose counts were calibrated")
-    add("--tare", metavar="C1,C2", help="counts of the free sensor beside --counts (default: the calibration's)")
     add("--unit", metavar="unit.toml", type=Path, help="the unit as pipeline calibrate found it (default: as designed)")
     add("--classes", metavar="NAMES", help="ripeness by modulus [MPa], as in ripe:0.8,turning:1.6,unripe")
     add(
@@ -41,6 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     add("--columns", metavar="NAME=HEADER,...", help="headers of FILE.csv, or numbers of columns, as in t=1,F_l=Kraft")
     add("--units", metavar="NAME=UNIT,...", help="units where FILE.csv gives none, as in t=ms,F_l=mN")
+    add_counts_flag(parser)
     add("--each", action="store_true", help="a reading of the press so far for each sample")
     add("--c-header", metavar="FILE.h", type=Path, help="write the read-out of this unit in C99")
     add("--micropython", metavar="FILE.py", type=Path, help="write the read-out of this unit in MicroPython")
@@ -71,14 +69,11 @@ def execute(arguments: Namespace) -> int:
 
 def _sources(arguments: Namespace) -> dict[str, str]:
     """Return the flag that gives the forces with its value, none for firmware alone; raises InputError for two."""
-    given = {"--forces": arguments.forces, "--counts": arguments.counts, "FILE.csv": arguments.signal}
+    given = {"--forces": arguments.forces, "FILE.csv": arguments.signal}
     sources = {name: value for name, value in given.items() if value is not None}
     if len(sources) > 1:
         first, second = list(sources)[:2]
         raise validation_error(first, sources[first], "", f"left out beside {second}", "read one of the two")
-    if arguments.tare is not None and arguments.counts is None:
-        hint = "leave it out: a file has its own tare"
-        raise validation_error("--tare", arguments.tare, "", "left out without --counts", hint)
     return sources
 
 
@@ -88,17 +83,14 @@ def _refuse_unreadable(arguments: Namespace, sensor: "MeasuringUnit", sources: d
     Flesh that relaxes is read by a press with its hold; only a pair of flat tips can be read at one moment.
     """
     if sensor.design.fruit.relaxation is not None:
-        for name in ("forces", "counts", "each", "c_header", "micropython"):
+        for name in ("forces", "each", "c_header", "micropython"):
             if getattr(arguments, name):
                 flag = f"--{name.replace('_', '-')}"
                 bound = "left out where the design has fruit.relaxation"
                 raise validation_error(flag, str(getattr(arguments, name)), "", bound, "read a press with its hold")
-    if not sensor.reads_moments:
-        for flag in sources.keys() & {"--forces", "--counts"}:
-            bound = (
-                "left out but for a pair of flat tips: one moment cannot tell the shape of the skin from the modulus"
-            )
-            raise validation_error(flag, sources[flag], "", bound, "read a press: FILE.csv")
+    if not sensor.reads_moments and "--forces" in sources:
+        bound = "left out but for a pair of flat tips: one moment cannot tell the shape of the skin from the modulus"
+        raise validation_error("--forces", arguments.forces, "", bound, "read a press: FILE.csv")
 
 
 def _print_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
@@ -168,21 +160,16 @@ def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> dict[str, dict[P
 
 
 def _read_moment(arguments: Namespace, sensor: "MeasuringUnit") -> int:
-    """Read and print one moment of `--forces` or `--counts`; return the exit code."""
+    """Read and print one moment of `--forces`; return the exit code."""
+    from pipeline.measure.unit.count_codes import refuse_without_counts
     from pipeline.measure.unit.pair_press import single_reading
-    from pipeline.measure.unit.presses import forces_of_counts, refuse_out_of_scale
+    from pipeline.measure.unit.presses import refuse_out_of_scale
     from pipeline.measure.unit.signals import numbers_of_text
 
     tips = sensor.report.tips
-    if arguments.forces is not None:
-        flag = "--forces"
-        channels: Sequence[float] = numbers_of_text(arguments.forces, len(tips), flag, "N")
-    else:
-        flag = "--counts"
-        counts = numbers_of_text(arguments.counts, len(tips), "--counts", "counts")
-        tare = None if arguments.tare is None else numbers_of_text(arguments.tare, len(tips), "--tare", "counts")
-        channels = forces_of_counts(sensor, counts, tare, lambda told: print_error(f"note: --counts: {told}"))
-    refuse_out_of_scale(sensor, channels, lambda tip: f"{flag}: tip {tips[tip].name}")
+    refuse_without_counts(arguments.counts_as, "--forces")
+    channels = numbers_of_text(arguments.forces, len(tips), "--forces", "N")
+    refuse_out_of_scale(sensor, channels, lambda tip: f"--forces: tip {tips[tip].name}")
     reading = single_reading(sensor, sensor.forces_of_channels(channels))
     print_error("note: one reading of a pair is its force ratio, right only for a level press; read a press instead")
     with answering():
@@ -194,6 +181,7 @@ def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     """Read and print every press of a file or of the standard input; return 1 where none tells a modulus."""
     from pipeline.measure.tables.headers import ColumnFlags
     from pipeline.measure.tables.rows import rows_of
+    from pipeline.measure.unit.count_codes import refuse_without_counts
     from pipeline.measure.unit.presses import readings_of
     from pipeline.measure.unit.signals import Signal
 
@@ -209,7 +197,9 @@ def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
         print_error(f"note: {note}")
     if not signal.timed and sensor.report.read_out.signal is None:
         print_error("note: no time for each channel, and no [readout]: all channels of a line are taken as at once")
-    for reading in readings_of(sensor, signal, every_sample=arguments.each, say=say):
+    if not signal.counted:
+        refuse_without_counts(arguments.counts_as, signal.source)
+    for reading in readings_of(sensor, signal, every_sample=arguments.each, counts_as=arguments.counts_as):
         has_modulus = has_modulus or reading.E is not None
         _print_reading(reading, indent=None, as_json=arguments.json)
     return PASSED if has_modulus else FAILED

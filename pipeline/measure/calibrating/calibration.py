@@ -21,7 +21,7 @@ from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.measure.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.measure.tables.units import FORCE, LENGTH, TIME, Quantity
 from pipeline.measure.tables.words import WORDS
-from pipeline.measure.unit.count_codes import with_signed_counts
+from pipeline.measure.unit.count_codes import refuse_without_counts, with_signed_counts
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import WEIGHED_AFTER, PrintedUnit, nominal_unit, unit_of
 from pipeline.measure.unit.signals import COUNTS, count_keys
@@ -70,10 +70,12 @@ class Calibration:
     channels: ChannelCalibration | None = None
 
 
-def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
+def measured_print(
+    source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS, counts_as: str | None = None
+) -> MeasuredTable:
     """Return what was measured of a print of a design; its column of texts is tip or coupon.
 
-    Raises InputError.
+    Its counts are signed; `counts_as` is how they are written, as in `signed_counts`. Raises InputError.
     """
     counts = count_keys(len(report.tips))
     quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(counts, COUNTS)})
@@ -83,6 +85,7 @@ def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_F
         bound = "a header with one column that is named tip or coupon"
         raise validation_error(place, ", ".join(table.texts), "", bound, f"for instance {_EXAMPLE}")
     if "tip" not in table.texts:
+        refuse_without_counts(counts_as, table.source)
         return table
     counted = [key for key in counts if key in table.numbers]
     others = [label for label in table.passed_over if label.lower().startswith("counts")]
@@ -91,7 +94,10 @@ def measured_print(source: Path | str, report: Report, flags: ColumnFlags = NO_F
         text = ", ".join([*counted, *others])
         raise validation_error(place, text, "", bound, f"for instance {','.join([_EXAMPLE, *counts])}")
     table = replace(table, texts={"tip": _names_of_tips(table, [tip.name for tip in report.tips])})
-    return with_signed_counts(table, counts, saturation_of(report)) if counted else table
+    if not counted:
+        refuse_without_counts(counts_as, table.source)
+        return table
+    return with_signed_counts(table, counts, counts_as, saturation_of(report))
 
 
 def _names_of_tips(table: MeasuredTable, names: Sequence[str]) -> tuple[str, ...]:

@@ -57,15 +57,14 @@ def saturation_of(report: Report) -> int:
 def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration | None:
     """Return the channels of a table of weights, tare first; None where it has no counts.
 
-    Raises InputError for saturated counts, for a tip whose first row has a weight, and for channels that do not tell
+    Raises InputError for a tip whose first row has a weight, and for channels that do not tell
     the tips apart.
     """
     names = [tip.name for tip in report.tips]
     keys = count_keys(len(names))
     if keys[0] not in table.numbers:
         return None
-    saturation = saturation_of(report)
-    counts = counts_of(table, keys, saturation)
+    counts = counts_of(table, keys)
     forces = table.numbers["force"]
     tips = np.array(table.texts["tip"])
     slopes = np.empty((len(names), len(names)))
@@ -100,7 +99,7 @@ def weighed_channels(table: MeasuredTable, report: Report) -> ChannelCalibration
     return ChannelCalibration(
         counts_per_N=slopes,
         zero_counts=counts[forces == 0.0].mean(axis=0),
-        saturation=saturation,
+        saturation=saturation_of(report),
         gain_percent=tuple(each.gain_percent for each in returns),
         lacks_of_fit=tuple(bend.lack_of_fit for bend in bends),
         bend_percent=tuple(100.0 * bend.told_change for bend in bends),
@@ -149,12 +148,6 @@ def _crosstalk_percent(
     return tuple((100.0 * others).tolist())
 
 
-def counts_of(table: MeasuredTable, keys: Sequence[str], saturation: int) -> Floats:
-    """Return the counts of all channels, (rows, channels); raises InputError at the end of the converter's range."""
-    counts = np.column_stack([table.numbers[key] for key in keys])
-    largest = np.abs(counts).max(axis=1)
-    if largest.max() >= saturation:
-        place = place_of(table.source, table.lines[int(largest.argmax())])
-        bound = f"within +-{saturation}, the range of the converter"
-        raise validation_error(place, float(largest.max()), "counts", bound, "take a smaller load")
-    return counts
+def counts_of(table: MeasuredTable, keys: Sequence[str]) -> Floats:
+    """Return the counts of all channels, (rows, channels)."""
+    return np.column_stack([table.numbers[key] for key in keys])

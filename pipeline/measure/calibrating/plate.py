@@ -33,21 +33,17 @@ _STEEPEST = 1.5  # E goes at most with this power of all deflections: Hertz
 
 
 def measured_plate(
-    source: Path | str, report: Report, weighed: MeasuredTable, flags: ColumnFlags = NO_FLAGS
+    source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS, counts_as: str | None = None
 ) -> MeasuredTable:
     """Return the press of a sensor on a hard plate: travels and signed counts; raises InputError.
 
-    `weighed` is the table of its weights, whose rows without load tell the zero of each channel.
+    `counts_as` is how the counts are written, as in `signed_counts`.
     """
     keys = count_keys(len(report.tips))
     travel = Quantity(units=LENGTH, most=100.0, words=tuple(WORDS["words"]["travel"]))
     quantities = flags.applied({"travel": travel, **dict.fromkeys(keys, COUNTS)})
     table = numbers_of(source, quantities, [("travel", *keys)], ",".join(["travel_mm", *keys]))
-    without_load = weighed.numbers["force"] == 0.0
-    if keys[0] not in weighed.numbers or not without_load.any():
-        return table
-    zero = [float(weighed.numbers[key][without_load].mean()) for key in keys]
-    return with_signed_counts(table, keys, saturation_of(report), zero)
+    return with_signed_counts(table, keys, counts_as, saturation_of(report))
 
 
 def pressed_springs(
@@ -67,7 +63,7 @@ def pressed_springs(
         within = f"travels within {np.ptp(travel):.2g} mm"
         raise validation_error(table.source, travels, within, f"at least {FEWEST}", "press in five equal steps")
     keys = count_keys(len(weighed))
-    counts = counts_of(table, keys, channels.saturation) - channels.zero_counts
+    counts = counts_of(table, keys) - channels.zero_counts
     forces = counts @ np.array(channels.newtons_per_count).T
     flattened = np.column_stack([flattening(report, force) for force in forces.T])
     deflections = travel[:, None] - flattened

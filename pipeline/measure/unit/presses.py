@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from pipeline.measure.unit.contrast_press import ContrastPress
-from pipeline.measure.unit.count_codes import SignedSamples
+from pipeline.measure.unit.count_codes import signed_counts
 from pipeline.measure.unit.first_touch import FirstTouch
 from pipeline.measure.unit.fruit_reading import ZERO_AFTER_S, FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
@@ -27,17 +27,16 @@ MOST_NAMED = 10
 
 
 def readings_of(
-    sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False, say: Callable[[str], None] = lambda _: None
+    sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False, counts_as: str | None = None
 ) -> Iterator[FruitReading]:
     """Yield one reading for each press of a signal as it ends, or the press so far at each sample of it.
 
-    `say` hears what counts are read as where they are no signed ones. A signal without a press yields one reading,
-    flagged as lifted off. Raises InputError at a line that is no sample, and for a line or a square whose report has no
-    readings of whole presses.
+    `counts_as` is as in `signed_counts`. A signal without a press yields one reading, flagged as lifted off. Raises
+    InputError at a line that is no sample, and for a line or a square whose report has no readings of whole presses.
     """
     sensor.refuse_without_rise_level()
     if signal.counted:
-        tare, counts = tare_of(sensor, signal, say)
+        tare, counts = tare_of(sensor, signal, counts_as)
         at_one_time = sensor_times(sensor, counts, signal.source)
         samples = counted_in_newtons(sensor, at_one_time, tare)
     else:
@@ -69,28 +68,27 @@ def counted_in_newtons(sensor: MeasuringUnit, samples: Iterable[Sample], tare: S
         yield replace(sample, forces=sensor.unit.forces_of_counts(sample.forces, tare))
 
 
-def tare_of(sensor: MeasuringUnit, signal: Signal, say: Callable[[str], None]) -> tuple[list[float], Iterator[Sample]]:
+def tare_of(
+    sensor: MeasuringUnit, signal: Signal, counts_as: str | None = None
+) -> tuple[list[float], Iterator[Sample]]:
     """Return the tare of a signal of counts, its first ten samples, of a free sensor, and the samples behind them.
 
-    Their counts are signed, as the zero of the calibration tells; `say` hears so where those of the file are not.
+    Their counts are signed; `counts_as` is how those of the file are written, as in `signed_counts`.
 
     Raises InputError where counts were not calibrated, for counts at the end of the converter's range, and for a tare
     that is no free sensor's. Such a tare is unsteady, or more than a full scale off that of the calibration.
     """
     unit = sensor.unit
-    _refuse_uncalibrated(sensor, "FILE.csv")
-
-    written = iter(signal)
-    first = list(itertools.islice(written, TARE_SAMPLES))
-    code = SignedSamples([sample.forces for sample in first], unit.zero_counts, unit.saturation_counts, say)
+    if not unit.newtons_per_count:
+        bound = "a record of forces: the counts of this unit are not calibrated"
+        raise validation_error("FILE.csv", "counts", "", bound, "calibrate weights with counts, and give --unit")
 
     def signed(sample: Sample) -> Sample:
-        place = partial(signal.place, sample)
-        counts = code.signed(sample.forces, place)
-        _refuse_saturated(sensor, counts, place)
+        counts = signed_counts(sample.forces, counts_as, unit.saturation_counts, partial(signal.place, sample))
         return replace(sample, forces=counts)
 
-    free = list(map(signed, first))
+    samples = map(signed, signal)
+    free = list(itertools.islice(samples, TARE_SAMPLES))
     hint = f"let the sensor hang free and still for the first {TARE_SAMPLES} samples"
     if len(free) < TARE_SAMPLES:
         raise validation_error(signal.place(free[-1], 0), len(free), "samples", f"at least {TARE_SAMPLES}", hint)
@@ -105,41 +103,7 @@ def tare_of(sensor: MeasuringUnit, signal: Signal, say: Callable[[str], None]) -
         if off.max() > 1.0:
             tip = int(off.argmax())
             raise validation_error(signal.place(sample, tip), sample.forces[tip], "counts", "steady", hint)
-    return tare, map(signed, written)
-
-
-def forces_of_counts(
-    sensor: MeasuringUnit,
-    counts: Sequence[float],
-    tare: Sequence[float] | None,
-    say: Callable[[str], None] = lambda _: None,
-) -> tuple[float, ...]:
-    """Return the forces [N] of `--counts`, above a tare or the zero of the calibration; raises InputError.
-
-    `say` hears what counts are read as where they are no signed ones.
-    """
-    _refuse_uncalibrated(sensor, "--counts")
-    unit = sensor.unit
-    code = SignedSamples([tare or counts], unit.zero_counts, unit.saturation_counts, say)
-    signed_tare = code.signed(tare, lambda _: "--tare") if tare else unit.zero_counts
-    signed = code.signed(counts, lambda _: "--counts")
-    _refuse_saturated(sensor, signed, lambda _: "--counts")
-    _refuse_saturated(sensor, signed_tare, lambda _: "--tare")
-    return unit.forces_of_counts(signed, signed_tare)
-
-
-def _refuse_uncalibrated(sensor: MeasuringUnit, name: str) -> None:
-    if not sensor.unit.newtons_per_count:
-        bound = "a record of forces: the counts of this unit are not calibrated"
-        raise validation_error(name, "counts", "", bound, "calibrate weights with counts, and give --unit")
-
-
-def _refuse_saturated(sensor: MeasuringUnit, counts: Sequence[float], place: Callable[[int], str]) -> None:
-    limit = sensor.unit.saturation_counts
-    for tip, count in enumerate(counts):
-        if abs(count) >= limit:
-            bound = f"within +-{limit}, the range of the converter"
-            raise validation_error(place(tip), count, "counts", bound, "check the channel")
+    return tare, samples
 
 
 def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats, place: Callable[[int], str]) -> None:

@@ -30,13 +30,13 @@ def paper():
 def calibrate(tmp_path):
     """Return a function that writes a table and calibrates a unit of a report by it."""
 
-    def calibration(report, text, plate=None):
+    def calibration(report, text, plate=None, counts_as=None):
         path = tmp_path / "measured.csv"
         path.write_text(text, encoding="utf-8")
-        table = measured_print(path, report)
+        table = measured_print(path, report, counts_as=counts_as)
         if plate is None:
             return calibrate_unit(report, table)
         path.write_text(plate, encoding="utf-8")
-        return calibrate_unit(report, table, plate=measured_plate(path, report, table))
+        return calibrate_unit(report, table, plate=measured_plate(path, report, counts_as=counts_as))
 
     return calibration

@@ -248,6 +248,16 @@ def test_press_of_a_board_reads_alike(paper, capsys, monkeypatch, written):
             assert sum("F_l = " in line for line in err.splitlines()) == 1
 
 
+def test_code_of_counts_is_refused_where_there_are_none(paper, capsys, written):
+    press = written(paper.press(2.5))
+    for words in (["read", paper.folder, press], ["read", paper.folder, "--forces", "0.2,0.5"]):
+        assert main([*words, "--counts-as", "offset"]) == 2
+        assert capsys.readouterr().err.count("--counts-as = ") == 1
+    weights = written(paper.weights(1.0))
+    assert main(["calibrate", paper.folder, weights, "--counts-as", "offset"]) == 2
+    assert capsys.readouterr().err.count("--counts-as = ") == 1
+
+
 def test_flag_for_a_column_that_no_table_has_is_refused(paper, capsys, written):
     for words in (["--columns", "mass=1"], ["--units", "force=stone"], ["--columns", "force=Gewicht"]):
         assert main(["calibrate", paper.folder, written(paper.weights(1.0)), *words]) == 2

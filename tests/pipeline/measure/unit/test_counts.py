@@ -19,11 +19,12 @@ from measured_units import MeasuredDesign, elastic, printed_by_header, random_po
 
 from pipeline.cli import main
 from pipeline.measure.calibrating import plate as room
-from pipeline.measure.calibrating.calibration import WITHOUT_PLATE, measured_print
+from pipeline.measure.calibrating.calibration import WITHOUT_PLATE
 from pipeline.measure.tables.rows import Rows
+from pipeline.measure.unit.count_codes import signed_counts
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, readings_of
+from pipeline.measure.unit.presses import TARE_SAMPLES, readings_of
 from pipeline.measure.unit.printed_unit import read_unit
 from pipeline.measure.unit.signals import Signal, count_keys
 from pipeline.report.report import read_report
@@ -383,18 +384,14 @@ def test_counts_that_tell_no_force_are_refused(mango, rng, calibrate):
             read(sensor, bad)
     with pytest.raises(InputError):
         read(mango.measuring(), rows)
-    with pytest.raises(InputError):
-        forces_of_counts(sensor, beyond[-1].tolist(), None)
-    above_tare = forces_of_counts(sensor, rows[-1].tolist(), rows[:TARE_SAMPLES].mean(axis=0).tolist())
     held = np.concatenate([rows, rows[-1:]])  # at the time of its first channel, as all were before
     (*_, last) = readings_of(sensor, Signal(Rows(signal_of(held), "press.csv"), 4), every_sample=True)
     assert pytest.approx(last.E, rel=1e-12) == read(sensor, held)[0].E
-    assert above_tare == pytest.approx(forces[-1].tolist(), rel=0.01)
     assert pytest.approx(1.5, rel=0.05) == read(sensor, rows)[0].E
 
 
 HALF = 2**23
-UNSIGNED = {"without sign": lambda count: count % (2 * HALF), "offset": lambda count: count + HALF}
+UNSIGNED = {"unsigned": lambda count: count % (2 * HALF), "offset": lambda count: count + HALF}
 """Counts of 24 bits as a log without a sign has them, by the name of their code."""
 
 
@@ -405,7 +402,7 @@ def coded(text, code, first):
     return "\n".join(map(",".join, [head, *rows]))
 
 
-@pytest.mark.parametrize("zero", [(-2e5, -3e5, 1e5, -1e5), (1e5, 1e5, 1e5, 1e5)])
+@pytest.mark.parametrize("zero", [(-2e5, -3e5, 1e5, -1e5), (1e5, 1e5, 1e5, 1e5), (-3e6, -3e6, -3e6, -3e6)])
 @pytest.mark.parametrize("code", UNSIGNED)
 def test_unsigned_counts_are_read_as_signed_ones(code, zero, mango, rng, calibrate):
     """Of weights, plate and press: where channels pass 0 or the middle of the range, and where none does."""
@@ -413,54 +410,58 @@ def test_unsigned_counts_are_read_as_signed_ones(code, zero, mango, rng, calibra
     electronics.zero = np.array(zero)
     tables = weights(mango, 1.0, electronics), plate_press(mango, 1.0, electronics)
     unit = calibrate(mango.report, *tables).unit
-    assert calibrate(mango.report, coded(tables[0], code, 3), coded(tables[1], code, 1)).unit == unit
+    assert calibrate(mango.report, coded(tables[0], code, 3), coded(tables[1], code, 1), code).unit == unit
     sensor = MeasuringUnit(report=mango.report, unit=unit)
     rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, 1.5))])
-    unsigned = UNSIGNED[code](rows)
-    told = []
-    (found,) = readings_of(sensor, Signal(Rows(signal_of(unsigned), "press.csv"), 4), say=told.append)
+    (found,) = readings_of(sensor, Signal(Rows(signal_of(UNSIGNED[code](rows)), "press.csv"), 4), counts_as=code)
     (expected,) = read(sensor, rows)
     assert (found.E, found.u) == (expected.E, expected.u)
-    assert len(told) == (unsigned != rows).any()
-    tare, last = unsigned[:TARE_SAMPLES].mean(axis=0).tolist(), unsigned[-1].tolist()
-    if code == "offset":  # counts of a free sensor that passes 0 have no mean without their sign
-        of_signed = forces_of_counts(sensor, rows[-1].tolist(), rows[:TARE_SAMPLES].mean(axis=0).tolist())
-        assert forces_of_counts(sensor, last, tare) == pytest.approx(of_signed, rel=1e-12)
 
 
-def test_counts_are_refused_where_their_code_is_not_sure(mango, rng, calibrate):
-    """A free sensor far from 0, one count of another kind, and a sign after counts without one."""
-    electronics = Electronics(mango, rng)
-    electronics.zero = np.full(4, -3e6)  # no load of this table brings a channel up to 0
-    with pytest.raises(InputError):
-        calibrate(mango.report, coded(weights(mango, 1.0, electronics), "without sign", 3))
-    electronics.zero = np.full(4, 1e5)
-    plain = weights(mango, 1.0, electronics)
-    *rows, last = plain.splitlines()
-    with pytest.raises(InputError):
-        calibrate(mango.report, "\n".join([*rows, f"{last.rpartition(',')[0]},9000000"]))
-    sensor = MeasuringUnit(report=mango.report, unit=calibrate(mango.report, plain).unit)
-    press = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, 1.5))])
-    for wrong in ((9000000,), (-20, 9000000), (16777210, -20), (40000000,)):
-        bad = press.copy()
-        bad[12 : 12 + len(wrong), 1] = wrong
-        with pytest.raises(InputError) as refused:
-            read(sensor, bad)
-        assert "line" in refused.value.field
+@pytest.mark.parametrize(
+    ("counts_as", "written", "signed"),
+    [
+        (None, (-HALF + 2, 0, HALF - 2), (-HALF + 2, 0, HALF - 2)),
+        ("unsigned", (0, HALF - 2, HALF + 2, 2 * HALF - 1), (0, HALF - 2, -HALF + 2, -1)),
+        ("offset", (2, HALF, 2 * HALF - 2), (-HALF + 2, 0, HALF - 2)),
+        (None, (0, HALF - 1), 1),
+        (None, (-HALF + 1, 0), 0),
+        (None, (0, 2 * HALF - 1), 1),
+        ("unsigned", (-1, 0), 0),
+        ("unsigned", (0, HALF), 1),
+        ("unsigned", (0, 2 * HALF), 1),
+        ("offset", (0, HALF), 0),
+        ("offset", (HALF, -5), 1),
+        ("offset", (HALF, 2 * HALF - 1), 1),
+    ],
+)
+def test_counts_are_signed_or_refused_at_the_ends_of_the_range(counts_as, written, signed):
+    """The third value is the signed counts by hand, or the channel that is refused."""
+    if isinstance(signed, tuple):
+        assert signed_counts(written, counts_as, HALF - 1, str) == signed
+        return
+    with pytest.raises(InputError) as refused:
+        signed_counts(written, counts_as, HALF - 1, str)
+    assert (refused.value.field, refused.value.value) == (str(signed), written[signed])
 
 
 @pytest.mark.parametrize("code", UNSIGNED)
-def test_a_table_says_what_its_counts_were_read_as(code, mango, rng, tmp_path):
+def test_unsigned_counts_that_pass_the_middle_are_refused_without_their_code(code, mango, rng, calibrate):
+    """The refusal names the line; so does one of signed counts that are read by a code."""
     electronics = Electronics(mango, rng)
-    path = tmp_path / "counts.csv"
-    table = weights(mango, 1.0, electronics)
-    path.write_text(table, encoding="utf-8")
-    plain = measured_print(path, mango.report)
-    path.write_text(coded(table, code, 3), encoding="utf-8")
-    found = measured_print(path, mango.report)
-    zero = {"without sign": f"{2 * HALF - 1} is -1", "offset": f"{HALF} is 0"}[code]
-    assert found.understood.startswith(plain.understood)
-    assert found.understood.endswith(zero)
+    electronics.zero = np.full(4, -1e5)  # loads bring each channel past 0
+    plain = weights(mango, 1.0, electronics)
+    sensor = MeasuringUnit(report=mango.report, unit=calibrate(mango.report, plain).unit)
+    rows = np.concatenate([free(electronics), electronics.counts(into_the_fruit(mango, 1.5))])
+    for refused in (
+        lambda: calibrate(mango.report, coded(plain, code, 3)),
+        lambda: calibrate(mango.report, plain, None, "unsigned"),
+        lambda: read(sensor, UNSIGNED[code](rows)),
+        lambda: list(readings_of(sensor, Signal(Rows(signal_of(rows), "press.csv"), 4), counts_as=code)),
+    ):
+        with pytest.raises(InputError) as caught:
+            refused()
+        assert "line" in caught.value.field
 
 
 def in_c(folder, sensor, rows):
