@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from bad_tables import COUNTS_PER_N, FAULTS, GRAM, PlantedUnit, outcomes
 
-from benchmarks.bad_tables import COUNTS_PER_N, FAULTS, GRAM, PlantedUnit, outcomes
 from pipeline.measure.calibrating.line_checks import bend_of, odd_row
 from sensor.quantity import InputError
 

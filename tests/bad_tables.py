@@ -1,12 +1,9 @@
 """Calibration tables with one planted fault each: the fault is named, or the stiffnesses lie within their error bars.
 
-    python -m benchmarks.bad_tables [TABLES]
-
 The tables are of weights and of a press on a plate. The units are pairs of the paper with random gains and springs.
 Counts, dial and travel have noise and are rounded.
 """
 
-import sys
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -162,16 +159,3 @@ def outcomes(report: Report, tables: int, seed: int) -> dict[str, Counter[str]]:
             unit = PlantedUnit(nominal, rng)
             counted[fault][outcome(report, unit, planted(unit, fault), Path(folder))] += 1
     return counted
-
-
-def main() -> None:
-    """Print the outcomes of tables for the folder outputs/paper."""
-    from pipeline.report.report import read_report
-
-    tables = int(sys.argv[1]) if len(sys.argv) > 1 else 300
-    for fault, counted in outcomes(read_report(Path("outputs/paper")), tables, 1).items():
-        print(f"{fault:10}", dict(counted))
-
-
-if __name__ == "__main__":
-    main()
