@@ -24,7 +24,7 @@ from pipeline.commands.console import (
 from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.commands.studying import optimise, study
 from pipeline.storage.interrupts import ended_by
-from sensor.gone import GONE, refusal
+from sensor.gone import refuse_gone
 from sensor.quantity import InputError, nearest
 
 COMMANDS: dict[str, Any] = {
@@ -115,9 +115,7 @@ def _parsed(words: list[str]) -> argparse.Namespace | None:
         _print_answer(chosen.format_help())
         return None
     for word in words[1:]:
-        name = f"{chosen.prog} {word.partition('=')[0]}"
-        if name in GONE:
-            raise refusal(name)
+        refuse_gone(f"{chosen.prog} {word.partition('=')[0]}")
     arguments, rest = chosen.parse_known_intermixed_args(words[1:])
     if rest and rest[0].startswith("-"):
         raise _unknown("flag", rest[0], chosen.flags)

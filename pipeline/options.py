@@ -15,6 +15,7 @@ from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
+from sensor.gone import refuse_gone
 from sensor.input_file import read_toml
 from sensor.quantity import Bounds, nearest, validation_error
 from sensor.tips.layouts import LAYOUTS
@@ -121,6 +122,7 @@ def design_path(design: str | Path, name: str = "--design") -> Path:
     if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
         return Path(design)
     known = preset_names()
+    refuse_gone(f"preset {design}")
     if design not in known:
         hint = f"did you mean {nearest(design, known)}?" if known else "give a path"
         raise validation_error(name, design, "", f"one of {', '.join(known)}, or a path that ends in .toml", hint)

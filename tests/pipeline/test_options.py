@@ -8,6 +8,7 @@ import pytest
 from pipeline import RunOptions, load_design, options
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
+from sensor.gone import GONE
 from sensor.quantity import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -38,6 +39,12 @@ def test_path_needs_no_ending_and_a_name_no_path(tmp_path, monkeypatch):
     assert load_design(Path("paper")).targets.NL == 0.1
     assert load_design("./paper").targets.NL == 0.1
     assert load_design("paper").targets.NL == 0.05
+
+
+def test_preset_that_is_gone_is_refused_with_what_to_use():
+    with pytest.raises(InputError) as refused:
+        load_design("fruit")
+    assert str(refused.value).endswith(GONE["preset fruit"])
 
 
 def test_presets_beside_the_checkout_are_found_from_anywhere(tmp_path, monkeypatch):
