@@ -3,17 +3,28 @@
 `python -m benchmarks.other_mounts` writes docs/measurements.md, from which the bound of an error bar is taken.
 """
 
+import math
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from benchmarks.harness import section, write_section
+from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
+from cad.parts.housing import Housing
+from cad.parts.pin import STEEL_MPA
 from pipeline import RunOptions, load_design
 from pipeline.evaluate import fitted_sensor
 from pipeline.options import ROUGH_TOLERANCE
-from pipeline.springs.mounts import mount_changes
+from pipeline.springs.mounts import coarse_half, discs_at, mount_layers
 from sensor.design.processes import PROCESSES
+from solve.housing.clamped_half import HOLES, with_layers
+from solve.housing.elastic_layer import ElasticLayer
+from solve.housing.stiffness import stiffness_of
 
+SCREW_CORE_MM = 2.387  # core diameter of M3, ISO 724
+SPREAD = 0.5  # tangent of the cone in which the pressure of a screw spreads, VDI 2230
 PRESETS = ("paper", "mango", "paper-on-mango", "apple", "avocado", "kiwi", "peach", "tomato")
 MOUNTS = ("covers", "washers")
 HEADS = ["preset", "process", "mount", "the other mount that moves them most", "K_l, %", "K_h, %"]
@@ -62,6 +73,49 @@ def comparison(preset: str, process: str, mount: str) -> Comparison | None:
     other = max(changes, key=lambda name: max(map(abs, changes[name])))
     largest = tuple(max(map(abs, of_spring)) for of_spring in zip(*changes.values(), strict=True))
     return Comparison(preset=preset, process=process, mount=mount, other=other, changes=changes[other], largest=largest)
+
+
+def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
+    """Return the relative change of each spring's stiffness [1] in other mounts, by their names; E in MPa.
+
+    One is the other mount that a design may ask for, one has covers that press near the screws alone. In the last,
+    screws are so loose that they carry by bending alone. The mesh is coarse, which moves a change by a tenth of it.
+    Raises SolveError.
+    """
+    half = coarse_half(housing, E, poisson, rough=False)
+    own_K = np.array(stiffness_of(half))
+    mounts = {"screws so loose that they bend": (_bending_screws(housing, E, poisson),), **_other_layers(housing)}
+    changes = {}
+    for name, layers in mounts.items():
+        other_K = stiffness_of(with_layers(half, layers, E, poisson))
+        changes[name] = tuple((other_K / own_K - 1.0).tolist())
+    return changes
+
+
+def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
+    """Return the layers of each mount that holds the frame in another way than its own, by the mount's name."""
+    others = {}
+    if housing.mount == "covers":
+        others["washers on the frame, no covers"] = mount_layers(replace(housing, mount="washers"))
+        pressed = discs_at(housing, WASHER_MM + 2.0 * (PLATE_MM + RECESS_MM) * SPREAD)
+        near = tuple(replace(layer, discs=pressed) for layer in mount_layers(housing))
+        others["covers that press near the screws alone"] = near
+    elif housing.mount == "washers":
+        others["covers between frame and washers"] = mount_layers(replace(housing, mount="covers"))
+    if housing.back_to_back:
+        others["the other plate loose"] = mount_layers(housing)[:1]
+    return others
+
+
+def _bending_screws(housing: Housing, E: float, poisson: float) -> ElasticLayer:
+    """Return screws as a layer in the holes that is sheared as far as they bend: beams held at both ends, 192 EI / L^3.
+
+    S. P. Timoshenko, Strength of Materials, part I, 1955: a beam with both ends built in, loaded at its middle.
+    """
+    span = housing.stack + (2.0 * (PLATE_MM + RECESS_MM) if housing.mount == "covers" else 0.0)
+    bending = 192.0 * STEEL_MPA * math.pi / 64.0 * SCREW_CORE_MM**4 / span**3
+    inside = math.pi * housing.hole_diameter * housing.stack
+    return ElasticLayer(name=HOLES, thickness=0.5 * E / (1.0 + poisson) * inside / bending)
 
 
 def main() -> None:

@@ -4,7 +4,6 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Literal
 
-from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import analyse_readings, reading_constants, tilted_presses
 from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
@@ -13,8 +12,8 @@ from pipeline.reading.sensor import Sensor
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import press_scene
 from pipeline.result import Evaluation, SensorResult, with_solids
-from pipeline.springs.behaviour import sensor_modes, spring_behaviour
-from pipeline.springs.fitted_springs import BeginSolid, fit_springs, other_mounts, with_sideways_give
+from pipeline.springs.behaviour import spring_behaviour
+from pipeline.springs.fitted_springs import BeginSolid, fit_springs, with_sideways_give
 from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.effects import level_sensor
@@ -36,7 +35,6 @@ from sensor.design.parameters import Design
 from sensor.design.tip_mount import plate_depth
 from sensor.turns import in_turn
 from sensor.verdict import Verdict
-from solve.linear import SolveError
 
 Part = Literal["response", "reading"]
 PARTS: tuple[Part, ...] = ("response", "reading")
@@ -145,41 +143,26 @@ def check_targets(
 def complete_evaluation(checked: Evaluation, timed: Stopwatch) -> SensorResult:
     """Return an evaluation with all that its verdicts do not need: behaviour, constants of the read-out, errors.
 
-    A stage that fails here is left out with its reason, as it does not undo the verdicts. Other mounts and modes are
-    solved beside the files for fabrication alone, and not at a rough tolerance. Without them the error bars hold a
-    bound on other mounts. Raises ValueError where the response was not evaluated.
+    Raises ValueError where the response was not evaluated.
     """
     sensor = checked.sensor
     options = checked.options
     springs = sensor.springs
     press = checked.solved_press
     left_out = []
-    mounts: dict[str, tuple[float, ...]] = {}
-    modes = None
     if options.rough:
         left_out.append(
             "a rough answer: the solid and what pipeline design adds to a run are left out; --tol 0.001 has them"
         )
-    elif options.fabrication:
-        with timed.stage("mounts"):
-            try:
-                mounts = other_mounts(springs.per_spring)
-            except (MeshError, SolveError) as error:
-                left_out.append(f"the stiffness in other mounts is left out: {error}")
-        with timed.stage("modes"):
-            try:
-                modes = sensor_modes(springs)
-            except (MeshError, SolveError) as error:
-                left_out.append(f"modes of vibration are left out: {error}")
     with timed.stage("behaviour"):
-        behaviour = spring_behaviour(springs, press, modes)
+        behaviour = spring_behaviour(springs, press)
     with timed.stage("reading"):
         readings = checked.readings
         if readings is not None and sensor.design.reading is not None:
             readings = replace(readings, tilted=tilted_presses(sensor, sensor.design.reading))
         read_out = reading_constants(sensor, press, readings)
     with timed.stage("errors"):
-        errors = sensor_errors(level_sensor(sensor, mounts), checked.reached, press, options, readings)
+        errors = sensor_errors(level_sensor(sensor), checked.reached, press, options, readings)
     with timed.stage("verdicts"):
         paper = paper_verdicts(sensor)
     return SensorResult(

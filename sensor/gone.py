@@ -7,9 +7,12 @@ GONE = {
     "pipeline read --tare": "Read a press: its first ten samples are its tare.",
     "pipeline view --compare": "Write a page of each run with --html.",
     "pipeline view --pvd": "Write the fields at full travel with pipeline run --fields.",
+    "behaviour.modes": "Use behaviour.low.natural_frequency_Hz and behaviour.high.natural_frequency_Hz.",
     "preset fruit": "Take the preset of one fruit, or find a design by pipeline suggest --fruit.",
 }
 """What to use in place of each."""
+REPORT_KEYS = ("behaviour.modes",)
+"""Those that are keys of report.json: a report of 0.2 is read without them."""
 
 
 def refuse_gone(name: str) -> None:
@@ -17,3 +20,10 @@ def refuse_gone(name: str) -> None:
     if name in GONE:
         msg = f"{name} is gone since 0.3. {GONE[name]}"
         raise InputError(msg, field=name, bound="left out")
+
+
+def refuse_gone_key(key: str) -> None:
+    """Raise InputError, which says what to use, for a key of report.json that is gone or lies below one."""
+    for gone in REPORT_KEYS:
+        if f"{key}.".startswith(f"{gone}."):
+            refuse_gone(gone)

@@ -138,11 +138,11 @@ def elastic(unit):
     return replace(unit, creep_per_decade=0.0, creep_error=0.0)
 
 
-def read_press(sensor, forces, travels=None):
-    """Return what a unit reads of a press, from forces [N] (samples, tips) and the travels [mm] where it has them."""
+def read_press(sensor, forces):
+    """Return what a unit reads of a press, from forces [N] (samples, tips)."""
     found = ContrastPress(sensor)
-    for index, row in enumerate(np.asarray(forces)):
-        found.add(row, None if travels is None else travels[index])
+    for row in np.asarray(forces):
+        found.add(row)
     return found.reading()
 
 
@@ -150,7 +150,7 @@ def read_log(sensor, rows):
     """Return what the command reads of one press, or of the deepest, in rows that come at the rate of the read-out."""
     signal = sensor.report.read_out.signal
     period = 1.0 / (signal.rate_Hz if signal else 10.0)
-    samples = (Sample(number, number * period, None, tuple(row)) for number, row in enumerate(rows.astype(float)))
+    samples = (Sample(number, number * period, tuple(row)) for number, row in enumerate(rows.astype(float)))
     at_one_time = sensor_times(sensor, samples, "press.csv")
     press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation)
     forces_of = ((sample, sensor.forces_of_channels(sample.forces)) for sample in at_one_time)

@@ -162,7 +162,7 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
     press = checked.solved_press
     reached = checked.reached
     verdicts = with_solids(checked.verdicts, (GOOD,) if made else ())
-    pair = level_sensor(sensor, {})
+    pair = level_sensor(sensor)
     return SensorResult(
         options=options,
         sensor=sensor,

@@ -4,6 +4,7 @@ A modulus of the fruit is that at the first instant. What forces at a time tell 
 apparent one.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,12 +23,11 @@ from solve.contact.relaxing import elastic_forces, timed_forces
 
 RAMP_STEPS = 12
 HOLD_STEPS = 12
-SPEEDS = (1.0, 0.25, 0.5, 2.0, 4.0)  # of the design's speed: those that are tried
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moment:
-    """A speed [mm/s], and the moment from the first touch [s] at which a reading is nearest to all others of the hold.
+    """The moment from the first touch [s] at which a reading is nearest to all others of the hold, and its speed.
 
     `moves` [1] is the largest relative change of the modulus if it is read at another moment of the hold.
     """
@@ -44,7 +44,7 @@ class ReadingOverTime(Record):
     Forces F [N] have the shape (moduli, times, tips). The force ratio P [1] and the `apparent` modulus [MPa], (moduli,
     times), are nan where a tip is off the fruit. `stop` is the index at which the press stops, `at` that of the
     reading. `moves` [1] is how far the apparent modulus is elsewhere in the hold from that of the reading, the most of
-    all moduli. `moments` are the steadiest ones at the speed of the design and at others.
+    all moduli. `steadiest` is the moment at which it is least.
     """
 
     E: Floats
@@ -55,12 +55,7 @@ class ReadingOverTime(Record):
     stop: int
     at: int
     moves: Estimate
-    moments: tuple[Moment, ...]
-
-    @property
-    def steadiest(self) -> Moment:
-        """Return the moment at which a reading moves least, of all speeds that were tried."""
-        return min(self.moments, key=lambda moment: moment.moves)
+    steadiest: Moment
 
 
 def refuse_unsolvable_time(design: Design) -> None:
@@ -93,42 +88,31 @@ def reading_over_time(sensor: Sensor) -> ReadingOverTime | None:
 
     waits, at = _waits(hold, wait)
     ramp = (np.arange(1 + RAMP_STEPS) / RAMP_STEPS) ** 2
-    stops = design.stop_s / np.array(SPEEDS)
     E = np.array(design.fruit.E_MPa)
-    times = np.concatenate([np.outer(stops, ramp), stops[:, None] + waits[1:]], axis=1)
+    times = np.concatenate([design.stop_s * ramp, design.stop_s + waits[1:]])
     depth = design.press.travel_mm * np.concatenate([ramp, np.ones(HOLD_STEPS)])
-    moduli = np.tile(E, len(SPEEDS))
-    presses = np.repeat(times, len(E), axis=0)
-    solved = timed_forces(law, relaxation, moduli, presses, first_touch + np.broadcast_to(depth, presses.shape))
+    presses = np.broadcast_to(times, (len(E), len(times)))
+    solved = timed_forces(law, relaxation, E, presses, first_touch + np.broadcast_to(depth, presses.shape))
 
-    shape = (len(SPEEDS), len(E), times.shape[1], -1)
-    F = solved.F.reshape(shape)
+    F = solved.F
     apparent = _apparent(law, F)
-    held = apparent[..., RAMP_STEPS:]
-    moves = np.array([_moves(held, index) for index in range(held.shape[-1])]).T  # (speeds, moments)
-    steadiest = moves.argmin(axis=1)
-    moments = []
-    for i, speed in enumerate(SPEEDS):
-        best = int(steadiest[i])
-        moment = Moment(
-            speed_mm_per_s=speed * float(design.press.speed_mm_per_s or 0.0),
-            at_s=float(times[i, RAMP_STEPS + best]),
-            moves=float(moves[i, best]),
-        )
-        moments.append(moment)
-
-    by_steps = float((solved.error.reshape(shape)[0, :, RAMP_STEPS:] / F[0, :, RAMP_STEPS:]).max())
-    value = float(moves[0, at])
+    held = apparent[:, RAMP_STEPS:]
+    moves = [_moves(held, index) for index in range(held.shape[-1])]
+    best = int(np.argmin(moves))
+    by_steps = float((solved.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())
+    value = moves[at]
     return ReadingOverTime(
         E=E,
-        t=times[0],
-        F=F[0],
-        P=high_over_low(F[0], F[0], design.tips.spring_groups),
-        apparent=apparent[0],
+        t=times,
+        F=F,
+        P=high_over_low(F, F, design.tips.spring_groups),
+        apparent=apparent,
         stop=RAMP_STEPS,
         at=RAMP_STEPS + at,
         moves=Estimate(value, 2.0 * by_steps + value * _off_elastic(sensor, law, first_touch)),
-        moments=tuple(moments),
+        steadiest=Moment(
+            speed_mm_per_s=design.press.speed_mm_per_s or 0.0, at_s=float(times[RAMP_STEPS + best]), moves=moves[best]
+        ),
     )
 
 
@@ -161,13 +145,13 @@ def _apparent(law: ContrastLaw, F: Floats) -> Floats:
     return moduli
 
 
-def _moves(held: Floats, index: int) -> Floats:
-    """Return how far the apparent moduli (speeds, moduli, moments) are elsewhere from that of a moment [1], (speeds,).
+def _moves(held: Floats, index: int) -> float:
+    """Return the largest relative change of apparent moduli (moduli, moments) from those of one moment [1].
 
     Infinite where a tip is off the fruit.
     """
-    changes = np.abs(held / held[..., index : index + 1] - 1.0).max(axis=(1, 2))
-    return np.where(np.isfinite(changes), changes, np.inf)
+    change = float(np.abs(held / held[:, index : index + 1] - 1.0).max())
+    return change if math.isfinite(change) else math.inf
 
 
 def _off_elastic(sensor: Sensor, law: ContrastLaw, first_touch: float) -> float:

@@ -22,7 +22,6 @@ from pipeline.report.report import (
     LevelReport,
     ListedFile,
     MaterialReport,
-    ModeReport,
     ModulusReport,
     MomentReport,
     Numbers,
@@ -164,18 +163,12 @@ def _spring(spring: FittedSpring, springs: FittedSprings) -> SpringReport:
 
 
 def _behaviour(behaviour: SpringBehaviour) -> BehaviourReport:
-    """Return the behaviour of the finished springs, without modes where they were not solved."""
-    modes = []
-    if behaviour.modes is not None:
-        rows = zip(behaviour.modes.frequencies_Hz, behaviour.modes.errors, behaviour.modes.shapes, strict=True)
-        for frequency, error, shape in rows:
-            modes.append(ModeReport(frequency_Hz=frequency, error_percent=100.0 * error, shape=shape))
+    """Return the behaviour of the finished springs."""
     return BehaviourReport(
         crosstalk_C12_over_C22=behaviour.crosstalk,
         gauge_factor=GAUGE_FACTOR,
         gauge_grid_mm=GRID_MM,
         gauges=behaviour.gauges,
-        modes=tuple(modes),
         low=behaviour.arms["low"],
         high=behaviour.arms["high"],
     )
@@ -281,7 +274,7 @@ def reading_report(readings: Readings) -> ReadingReport:
 
 
 def relaxation_report(over_time: ReadingOverTime) -> RelaxationReport:
-    """Return forces, P and the apparent modulus over time, and the moments at which a reading moves least."""
+    """Return forces, P and the apparent modulus over time, and the moment at which a reading moves least."""
     moduli = []
     for i, E in enumerate(over_time.E.tolist()):
         row = RelaxingModulusReport(
@@ -291,10 +284,9 @@ def relaxation_report(over_time: ReadingOverTime) -> RelaxationReport:
             E_apparent_MPa=_numbers(over_time.apparent[i]),
         )
         moduli.append(row)
-    moments = []
-    for moment in over_time.moments:
-        percent = _finite(100.0 * moment.moves)
-        moments.append(MomentReport(speed_mm_per_s=moment.speed_mm_per_s, at_s=moment.at_s, moves_percent=percent))
+    best = over_time.steadiest
+    percent = _finite(100.0 * best.moves)
+    steadiest = MomentReport(speed_mm_per_s=best.speed_mm_per_s, at_s=best.at_s, moves_percent=percent)
     return RelaxationReport(
         t_s=tuple(over_time.t.tolist()),
         stop_s=float(over_time.t[over_time.stop]),
@@ -302,7 +294,7 @@ def relaxation_report(over_time: ReadingOverTime) -> RelaxationReport:
         moves_percent=_finite(100.0 * over_time.moves.value),
         moves_error_percent=_finite(100.0 * over_time.moves.error),
         moduli=tuple(moduli),
-        moments=tuple(moments),
+        moments=(steadiest,),
     )
 
 

@@ -24,6 +24,7 @@ from pipeline.verdicts.errors.scatter_bands import ScatterBands
 from sensor.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
 from sensor.design.leaves import Leaves, beam_lengths, creep_of, leaves_of
 from sensor.design.parameters import Design
+from sensor.gone import REPORT_KEYS
 from sensor.quantity import InputError, report_field, validation_error
 from sensor.theory.creep import CreepLaw
 from sensor.theory.leaf_spring import Flexure
@@ -117,21 +118,6 @@ class MaterialReport:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ModeReport:
-    """One mode of vibration of the sensor in its mount."""
-
-    frequency_Hz: float = report_field(
-        "Hz", "natural frequency by finite elements; pins that are glued in lower it by a per cent"
-    )
-    error_percent: float = report_field("%", "half width of the error bar of the frequency")
-    shape: str = report_field(
-        "",
-        "the spring that moves most and its direction: along the press, along the tips, or out of the plane "
-        "of the plate",
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
 class BehaviourReport:
     """How the finished springs behave."""
 
@@ -143,9 +129,6 @@ class BehaviourReport:
     gauge_factor: float = report_field("1", "gauge factor that is assumed for the bridge output")
     gauge_grid_mm: float = report_field("mm", "length of the grid of a gauge")
     gauges: str = report_field("", "strain gauges on the leaves, `none` or `foil`")
-    modes: tuple[ModeReport, ...] = report_field(
-        "", "the three lowest modes of vibration of the sensor in its mount; solved by `pipeline design` only"
-    )
     low: ArmBehaviour = report_field("", "the low spring at full travel")
     high: ArmBehaviour = report_field("", "the high spring at full travel")
 
@@ -394,7 +377,7 @@ class RelaxingModulusReport:
 class MomentReport:
     """When a reading moves least at one speed of the press."""
 
-    speed_mm_per_s: float = report_field("mm/s", "speed of the press, first the design's and then others")
+    speed_mm_per_s: float = report_field("mm/s", "speed of the press")
     at_s: float = report_field("s", "time of the reading at which the apparent modulus changes least during the hold")
     moves_percent: float | None = report_field(
         "%",
@@ -417,7 +400,7 @@ class RelaxationReport:
     )
     moves_error_percent: float | None = report_field("%", "half width of the error bar of that change")
     moduli: tuple[RelaxingModulusReport, ...] = report_field("", "forces over time on a fruit of each modulus")
-    moments: tuple[MomentReport, ...] = report_field("", "the best time of a reading, for each speed of the press")
+    moments: tuple[MomentReport, ...] = report_field("", "the best time of a reading")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -683,18 +666,19 @@ def report_of(folder: Path, data: Plain) -> Report:
             if get_origin(kind) is tuple and not isinstance(data.get(key, []), list):
                 msg = f"expected a JSON list @ report.{key}"
                 raise ValueError(msg)
-        return from_plain(Report, _without_former_keys(data), "report", _CONVERTER)
+        return from_plain(Report, _without_gone_keys(data), "report", _CONVERTER)
     except ValueError as error:
         raise _refused(folder, f"its report.json must be as it was written ({error})") from error
 
 
-def _without_former_keys(data: Plain) -> Plain:
-    """Return the JSON data of a report without the keys of older versions."""
-    for name in _FORMER_KEYS:
-        table, _, key = name.partition(".")
-        held = data.get(table)
+def _without_gone_keys(data: Plain) -> Plain:
+    """Return the JSON data of a report without the keys of older versions that are gone."""
+    for name in (*_FORMER_KEYS, *REPORT_KEYS):
+        table, _, key = name.rpartition(".")
+        held = data.get(table) if table else data
         if isinstance(held, dict) and key in held:
-            data = {**data, table: {known: value for known, value in held.items() if known != key}}
+            kept = {known: value for known, value in held.items() if known != key}
+            data = {**data, table: kept} if table else kept
     return data
 
 

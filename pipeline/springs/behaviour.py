@@ -9,14 +9,11 @@ from pipeline.response.scene_press import ScenePress
 from pipeline.springs.arm_behaviour import ArmBehaviour
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.leaf_lengths import FittedHousing
-from pipeline.springs.mounts import coarse_half
-from pipeline.storage.cache import cached
 from sensor.arrays import Floats
 from sensor.record import Record
 from sensor.theory.elastica import large_deflection_stiffening
 from sensor.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
 from sensor.theory.strain_gauge import FOIL
-from solve.housing.modes import Modes, Solid, modes_of
 
 GAUGE_FACTOR = FOIL.gauge_factor
 GRID_MM = FOIL.grid_length_mm
@@ -25,38 +22,15 @@ LONGEST_FRACTION = 0.5  # of the length of a leaf: the largest deflection that t
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SpringBehaviour(Record):
-    """The behaviour of every spring by its name, one tip under the force of the other [1], and the lowest modes.
-
-    `modes` is None where they were not solved.
-    """
+    """The behaviour of every spring by its name, and one tip under the force of the other [1]."""
 
     crosstalk: float
     gauges: str
     arms: dict[str, ArmBehaviour]
-    modes: Modes | None
 
 
-def sensor_modes(springs: FittedSprings) -> Modes | None:
-    """Return the three lowest modes of the sensor in its mount, solved and kept; None where nothing is made.
-
-    Raises MeshError or SolveError.
-    """
-    if springs.fitted is None:
-        return None
-    housing = springs.fitted.housing
-    process = springs.process
-    K = springs.fitted.stiffness.K
-    solid = Solid(E=process.E_MPa, poisson=process.poisson, density=process.density_g_per_cm3)
-
-    def solve() -> Modes:
-        # the stiffness of the springs, to which modes are scaled, is that of the fit
-        return modes_of(coarse_half(housing, process.E_MPa, process.poisson, rough=False), solid, K)
-
-    return cached("modes", {"housing": housing, "solid": solid, "K": K}, solve, Modes)
-
-
-def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | None = None) -> SpringBehaviour | None:
-    """Return the behaviour at full travel; None where nothing is made. `modes` are those of the solid."""
+def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
+    """Return the behaviour at full travel; None where nothing is made."""
     fitted = springs.fitted
     if fitted is None:
         return None
@@ -68,7 +42,7 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | N
         arms[arm.name] = _arm_behaviour(springs, fitted, i, hardest)
     C = fitted.stiffness.C
     crosstalk = float(C[0, -1] / C[-1, -1])
-    return SpringBehaviour(crosstalk=crosstalk, gauges=fitted.housing.gauges, arms=arms, modes=modes)
+    return SpringBehaviour(crosstalk=crosstalk, gauges=fitted.housing.gauges, arms=arms)
 
 
 def _arm_behaviour(springs: FittedSprings, fitted: FittedHousing, i: int, forces: list[float]) -> ArmBehaviour:

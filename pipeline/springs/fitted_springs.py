@@ -14,7 +14,7 @@ from cad.parts.pin import pin_mass
 from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.springs.leaf_lengths import FittedHousing, HousingSolver, fit_lengths
-from pipeline.springs.mounts import mount_changes, sideways_give
+from pipeline.springs.mounts import sideways_give
 from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
@@ -388,17 +388,3 @@ def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[floa
         return ()
     of_kind = {spring.name: sag - max(sags) for spring, sag in zip(springs.springs, sags, strict=True)}
     return tuple(of_kind[kind] for kind in springs.tips.springs)
-
-
-def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:
-    """Return the relative change of each spring's stiffness [1] in other mounts than the design's, by their names.
-
-    They are solved and kept; there are none where no housing is made.
-    """
-    housing = springs.housing
-    if housing is None:
-        return {}
-    E = springs.process.E_MPa
-    poisson = springs.process.poisson
-    inputs = {"housing": asdict(housing), "E": E, "poisson": poisson}
-    return cached("mounts", inputs, lambda: mount_changes(housing, E, poisson), dict[str, tuple[float, ...]])

@@ -1,7 +1,6 @@
 """What is attached to a housing as the solver takes it: the layers of its mount, and the gauges on its leaves."""
 
 import functools
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -9,26 +8,23 @@ import numpy as np
 
 from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import SETBACK_MM, Housing
-from cad.parts.pin import STEEL_MPA
 from mesh.housing.blocks import GLUE, STRIP
 from mesh.housing.sweep import flexure_mesh
 from sensor.theory.strain_gauge import GAUGES, gauge_spans
 from sensor.theory.strip_clamp import StripClamp
 from solve.contact.scene import SidewaysGive
 from solve.housing.bonded_foil import BondedFoil
-from solve.housing.clamped_half import HOLES, SIDES, Attached, ClampedHalf, clamped_half, with_layers
+from solve.housing.clamped_half import SIDES, Attached, ClampedHalf, clamped_half
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
 from solve.housing.inset import Inset
-from solve.housing.stiffness import leaf_faces, lever_compliance, stiffness_of
+from solve.housing.stiffness import leaf_faces, lever_compliance
 
 # The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher.
 SKIN_MM = 0.02
 # Of the plate of a cover, which gives less than a strip as narrow as its rim: CalculiX on
 # tetrahedra of housing and cover.
 PLATE_FRACTION = 0.75
-SCREW_CORE_MM = 2.387  # core diameter of M3, ISO 724
-SPREAD = 0.5  # tangent of the cone in which the pressure of a screw spreads, VDI 2230
-MOUNT_SCALE = 4.0  # of the mesh on which other mounts are compared, and modes found
+COARSE_SCALE = 4.0  # of the mesh on which tips lean sideways
 ROUGH_SCALE = 3.0  # of the one mesh of a rough answer, which has one layer of elements over the half depth
 
 
@@ -58,12 +54,12 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
 
     A cover is a layer of the housing's material whose outer face a flat plate of metal holds.
     """
-    holes = _discs(housing, housing.hole_diameter)
+    holes = discs_at(housing, housing.hole_diameter)
     if housing.mount == "covers":
         thickness = RECESS_MM + PLATE_FRACTION * PLATE_MM
         layer = ElasticLayer(name=SIDES, thickness=thickness, rectangles=rim(housing), holes=holes)
     elif housing.mount == "washers":
-        discs = _discs(housing, WASHER_MM)
+        discs = discs_at(housing, WASHER_MM)
         layer = ElasticLayer(name=SIDES, thickness=SKIN_MM, rectangles=walls(housing), discs=discs, holes=holes)
     else:
         return ()
@@ -85,9 +81,9 @@ def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...
 def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> ClampedHalf:
     """Return half the housing in its own mount on a coarse mesh, or the rough one [E in MPa]; the last one is kept.
 
-    Stiffness in other mounts and modes both start from it, and a rough answer is all of it. Raises SolveError.
+    What tips give sideways is found on it, and a rough answer is all of it. Raises SolveError.
     """
-    mesh = flexure_mesh(housing, ROUGH_SCALE, layers=1) if rough else flexure_mesh(housing, MOUNT_SCALE)
+    mesh = flexure_mesh(housing, ROUGH_SCALE, layers=1) if rough else flexure_mesh(housing, COARSE_SCALE)
     return clamped_half(mesh, E, poisson, attached_to(housing))
 
 
@@ -105,49 +101,6 @@ def sideways_give(
     error = float(np.abs(np.diag(compliance[..., 2, 2]) * K - 1.0).max())
     compliance[..., 2, 2] = 0.0  # from up to up the springs have it
     return SidewaysGive(compliance, error)
-
-
-def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
-    """Return the relative change of each spring's stiffness [1] in other mounts, by their names; E in MPa.
-
-    One is the other mount that a design may ask for, one has covers that press near the screws alone. In the last,
-    screws are so loose that they carry by bending alone. The mesh is coarse, which moves a change by a tenth of it.
-    Raises SolveError.
-    """
-    half = coarse_half(housing, E, poisson, rough=False)
-    own_K = np.array(stiffness_of(half))
-    mounts = {"screws so loose that they bend": (_bending_screws(housing, E, poisson),), **_other_layers(housing)}
-    changes = {}
-    for name, layers in mounts.items():
-        other_K = stiffness_of(with_layers(half, layers, E, poisson))
-        changes[name] = tuple((other_K / own_K - 1.0).tolist())
-    return changes
-
-
-def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
-    """Return the layers of each mount that holds the frame in another way than its own, by the mount's name."""
-    others = {}
-    if housing.mount == "covers":
-        others["washers on the frame, no covers"] = mount_layers(replace(housing, mount="washers"))
-        pressed = _discs(housing, WASHER_MM + 2.0 * (PLATE_MM + RECESS_MM) * SPREAD)
-        near = tuple(replace(layer, discs=pressed) for layer in mount_layers(housing))
-        others["covers that press near the screws alone"] = near
-    elif housing.mount == "washers":
-        others["covers between frame and washers"] = mount_layers(replace(housing, mount="covers"))
-    if housing.back_to_back:
-        others["the other plate loose"] = mount_layers(housing)[:1]
-    return others
-
-
-def _bending_screws(housing: Housing, E: float, poisson: float) -> ElasticLayer:
-    """Return screws as a layer in the holes that is sheared as far as they bend: beams held at both ends, 192 EI / L^3.
-
-    S. P. Timoshenko, Strength of Materials, part I, 1955: a beam with both ends built in, loaded at its middle.
-    """
-    span = housing.stack + (2.0 * (PLATE_MM + RECESS_MM) if housing.mount == "covers" else 0.0)
-    bending = 192.0 * STEEL_MPA * math.pi / 64.0 * SCREW_CORE_MM**4 / span**3
-    inside = math.pi * housing.hole_diameter * housing.stack
-    return ElasticLayer(name=HOLES, thickness=0.5 * E / (1.0 + poisson) * inside / bending)
 
 
 def walls(housing: Housing) -> tuple[Rectangle, ...]:
@@ -168,7 +121,8 @@ def rim(housing: Housing) -> tuple[Rectangle, ...]:
     return (*rectangles, bar)
 
 
-def _discs(housing: Housing, diameter: float) -> tuple[Disc, ...]:
+def discs_at(housing: Housing, diameter: float) -> tuple[Disc, ...]:
+    """Return a disc around each mounting hole [mm]."""
     return tuple((x, z, 0.5 * diameter) for x, z in housing.holes)
 
 

@@ -16,10 +16,8 @@ WORK = {
     "response": "forces over travel and modulus",
     "reading": "what the sensor reads in every pose",
     "verdicts": "verdicts",
-    "mounts": "what other mounts do to the springs",
     "errors": "what each error is made of",
     "fabrication": "files for fabrication, and the springs across the plate",
-    "modes": "modes of vibration",
     "behaviour": "how the springs tilt, stiffen and ring",
     "fields": "displacement and stress for ParaView",
 }

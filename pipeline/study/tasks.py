@@ -26,7 +26,6 @@ MACHINE = "machine: "
 LOST = (
     f"{MACHINE}the worker that solved this point was lost again and again; free memory, the same command tries it again"
 )
-_OF_DESIGN = "behaviour.modes"  # which `pipeline design` solves, and no run
 _DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _OF_MACHINE = (OSError, MemoryError, BrokenExecutor)
 
@@ -99,8 +98,7 @@ def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object
         from pipeline import run  # with all that draws and writes, which takes seconds and only these points need
 
         out = None if folder is None else folder / "designs" / f"{point.number:07d}"
-        has_modes = any(key.startswith(_OF_DESIGN) for key in study.wanted)
-        options = RunOptions(tolerance=study.tol, out=out, fabrication=has_modes)
+        options = RunOptions(tolerance=study.tol, out=out)
         result = run(design, options, beside=False)  # one process for each core
         report = {**vars(report_of_result(result)), PASSED: result.passed}
     return {key: wanted_value(report, key) for key in study.wanted}

@@ -6,6 +6,7 @@ from typing import Literal
 from pipeline.evaluate import Part
 from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key, report_keys, value_at
+from sensor.gone import refuse_gone_key
 from sensor.quantity import nearest, validation_error
 
 Level = Literal["contact", "flexures", "files"]
@@ -29,6 +30,7 @@ def level_of(name: str, keys: Iterable[str]) -> Level:
 
 def _level_of(name: str, key: str) -> Level:
     """Return the level of one key; raises InputError for one that no study may ask for."""
+    refuse_gone_key(key)
     level = _verdict_level(key) if key.startswith("verdicts.") else _plain_level(key)
     for known in LEVELS:
         if known == level:

@@ -353,7 +353,7 @@ def relaxation_verdicts(design: Design, over_time: ReadingOverTime | None) -> tu
     steadiest = over_time.steadiest
     words = (
         f"largest |E read / E read at {read_s:.3g} s - 1| from {design.stop_s:.3g} to {design.release_s:.3g} s; least, "
-        f"{100.0 * steadiest.moves:.2g} %, at {steadiest.at_s:.3g} s of a press by {steadiest.speed_mm_per_s:.3g} mm/s"
+        f"{100.0 * steadiest.moves:.2g} %, at {steadiest.at_s:.3g} s"
     )
     if not math.isfinite(over_time.moves.value + over_time.moves.error):
         return (failed_verdict(name, limit, unit="1", reference="a tip is off the fruit during the hold"),)

@@ -28,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "signal",
         metavar="FILE.csv",
         nargs="?",
-        help="columns t_s or a time for each channel, x_mm if it is there, a force or counts for each tip; or -",
+        help="columns t_s or a time for each channel, a force or counts for each tip; or -",
     )
     add("--forces", metavar="F1,F2", help="one reading of a pair [N]; write --forces=-0.5,1 below 0")
     add("--unit", metavar="unit.toml", type=Path, help="the unit as pipeline calibrate found it (default: as designed)")

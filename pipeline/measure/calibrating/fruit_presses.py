@@ -215,11 +215,6 @@ def _mean(fruit: _Points, ends: Floats) -> _Points:
     return _Points(ends, np.full(2, fruit.firm.mean()))
 
 
-def _factor(fruit: _Points, ends: Floats) -> _Points:
-    """Return the line of slope 1 from end to end through fruit: a constant factor."""
-    return _Points(ends, ends + (fruit.firm - fruit.read).mean())
-
-
 def _power(fruit: _Points, ends: Floats) -> _Points:
     """Return the line of least squares from end to end, level where it would fall."""
     read = fruit.read - fruit.read.mean()
@@ -239,4 +234,4 @@ def _rising(fruit: _Points, ends: Floats) -> _Points:
     return _Points(read, np.concatenate([at_ends[:1], centres.firm[inside], at_ends[1:]]))
 
 
-_CURVES: dict[str, _Curve] = {"factor": _factor, "power": _power, "rising": _rising}
+_CURVES: dict[str, _Curve] = {"power": _power, "rising": _rising}

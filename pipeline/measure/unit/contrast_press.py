@@ -7,7 +7,7 @@ import numpy as np
 
 from pipeline.measure.unit.fruit_reading import FruitReading, checked_reading, half_width
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.pair_press import Stroke, with_force_ratio
+from pipeline.measure.unit.pair_press import with_force_ratio
 from pipeline.measure.unit.relaxing_flesh import Hold
 from pipeline.measure.unit.seating import SeatedPress
 from sensor.arrays import Floats
@@ -35,19 +35,13 @@ class ContrastPress:
         self._hold = hold
         self._law = sensor.rise_law if hold is None else sensor.rise_law.over_time
         self._press = SeatedPress(sensor, self._law, lag=lag)
-        self._stroke = Stroke(sensor, lag) if sensor.reads_moments and hold is None else None
         self._before: float | None = None
 
-    def add(self, channels: Floats, x: float | None = None, t: float | None = None) -> None:
-        """Take the channels of the next sample [N], the forces of all tips first, and its time [s].
-
-        The travel x [mm] is taken where it is measured.
-        """
+    def add(self, channels: Floats, t: float | None = None) -> None:
+        """Take the channels of the next sample [N], the forces of all tips first, and its time [s]."""
         elapsed = None if t is None or self._before is None else t - self._before
         self._before = t
         self._press.add(channels, elapsed)
-        if self._stroke is not None and x is not None:
-            self._stroke.add(channels, x)
         if self._hold is not None and t is not None:
             self._hold.add(channels[: self._tips], t)
 
@@ -59,7 +53,7 @@ class ContrastPress:
         """Return what the press tells, with the flag of its cause where that is nothing.
 
         `press_s` [s] is its duration from the first touch to the deepest point, where that is known. Beside it, in
-        `others`, a pair has what the force ratio and the stroke tell.
+        `others`, a pair has what the force ratio tells.
         """
         sensor = self._sensor
         try:
@@ -76,9 +70,8 @@ class ContrastPress:
         reading = self._with_pose(found, E, u, stiffened)
         reading = replace(reading.of_samples(found.samples, sensor.steepness(E) * found.noise), bend=bend)
         reading = reading.with_shift(self._shift_by_one(E, load, press_s))
-        if self._stroke is not None:
+        if sensor.reads_moments and self._hold is None:
             reading = with_force_ratio(sensor, reading, found, deepest, press_s)
-            reading = self._stroke.beside(reading, load, press_s)
         if left_open["times"] > LARGEST_BY_TIME:
             reading = reading.with_flag("too_fast")
         if self._hold is None:

@@ -7,7 +7,7 @@ import numpy as np
 from sensor.quantity import COVERAGE, Bounds, Estimate, check_fields, choice, quantity, validation_error
 
 CURVES = ("factor", "power", "rising")
-"""A constant factor on E, a power of E, and any curve that rises with it."""
+"""A constant factor on E, which scales of 0.2 have, a power of E, and any curve that rises with it."""
 _HINT = "take the numbers that pipeline calibrate wrote"
 _POSITIVE = Bounds(above=0.0, at_most=1e6)
 _AT_THE_EDGE = 1e-6  # of an end of the curve, by which E may lie beyond it

@@ -79,11 +79,10 @@ class AtOneTime:
 
 
 def _at(t: float, rows: Sequence[Sample]) -> Sample:
-    """Return the last of some samples with all channels, and the travel where it is measured, at a time [s]."""
+    """Return the last of some samples with all channels at a time [s]."""
     last = rows[-1]
     forces = [_between(t, [(row.times[tip], row.forces[tip]) for row in rows]) for tip in range(len(last.forces))]
-    x = None if last.x is None else _between(t, [(row.t, row.x or 0.0) for row in rows])
-    return replace(last, t=t, x=x, forces=tuple(forces), times=())
+    return replace(last, t=t, forces=tuple(forces), times=())
 
 
 def _between(t: float, points: Sequence[tuple[float, float]]) -> float:

@@ -1,4 +1,4 @@
-"""Two more readings of a pair: the modulus by the force ratio of one moment, and the modulus by the stroke."""
+"""Another reading of a pair: the modulus by the force ratio of one moment."""
 
 import math
 from dataclasses import replace
@@ -7,11 +7,10 @@ import numpy as np
 
 from pipeline.measure.unit.fruit_reading import FruitReading, checked_reading, flags_of_forces, half_width
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.seating import SeatedPress
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE
-from sensor.theory.contrast_law import ContrastLaw, ReadingError, ReadingSlopes, contrast_slopes
-from sensor.theory.contrast_rise import BendSlopes, RiseError, RiseLaw, RiseReading
+from sensor.theory.contrast_law import ReadingError, ReadingSlopes, contrast_slopes
+from sensor.theory.contrast_rise import BendSlopes, RiseReading
 
 
 def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
@@ -55,43 +54,6 @@ def with_force_ratio(
     reading = replace(reading, others={"force_ratio": sensor.corrected(by_ratio, press_s)})
     allowed = COVERAGE * math.hypot(noise, found.noise) + sensor.model_error
     return reading.with_flag("read_outs_disagree") if abs(by_ratio / found.E - 1.0) > allowed else reading
-
-
-class Stroke:
-    """The modulus by how far the high tip sinks while the travel is measured.
-
-    The law of a rise holds for the travel of the high tip too, x = (C F) + (S F) / E + lead, with x as a third channel.
-    The lead is a constant of the press.
-    """
-
-    def __init__(self, sensor: MeasuringUnit, lag: int = 1) -> None:
-        """Begin a press; `lag` is from how many samples before noise is independent."""
-        law = ContrastLaw(
-            weights=(0.0, 1.0, 1.0),
-            gaps=(0.0, 0.0, 0.0),
-            C=((0.0, 0.0, 0.0), (*sensor.C[-1], 0.0), (0.0, 0.0, -1.0)),
-            S=((0.0, 0.0, 0.0), (*sensor.report.contact.compliance_per_mm[-1], 0.0), (0.0, 0.0, 0.0)),
-        )
-        self._sensor = sensor
-        self._press = SeatedPress(sensor, RiseLaw(contrast=law), noises=np.append(sensor.noises, 0.0), lag=lag)
-        self._before_first: float | None = None
-
-    def add(self, forces: Floats, x: float) -> None:
-        """Take the forces of both tips [N] and the travel x [mm] in the next sample."""
-        if self._before_first is None:
-            self._before_first = x - 1.0  # a channel of a rise is above 0, and a constant drops out
-        self._press.add(np.array([*forces, x - self._before_first]))
-
-    def beside(self, reading: FruitReading, load: int, press_s: float | None) -> FruitReading:
-        """Return a reading with what the stroke tells from a load of the seating on, if it tells a modulus.
-
-        `press_s` [s] is as `ContrastPress` has it.
-        """
-        try:
-            _, found = self._press.part(load)
-        except RiseError:
-            return reading
-        return replace(reading, others={**reading.others, "stroke": self._sensor.corrected(found.E, press_s)})
 
 
 def _ratio_slopes(sensor: MeasuringUnit, forces: Floats) -> ReadingSlopes:

@@ -194,7 +194,7 @@ class _Press:
 
     def add(self, sample: Sample, channels: Floats) -> None:
         """Take a sample with its channels [N], the forces of all tips first."""
-        self._press.add(channels, sample.x, sample.t)
+        self._press.add(channels, sample.t)
         forces = channels[: len(sample.forces)]
         if not self.is_firm:
             is_firm = bool((forces > self._firm_forces).all())

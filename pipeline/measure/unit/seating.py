@@ -61,18 +61,17 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
 class SeatedPress:
     """One press, sample by sample: a `RisingPress` from each load of the seating on."""
 
-    def __init__(self, sensor: MeasuringUnit, law: RiseLaw, *, noises: Floats | None = None, lag: int = 1) -> None:
+    def __init__(self, sensor: MeasuringUnit, law: RiseLaw, *, lag: int = 1) -> None:
         """Begin a press; its channels are those of the law, the forces of the tips first.
 
-        `noises` [N] are those of the sensor where they are not given. `lag` is from how many samples before noise is
-        independent.
+        `lag` is from how many samples before noise is independent.
         """
         self._seating = seating_of(sensor)
         channels = len(law.contrast.weights)
         self._presses = []
         for forces in self._seating.least_forces:
             least = np.concatenate([forces, np.zeros(channels - len(forces))])
-            self._presses.append(RisingPress(law, sensor.noises if noises is None else noises, least, lag=lag))
+            self._presses.append(RisingPress(law, sensor.noises, least, lag=lag))
 
     def add(self, forces: Samples, elapsed: float | None = None) -> None:
         """Take the channels of the next sample: the forces of all tips [N] and what the law has behind them.

@@ -1,4 +1,4 @@
-"""Signals of a sensor line by line, from a CSV file or a stream: time, travel if it is there, a force for each tip."""
+"""Signals of a sensor line by line, from a CSV file or a stream: time, and a force for each tip."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -9,7 +9,7 @@ from pipeline.measure.tables.files import place_of
 from pipeline.measure.tables.headers import NO_FLAGS, ColumnFlags, folded, label_parts
 from pipeline.measure.tables.rows import Rows, WholeRows
 from pipeline.measure.tables.table import FoundTable, TableReader, refuse_twice, shown
-from pipeline.measure.tables.units import FORCE, LENGTH, TIME, Quantity
+from pipeline.measure.tables.units import FORCE, TIME, Quantity
 from pipeline.measure.tables.words import WORDS
 from sensor.quantity import validation_error, written_number
 
@@ -19,14 +19,13 @@ _OF_CHANNELS = r"(f|counts|t) ([lh]|[0-9]+)"  # what headers call those of any s
 
 @dataclass(frozen=True)
 class Sample:
-    """One line of a signal: its number, time [s], travel [mm] or None, and forces in the order of the tips [N].
+    """One line of a signal: its number, time [s], and forces in the order of the tips [N].
 
     `times` are those of each channel [s], none where all have the one time.
     """
 
     line: int
     t: float
-    x: float | None
     forces: tuple[float, ...]
     times: tuple[float, ...] = ()
 
@@ -50,7 +49,7 @@ def time_keys(tips: int) -> tuple[str, ...]:
 class Signal:
     """A signal that is read as its lines come; `notes` say which units were assumed, `understood` what is read.
 
-    A time for each channel may stand in place of the one time of a line, or beside it; that is then of the travel.
+    A time for each channel may stand in place of the one time of a line.
 
     Where its header names counts, `counted`, its samples have those in place of forces. `say` hears which lines are
     left out, and where a clock begins anew.
@@ -66,7 +65,6 @@ class Signal:
         of_forces, of_counts, of_channels = force_keys(tips), count_keys(tips), time_keys(tips)
         quantities = {name: Quantity(units=TIME, default="s", by_clock=True) for name in ("t", *of_channels)}
         quantities["t"] = replace(quantities["t"], words=tuple(WORDS["words"]["time"]))
-        quantities["x"] = Quantity(units=LENGTH, default="mm", words=tuple(WORDS["words"]["travel"]))
         quantities |= dict.fromkeys(of_forces, Quantity(units=FORCE, default="N")) | dict.fromkeys(of_counts, COUNTS)
         example = ",".join(["t_s", *(f"{key}_N" for key in of_forces)])
         reader = TableReader(flags.applied(quantities), (of_forces, of_counts), example, alone=True)
@@ -81,9 +79,9 @@ class Signal:
         self.counted = set(of_counts) <= self._columns.keys()
         keys = of_counts if self.counted else of_forces
         self.timed = not self._columns.keys().isdisjoint(of_channels)
-        needed = ("t",) if not self.timed else ("t", *of_channels) if "x" in self._columns else of_channels
+        needed = of_channels if self.timed else ("t",)
         refuse_twice(table, example)
-        _refuse_unlike(table, (*needed, *keys), ("t", "x"), example)
+        _refuse_unlike(table, (*needed, *keys), ("t",), example)
         self._force_columns = [self._columns[key] for key in keys]
         self._clocks = [Clock(table, self._columns[key], say) for key in ("t", *of_channels) if key in self._columns]
         self.understood = replace(table, rows=iter(()), left_out=[], skipped=[]).understood
@@ -92,15 +90,13 @@ class Signal:
     def __iter__(self) -> Iterator[Sample]:
         """Yield the samples; blank lines are left out."""
         table = self._table
-        travel = self._columns.get("x")
         count = 0
         for row in table.rows:
             self._say_left_out()
             times = [clock.seconds(row, rises=self.timed) for clock in self._clocks]
-            x = table.number(row, travel) if travel else None
             forces = tuple(table.number(row, column) for column in self._force_columns)
             count += 1
-            yield Sample(row.line, times[0], x, forces, tuple(times[-len(forces) :]) if self.timed else ())
+            yield Sample(row.line, times[0], forces, tuple(times[-len(forces) :]) if self.timed else ())
         self._say_left_out()
         if count == 0:
             bound = "at least one line of numbers below the header"

@@ -5,7 +5,7 @@ that of the fruit under a tip, or the height of a tip. `budget.py` turns that in
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -89,17 +89,13 @@ NO_EFFECT = Effect(name="", reason="")
 
 @dataclass(frozen=True, kw_only=True)
 class LevelSensor:
-    """The pair that stands for a design, pressed level, and the law of its force ratio: effects act on it.
-
-    `mounts` are the relative changes of each spring in other mounts [1], by name; none where they were not solved.
-    """
+    """The pair that stands for a design, pressed level, and the law of its force ratio: effects act on it."""
 
     design: Design
     contact: FruitCompliance
     sizing: SpringSizing
     springs: FittedSprings
     characteristic: ForceRatioCurve
-    mounts: Mapping[str, PerTip]
 
     def deflections(self, K_m: Floats | float, travel: Floats | float) -> Floats:
         """Return the deflection of each spring (2, ...) at fruit stiffnesses [N/mm] and travels [mm] that broadcast."""
@@ -137,8 +133,8 @@ class LevelSensor:
         return tuple(scene_of(self.design).slopes_deg)
 
 
-def level_sensor(sensor: Sensor, mounts: Mapping[str, PerTip]) -> LevelSensor:
-    """Return the level pair that stands for a sensor; `mounts` are changes of its springs in other mounts [1]."""
+def level_sensor(sensor: Sensor) -> LevelSensor:
+    """Return the level pair that stands for a sensor."""
     pair = sensor.pair
     return LevelSensor(
         design=pair.design,
@@ -146,7 +142,6 @@ def level_sensor(sensor: Sensor, mounts: Mapping[str, PerTip]) -> LevelSensor:
         sizing=pair.sizing,
         springs=pair.springs,
         characteristic=characteristic(pair.contact, pair.sizing, pair.springs.stiffnesses, pair.springs.errors),
-        mounts=mounts,
     )
 
 
@@ -215,7 +210,7 @@ def _left_out_of_housing(sensor: LevelSensor) -> Iterator[Effect]:
         reason = f"a first layer {FOOT_MM:g} mm wider on each side, {FOOT_HIGH_MM:g} mm high; cut it off or calibrate"
         yield Effect(name="elephant's foot", reason=reason, springs=np.array(footed), calibrated=True)
 
-    yield _other_mount(sensor.mounts)
+    yield _other_mount()
     yield from _creep(sensor)
 
 
@@ -236,23 +231,14 @@ def _creep(sensor: LevelSensor) -> Iterator[Effect]:
     yield Effect(name="creep", reason=reason, springs=np.array([stiffer, stiffer]))
 
 
-def _other_mount(mounts: Mapping[str, PerTip]) -> Effect:
-    """Return the effect of another mount: the solved one that changes a stiffness most, without any a bound."""
-    if mounts:
-        worst = max(mounts.values(), key=lambda changes: max(map(abs, changes)))
-        listed = []
-        for name, changes in mounts.items():
-            percents = " and ".join(f"{100.0 * change:+.2g}" for change in changes)
-            listed.append(f"{name} {percents} %")
-        told = "; ".join(listed)
-    else:
-        worst = LARGEST_MOUNT_CHANGES
-        percents = " and ".join(f"{100.0 * abs(change):.2g}" for change in worst)
-        told = (
-            f"at most {percents} % over presets, processes and mounts (docs/measurements.md); pipeline design solves it"
-        )
-    reason = f"another mount than the sheet's: {told}"
-    return Effect(name="mount", reason=reason, springs=np.array(worst), calibrated=True)
+def _other_mount() -> Effect:
+    """Return the bound on what another mount changes."""
+    percents = " and ".join(f"{100.0 * abs(change):.2g}" for change in LARGEST_MOUNT_CHANGES)
+    reason = (
+        f"another mount than the sheet's: at most {percents} % over presets, processes and mounts "
+        "(docs/measurements.md)"
+    )
+    return Effect(name="mount", reason=reason, springs=np.array(LARGEST_MOUNT_CHANGES), calibrated=True)
 
 
 def _left_out_of_contact(sensor: LevelSensor, depths: Floats) -> Iterator[Effect]:

@@ -79,7 +79,7 @@ def test_travel_at_which_a_tip_is_off_some_fruit_has_no_bands():
     curve = RESULT.press.curve
     P = curve.P.copy()
     P[:5, 0] = np.nan
-    sensor = level_sensor(RESULT.sensor, {})
+    sensor = level_sensor(RESULT.sensor)
     table = reading_table(
         sensor, replace(RESULT.press, curve=replace(curve, P=P)), level_press(sensor, curve.E, curve.x)
     )

@@ -9,12 +9,13 @@ from skfem import ElementHexS2
 from squares import square_housing
 from stand_ins import PETG, default_housing
 
+from benchmarks.other_mounts import mount_changes
 from cad.parts.cover import WASHER_MM
 from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.leaf_lengths import COARSE, DEFAULT
-from pipeline.springs.mounts import MOUNT_SCALE, attached_to, mount_changes, mount_layers
+from pipeline.springs.mounts import COARSE_SCALE, attached_to, mount_layers
 from pipeline.verdicts.errors.effects import LARGEST_MOUNT_CHANGES
 from sensor.design.parameters import Design, Print
 from solve.elasticity import vector_basis
@@ -126,7 +127,7 @@ def test_mounts_differ_by_more_than_the_bar_and_plastic_covers_are_the_softest()
 def test_change_to_another_mount_is_that_of_solving_it():
     covers = mounted("covers")
     changes = mount_changes(covers, *MATERIAL)
-    own, washers = (np.array(solved(replace(covers, mount=mount), MOUNT_SCALE).K) for mount in ("covers", "washers"))
+    own, washers = (np.array(solved(replace(covers, mount=mount), COARSE_SCALE).K) for mount in ("covers", "washers"))
     assert changes["washers on the frame, no covers"] == pytest.approx(washers / own - 1.0, abs=ROUND_OFF)
     for name in ("screws so loose that they bend", "covers that press near the screws alone"):
         assert max(changes[name]) < 0.0

@@ -8,7 +8,6 @@ from dataclasses import replace
 import pytest
 import stand_ins
 
-import pipeline
 from cad.files.export_error import ExportError
 from pipeline.cli import main
 from pipeline.evaluate import check_targets
@@ -283,25 +282,6 @@ wanted = [
 [vary]
 "targets.P_max" = [4.5]
 """
-
-
-@pytest.mark.parametrize(
-    ("key", "fabrication"), [("behaviour.modes.0.frequency_Hz", True), ("behaviour.gauges", False)]
-)
-def test_modes_alone_ask_for_a_design(key, fabrication, written, monkeypatch):
-    """No run solves them."""
-    asked = []
-
-    def run(_, options, **__):
-        asked.append(options.fabrication)
-        msg = "planted"
-        raise InputError(msg)
-
-    monkeypatch.setattr(pipeline, "run", run)
-    study = replace(read_study(written()), samples=1, wanted=(key,), level="files")
-    points = [Point(number=0, settings={})]
-    (found,) = tasks.solve_points(study, None, points)
-    assert (found.status, found.error, asked) == ("refused", "planted", [fabrication])
 
 
 @pytest.mark.slow

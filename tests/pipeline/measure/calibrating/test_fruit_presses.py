@@ -88,12 +88,11 @@ def test_square_reads_all_rows_of_a_fruit_as_one_press(mango, measured):
         rows = pose_forces(scene, mango.contact, mango.C, [Pose(E=E, travel=x) for x in travels]).F
         lines += [",".join([f"{E:.2f}", f"{2.0 * E}", *(f"{force:.9f}" for force in row)]) for row in rows.tolist()]
     fit = scale_of_presses(measured("\n".join(lines)), sensor)
-    assert fit.scale.curve == "factor"
+    assert fit.scale.curve == "power"
     assert np.divide(fit.scale.firmness, fit.scale.E_MPa) == pytest.approx(2.0, rel=0.02)
 
 
 LAWS = {
-    "factor": lambda E: 1.2 * E,
     "power": lambda E: E * (1.0 + 0.4 * E**-0.5),  # a skin
     "rising": lambda E: E * np.exp(0.2 * np.log(E) ** 2),
 }
@@ -101,7 +100,7 @@ LAWS = {
 
 @pytest.mark.parametrize(
     ("simplest", "fruit", "noise"),
-    [("factor", 24, 0.02), ("power", 24, 0.02), ("rising", 24, 0.02), ("rising", 6, 0.1)],
+    [("power", 24, 0.02), ("rising", 24, 0.02), ("rising", 6, 0.1)],
 )
 def test_band_holds_95_per_cent_of_fruit_that_were_left_out(simplest, fruit, noise, rng):
     """Two presses of each fruit, both with noise, as the firmness is; the error told is that of fresh fruit."""
@@ -147,7 +146,7 @@ def test_pair_reads_all_rows_of_a_fruit_as_one_press(paper, tmp_path):
     path = tmp_path / "fruit.csv"
     path.write_text("\n".join(lines), encoding="utf-8")
     fit = scale_of_presses(measured_fruit(path, 2), sensor)
-    assert fit.scale.curve == "factor"
+    assert fit.scale.curve == "power"
     assert np.divide(fit.scale.firmness, fit.scale.E_MPa) == pytest.approx(20.0, rel=2e-3)
 
 

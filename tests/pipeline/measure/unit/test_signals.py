@@ -18,8 +18,8 @@ def signal_of(text, tips=2):
 
 def test_samples_have_time_travel_and_forces():
     first, second = signal_of("t_s,x_mm,F_l_N,F_h_N\n0,0.1,0.2,0.3\n\n0.001,0.2,0.4,0.6\n")
-    assert (first.t, first.x, first.forces) == (0.0, 0.1, (0.2, 0.3))
-    assert (second.line, second.t, second.x) == (4, 0.001, 0.2)
+    assert (first.t, first.forces) == (0.0, (0.2, 0.3))
+    assert (second.line, second.t) == (4, 0.001)
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,6 @@ def test_samples_have_time_travel_and_forces():
 def test_columns_are_taken_by_name_and_unit(text):
     (sample,) = signal_of(text)
     assert sample.forces == pytest.approx((0.25, 1.5))
-    assert sample.x is None
 
 
 def test_four_tips_have_numbers():
