@@ -15,7 +15,7 @@ from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.making.fields import write_fields
 from pipeline.making.solids import SolidMaker
 from pipeline.options import RunOptions, refuse_unmakeable
-from pipeline.report.outputs import write_outputs
+from pipeline.report.outputs import refuse_folder_of_a_run, write_outputs
 from pipeline.report.page.page import prepare_page
 from pipeline.result import SensorResult
 from pipeline.storage.folder import output_folder
@@ -74,7 +74,12 @@ def run(
 
 
 def look(design: Design, options: RunOptions, timed: Stopwatch) -> SensorResult:
-    """Return a rough answer, accurate to a few per cent, without solids and files of parts; raises as `run`."""
+    """Return a rough answer, accurate to a few per cent, without solids and files of parts.
+
+    Raises as `run`, and OutputError for the folder of a whole run.
+    """
+    if options.out is not None:
+        refuse_folder_of_a_run(options.out)
     with output_folder(options.out, force=options.force) as folder:
         result = evaluate(design, options, timed=timed)
         result = replace(result, verdicts=with_hints(result.verdicts, design, result.springs, options))

@@ -8,18 +8,20 @@ GONE = {
     "pipeline view --compare": "Write a page of each run with --html.",
     "pipeline view --pvd": "Write the fields at full travel with pipeline run --fields.",
     "behaviour.modes": "Use behaviour.low.natural_frequency_Hz and behaviour.high.natural_frequency_Hz.",
+    "stale": "A folder belongs to one answer: a new one replaces all its files.",
     "preset fruit": "Take the preset of one fruit, or find a design by pipeline suggest --fruit.",
 }
 """What to use in place of each."""
-REPORT_KEYS = ("behaviour.modes",)
+REPORT_KEYS = ("behaviour.modes", "stale")
 """Those that are keys of report.json: a report of 0.2 is read without them."""
 
 
-def refuse_gone(name: str) -> None:
-    """Raise InputError, which says what to use, for a name of GONE."""
-    if name in GONE:
-        msg = f"{name} is gone since 0.3. {GONE[name]}"
-        raise InputError(msg, field=name, bound="left out")
+def refuse_gone(*names: str) -> None:
+    """Raise InputError, which says what to use, for the first name of GONE."""
+    for name in names:
+        if name in GONE:
+            msg = f"{name} is gone since 0.3. {GONE[name]}"
+            raise InputError(msg, field=name, bound="left out")
 
 
 def refuse_gone_key(key: str) -> None:

@@ -115,12 +115,8 @@ class SignalPath:
         "ms",
         "delay of the conversion of each channel after the first channel of the sample; empty if all are "
         "converted at once",
-        default=(),
-        since="0.2",
     )
-    time_error_ms: float = report_field(
-        "ms", "bound of the error of a conversion time, in addition to `delay_ms`", default=0.0, since="0.2"
-    )
+    time_error_ms: float = report_field("ms", "bound of the error of a conversion time, in addition to `delay_ms`")
 
     @property
     def quanta_N(self) -> tuple[float, ...]:

@@ -90,9 +90,14 @@ def execute(arguments: Namespace) -> int:
     report = _kept_report(design, options, folder)
     if report is None:
         from pipeline import run
+        from pipeline.report.outputs import earlier_answer
 
+        before = earlier_answer(folder)
         with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
             report = run(design, options, progress=progress).report
+        lost = before.lost_files(folder, options.command)
+        if lost is not None:
+            print_error(f"note: {lost}")
     from pipeline.report.answer import every_section, report_passed, summary
     from pipeline.report.verdict_table import print_parts
 

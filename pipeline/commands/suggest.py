@@ -19,8 +19,9 @@ from pipeline.commands.console import (
 from pipeline.commands.run import add_design_flags, named_design, settings_of
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
 from pipeline.storage.digests import Json
-from sensor.design.design_file import design_as_mapping, design_as_toml, every_key, refuse_former_keys
+from sensor.design.design_file import design_as_mapping, design_as_toml, every_key
 from sensor.design.parameters import Design
+from sensor.gone import refuse_gone
 from sensor.quantity import nearest, validation_error
 from sensor.verdict import Verdict
 
@@ -115,7 +116,7 @@ def _refuse_flags(arguments: Namespace) -> None:
     """Raise InputError, before the search, for an unknown key and for a file that could not be written after it."""
     from pipeline.storage.files import refuse_taken
 
-    refuse_former_keys(arguments.keep)
+    refuse_gone(*arguments.keep)
     for key in arguments.keep:
         if key not in every_key():
             hint = f"did you mean {nearest(key, every_key())}?"

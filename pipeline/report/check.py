@@ -4,16 +4,11 @@ from concurrent.futures import BrokenExecutor, wait
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from pipeline.report.outputs import LATEST
-from pipeline.report.report import Report, is_as_written, read_data, report_of
+from pipeline.report.report import is_as_written, read_data, report_of
 from pipeline.storage.digests import is_regular
-from pipeline.storage.vtu import vtu_points
 from pipeline.storage.workers import close_workers, open_workers
-from sensor.design.design_file import design_from_mapping, without_former_defaults
 from sensor.design.processes import PROCESSES
-from sensor.input_file import read_toml
 from sensor.verdict import Verdict, equal, unreadable
 
 SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some seconds
@@ -21,7 +16,6 @@ SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some 
 _FROM_OUTSIDE = ("SIGKILL", "SIGTERM")
 _MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
 _MEASURED_STRIPS = "strips.step"
-_WRITTEN = 1e-3  # relative: response.csv has four digits of a modulus that may show P
 
 
 def check_path(path: Path, process: str | None) -> tuple[Verdict, ...]:
@@ -49,68 +43,16 @@ def check_path(path: Path, process: str | None) -> tuple[Verdict, ...]:
 
 
 def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
-    """Return the verdicts on the digests of a report and of the files that it lists, and on what these say.
-
-    Raises InputError.
-    """
+    """Return the verdicts on the digests of a report and of the files that it lists; raises InputError."""
     data = read_data(folder)
     report = report_of(folder, data)
     changed = [file.path for file in report.files if not file.is_unchanged_in(folder)]
-    others = files_of_another_run(folder, report)
-    of_others = f"files that say something else than report.json: {', '.join(others) or 'none'}"
     listed = f"files that are missing or changed since the run: {', '.join(changed) or 'none'}"
     edited = float(not is_as_written(data))
     return (
         equal("files.unchanged", float(len(changed)), 0.0, 0.0, unit="1", reference=listed),
-        equal("files.of_this_run", float(len(others)), 0.0, 0.0, unit="1", reference=of_others),
         equal("report.digest", edited, 0.0, 0.0, unit="1", reference="report.json is as the run wrote it"),
     )
-
-
-def files_of_another_run(folder: Path, report: Report) -> list[str]:
-    """Return the files among those of a report that say something else than the report: another run wrote them.
-
-    Digests tell which files are as they were listed; this tells files that were listed again.
-    """
-    agrees = {"design.toml": _is_design, "response.csv": _is_response, "flexure.vtu": _is_mesh}
-    others = list(report.stale)
-    for file in report.files:
-        if file.path in agrees and file.path not in report.stale and file.is_unchanged_in(folder):
-            try:
-                is_same = agrees[file.path](folder / file.path, report)
-            except (KeyError, ValueError):  # it is no file of its kind at all
-                is_same = False
-            if not is_same:
-                others.append(file.path)
-    return others
-
-
-def _is_design(path: Path, report: Report) -> bool:
-    return design_from_mapping(without_former_defaults(read_toml(path, "design.toml"))) == report.design
-
-
-def _is_response(path: Path, report: Report) -> bool:
-    """Say whether the rows at full travel have the moduli and force ratios of the report, and who may show them."""
-    table = np.genfromtxt(path, delimiter=",", names=True)  # an empty cell is nan
-    curve = report.curve
-    rows = table[np.isclose(table["x_mm"], curve.x_mm, rtol=_WRITTEN)]
-    if len(rows) != len(curve.E_MPa):
-        return False
-    for key in ("E_MPa", "P", "E_lower_as_printed_MPa", "E_upper_calibrated_MPa"):
-        expected = np.array(getattr(curve, key), dtype=np.float64)
-        if not np.allclose(rows[key], expected, rtol=_WRITTEN, equal_nan=True):
-            return False
-    return True
-
-
-def _is_mesh(path: Path, report: Report) -> bool:
-    """Say whether the mesh of the housing is as wide and as high as the housing of the report."""
-    housing = report.housing
-    if housing is None:
-        return False
-    points = vtu_points(path)
-    ends = (points[:, 0].min(), points[:, 0].max(), points[:, 2].max())
-    return np.allclose(ends, (housing.left, housing.right, housing.top_level), rtol=_WRITTEN)
 
 
 def file_geometry(path: Path, process: str) -> tuple[Verdict, ...]:

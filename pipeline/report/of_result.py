@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Mapping
 from importlib.metadata import version
-from types import MappingProxyType
 
 import numpy as np
 
@@ -56,21 +55,12 @@ from solve.fruit.compliance import FruitCompliance
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
 
 
-def report_of_result(
-    result: SensorResult, files: Iterable[ListedFile] = (), stale: Mapping[str, str] = MappingProxyType({})
-) -> Report:
-    """Return the report of a run whose folder has these files.
-
-    `stale` are those made from another design, by name, with the digest of that design.
-    """
+def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> Report:
+    """Return the report of a run whose folder has these files."""
     design = result.design
     springs = result.springs
     process = springs.process
     has_housing = design.tips.tip_layout.has_housing
-    lines = notes(result)
-    if stale:
-        names = ", ".join(stale)
-        lines.insert(0, f"Make {names} anew with pipeline design: what is there belongs to another design.")
     return Report(
         design=design,
         springs=sizing_report(result.design, result.sizing),
@@ -93,14 +83,13 @@ def report_of_result(
         errors=_errors(result),
         paper=_paper(result),
         accuracy=_accuracy(result),
-        notes=tuple(lines),
+        notes=tuple(notes(result)),
         versions={name: version(name) for name in PACKAGES},
         files=tuple(files),
         seconds=result.seconds.wall,
         cpu_seconds=result.seconds.cpu,
         relaxation=None if result.over_time is None else relaxation_report(result.over_time),
         tolerance=result.errors.scatter if result.options.fabrication else LeftOut.LEFT_OUT,
-        stale=dict(stale),
         key=run_key(design, result.options),
     )
 

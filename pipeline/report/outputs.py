@@ -1,40 +1,56 @@
 """The outputs that say what a run has found: design.toml, response.csv, report.html, report.json."""
 
 import json
-import shutil
+import shlex
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from pipeline.options import run_key
 from pipeline.report.of_result import report_of_result
 from pipeline.report.page.page import page_of
-from pipeline.report.report import ListedFile, read_data, report_data
+from pipeline.report.report import ListedFile, report_data
 from pipeline.report.response_csv import response_csv
 from pipeline.result import SensorResult
-from pipeline.storage.digests import REPORT, content_digest, file_digest
-from pipeline.storage.folder import managed_files
+from pipeline.storage.digests import REPORT, file_digest
+from pipeline.storage.folder import OutputError, managed_files
 from pipeline.storage.plain import Plain
-from sensor.design.design_file import design_as_mapping, design_as_toml, without_former_defaults
+from sensor.design.design_file import design_as_toml
+from sensor.quantity import validation_error
 
 PAGE = "report.html"
 LATEST = "latest.js"  # beside the page of a look, which reads it
-FORMER_FILES = "drawing-*"
-"""Files that 0.1 wrote and no command makes any more: they are not kept."""
+
+
+class EarlierAnswer(NamedTuple):
+    """The names of the files of an answer, and the command that repeats it in its folder."""
+
+    names: tuple[str, ...]
+    command: str
+
+    def lost_files(self, folder: Path, command: str) -> str | None:
+        """Return how many of these files its folder has no more after a command, and which command makes them again."""
+        gone = [name for name in self.names if name != LATEST and not (folder / name).exists()]
+        if not gone:
+            return None
+        counted = f"{len(gone)} files of the answer before are gone, as {gone[0]}"
+        if self.command == command:
+            return counted
+        again = self.command.replace("design.toml", shlex.quote(str(folder / "design.toml")), 1)
+        return f"{counted}; make them for this design by: {again} --out {shlex.quote(str(folder))}"
 
 
 def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> Plain:
     """Write the files, report.json last, with the digest of every other; return its data.
 
-    A `page`, report.html, is made of the report without the page itself. Files that earlier commands left in the
-    output folder, and that this one does not make, are kept. Raises ValueError for nan or infinity.
+    A `page`, report.html, is made of the report without the page itself. Raises ValueError for nan or infinity.
     """
     design = f"# {result.options.command}\n{design_as_toml(result.design)}"
     (folder / "design.toml").write_text(design, encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
-    stale = keep_earlier_files(result, folder)
     if result.options.look:
         (folder / LATEST).write_text(f'latest("{run_key(result.design, result.options)}")\n', encoding="utf-8")
-    report = report_of_result(result, listed_files(folder), stale)
+    report = report_of_result(result, listed_files(folder))
     if page:
         (folder / PAGE).write_text(page_of(report, result, folder), encoding="utf-8")
     data = report_data(replace(report, files=listed_files(folder)))
@@ -43,30 +59,20 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     return data
 
 
-def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
-    """Copy what earlier commands made and this one did not into the folder; return what is stale by name.
+def refuse_folder_of_a_run(folder: Path) -> None:
+    """Raise OutputError, for a look, where a folder holds the files of a whole run."""
+    files = managed_files(folder)
+    if files and LATEST not in files:
+        bound = "a new or empty folder, or one of an earlier look, and it holds a whole run"
+        error = validation_error("--out", str(folder), "", bound, "name another folder")
+        raise OutputError(str(error), field="--out", value=str(folder), bound=bound)
 
-    A stale file was made from another design, whose digest is given, or does not belong to the rough answer of a look.
-    """
-    earlier_folder = result.options.out  # `folder` takes its place once all files are written
-    if earlier_folder is None:
-        return {}
-    earlier = managed_files(earlier_folder)
-    if not earlier:
-        return {}
-    report = read_data(earlier_folder)
-    made_from = report.get("stale", {})
-    last_design = content_digest(without_former_defaults(report["design"]))
-    this_design = content_digest(design_as_mapping(result.design))
-    stale = {}
-    for name in earlier:
-        if name in (REPORT, PAGE, LATEST) or Path(name).match(FORMER_FILES) or (folder / name).exists():
-            continue
-        shutil.copy2(earlier_folder / name, folder / name)
-        design = made_from.get(name, last_design)
-        if design != this_design or result.options.look:
-            stale[name] = design
-    return stale
+
+def earlier_answer(folder: Path) -> EarlierAnswer:
+    """Return the files of the answer that a new one replaces."""
+    names = managed_files(folder)
+    first = (folder / "design.toml").read_text(encoding="utf-8").partition("\n")[0] if "design.toml" in names else ""
+    return EarlierAnswer(names=tuple(names), command=first.removeprefix("# "))
 
 
 def listed_files(folder: Path) -> tuple[ListedFile, ...]:

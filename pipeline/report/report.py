@@ -21,7 +21,7 @@ from pipeline.springs.arm_behaviour import ArmBehaviour
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
-from sensor.design.design_file import design_as_mapping, design_from_mapping, former_keys, without_former_defaults
+from sensor.design.design_file import design_as_mapping, design_from_mapping
 from sensor.design.leaves import Leaves, beam_lengths, creep_of, leaves_of
 from sensor.design.parameters import Design
 from sensor.gone import REPORT_KEYS
@@ -37,8 +37,6 @@ SCHEMA = 1
 
 Numbers = tuple[float | None, ...]
 """Numbers over the travel or over moduli; None where a tip is off the fruit or no bound is."""
-_FORMER_KEYS = ("reading.lift_deg", "reading.plates_before_zeroing_percent", "read_out.large_strain")
-"""Keys of reports before 0.2 that no command takes any more."""
 
 
 class LeftOut(Enum):
@@ -286,8 +284,6 @@ class ReadingReport:
     touch_fraction: float | None = report_field(
         "1",
         "travel at which the last tip touches divided by the full travel, the largest over fruits and poses",
-        default=None,
-        since="0.2",
     )
     noise_for_10_percent: float | None = report_field(
         "% of full scale",
@@ -477,13 +473,6 @@ class Report:
         default=LeftOut.LEFT_OUT,
         left_out=True,
     )
-    stale: dict[str, str] = report_field(
-        "",
-        "for each kept file that belongs to another design, the digest of that design; left out where there is none",
-        default_factory=dict,
-        left_out=True,
-        each="FILE",
-    )
     key: str = report_field(
         "",
         "digest of design, options, program and packages. A run whose key is already in the folder solves "
@@ -597,7 +586,7 @@ def _unstructure_hook(kind: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - the 
 _CONVERTER = strict_converter()
 _CONVERTER.register_structure_hook_factory(is_dataclass, _structure_hook)
 _CONVERTER.register_unstructure_hook_factory(is_dataclass, _unstructure_hook)
-_CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(without_former_defaults(data)))
+_CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(data))
 _CONVERTER.register_unstructure_hook(Design, design_as_mapping)
 _CONVERTER.register_structure_hook(ScatterBands | LeftOut, lambda data, _: _CONVERTER.structure(data, ScatterBands))
 
@@ -649,15 +638,11 @@ def read_data(folder: Path) -> Plain:
 def report_of(folder: Path, data: Plain) -> Report:
     """Return the report of a folder's JSON data; raises InputError, in one line, where it is not as it was written.
 
-    A report of an older version is read unless its design sets a key to something that no sensor has any more.
+    A report of 0.2 is read without the keys that are gone.
     """
     design = data.get("design")
-    tables = without_former_defaults(design) if isinstance(design, dict) else {}
-    former = former_keys(tables)
-    if former:
-        raise _refused(folder, f"its design sets {former[0]}, a key that is gone since 0.2")
     try:
-        design_from_mapping(tables)
+        design_from_mapping(design if isinstance(design, dict) else {})
     except InputError as error:
         raise _refused(folder, f"its design must be one of today: {error}") from error
     try:
@@ -673,7 +658,7 @@ def report_of(folder: Path, data: Plain) -> Report:
 
 def _without_gone_keys(data: Plain) -> Plain:
     """Return the JSON data of a report without the keys of older versions that are gone."""
-    for name in (*_FORMER_KEYS, *REPORT_KEYS):
+    for name in REPORT_KEYS:
         table, _, key = name.rpartition(".")
         held = data.get(table) if table else data
         if isinstance(held, dict) and key in held:

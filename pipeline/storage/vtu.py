@@ -73,18 +73,6 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_
         path.write_bytes(path.read_bytes().replace(_GRID, _GRID + told, 1))
 
 
-def vtu_points(path: Path) -> Floats:
-    """Return the nodes of a VTU file [mm], shape (nodes, 3); raises ValueError if it is none, OSError if unreadable."""
-    try:
-        # Its own reader: that for any file ends the process where the file cannot be read.
-        return np.asarray(meshio.vtu.read(path).points, dtype=np.float64).reshape(-1, 3)
-    except (OSError, MemoryError):  # of the machine, not of the file
-        raise
-    except Exception as error:  # of XML, base64, zlib, numbers and arrays, each in its own way
-        msg = f"{path.name}: must be a VTU file ({error}); run the design again"
-        raise ValueError(msg) from error
-
-
 def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
     """Return the kind of the cells and their nodes in VTK's order, by where they lie; shape (cells, nodes)."""
     nodes = np.asarray(mesh.dofs.element_dofs, dtype=np.int64)

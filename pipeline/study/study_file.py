@@ -11,9 +11,10 @@ from pipeline.measure.tables.table import refuse_length
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_tables
 from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation
 from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
-from sensor.design.design_file import every_key, refuse_former_keys
+from sensor.design.design_file import every_key
 from sensor.design.design_tables import DesignTables
 from sensor.design.parameters import TABLES, Design
+from sensor.gone import refuse_gone
 from sensor.input_file import read_toml
 from sensor.quantity import Bounds, InputError, check_fields, choice, nearest, quantity, text_field, validation_error
 
@@ -97,7 +98,7 @@ class Study:
         if not set(self.vary) - {self.goal.front}:
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
-        refuse_former_keys(self.vary)
+        refuse_gone(*self.vary)
         _refuse_unknown("vary ", self.vary, every_key())
         if _PROCESS_FILE in self.vary:
             hint = "put the processes into one file, give it in the base or under [set], and vary print.process"

@@ -2,8 +2,8 @@
 
 import dataclasses
 import json
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import PRINTED, TABLES, Design, GivenSprings, Print, Targets
@@ -11,6 +11,7 @@ from sensor.design.processes import Process, own_process, process_as_table
 from sensor.design.reading import Reading
 from sensor.design.readout import Readout
 from sensor.design.tips import Press, Tips
+from sensor.gone import refuse_gone
 from sensor.input_file import parsed_toml
 from sensor.quantity import InputError, as_float, nearest, validation_error, written_number
 
@@ -24,65 +25,6 @@ TABLE_TYPES: dict[str, Any] = {
     "readout": Readout,
     "print": Print,
 }
-
-
-class FormerKey(NamedTuple):
-    """A key that left: what to do instead, and if it was always set, its default and the key that it stood behind."""
-
-    hint: str
-    default: object = None
-    after: str = ""
-
-
-_BY_RISE = "a press is read by the rise of its contrast, in which the places and heights of tips drop out."
-FORMER_KEYS = {
-    "press.strain": FormerKey(
-        hint="Leave it out: notes and error bars say how far large strain moves the force of a tip.",
-        default="linear",
-        after="attitude",
-    ),
-    "tips.seat_radius_mm": FormerKey(hint=f"Leave it out: {_BY_RISE}"),
-    "tips.low_outward_mm": FormerKey(hint=f"Leave it out: {_BY_RISE}"),
-    "reading.tip_place_mm": FormerKey(hint=f"Leave it out: {_BY_RISE}"),
-}
-"""The keys that are gone since 0.2, by TABLE.KEY."""
-
-
-def refuse_former_keys(names: Iterable[str]) -> None:
-    """Raise InputError for the first name, TABLE.KEY, of a key that left."""
-    for name in names:
-        if name in FORMER_KEYS:
-            message = f"{name}: this key is gone since 0.2. {FORMER_KEYS[name].hint}"
-            raise InputError(message, field=name, bound="left out")
-
-
-def former_keys(data: Mapping[str, Any]) -> list[str]:
-    """Return the removed keys, TABLE.KEY, that nested tables hold."""
-    tables = {table: values for table, values in data.items() if isinstance(values, Mapping)}
-    return [f"{table}.{key}" for table, values in tables.items() for key in values if f"{table}.{key}" in FORMER_KEYS]
-
-
-def without_former_defaults(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the tables of a design that an older version wrote without the keys that left, where they did nothing."""
-    tables = data
-    for name, former in FORMER_KEYS.items():
-        table, _, key = name.partition(".")
-        held = tables.get(table)
-        if isinstance(held, Mapping) and held.get(key) == former.default:
-            tables = {**tables, table: {known: value for known, value in held.items() if known != key}}
-    return tables
-
-
-def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of a design as older versions wrote them, with the keys that left where they stood."""
-    tables = dict(data)
-    for name, former in FORMER_KEYS.items():
-        table, _, key = name.partition(".")
-        if table in tables and former.default is not None:
-            items = list(tables[table].items())
-            place = [known for known, _ in items].index(former.after) + 1
-            tables[table] = dict([*items[:place], (key, former.default), *items[place:]])
-    return tables
 
 
 def unknown_name(kind: str, name: str, word: str, names: Sequence[str]) -> InputError:
@@ -143,7 +85,7 @@ def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of
         raise not_a_table(table, values)
     kind = TABLE_TYPES[table]
     known = [item.name for item in dataclasses.fields(kind)]
-    refuse_former_keys(f"{table}.{key}" for key in values)
+    refuse_gone(*(f"{table}.{key}" for key in values))
     for key in values:
         if key not in known:
             raise unknown_name("key", f"{table}.{key}", key, known)

@@ -17,13 +17,13 @@ from sensor.design.design_file import (
     every_key,
     not_a_table,
     parsed_setting,
-    refuse_former_keys,
     refuse_typed_noise,
     table_as_record,
     unknown_name,
 )
 from sensor.design.parameters import TABLES, Design
 from sensor.design.processes import PROCESSES, check_process_name, read_process_file
+from sensor.gone import refuse_gone
 from sensor.quantity import InputError, validation_error
 
 _PROCESS = "print.process"
@@ -78,7 +78,7 @@ class DesignTables:
         A path of a process file starts in the working folder. The order of the settings does not matter: tables go
         before keys are set. Raises InputError for a name that is not known.
         """
-        refuse_former_keys(settings)
+        refuse_gone(*settings)
         for name, value in settings.items():
             _refuse_unknown(name, value)
         tables = {table: values for table, values in self.tables.items() if table not in settings or table == "name"}

@@ -130,12 +130,12 @@ def read_report(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def timed_report():
-    """Return what a report has beside the others' keys: fruit that relaxes, a stale file, a pair that is corrected."""
+    """Return what a report has beside the others' keys: fruit that relaxes, a pair that is corrected."""
     result = relaxing_result()
     read_out = replace(result.read_out, level=(LevelReading(E_MPa=1.0, read_MPa=1.1),))
     result = replace(result, read_out=read_out)
-    data = report_data(report_of_result(result, stale={"sheet.md": "0"}))
-    return {"read_out": {"level": data["read_out"]["level"]}, **{key: data[key] for key in ("relaxation", "stale")}}
+    data = report_data(report_of_result(result))
+    return {"read_out": {"level": data["read_out"]["level"]}, "relaxation": data["relaxation"]}
 
 
 @pytest.mark.parametrize("level", LEVELS)

@@ -11,7 +11,7 @@ from pathlib import Path
 from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.report.report import Report
 from pipeline.storage.plain import from_plain, to_plain
-from sensor.design.design_file import design_as_mapping, tables_as_toml, with_former_defaults
+from sensor.design.design_file import design_as_mapping, tables_as_toml
 from sensor.design.parameters import Design
 from sensor.design.reading import CALIBRATED_BY, WEIGHED_AFTER_S, Reading
 from sensor.input_file import read_toml
@@ -135,10 +135,15 @@ class PrintedUnit:
 def design_digest(design: Design) -> str:
     """Return the sha256 of all keys of a design, which tells the units of one design from another's.
 
-    Keys that left stand where they stood, so that units of older versions keep their design.
+    A key of 0.1 stands there as it stood, so that units of older versions keep their design.
     """
-    text = tables_as_toml(with_former_defaults(design_as_mapping(design, derived=True)))
-    return hashlib.sha256(text.encode()).hexdigest()
+    tables = design_as_mapping(design, derived=True)
+    press: dict[str, object] = {}
+    for key, value in tables["press"].items():
+        press[key] = value
+        if key == "attitude":
+            press["strain"] = "linear"
+    return hashlib.sha256(tables_as_toml({**tables, "press": press}).encode()).hexdigest()
 
 
 def check_weighed_after(name: str, after_s: float | None) -> None:

@@ -18,6 +18,7 @@ from pipeline.verdicts.rules import (
 from sensor.design.leaves import GLUE_MM, SHORTEST_LEAF, SHORTEST_STRIP, SHOULDER_STRAIN
 from sensor.design.parameters import END_ROOM_MM
 from sensor.design.reading import LARGEST_TOUCH_FRACTION
+from sensor.gone import refuse_gone_key
 from sensor.quantity import InputError
 
 _LIMITS = {
@@ -93,6 +94,7 @@ def entry_of(name: str) -> Entry:
 
     Raises InputError for a name that nothing explains, with one that is near it.
     """
+    refuse_gone_key(name)
     by_lower_case = {}
     for entry in entries():
         for alias in (entry.name, *entry.each, *entry.aliases):

@@ -1,7 +1,6 @@
 """The bodies that the page shows, as GLB: the assembly, the bent flexures in their stress, the skin under the tips."""
 
 import math
-from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -54,10 +53,10 @@ def legend(label: str, low: float, high: float, limit: float | None = None) -> P
     return {"label": label, "low": low, "high": high, "limit": limit, "palette": list(_PALETTE)}
 
 
-def assembly_body(folder: Path, stale: Collection[str] = ()) -> Plain:
-    """Return the assembly of an output folder; raises ValueError where it has none, or a stale one."""
+def assembly_body(folder: Path) -> Plain:
+    """Return the assembly of an output folder; raises ValueError where it has none."""
     path = folder / ASSEMBLY
-    if ASSEMBLY in stale or not path.is_file():
+    if not path.is_file():
         msg = "no part is made"
         raise ValueError(msg)
     return page_body("Sensor over its fruit", path.read_bytes(), slider="apart")

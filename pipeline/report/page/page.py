@@ -58,7 +58,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
 
     What cannot be drawn is left out, and the page says why.
     """
-    own = {file.path for file in report.files}.difference(report.stale)  # not those of a design before this one
+    own = {file.path for file in report.files}
     bodies, missing = _bodies(report, result, folder)
     drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
     bill = answer.bill(folder) if answer.BILL in own else []
@@ -124,7 +124,7 @@ def _bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Pl
     draws: dict[str, Callable[[], Plain]] = {}
     if report.design.tips.tip_layout.has_housing:
         draws["springs under load"] = partial(flexure_body, report, result)
-        draws["assembly"] = partial(assembly_body, folder, report.stale)
+        draws["assembly"] = partial(assembly_body, folder)
     draws["skin under the tips"] = partial(skin_body, report, scene)
     bodies = []
     missing = {}

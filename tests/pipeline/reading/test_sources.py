@@ -191,6 +191,8 @@ def signal_with(**changes):
         modulus_drift_percent=0.0,
         self_heating_K=0.0,
         self_heating_percent=0.0,
+        delay_ms=(),
+        time_error_ms=0.0,
     )
     return dataclasses.replace(quiet, **changes)
 

@@ -1,17 +1,14 @@
 """The files that say what a run has found: a design that repeats it, and every file with its digest."""
 
-import json
 from dataclasses import replace
 
+import pytest
 from stand_ins import result_of
 
-from pipeline.options import RunOptions
-from pipeline.report.check import unchanged_verdicts
-from pipeline.report.outputs import write_outputs
-from pipeline.report.report import read_report
-from pipeline.storage.digests import with_digest
-from pipeline.storage.folder import output_folder
-from sensor.design.design_file import design_from_mapping, with_former_defaults
+from pipeline.options import ROUGH_TOLERANCE, RunOptions
+from pipeline.report.outputs import earlier_answer, refuse_folder_of_a_run, write_outputs
+from pipeline.storage.folder import OutputError, output_folder
+from sensor.design.design_file import design_from_mapping
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.input_file import read_toml
@@ -30,55 +27,48 @@ def test_design_file_is_the_design_and_says_how_it_was_run(tmp_path):
     assert made.command == f"pipeline design --design design.toml {flags} --fields"
 
 
-def second_command(design, out, made=()):
+def answered(design, out, made=(), **options):
     """Write the outputs of a design to a folder where earlier ones may lie, with files that this command makes."""
+    asked = RunOptions(out=out, **options)
     with output_folder(out) as folder:
         for name in made:
             (folder / name).write_text(f"{design.name} {name}", encoding="utf-8")
-        write_outputs(result_of(design, RunOptions(out=out)), folder)
+        write_outputs(result_of(design, asked), folder)
+    return asked.command
 
 
-def others_of(out):
-    """Return how many files of an output folder belong to another run."""
-    return next(verdict.value for verdict in unchanged_verdicts(out) if verdict.name == "files.of_this_run")
-
-
-def test_second_command_of_one_design_adds_to_the_folder(tmp_path):
+def test_new_answer_replaces_all_files_of_the_one_before(tmp_path):
+    """Those that go are counted, with the command that makes them; of one more answer by the same command none do."""
     design = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)))
-    out = tmp_path / "kiwi"
-    second_command(design, out, made=["sheet.md", "drawing.svg"])
-    second_command(design, out)
-    assert (out / "sheet.md").read_text(encoding="utf-8") == "kiwi sheet.md"
-    assert read_report(out).stale == {}
-    assert others_of(out) == 0.0
-
-
-def test_files_of_another_design_are_kept_named_and_flagged_until_they_are_made_anew(tmp_path):
-    first = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)))
-    second = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 3.0)))
-    out = tmp_path / "kiwi"
-    second_command(first, out, made=["sheet.md", "drawing.svg"])
-    second_command(second, out, made=["drawing.svg"])
-    second_command(second, out)
-    assert [*read_report(out).stale] == ["sheet.md"]
-    assert (out / "sheet.md").read_text(encoding="utf-8") == "kiwi sheet.md"
-    assert others_of(out) == 1.0
-    second_command(first, out)
-    assert [*read_report(out).stale] == ["drawing.svg"]
-    second_command(first, out, made=["drawing.svg"])
-    assert others_of(out) == 0.0
-
-
-def test_files_that_no_command_makes_any_more_are_dropped(tmp_path):
-    """A folder of 0.1 has drawings of parts, and a key of the design that left; its cover is of the same design."""
-    out = tmp_path / "out"
-    second_command(Design(), out, ("drawing-cover.svg", "drawing-assembly.dxf", "cover.stl"))
-    path = out / "report.json"
-    report = json.loads(path.read_text(encoding="utf-8"))
-    report["design"] = with_former_defaults(report["design"])
-    path.write_text(json.dumps(with_digest(report)), encoding="utf-8")
-    second_command(Design(), out)
+    out = tmp_path / "a folder"
+    answered(design, out, made=["sheet.md", "drawing.svg"], fabrication=True)
+    before = earlier_answer(out)
+    assert len(before.names) == 5
+    command = answered(design, out)
     names = {path.name for path in out.iterdir()}
-    assert "cover.stl" in names
-    assert not [name for name in names if name.startswith("drawing-")]
-    assert others_of(out) == 0.0
+    assert names == {"design.toml", "response.csv", "report.json"}
+    told = before.lost_files(out, command)
+    assert told.startswith("2 files ")
+    assert told.endswith(
+        f"pipeline design --design '{out}/design.toml' {before.command.split(maxsplit=4)[4]} --out '{out}'"
+    )
+    assert earlier_answer(out).lost_files(out, command) is None
+
+
+def test_files_that_the_same_command_makes_no_more_are_counted_alone(tmp_path):
+    out = tmp_path / "out"
+    answered(Design(), out, made=["cover.stl"])
+    before = earlier_answer(out)
+    command = answered(Design(), out)
+    assert before.lost_files(out, command) == "1 files of the answer before are gone, as cover.stl"
+
+
+def test_look_refuses_the_folder_of_a_whole_run_and_takes_its_own(tmp_path):
+    run, look = tmp_path / "run", tmp_path / "look"
+    refuse_folder_of_a_run(run)  # a new one
+    answered(Design(), run)
+    answered(Design(), look, look=True, tolerance=ROUGH_TOLERANCE)
+    refuse_folder_of_a_run(look)
+    with pytest.raises(OutputError) as refused:
+        refuse_folder_of_a_run(run)
+    assert (refused.value.field, refused.value.value) == ("--out", str(run))

@@ -14,7 +14,6 @@ from pipeline.report.outputs import listed_files, write_outputs
 from pipeline.report.report import ListedFile, read_data, read_report, report_data, report_of
 from pipeline.storage.digests import file_digest
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
-from sensor.design.design_file import with_former_defaults
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Press, Tips
@@ -81,7 +80,7 @@ VARIANTS = {
 @pytest.mark.parametrize("name", VARIANTS)
 def test_report_that_is_read_and_written_again_has_the_same_bytes(name, tmp_path):
     result = VARIANTS[name]
-    data = report_data(report_of_result(result, stale={"sheet.md": "0"} if name == "paper" else {}))
+    data = report_data(report_of_result(result))
     text = json.dumps(data, indent=1, allow_nan=False)
     (tmp_path / "report.json").write_text(text, encoding="utf-8")
     assert json.dumps(report_data(read_report(tmp_path)), indent=1, allow_nan=False) == text
@@ -162,7 +161,7 @@ def every_table(data, path=()):
 def test_unknown_or_missing_key_of_any_table_is_refused_in_one_line(report, tmp_path):
     paths = [path for path in every_table(report) if not set(path) & {"versions", "seconds", "cpu_seconds"}]
     assert len(paths) > 20
-    may_be_missing = {"digest", "rise_level", "delay_ms", "time_error_ms", "beam_law_leaves_mm"}
+    may_be_missing = {"digest", "rise_level", "beam_law_leaves_mm"}
     for path in paths:
         table = report
         for key in path:
@@ -176,26 +175,25 @@ def test_unknown_or_missing_key_of_any_table_is_refused_in_one_line(report, tmp_
             assert "\n" not in str(caught.value)
 
 
-def test_report_of_an_older_version_is_read_where_its_former_keys_did_nothing(report, tmp_path):
-    before = put(report, ("design",), with_former_defaults(report["design"]))
-    former = report_of(tmp_path, put(before, ("read_out", "large_strain"), []))
-    assert former == report_of(tmp_path, report)
+def test_report_of_0_2_is_read_without_the_keys_that_are_gone(report, tmp_path):
+    mode = {"frequency_Hz": 80.0, "error_percent": 1.0, "shape": "low, along the press"}
+    before = put(put(report, ("behaviour", "modes"), [mode]), ("stale",), {"sheet.md": "0"})
+    assert report_of(tmp_path, before) == report_of(tmp_path, report)
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("design", "press", "strain"), "linear"),
+        (("read_out", "large_strain"), []),
+        (("reading",), {"lift_deg": 3.0}),
+    ],
+)
+def test_report_of_0_1_is_refused_in_one_line(path, value, report, tmp_path):
     with pytest.raises(InputError) as caught:
-        report_of(tmp_path, put(report, ("design", "press", "strain"), "large"))
+        report_of(tmp_path, put(report, path, value))
     assert caught.value.field == "PATH"
-    assert "press.strain" in caught.value.bound
     assert "\n" not in str(caught.value)
-
-
-def test_reading_of_an_older_version_is_read_without_what_it_lacks(report, tmp_path):
-    """Before 0.2 a reading had an angle of lift in the place of the travel at which all tips touch."""
-    numbers = dict.fromkeys(("E_bias_percent", "E_bias_error_percent", "uncertainty_percent", "noise_for_10_percent"))
-    reading = {**numbers, "sources": {}, "method": "", "refused": None, "moduli": [], "skin_pressure": []}
-    older = {**reading, "lift_deg": 3.0, "plates_before_zeroing_percent": 0.0}
-    assert report_of(tmp_path, put(report, ("reading",), older)).reading.touch_fraction is None
-    with pytest.raises(InputError) as caught:
-        report_of(tmp_path, put(report, ("reading",), {**older, "lift": 3.0}))
-    assert "lift" in caught.value.bound
 
 
 @pytest.mark.parametrize("path", ["../secret", "missing", ".", "a\x00b", "x" * 5000])

@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 from skfem import MeshHex1, MeshHex2, MeshTri1
 
-from pipeline.storage.vtu import vtu_points, write_vtu
+from pipeline.storage.vtu import write_vtu
 
 BOX = (3.0, 2.0, 1.0)
 MILLIONTH = 1e-6  # of the largest value of an array: the digits that a file holds
@@ -142,27 +142,3 @@ def test_bad_array_is_refused_and_no_file_written(point_data, message, tmp_path)
 def test_cells_that_are_no_solids_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"3 nodes a cell; must be one of 8, 27"):
         write_vtu(tmp_path / "flat.vtu", MeshTri1(), {})
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [
-        lambda text: text[:0],
-        lambda text: text[: len(text) // 2],
-        lambda text: text.replace("Points", "Paints"),
-        lambda text: text.replace('NumberOfComponents="3"', 'NumberOfComponents="5"'),
-        lambda text: text.replace("==eJ", "==eK", 1),
-        lambda text: text.replace("==eJ", "==e", 1),
-    ],
-    ids=["empty", "cut", "no points", "five components", "compression", "base64"],
-)
-def test_points_of_a_damaged_file_are_one_error(damage, tmp_path):
-    path = tmp_path / "box.vtu"
-    mesh = box("hex8")
-    write_vtu(path, mesh, {})
-    assert vtu_points(path) == pytest.approx(mesh.doflocs.T)
-    write_vtu(tmp_path / "half.vtu", mesh, {}, half_at_y=0.0)
-    assert vtu_points(tmp_path / "half.vtu") == pytest.approx(mesh.doflocs.T)
-    path.write_text(damage(path.read_text()))
-    with pytest.raises(ValueError, match="run the design again"):
-        vtu_points(path)

@@ -5,13 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sensor.design.design_file import (
-    FORMER_KEYS,
     design_as_mapping,
     design_as_toml,
     design_from_mapping,
-    former_keys,
-    with_former_defaults,
-    without_former_defaults,
 )
 from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.design.fruit import Fruit
@@ -132,20 +128,3 @@ def test_plan_of_a_whole_fruit_is_written_only_into_the_text_whose_digest_units_
     whole = DesignTables.from_design(design).design({"fruit.radius_mm": 36.0}).fruit
     assert (whole.whole, whole.length_mm, whole.width_mm) == (True, 72.0, 72.0)
     assert list(design_as_mapping(design, derived=True)["fruit"])[:3] == ["shape", "length_mm", "width_mm"]
-
-
-def test_keys_that_left_stand_where_they_stood_in_the_text_whose_digest_units_hold():
-    """[press] of version 0.1, in its order; the tables that people see are without them."""
-    fruit = Fruit(relaxation=((0.5, 1.0),))
-    tables = design_as_mapping(Design(fruit=fruit, press=Press(speed_mm_per_s=1.0, hold_s=2.0)))
-    before = ["travel_mm", "tilt_deg", "tilt_spread_deg", "roll_deg", "attitude", "strain", "speed_mm_per_s", "hold_s"]
-    formerly = with_former_defaults(tables)
-    assert list(formerly["press"]) == before
-    assert without_former_defaults(formerly) == tables
-    assert former_keys(formerly) == [name for name, former in FORMER_KEYS.items() if former.default is not None]
-    assert former_keys(tables) == []
-
-
-def test_key_that_left_stays_in_tables_where_it_did_something():
-    tables = {"press": {"strain": "large"}}
-    assert without_former_defaults(tables) == tables

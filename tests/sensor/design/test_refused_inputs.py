@@ -2,8 +2,9 @@
 
 import pytest
 
-from sensor.design.design_file import FORMER_KEYS, design_from_mapping, every_key
+from sensor.design.design_file import design_from_mapping
 from sensor.design.design_tables import DesignTables, settings_of_texts
+from sensor.gone import GONE
 from sensor.quantity import InputError
 
 SPHERE = {"shape": "sphere", "radius_mm": 35.0}
@@ -113,18 +114,14 @@ def test_bad_table_is_one_line_that_names_the_field(tables, field):
     assert len(str(error.value).splitlines()) == 1
 
 
-@pytest.mark.parametrize("name", FORMER_KEYS)
-def test_key_that_left_is_refused_with_what_to_do(name):
+def test_key_that_is_gone_is_refused_with_what_to_use(monkeypatch):
     """In a table, in a setting, and where a setting unsets it: it is not told as a key that is spelt wrong."""
-    assert name not in every_key()
-    table, key = name.split(".")
-    former = FORMER_KEYS[name]
-    for tables, settings in (({table: {key: former.default}}, {}), ({}, {name: "2"}), ({}, {name: ""})):
+    monkeypatch.setitem(GONE, "press.gone", "Use press.travel_mm.")
+    for tables, settings in (({"press": {"gone": 1.0}}, {}), ({}, {"press.gone": "2"}), ({}, {"press.gone": ""})):
         with pytest.raises(InputError) as error:
             DesignTables(tables=tables).design(settings_of_texts(settings))
-        assert error.value.field == name
-        assert len(str(error.value).splitlines()) == 1
-        assert former.hint in str(error.value)
+        assert error.value.field == "press.gone"
+        assert str(error.value).endswith(" Use press.travel_mm.")
 
 
 @pytest.mark.parametrize(

@@ -211,12 +211,12 @@ def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
 
 
 def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tmp_path):
-    texts = {"wiring.svg": "<svg/>", "drawing.svg": "<svg>1</svg>", "before.svg": "<svg>before</svg>"}
+    texts = {"wiring.svg": "<svg/>", "drawing.svg": "<svg>1</svg>"}
     for name, text in texts.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     (tmp_path / "bom.csv").write_text("count,part,size\n2,cover,6.1 g each\n4,nut,M3\n1,housing,13.9 g each\n")
     files = tuple(listed_files(tmp_path))
-    report = dataclasses.replace(flat_page.report, files=files, stale={"before.svg": "another design"})
+    report = dataclasses.replace(flat_page.report, files=files)
     page = page_of(report, flat_page.result, tmp_path)
     drawings = data_of(page)["drawings"]
     assert [drawing["name"] for drawing in drawings] == ["drawing.svg", "wiring.svg"]
@@ -225,9 +225,6 @@ def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tm
     assert float(cost["data-mass"]) == pytest.approx(2 * 6.1 + 13.9)
     density = report.design.process.density_g_per_cm3
     assert float(cost["data-printed"]) == pytest.approx(float(cost["data-mass"]) / density)
-    report = dataclasses.replace(report, stale={"bom.csv": "another design"})
-    page = page_of(report, flat_page.result, tmp_path)
-    assert not any(attributes.get("data-mass") for _, attributes in Outline(page).elements)
 
 
 def test_profile_is_that_of_the_tips(flat_page):
