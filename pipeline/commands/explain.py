@@ -44,10 +44,11 @@ def execute(arguments: Namespace) -> int:
             _print_list(arguments)
         return PASSED
     entry = entry_of(arguments.name)
-    from pipeline.report.explain.numbers import default_number, number_in
+    number = None
+    if folder is not None:
+        from pipeline.report.explain.numbers import number_in
 
-    number = default_number(entry) if folder is None else number_in(folder, entry, arguments.name)
-    whose = "the default design" if folder is None else str(folder)
+        number = number_in(folder, entry, arguments.name)
     with answering():
         if arguments.json:
             print_json({**asdict(entry), "number": number})
@@ -57,7 +58,7 @@ def execute(arguments: Namespace) -> int:
             _print_wrapped("formula: ", entry.formula)
         _print_wrapped("source: ", entry.source)
         if number is not None:
-            _print_wrapped(f"{whose}: ", number)
+            _print_wrapped(f"{folder}: ", number)
         else:
             print("add --out DIR to see its value in that run")
     return PASSED

@@ -195,11 +195,6 @@ class ResponseReport:
         "N", "force of each tip at each travel; left out for a pair of tips", default=(), left_out=True
     )
 
-    @property
-    def tip_forces(self) -> tuple[Numbers, ...]:
-        """Return the forces of each tip over the travel [N], shape (tips, travels), in the order of the tips."""
-        return self.F_N or (self.F_l_N, self.F_h_N)
-
 
 @dataclass(frozen=True, kw_only=True)
 class CurveReport:

@@ -29,14 +29,6 @@ def relative_radius(dome_radius: float, fruit_radius: float) -> float:
     return 1.0 / (1.0 / dome_radius + 1.0 / fruit_radius)
 
 
-def mean_relative_radius(dome_radius: float, along: float, across: float) -> float:
-    """Return R* of a dome on a fruit of two radii, whose mean curvature is taken [mm].
-
-    1 / R* = 1 / r + (1 / along + 1 / across) / 2.
-    """
-    return 1.0 / (1.0 / dome_radius + 0.5 / along + 0.5 / across)
-
-
 def approach(force: float, E: float, poisson: float, radius: float) -> float:
     """Return the approach of a body of a relative radius [mm] under a force [mm from N, MPa, mm]; 0 for none."""
     return hertz_factor(radius, poisson) * math.pow(max(force, 0.0) / E, 2.0 / 3.0)

@@ -1,16 +1,11 @@
-"""The number that a design has for a verdict or a symbol: from a report, or of the default design as it is sized."""
+"""The number that a report has for a verdict or a symbol."""
 
 from pathlib import Path
 
-from pipeline.options import RunOptions
 from pipeline.report.explain.entries import Entry
 from pipeline.report.keys import value_at
-from pipeline.report.of_result import contact_report, sizing_report
 from pipeline.report.report import read_report
 from pipeline.report.verdict_rule import as_read, measured, number_text
-from pipeline.response.contact import fruit_compliance
-from pipeline.springs.sizing import spring_sizing
-from sensor.design.parameters import Design
 from sensor.quantity import with_bar
 from sensor.verdict import Verdict
 
@@ -54,16 +49,3 @@ def _at(report: object, key: str) -> object:
         return value_at(report, key)
     except KeyError:
         return None
-
-
-def default_number(entry: Entry) -> str | None:
-    """Return the number of a symbol by the true contact of the default design, which sizes its springs.
-
-    It is None for a symbol that needs a whole run.
-    """
-    design = Design()
-    options = RunOptions()
-    contact = fruit_compliance(design, options)
-    sizing = spring_sizing(design, contact, options)
-    report = {"design": design, "springs": sizing_report(design, sizing), "contact": contact_report(contact)}
-    return _of_symbol(report, entry)

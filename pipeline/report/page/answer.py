@@ -7,25 +7,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cad.fabrication.templates import EACH
-from pipeline.options import load_design, preset_names
 from pipeline.report.report import Report
-from sensor.design.design_file import design_as_mapping
-from sensor.design.parameters import Design
-from sensor.design.reading import Reading
 from sensor.verdict import Verdict
 
 BILL = "bom.csv"
 _MASS = f" g{EACH}"  # ends the size of a printed part in the bill
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
-_SCENE_TABLES = ("fruit", "tips", "press", "reading")
-_ALWAYS_SAID: tuple[str, ...] = (
-    "fruit.shape", "fruit.radius_mm", "fruit.length_mm", "fruit.width_mm", "fruit.height_mm", "fruit.thickness_mm",
-    "fruit.E_MPa", "fruit.E_max_MPa",
-    "tips.layout", "tips.shape", "tips.side_mm", "tips.spacing_mm", "press.travel_mm",
-    "reading.tilt_deg", "reading.off_centre_mm", "reading.radius_spread",
-)  # fmt: skip
-"""Keys that the scene in words has, whatever their value."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,62 +70,6 @@ def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
         elif verdict.limit_sense == "at least":
             found.append(Closest(verdict, limit / value))
     return max(found, key=lambda one: one.fraction, default=None)
-
-
-def _fruits_in_words(reading: Reading) -> str:
-    """Return words for the range of radii that occur."""
-    if reading.radius_mm is None or reading.radius_across_mm is None:
-        return f"on radii up to {100.0 * reading.radius_spread:g} % off"
-    ranges = [f"{low:g} to {high:g}" for low, high in (reading.radius_mm, reading.radius_across_mm)]
-    return f"on principal radii of {ranges[0]} and {ranges[1]} mm at any azimuth"
-
-
-def scene_in_words(design: Design) -> str:
-    """Return the scene in words: tips, press, fruit and poses, and the other keys of the scene that were changed."""
-    fruit = design.fruit
-    tips = design.tips
-    reading = design.reading
-    shape = f"a {fruit.shape},"
-    if fruit.radius_across_mm is not None:
-        shape = f"an ellipsoid of radii {fruit.radius_mm:g} and {fruit.radius_across_mm:g} mm, a piece of"
-    elif fruit.radius_mm is not None:
-        shape = f"a sphere of radius {fruit.radius_mm:g} mm, a piece of"
-    poses = ""
-    if reading is not None:
-        poses = (
-            f", at tilts up to {reading.tilt_deg:g} degrees, up to {reading.off_centre_mm:g} mm off the "
-            f"apex and {_fruits_in_words(reading)}"
-        )
-    made = f"made by {design.print.process}" if tips.tip_layout.has_housing else "a line of tips has no housing"
-    each_tip = f"{tips.layout}, {tips.shape}, {tips.side_mm:g} mm, {tips.spacing_mm:g} mm apart"
-    size = f"{fruit.length_mm:g} x {fruit.width_mm:g} x {fruit.depth_mm:g} mm"
-    moduli = f"{min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa"
-    pressed = f"{len(tips.names)} tips ({each_tip}), pressed {design.press.travel_mm:g} mm"
-    return f"{pressed} into {shape} {size}, of {moduli}{poses}; {made}.{_changes_in_words(design)}"
-
-
-def _changes_in_words(design: Design) -> str:
-    """Return the keys of the scene that differ from the preset of the design's name, else from the defaults.
-
-    Beyond the defaults those are left out that the scene in words has anyhow.
-    """
-    if design.name in preset_names():
-        base = load_design(design.name)
-        words = f"Other than in the preset {design.name}"
-        said_already: tuple[str, ...] = ()
-    else:
-        base = Design(reading=design.reading and Reading())
-        words = "Beyond the defaults"
-        said_already = _ALWAYS_SAID
-    tables = design_as_mapping(design)
-    base_tables = design_as_mapping(base)
-    changes = []
-    for table in _SCENE_TABLES:
-        for key, value in tables.get(table, {}).items():
-            name = f"{table}.{key}"
-            if name not in said_already and value != base_tables.get(table, {}).get(key):
-                changes.append(f"{name} = {value}")
-    return f" {words}: {', '.join(changes)}." if changes else ""
 
 
 def is_on_the_part(verdict: Verdict) -> bool:

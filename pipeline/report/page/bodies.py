@@ -1,4 +1,4 @@
-"""The bodies that the page shows, as GLB: the assembly, the bent flexures in their stress, the skin under the tips."""
+"""The bodies that the page shows, as GLB: the assembly, and the bent flexures in their stress."""
 
 import math
 from pathlib import Path
@@ -16,8 +16,6 @@ from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
-from sensor.theory import hertz
-from solve.contact.scene import Scene
 from solve.housing.clamped_half import ClampedHalf
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 
@@ -28,9 +26,6 @@ _SYMMETRY = "symmetry"
 STRESS_OFF = 0.2
 _DRAWN_DEFLECTION = 0.08  # of the length of the part, at most
 _LABEL_ASIDE = 0.08  # of the length of the part, outwards: names of tips are wider than what is between them
-_LABEL_OUTWARDS = 1.4  # times the way of a tip from their middle: a name hides no dent
-_SKIN_CELLS = 48  # along each side
-_SKIN_REACH = 0.85  # of the spacing of the tips: how far around them the skin reaches
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
 """From the least to the most: viridis of S. van der Walt and N. Smith, for every kind of sight; CC0."""
 
@@ -167,81 +162,3 @@ def deformation_factor(largest_mm: float, length_mm: float) -> float:
 def _triangles(quads: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return quadrilaterals (n, 4) as triangles (2 n, 3)."""
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-
-
-def skin_body(report: Report, scene: Scene) -> Plain:
-    """Return the skin of the fruit under the tips at the largest modulus and full travel, drawn as it is.
-
-    Each tip pushes the skin as on a half-space, in closed form, and they add up. Raises ValueError without forces.
-    """
-    row = max(report.response, key=lambda row: row.E_MPa)
-    forces = [force[-1] or 0.0 for force in row.tip_forces]
-    if not max(forces) > 0.0:
-        msg = "no tip is on the fruit"
-        raise ValueError(msg)
-    centres = np.array(scene.centres)
-    middle = centres.mean(axis=0)
-    x, y = _skin_nodes(middle, _SKIN_REACH * report.design.tips.spacing_mm)
-    gap = scene.fruit_gap(x, y)
-    on_fruit = np.isfinite(gap)
-    indentation = np.zeros(len(x))
-    for centre, force in zip(centres, forces, strict=True):
-        distance = np.hypot(x - centre[0], y - centre[1])
-        indentation += _skin_fall(report, row.E_MPa, force, distance)
-    deepest = float(indentation.max())
-    nodes = np.arange(len(x)).reshape(_SKIN_CELLS + 1, -1)
-    quads = np.stack([nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]], axis=-1).reshape(-1, 4)
-    body = GlbBody(
-        name="skin",
-        vertices=np.stack([x, y, -np.where(on_fruit, gap, 0.0)], axis=1),
-        triangles=_triangles(quads[on_fruit[quads].all(axis=1)]),
-        colour=palette_colours(indentation, 0.0, deepest),
-        moved=np.stack([np.zeros_like(x), np.zeros_like(x), -indentation], axis=1),
-    )
-    caption = (
-        f"The skin on a fruit of {row.E_MPa:g} MPa at full travel, pressed in by up to {deepest:.3g} mm, drawn as it "
-        "is. Each tip presses as on a half-space. Where flat tips touch, their edges are drawn round."
-    )
-    labels = []
-    for tip, centre in zip(report.tips, centres, strict=True):
-        beside_tip = middle + _LABEL_OUTWARDS * (centre - middle)
-        height = -float(scene.fruit_gap(beside_tip[:1], beside_tip[1:])[0])
-        labels.append(_label(tip.name, np.array([*beside_tip, height])))
-    return page_body(
-        "Skin under the tips",
-        glb_of([body]),
-        slider="press",
-        caption=caption,
-        legend=legend("pressed in by [mm]", 0.0, deepest),
-        labels=labels,
-    )
-
-
-def _skin_nodes(middle: Floats, reach: float) -> tuple[Floats, Floats]:
-    """Return x and y of the nodes of the drawn skin, (n,) [mm]: a square grid so far around a middle."""
-    line = np.linspace(-reach, reach, _SKIN_CELLS + 1)
-    x, y = (middle[:, None, None] + np.stack(np.meshgrid(line, line, indexing="ij"))).reshape(2, -1)
-    return x, y
-
-
-def _skin_fall(report: Report, E: float, force: float, distance: Floats) -> Floats:
-    """Return the indentation of the skin [mm] at distances [mm] from a tip with a force [N] on flesh of E [MPa].
-
-    A dome is Hertz's sphere: K. L. Johnson, Contact Mechanics (1985), (3.41) and (3.42). Any other tip counts as a flat
-    circle of equal area.
-    """
-    fruit = report.design.fruit
-    tips = report.design.tips
-    reduced = E / (1.0 - fruit.poisson**2)
-    if force <= 0.0:
-        return np.zeros_like(distance)
-    if tips.dome_radius_mm is None:
-        radius = math.sqrt(tips.face_mm2 / math.pi)
-        sine = radius / np.maximum(distance, radius)
-        return np.asarray(force / (math.pi * reduced * radius) * np.arcsin(sine))
-    relative_radius = hertz.mean_relative_radius(tips.dome_radius_mm, *fruit.radii_mm)
-    radius = hertz.contact_radius(force, E, fruit.poisson, relative_radius)
-    r = np.maximum(distance / radius, 1.0)
-    outside = (2.0 - r**2) * np.arcsin(1.0 / r) + np.sqrt(r**2 - 1.0)
-    inside = 0.5 * math.pi * (2.0 - np.minimum(distance / radius, 1.0) ** 2)
-    return np.asarray(radius**2 / (math.pi * relative_radius) * np.where(distance < radius, inside, outside))

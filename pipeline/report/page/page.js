@@ -62,13 +62,10 @@
         Plot.line(points, { x: "0", y: "1", stroke: colours[0], strokeWidth: 2 }),
         Plot.line(chord, { stroke: "var(--muted)", strokeDasharray: "5 3" }),
         Plot.line(moving, { stroke: "var(--ink)", strokeDasharray: "2 2" }),
-        Plot.ruleY(data.mangoes, { y: "P", x1: (one) => one.E_MPa - one.scatter_MPa, x2: (one) => one.E_MPa + one.scatter_MPa, stroke: colours[3] }),
-        Plot.dot(data.mangoes, { x: "E_MPa", y: "P", r: 3, fill: colours[3] }),
         atSlider(setting.E, P, `E ${text(setting.E, "MPa")}: P ${text(P)}`),
         Plot.tip(points, Plot.pointerX({ x: "0", y: "1", title: (one) => `E ${text(one[0], "MPa")}\nP ${text(one[1])}\ncalibrated ${text(one[4])} to ${text(one[5], "MPa")}` })),
-        Plot.tip(data.mangoes, Plot.pointer({ x: "E_MPa", y: "P", title: (one) => `mango ${one.number}, ${one.variety}\nE ${text(one.E_MPa, "MPa")} ± ${text(one.scatter_MPa)}\nP ${text(one.P)}` })),
       ]),
-      caption: `At full travel; bands: moduli that may show P, as printed (light) and after calibrating (dark). Ochre: mangoes of the paper's Table I.${chord.length ? " Dashed: straight line." : ""} Dotted: at the sliders.${NL && Number.isFinite(NL.value) ? ` NL ${percent(NL.value)}.` : ""}`,
+      caption: `At full travel; bands: moduli that may show P, as printed (light) and after calibrating (dark).${chord.length ? " Dashed: straight line." : ""} Dotted: at the sliders.${NL && Number.isFinite(NL.value) ? ` NL ${percent(NL.value)}.` : ""}`,
     };
   }
 
@@ -181,28 +178,6 @@
     ], `${limits.length ? "Dashed: what the fruit stands." : "No limit is set for this fruit (fruit.bruise_limit_MPa)."} Dotted: at the sliders.`);
   }
 
-  function pressureUnderTips() {
-    const { F, pressure } = at();
-    const chosen = ["low", "high"].map((spring) => springs.indexOf(spring)).filter((tip) => F[tip] > 0);
-    need(chosen.length, "no tip is on the fruit");
-    need(!data.profile.reason, data.profile.reason);
-    const points = chosen.flatMap((tip) => {
-      const { x, over_mean: shape } = data.profile[springs[tip]];
-      return x.map((one, i) => ({ x: one * Math.sqrt(F[tip] / pressure[tip]), y: shape[i] * pressure[tip], spring: springs[tip] }));
-    });
-    const means = chosen.map((tip) => ({ spring: springs[tip], y: pressure[tip] }));
-    return {
-      x: { label: "from the middle of the tip [mm]" }, y: { label: "pressure [MPa]", domain: [0, 3 * d3.max(means, (one) => one.y)], clamp: true },
-      color: { domain: ["low", "high"], range: [colours[0], colours[1]], legend: true },
-      marks: [
-        Plot.line(points, { x: "x", y: "y", stroke: "spring", clip: true }),
-        Plot.ruleY(means, { y: "y", stroke: "spring", strokeDasharray: "5 3" }),
-        Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `${one.spring} spring\n${text(one.x, "mm")}: ${text(one.y, "MPa")}` })),
-      ],
-      caption: `Along the tips at the sliders; means (dashed): ${means.map((one) => `${one.spring} ${text(one.y, "MPa")}`).join(", ")}. ${report.design.tips.dome_radius_mm ? "Hertz's pressure." : "The shape is that of the design at full travel."}`,
-    };
-  }
-
   function errorBudget() {
     const names = { discretisation_percent: "mesh", model_percent: "left out of the model", inputs_percent: "scatter of prints" };
     const parts = Object.entries(report.errors).filter(([, budget]) => budget !== null).flatMap(([name, budget]) => Object.keys(names)
@@ -246,7 +221,6 @@
     ["Force of each tip", forcesOverTravel],
     ...(report.design.reading ? [["Error of the reading over the tilt", errorOverTilt], ["Error over all poses", readingOverModulus]] : []),
     ["Pressure on the skin", pressureOverTravel],
-    ["Pressure where the tips touch", pressureUnderTips],
     ["What the errors are made of", errorBudget],
     ["Speed against error", speedAgainstError],
   ];

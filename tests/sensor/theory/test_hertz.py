@@ -11,7 +11,6 @@ from sensor.theory.hertz import (
     contact_reach,
     equivalent_radius,
     force_factor,
-    mean_relative_radius,
     relative_radius,
 )
 
@@ -21,11 +20,8 @@ def test_force_factor_gives_the_force_of_an_approach():
     assert force_factor(E_star, 35.0) * depth**1.5 == pytest.approx(1.5, rel=1e-13)
 
 
-def test_mean_curvature_is_that_of_a_sphere_and_between_those_of_two_radii():
+def test_relative_radius_is_that_of_two_spheres():
     assert (relative_radius(10.0, math.inf), relative_radius(10.0, 35.0)) == (10.0, pytest.approx(350.0 / 45.0))
-    assert mean_relative_radius(10.0, 35.0, 35.0) == pytest.approx(relative_radius(10.0, 35.0), rel=1e-14)
-    mean = 2.0 * 30.0 * 40.0 / (30.0 + 40.0)
-    assert mean_relative_radius(10.0, 30.0, 40.0) == pytest.approx(relative_radius(10.0, mean), rel=1e-14)
 
 
 def test_contact_radius_is_that_of_the_force():

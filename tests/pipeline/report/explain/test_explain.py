@@ -13,7 +13,7 @@ from cad.checks.sensor_checks import ROUND_TRIP_TOLERANCE
 from cad.checks.triangle_checks import LONGEST_MM, SHORTEST_MM
 from pipeline.making.fabrication import SIDEWAYS_LEAST
 from pipeline.report.explain.entries import entries, entry_of
-from pipeline.report.explain.numbers import default_number, number_in
+from pipeline.report.explain.numbers import number_in
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import read_report
 from sensor.quantity import InputError, with_bar
@@ -84,14 +84,6 @@ def test_unknown_name_is_answered_with_the_nearest(word, near):
         entry_of(word)
     assert (caught.value.field, caught.value.value) == ("NAME", word)
     assert f" {near}?" in str(caught.value)
-
-
-def test_numbers_of_the_default_design_are_those_of_its_contact():
-    """K_m / E is 1.322617 mm; the springs of (10), (12) are 752.5 and 17308 N/m for the K_m of (6), 3846 N/m."""
-    given = [float(default_number(entry_of(name)).split()[0]) for name in ("K_m", "K_l", "K_h", "P_max")]
-    K_m = 3.5e3 * 1.322617
-    assert given == pytest.approx([K_m, 752.5 * K_m / 3846.0, 17308.0 * K_m / 3846.0, 5.0], rel=1e-3)
-    assert default_number(entry_of("root_strain")) is None
 
 
 @pytest.mark.parametrize(

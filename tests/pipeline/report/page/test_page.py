@@ -6,23 +6,18 @@ import json
 import re
 import zlib
 from html.parser import HTMLParser
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
-from squares import GENTLE
 from stand_ins import result_of
 
-from pipeline.options import load_design
 from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
-from pipeline.report.page.answer import answer_of, closest_to_limit, scene_in_words
-from pipeline.report.page.page import _pressure_profile, dome_pressure, flat_pressure, page_of
+from pipeline.report.page.answer import answer_of, closest_to_limit
+from pipeline.report.page.page import page_of
 from pipeline.report.page.template import finite
 from pipeline.report.report import read_data
 from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest
-from sensor.design.tips import Tips
 from sensor.quantity import with_bar
 from sensor.verdict import Verdict
 
@@ -179,29 +174,6 @@ def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat
     assert [limit_text(one) for one in (unread, fillets, planted("K_l", tolerance=0.1))] == ["≤ 0.05", "≥ 4", "1"]
 
 
-@pytest.mark.parametrize(
-    ("table", "key", "value"),
-    [("press", "roll_deg", 1.5), ("press", "attitude", "down"), ("tips", "gap_mm", 0.4), ("tips", "socket", "pin")],
-)
-def test_scene_tells_keys_that_are_not_the_default(flat_page, table, key, value):
-    design = flat_page.report.design
-    changed = dataclasses.replace(getattr(design, table), **{key: value})
-    words = f"{table}.{key} = {value}"
-    assert words not in scene_in_words(design)
-    assert words in scene_in_words(dataclasses.replace(design, **{table: changed}))
-
-
-def test_scene_of_a_preset_tells_only_what_was_changed():
-    preset = scene_in_words(load_design("mango"))
-    assert " = " not in preset
-    assert "at tilts up to 4 degrees" in preset
-    changed = scene_in_words(load_design("mango", {"press.travel_mm": 0.5, "reading.bias_limit": 0.1}))
-    assert changed.endswith("Other than in the preset mango: press.travel_mm = 0.5, reading.bias_limit = 0.1.")
-    own = dataclasses.replace(load_design("mango"), name="own")
-    assert "reading.stiffness_percent" not in scene_in_words(own)
-    assert f"tips.dome_radius_mm = {own.tips.dome_radius_mm:g}" in scene_in_words(own)
-
-
 def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
     """Springs that were not made bend no flexure."""
     write_outputs(result_of(made=False), tmp_path, page=True)
@@ -225,41 +197,6 @@ def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tm
     assert float(cost["data-mass"]) == pytest.approx(2 * 6.1 + 13.9)
     density = report.design.process.density_g_per_cm3
     assert float(cost["data-printed"]) == pytest.approx(float(cost["data-mass"]) / density)
-
-
-def test_profile_is_that_of_the_tips(flat_page):
-    """Flat tips on flat fruit press as on a half-space, domes as Hertz's sphere, both kinds alike."""
-    profile = data_of(flat_page.text)["profile"]
-    assert profile["low"] == profile["high"]
-    x, over_mean = flat_pressure(Tips())
-    assert profile["low"]["x"] == pytest.approx(x.tolist())
-    assert profile["low"]["over_mean"] == pytest.approx(over_mean.tolist())
-    domes = SimpleNamespace(design=GENTLE, press=SimpleNamespace(height_offsets=()))
-    _, of_hertz = dome_pressure()
-    assert _pressure_profile(flat_page.report, domes)["high"]["over_mean"] == of_hertz.tolist()
-
-
-def test_pressure_profile_of_a_dome():
-    """Hertz: 3/2 of the mean times sqrt(1 - r^2 / a^2), over r over the root of the area pi a^2."""
-    x, over_mean = dome_pressure()
-    a = 1.0 / np.sqrt(np.pi)
-    assert (x[0], x[-1]) == pytest.approx((-a, a))
-    assert over_mean == pytest.approx(1.5 * np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2)), abs=1e-7)
-
-
-def test_pressure_profile_of_flat_tips():
-    """A circle has the closed form of Johnson, (3.34): 1/2 in the middle. A square has nearly as much."""
-    round_tip = Tips(shape="cylinder", socket="pin")
-    x, over_mean = flat_pressure(round_tip)
-    a = np.sqrt(round_tip.face_mm2 / np.pi)
-    assert over_mean == pytest.approx(0.5 / np.sqrt(1.0 - (x * np.sqrt(round_tip.face_mm2) / a) ** 2), rel=1e-9)
-    x, over_mean = flat_pressure(Tips())
-    assert x == pytest.approx(-x[::-1], abs=1e-12)
-    assert -0.5 < x[0] < -0.45
-    assert over_mean == pytest.approx(over_mean[::-1], rel=1e-9)
-    middle = len(x) // 2
-    assert (np.diff(over_mean[middle:]) > 0.0).all()
-    assert 0.4 < over_mean[middle] < 0.6
 
 
 def test_numbers_that_are_not_finite_are_none_in_the_data_of_the_page():
