@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from virtual_compression import VirtualTest
 
 from pipeline.cli import main
-from reference.virtual_compression import VirtualTest
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "modulus.md").read_text(encoding="utf-8")

@@ -1,9 +1,9 @@
 """A world in which tips touch whole at any tilt."""
 
 import pytest
+from flat_square import linear_pose_forces
 
 from pipeline.reading import sensor
-from reference.flat_square import linear_pose_forces
 
 
 @pytest.fixture

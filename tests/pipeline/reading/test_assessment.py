@@ -6,6 +6,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from flat_square import (
+    FORCE_ERROR,
+    linear_pose_forces,
+    square_contact,
+    square_design,
+    square_springs,
+)
 from stand_ins import with_compliance
 
 from pipeline.reading import analysis
@@ -24,13 +31,6 @@ from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
 from pipeline.reading.sensor import RISE_TRAVELS, Presses
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.verdicts.rules import analysis_verdicts, skin_verdict
-from reference.flat_square import (
-    FORCE_ERROR,
-    linear_pose_forces,
-    square_contact,
-    square_design,
-    square_springs,
-)
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading

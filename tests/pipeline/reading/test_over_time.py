@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from flat_square import square_contact, square_design, square_springs
 from stand_ins import CONTACT, sensor_of, springs_of, with_compliance
 
 from pipeline.options import RunOptions
@@ -11,7 +12,6 @@ from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
 from pipeline.report.of_result import relaxation_report
 from pipeline.verdicts.hints import with_hints
 from pipeline.verdicts.rules import relaxation_verdicts
-from reference.flat_square import square_contact, square_design, square_springs
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from flat_square import square_design
 
 from pipeline.reading.poses import Placement, directed_vectors, occurring, read_moduli
-from reference.flat_square import square_design
 from sensor.design.fruit import Fruit
 from sensor.design.reading import Reading
 from sensor.design.tips import Tips

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from flat_square import linear_pose_forces, square_contact, square_design, square_springs
 from scipy.optimize import root
 from squares import GENTLE
 from stand_ins import with_compliance
@@ -17,7 +18,6 @@ from pipeline.reading.poses import Placement
 from pipeline.reading.sensor import RISE_TRAVELS
 from pipeline.reading.uncertainty import Channels, mean_sources, noise_to_reach, uncertainty_sources
 from pipeline.response.contact import contact_compliance
-from reference.flat_square import linear_pose_forces, square_contact, square_design, square_springs
 from sensor.design.reading import PRESS_SAMPLES, Reading
 from sensor.theory.contrast_law import contrast_weights, stiffened_compliance
 from sensor.theory.contrast_rise import RollingDomes

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stored_presses import STORED
 
 from reference.ellipsoid_presses import Fruit, Sensor, hertz_error, press, square
-from reference.stored_presses import STORED
 
 OTHERS = STORED["presses"]
 

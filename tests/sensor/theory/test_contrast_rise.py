@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import root
+from stored_presses import STORED
 
 from reference.ellipsoid_presses import Fruit, press, random_fruits, square
-from reference.stored_presses import STORED
 from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, smallest_root, stiffened_compliance
 from sensor.theory.contrast_rise import (
     MOST_LEFT_OUT_EACH,

@@ -7,12 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from virtual_compression import VirtualTest
 
 from pipeline.cli import main
 from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.measure.compression.force_law import POISSON, TestGeometry, hertz_law
 from pipeline.options import load_design
-from reference.virtual_compression import VirtualTest
 from solve.linear import SolveError
 
 SIZES = ["--height", "70", "--radius", "35"]

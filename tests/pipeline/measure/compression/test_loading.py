@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from stand_ins import specimen
+from virtual_compression import VirtualTest
 
 from pipeline.measure.compression.loading import first_loading, loading, noise_of, without_frame
-from reference.virtual_compression import VirtualTest
 from sensor.quantity import InputError
 
 X = np.linspace(0.0, 5.0, 601)  # [mm]

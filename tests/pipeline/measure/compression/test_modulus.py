@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from stand_ins import specimen
+from virtual_compression import VirtualTest, over_hertz, true_force
 
 from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.measure.compression.force_law import TestGeometry, solved_law
 from pipeline.measure.compression.modulus import measured_modulus
 from pipeline.measure.compression.summary import design_range, fruit_summaries, overall_modulus, result_mapping
-from reference.virtual_compression import VirtualTest, over_hertz, true_force
 from sensor.quantity import InputError
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from measured_units import read_press, stated_and_moved, with_heights
+from stored_presses import STORED
 
 from pipeline.cli import main
 from pipeline.measure.tables.rows import Rows
@@ -18,7 +19,6 @@ from pipeline.measure.unit.firmware import c_header, micropython
 from pipeline.measure.unit.presses import readings_of
 from pipeline.measure.unit.signals import Signal
 from reference.ellipsoid_presses import press, random_fruits, square
-from reference.stored_presses import STORED
 from sensor.quantity import InputError
 from sensor.theory.contrast_rise import RisingPress
 from solve.contact.poses import Pose

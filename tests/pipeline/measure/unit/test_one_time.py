@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from measured_units import read_in_c
 from scipy.interpolate import PchipInterpolator
+from stored_presses import STORED
 
 from cad.fabrication.bridges import Spring, balanced_order, signal_path
 from pipeline.measure.tables.rows import Rows
@@ -18,7 +19,6 @@ from pipeline.measure.unit.presses import readings_of, sensor_times
 from pipeline.measure.unit.signals import Signal
 from pipeline.options import load_design
 from pipeline.reading.press_time import fastest_press
-from reference.stored_presses import STORED
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
 from sensor.quantity import InputError

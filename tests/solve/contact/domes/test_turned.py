@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from stored_presses import STORED
 
-from reference.stored_presses import STORED
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
 from solve.contact.domes.body import FruitUnderDomes
