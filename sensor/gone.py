@@ -7,6 +7,8 @@ GONE = {
     "pipeline read --tare": "Read a press: its first ten samples are its tare.",
     "pipeline view --compare": "Write a page of each run with --html.",
     "pipeline view --pvd": "Write the fields at full travel with pipeline run --fields.",
+    "pipeline run --contact-method": "Leave it out: one method solves every contact.",
+    "pipeline design --contact-method": "Leave it out: one method solves every contact.",
     "behaviour.modes": "Use behaviour.low.natural_frequency_Hz and behaviour.high.natural_frequency_Hz.",
     "stale": "A folder belongs to one answer: a new one replaces all its files.",
     "preset fruit": "Take the preset of one fruit, or find a design by pipeline suggest --fruit.",
