@@ -13,12 +13,11 @@ from typing import Any
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS.parent))
 
+
 from pipeline.report.explain.entries import entries  # noqa: E402
 from pipeline.report.keys import report_keys  # noqa: E402
 from sensor.design.design_file import TABLE_TYPES  # noqa: E402
-from sensor.design.leaves import TARGET_SCATTER  # noqa: E402
 from sensor.design.processes import PROCESSES, Process  # noqa: E402
-from sensor.design.sheets import SHEETS  # noqa: E402
 from sensor.design.tip_mount import pad_height  # noqa: E402
 from solve.contact.scene import STEEPEST_DEG  # noqa: E402
 
@@ -95,14 +94,11 @@ DESIGN_TAIL = """\
 - `readout.transducer = "foil"` needs `print.gauges = "foil"`, and `"displacement"` needs `print.gauges = "none"`.
 - With `[readout]`, a print process of your own must give `E_per_K`, because the drift of the forces depends on it.
 
-**Leaves of spring steel**
+**The leaves**
 
-With `print.leaves = "spring-steel"`, the leaves are strips of commercial steel sheet, glued into slots of a plastic
-print. A metal process, a line of three and gauges are not allowed with it. A run chooses the thinnest sheet whose
-stiffness scatters by at most {scatter:g} % after it was weighed. `leaf_thickness_low_mm` and `leaf_thickness_high_mm`
-choose another sheet: {thicknesses} mm. Weigh each sheet, and give its measured thickness as `leaf_measured_low_mm` or
-`leaf_measured_high_mm`. Then run the design again and print the new frame, because the free lengths of the leaves
-depend on these thicknesses.
+- `print.leaf_thickness_low_mm` and `leaf_thickness_high_mm` are whole numbers of lines where the process prints lines.
+- A leaf must be so thick that the process knows its thickness, and the verdicts `printable.*` compare it with the
+  thinnest wall.
 """
 
 PROCESS_HEAD = """\
@@ -112,8 +108,8 @@ PROCESS_HEAD = """\
 process](measurements.md#springs-of-each-process) has the errors of both springs.
 
 In the filament processes, the thickness of a leaf is a multiple of the width of a printed line. A leaf of the low
-spring has {low_lines:g} lines of {line:g} mm, a leaf of the high spring {high_lines:g}. The picture shows the first
-layer and a middle layer in the slicer:
+spring has {low_lines:g} lines of {line:g} mm, a leaf of the high spring {high_lines:g}. A design may
+give [other thicknesses](#print). The picture shows the first layer and a middle layer in the slicer:
 
 ![the paths of the nozzle in the first and in a middle layer of the housing](slices.png)
 
@@ -193,8 +189,6 @@ def together() -> str:
     return DESIGN_TAIL.format(
         steepest=STEEPEST_DEG,
         pads=or_list(sorted({2.0 * pad_height(process) for process in PROCESSES.values()})),
-        scatter=100.0 * TARGET_SCATTER,
-        thicknesses=or_list(SHEETS["spring-steel"].thicknesses_mm),
     )
 
 

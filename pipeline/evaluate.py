@@ -30,7 +30,6 @@ from pipeline.verdicts.sensor import (
     tip_verdicts,
 )
 from pipeline.verdicts.targets import reached_targets
-from sensor.design.leaves import check_clamps
 from sensor.design.parameters import Design
 from sensor.design.tip_mount import plate_depth
 from sensor.turns import in_turn
@@ -41,14 +40,10 @@ PARTS: tuple[Part, ...] = ("response", "reading")
 
 
 def refuse_unsolvable(design: Design) -> None:
-    """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate; solves nothing.
-
-    Strips of sheet that no clamp holds are refused too.
-    """
+    """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate; solves nothing."""
     refuse_unsolvable_poses(design)
     refuse_unsolvable_time(design)
     plate_depth(design, design.process)
-    check_clamps(design)
 
 
 def fitted_sensor(design: Design, options: RunOptions, timed: Stopwatch | None = None) -> Sensor:

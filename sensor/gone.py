@@ -1,8 +1,16 @@
 """Keys, flags and files of 0.2 that are gone, each with what to use: refusals and the changelog say the same words."""
 
+from collections.abc import Mapping
+
 from sensor.quantity import InputError
 
+_PRINTED = "Print the leaves; for springs that do not creep, set print.process = 'dmls-17-4ph'."
+
 GONE = {
+    "print.leaves": _PRINTED,
+    "print.leaf_measured_low_mm": "Give the printed thickness as print.leaf_thickness_low_mm, or leave it out.",
+    "print.leaf_measured_high_mm": "Give the printed thickness as print.leaf_thickness_high_mm, or leave it out.",
+    "print.clamp_mm": _PRINTED,
     "pipeline read --counts": "Read a press: a file with columns of counts.",
     "pipeline read --tare": "Read a press: its first ten samples are its tare.",
     "pipeline view --compare": "Write a page of each run with --html.",
@@ -16,6 +24,8 @@ GONE = {
 """What to use in place of each."""
 REPORT_KEYS = ("behaviour.modes", "stale")
 """Those that are keys of report.json: a report of 0.2 is read without them."""
+ASKED_NOTHING = {"print.leaves": "printed"}
+"""Keys of a design file, each with the value of 0.2 that asked for nothing: it is read, and not written again."""
 
 
 def refuse_gone(*names: str) -> None:
@@ -31,3 +41,8 @@ def refuse_gone_key(key: str) -> None:
     for gone in REPORT_KEYS:
         if f"{key}.".startswith(f"{gone}."):
             refuse_gone(gone)
+
+
+def without_nothing(table: str, values: Mapping[str, object]) -> Mapping[str, object]:
+    """Return the keys of a table of a design without those of 0.2 that asked for nothing."""
+    return {key: value for key, value in values.items() if value != ASKED_NOTHING.get(f"{table}.{key}", ...)}

@@ -99,11 +99,10 @@ def _check_residual(block: csc_matrix, solution: Floats, right: Floats) -> None:
         raise SolveError(msg)
 
 
-def factorise(matrix: csc_matrix, fixed: Ints, digits: float = DIGITS) -> Factor:
+def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     """Factorise a symmetric positive definite matrix, shape (dofs, dofs), with the given dofs (n,) prescribed.
 
-    `digits` is what round-off may leave unknown, as a fraction of the largest displacement. Raises SolveError as
-    `check_cost`, and when the matrix is singular, as it is where a part is not clamped.
+    Raises SolveError as `check_cost`, and when the matrix is singular, as it is where a part is not clamped.
     """
     check_cost(matrix.shape[0])
     fixed = np.unique(fixed)
@@ -122,7 +121,7 @@ def factorise(matrix: csc_matrix, fixed: Ints, digits: float = DIGITS) -> Factor
     # round-off hides too many digits of the displacements.
     probe = np.cos(np.arange(len(free), dtype=np.float64))
     condition = float(np.abs(back_substitute(probe)).max()) * float(magnitude(block).sum(axis=0).max())
-    limit = digits / EPSILON
+    limit = DIGITS / EPSILON
     if not condition <= limit:
         raise SolveError(_singular(f"condition number {condition:.0e} must be at most {limit:.0e}"))
     return Factor(matrix, block, free, fixed, back_substitute)

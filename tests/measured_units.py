@@ -28,7 +28,6 @@ from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
-from sensor.design.leaves import Leaves, printed_leaves
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.theory.creep import CreepLaw
@@ -70,11 +69,6 @@ class ReportOfUnits:
     read_out: ReadingConstants
     moduli: tuple[ModulusReport, ...]
     housing: Housing | None = None
-
-    @property
-    def leaves(self) -> Leaves:
-        """Return its leaves, which are printed."""
-        return printed_leaves(self.design.process)
 
     @property
     def creep(self) -> CreepLaw:

@@ -6,7 +6,6 @@ from cad.parts.housing import Housing
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
 from sensor.theory.leaf_spring import Flexure
-from sensor.theory.strip_clamp import StripClamp
 from solve.contact.scene import Scene
 
 BLOCK = Fruit()
@@ -18,17 +17,6 @@ SMALL_HOUSING = Housing(
     low_top_level=15.0, high_top_level=15.2, cavity_level=15.5, top_level=20.0, protrusion=1.0, wall_width=6.0,
 )  # fmt: skip
 """Short leaves, so that meshes of other programs are small."""
-STRIP_HOUSING = Housing(
-    low=Flexure(thickness=0.1, length=16.0, depth=4.0, separation=12.0, fillet=0.0),
-    high=Flexure(thickness=0.15, length=12.0, depth=4.0, separation=12.0, fillet=0.0),
-    tip_side=3.0, tip_height=1.5, spacing=8.0, shuttle_width=5.0, neck_level=3.0, lower_leaf_level=5.0,
-    low_top_level=19.0, high_top_level=19.5, cavity_level=20.0, top_level=26.0, protrusion=2.0,
-    clamp=StripClamp(
-        length=3.0, end_room=0.5, gap=0.1, wall=1.5, corner=0.5, strip_E_MPa=206000.0, strip_poisson=0.29,
-        strip_over_print_density=6.0, glue_E_MPa=2000.0, glue_poisson=0.36,
-    ),
-)  # fmt: skip
-"""Short strips of steel in a print of PETG."""
 SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # [mm/N], of the paper's targets
 
 

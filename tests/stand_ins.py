@@ -31,7 +31,6 @@ from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.sensor import paper_verdicts
 from sensor.design.fruit import Fruit
-from sensor.design.leaves import printed_leaves
 from sensor.design.parameters import Design
 from sensor.design.printability import check_printable
 from sensor.design.processes import PROCESSES
@@ -94,7 +93,6 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
     """Return the springs of a design as if FE had found just their targets, or as if none could be made."""
     sizing, process = sizing_of(design), PROCESSES[design.print.process]
     targets = sizing.springs.stiffnesses
-    leaves = printed_leaves(process)
     deflections = sizing.deflections(design.full_travels_mm)
     printable = check_printable(design, sizing.springs, sizing.K_m_max)
     names = ("low", "high")
@@ -102,9 +100,7 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
         refused = [replace(verdict, passed=False, reason="leaf too long") for verdict in printable]
         rows = zip(names, targets, refused, strict=True)
         bare = tuple(FittedSpring(name=name, target=target, printable=verdict) for name, target, verdict in rows)
-        return FittedSprings(
-            springs=bare, process=process, leaves=leaves, deflections=deflections, fitted=None, tips=design.tips
-        )
+        return FittedSprings(springs=bare, process=process, deflections=deflections, fitted=None, tips=design.tips)
     ratio = sizing.sizing_stiffness_ratio
     printable = check_printable(design, sizing.springs, sizing.K_m_max, lengths, ratio)
     housing = housing_for(design, process, lengths, deflections)
@@ -120,9 +116,7 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
         )
         for i, name in enumerate(names)
     )
-    return FittedSprings(
-        springs=springs, process=process, leaves=leaves, deflections=deflections, fitted=fitted, tips=design.tips
-    )
+    return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
 
 
 def sensor_of(design: Design, springs: FittedSprings | None = None) -> Sensor:

@@ -24,7 +24,6 @@ from cad.checks.triangle_checks import (
 from cad.files.step import read_step
 from cad.files.stl import scan_stl, triangles
 from cad.files.threemf import read_3mf
-from cad.parts.strips import PRINTED_AROUND_STRIPS
 from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import validation_error
 from sensor.verdict import Verdict, equal, readable, unreadable
@@ -33,11 +32,8 @@ DEFAULT_PROCESS = PROCESSES["fdm-petg"]
 KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
-def check_solid(shape: cq.Shape, bodies: int = 1) -> tuple[Verdict, ...]:
-    """Return geometry.valid (count of faulty faces, edges, vertices) and geometry.one_solid (count of solids).
-
-    As many solids are asked for as there are bodies.
-    """
+def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
+    """Return geometry.valid (count of faulty faces, edges, vertices) and geometry.one_solid (count of solids)."""
     analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
     faulty = 0
     if not analyser.IsValid():
@@ -48,17 +44,17 @@ def check_solid(shape: cq.Shape, bodies: int = 1) -> tuple[Verdict, ...]:
     counted = "number of solids" if in_solids == len(shape.Faces()) else "number of solids; some faces bound none"
     return (
         equal("geometry.valid", float(faulty), 0.0, 0.0, unit="1", reference="faulty faces, edges, vertices by OCCT"),
-        equal("geometry.one_solid", float(solids), float(bodies), 0.0, unit="1", reference=counted),
+        equal("geometry.one_solid", float(solids), 1.0, 0.0, unit="1", reference=counted),
     )
 
 
-def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str], bodies: int = 1) -> tuple[Verdict, ...]:
-    """Return every verdict on triangles [mm]: closed, as many bodies, simple, size, wall, gap, overhang.
+def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
+    """Return every verdict on triangles [mm]: closed, one body, simple, size, wall, gap, overhang.
 
     Only what still has a meaning is measured on a mesh that is not closed.
     """
     closed = closed_verdicts(mesh)
-    verdicts = (*closed, body_verdict(mesh, bodies), self_intersection_verdict(mesh), *size_verdicts(mesh, process))
+    verdicts = (*closed, body_verdict(mesh), self_intersection_verdict(mesh), *size_verdicts(mesh, process))
     if any(verdict.passed is not True for verdict in closed):
         return verdicts
     return (*verdicts, *printability_verdicts(mesh, process, poses))
@@ -112,14 +108,13 @@ def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
     faults = [f"{count} x {fault}" for fault, count in Counter(package.faults).items()]
     reference = "; ".join([f"faults against the standard, which slicers tolerate; objects {names}", *faults])
     strict = equal("geometry.3mf_strict", float(len(package.faults)), 0.0, 0.0, unit="1", reference=reference)
-    bodies = len(PRINTED_AROUND_STRIPS) if set(package.names) == set(PRINTED_AROUND_STRIPS) else 1
-    return (strict, *_check_triangles(package.mesh, process, bodies=bodies))
+    return (strict, *_check_triangles(package.mesh, process))
 
 
 def _check_triangles(
-    mesh: trimesh.Trimesh, process: Process, *, passed_over: tuple[str, ...] = (), bodies: int = 1
+    mesh: trimesh.Trimesh, process: Process, *, passed_over: tuple[str, ...] = ()
 ) -> tuple[Verdict, ...]:
-    """Return every verdict on the triangles of a file in print pose, of as many bodies.
+    """Return every verdict on the triangles of a file in print pose.
 
     Before them stands geometry.readable, where slicers pass something over: what the file had, or what is found here.
     """
@@ -129,7 +124,7 @@ def _check_triangles(
         notes.append(f"triangles of no area are left out, {spare} of {len(mesh.faces)}")
     if cavities := shells_of(used).cavities:
         notes.append(f"sets of triangles that are walls of cavities: {cavities}")
-    verdicts = check_mesh(used, process, [AS_IT_STANDS], bodies)
+    verdicts = check_mesh(used, process, [AS_IT_STANDS])
     if not notes:
         return verdicts
     return (readable(f"read as slicers do: {'; '.join(notes)}"), *verdicts)

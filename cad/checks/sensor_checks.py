@@ -10,14 +10,12 @@ from cad.checks.leaf_section import fillet_verdict, leaf_thickness_verdicts
 from cad.checks.line_probe import Lines, mesh_lines, solid_lines
 from cad.checks.part_checks import check_solid, existing_file
 from cad.checks.seat_checks import pocket_verdicts
-from cad.checks.strip_checks import stop_strain_verdicts, strip_verdicts
 from cad.checks.tip_checks import socket_verdicts, tip_verdict
 from cad.checks.triangle_checks import closed_verdicts
 from cad.files.sensor_files import FormsRead, read_forms, step_volume, triangles_volume, volume_of
 from cad.files.step import read_step
 from cad.files.threemf import read_3mf
 from cad.parts.assembly import assembly_bodies
-from cad.parts.part import one_shape
 from cad.parts.pose import sensor_pose
 from cad.parts.sensor import SensorSolids
 from sensor.verdict import Verdict, equal, unreadable
@@ -28,13 +26,13 @@ ROUND_TRIP_TOLERANCE = 1e-9  # Part 21 carries 15 digits
 def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: Path) -> tuple[Verdict, ...]:
     """Return every geometry verdict on a sensor and on housing.step and housing.stl in a folder.
 
-    With leaves of sheet strips.step is measured too. The deflections [mm] of low and high spring are those at full
+    The deflections [mm] of low and high spring are those at full
     travel. Raises FileNotFoundError; a file that cannot be read fails geometry.readable.
     """
-    for name in ("housing.step", "housing.stl", *(() if sensor.sheet is None else ("strips.step",))):
+    for name in ("housing.step", "housing.stl"):
         existing_file(folder / name)
     try:
-        forms = read_forms(folder, strips=sensor.sheet is not None)
+        forms = read_forms(folder)
     except ValueError as error:
         return (*_solid_verdicts(sensor), unreadable(str(error)))
     return sensor_verdicts(sensor, deflections, forms)
@@ -42,32 +40,27 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
 
 def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: FormsRead) -> tuple[Verdict, ...]:
     """Return every geometry verdict on a sensor and on what was read of its files, as `check_sensor`."""
-    shape = sensor.printed_shape()
+    shape = sensor.part.shape
     step = read.step
-    strips = read.strips
     stl = sensor_pose(read.stl, sensor.housing.depth, back_up=sensor.housing.back_to_back)
     forms: dict[str, Lines] = {"solid": solid_lines(shape), "STEP": solid_lines(step), "STL": mesh_lines(stl)}
-    leaves = forms if strips is None else {"solid": solid_lines(sensor.part.shape), "STEP": solid_lines(strips)}
-    stops = stop_verdicts(sensor, deflections)
     return (
         *_solid_verdicts(sensor),
         *closed_verdicts(stl),
         _round_trip(shape, step),
-        *leaf_thickness_verdicts(sensor.housing, leaves),
+        *leaf_thickness_verdicts(sensor.housing, forms),
         fillet_verdict(sensor.housing, forms),
         tip_verdict(sensor.part, sensor.housing),
         *socket_verdicts(sensor.part, sensor.housing, sensor.tips),
         *pocket_verdicts(sensor),
         *clearance_verdicts(sensor),
-        *stops,
+        *stop_verdicts(sensor, deflections),
         *plate_verdicts(sensor),
-        *(() if strips is None else strip_verdicts(sensor, strips, forms, deflections)),
-        *stop_strain_verdicts(sensor, stops),
     )
 
 
 def _solid_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    return check_solid(sensor.printed_shape(), len(sensor.printed_bodies()))
+    return check_solid(sensor.part.shape)
 
 
 def _round_trip(shape: cq.Shape, step: cq.Shape) -> Verdict:
@@ -83,7 +76,7 @@ def volume_verdict(sensor: SensorSolids, folder: Path) -> Verdict:
 
     In tolerances of the file [1], the larger one. Raises ValueError for a file that cannot be read.
     """
-    printed = triangles_volume(one_shape(sensor.marked_shapes().values()))
+    printed = triangles_volume(sensor.printed_part().shape)
     assembly = step_volume(cq.Compound.makeCompound([body.shape for body in assembly_bodies(sensor)]))
     off_3mf = read_3mf(folder / "housing.3mf").mesh.volume - printed.value
     off_step = volume_of(read_step(folder / "assembly.step")) - assembly.value

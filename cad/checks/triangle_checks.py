@@ -71,16 +71,13 @@ def _volume(mesh: trimesh.Trimesh) -> float:
         return float(mesh.volume)
 
 
-def body_verdict(mesh: trimesh.Trimesh, bodies: int = 1) -> Verdict:
-    """Return geometry.one_solid: the number of connected sets of triangles, without the walls of cavities.
-
-    As many are asked for as there are bodies.
-    """
+def body_verdict(mesh: trimesh.Trimesh) -> Verdict:
+    """Return geometry.one_solid: the number of connected sets of triangles, without the walls of cavities."""
     shells = shells_of(mesh)
     reference = "connected sets of triangles"
     if shells.cavities:
         reference += f"; {shells.cavities} more are walls of cavities within them"
-    return equal("geometry.one_solid", float(shells.bodies), float(bodies), 0.0, unit="1", reference=reference)
+    return equal("geometry.one_solid", float(shells.bodies), 1.0, 0.0, unit="1", reference=reference)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,9 +18,8 @@ from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, on_sheet
 from cad.drawing.view import draw_view, view_of
 from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, Housing, fillet_corners
-from cad.parts.part import NEAR_MM, one_shape
+from cad.parts.part import NEAR_MM
 from cad.parts.sensor import SensorSolids
-from cad.parts.strips import cut_strips
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.theory.strain_gauge import GAUGES, FoilGauge, LeafInterval, gauge_spans
@@ -34,7 +33,6 @@ _NAME = 0.8  # height of the name of a spring, likewise
 _ROOM_BEHIND_MM = 14.0  # on paper, above it for one row of them
 _NAME_BELOW_MM = 9.0  # on paper, from it to its name
 _SPOT_MM = 0.8  # on paper, radius of what marks the middle of a sensor
-_STEEL, _STEEL_COLOUR = "STEEL", 1  # layer of strips, and its colour by AutoCAD's index
 
 Measured = Mapping[str, MeasuredDimension]
 
@@ -45,7 +43,6 @@ class _Shown:
 
     sensor: SensorSolids
     cut: cq.Shape
-    strip_cuts: Sequence[cq.Shape]
     pin_cuts: Sequence[cq.Shape]
     from_left: Sequence[cq.Edge]
     from_behind: Sequence[cq.Edge]
@@ -63,15 +60,13 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
     """
     housing = sensor.housing
     pins = [body.shape for body in sensor.pin_bodies()]
-    strips = [body.shape for body in sensor.strip_bodies()]
-    printed = sensor.printed_shape()
+    printed = sensor.part.shape
     shown = _Shown(
         sensor=sensor,
         cut=section(printed),
-        strip_cuts=[section(strip) for strip in strips],
         pin_cuts=[section(pin) for pin in pins],
-        from_left=view_of(cq.Compound.makeCompound([printed, *strips, *pins]), "left"),
-        from_behind=view_of(one_shape([printed, *strips]), "behind") if housing.back_to_back else (),
+        from_left=view_of(cq.Compound.makeCompound([printed, *pins]), "left"),
+        from_behind=view_of(printed, "behind") if housing.back_to_back else (),
         measured=measuring_table(sensor, title.process),
     )
     return on_sheet(lambda canvas: _draw_views(canvas, shown), _notes(shown, title.process), title)
@@ -104,17 +99,12 @@ def _draw_section(canvas: Canvas, shown: _Shown) -> None:
     housing = shown.housing
     measured = shown.measured
     draw_section(canvas, shown.cut)
-    if shown.strip_cuts:
-        canvas.add_layer(_STEEL, _STEEL_COLOUR)
-    for strip in shown.strip_cuts:
-        draw_section(canvas, strip, _STEEL)
     for pin in shown.pin_cuts:
         draw_section(canvas, pin, "NOTES")
     lengths = [
         *_frame_lengths(housing, measured),
         *_spring_lengths(housing, measured),
         *_tip_lengths(housing, measured),
-        *_slot_lengths(housing, measured),
     ]
     draw_lengths(canvas, lengths, Box(housing.left, -housing.pin_out, housing.right, housing.top_level))
     for arm in housing.arms:
@@ -171,20 +161,6 @@ def _spring_lengths(housing: Housing, measured: Measured) -> list[Length]:
         underside = arm.levels[0] - 0.5 * arm.flexure.thickness
         lengths.append(Length("bottom", (left, underside), (right, underside), measured[f"{arm.name} length"].label()))
     return lengths
-
-
-def _slot_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the widths of the slots of both springs, and their depth from a shoulder; none for printed leaves."""
-    if not housing.strips:
-        return []
-    low, high = (arm.strips[1] for arm in housing.arms)
-    (start, end), (low_foot, low_top) = low.slots[0]
-    (_, far), (high_foot, high_top) = high.slots[1]
-    return [
-        Length("left", (start, low_foot), (start, low_top), measured["low slot"].label(f"4x {MEASURED}")),
-        Length("bottom", (start, low_foot), (end, low_foot), f"8x {MEASURED}"),
-        Length("right", (far, high_foot), (far, high_top), measured["high slot"].label(f"4x {MEASURED}")),
-    ]
 
 
 def _has_neck(housing: Housing) -> bool:
@@ -260,21 +236,16 @@ def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension
     """Draw the radius of the fillets, and at the low spring's upper hole the diameter of those for screws.
 
     `measured` is the row of the measuring table for the fillets. The dimension stands at one of them. That is the angle
-    between the low spring's wall and the upper side of its lower leaf. Beside strips it is a corner of the cavity.
+    between the low spring's wall and the upper side of its lower leaf.
     """
     height = canvas.text_height
-    low, high = housing.arms
+    low, _ = housing.arms
     radius = housing.corner
     label = measured.label(f"{len(fillet_corners(housing))}x {MEASURED}")
-    if high.strips:  # rounded are the corners of the cavity: the arc lies right and above its centre
-        centre = (high.wall - radius, housing.cavity_level - radius)
-        text = CalloutText((high.wall - height, housing.cavity_level + 1.6 * height), "left", label)
-        canvas.callout("radius", centre, radius, text, angle=45.0)
-    else:
-        root_top = low.levels[0] + 0.5 * low.flexure.thickness
-        centre = (low.wall + radius, root_top + radius)
-        text = CalloutText((low.wall, root_top + 1.4 * height), "right", label)
-        canvas.callout("radius", centre, radius, text, angle=225.0)  # the arc faces the corner, left and below
+    root_top = low.levels[0] + 0.5 * low.flexure.thickness
+    centre = (low.wall + radius, root_top + radius)
+    text = CalloutText((low.wall, root_top + 1.4 * height), "right", label)
+    canvas.callout("radius", centre, radius, text, angle=225.0)  # the arc faces the corner, left and below
     text = CalloutText((housing.left, housing.top_level + 2.4 * height), "left", f"{len(housing.holes)}x {MEASURED}")
     canvas.callout("diameter", housing.holes[1], housing.hole_diameter, text)
 
@@ -463,31 +434,19 @@ def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: floa
     canvas.words(f"{arm.name.upper()} UPPER LEAF", (0.5 * (left + right), leaf.top + height), 0.7 * height)
 
 
-def _glue_note(housing: Housing) -> str:
-    """Return the note on the glue in the slots; nothing where leaves are printed."""
-    clamp = housing.clamp
-    return f"Glued with epoxy, {clamp.gap:g} on both faces, {clamp.length:g} from each shoulder." if clamp else ""
-
-
 def _notes(shown: _Shown, process: Process) -> list[str]:
     """Return the notes of the sheet, a line each, from the uppermost on."""
     housing = shown.housing
     measured = shown.measured
     layer = f", layer {process.layer_mm:g} mm" if process.layer_mm else ""
     faces = "tips are domes as made" if housing.dome_radius else "tip faces sharp-edged"
-    leaves = [f"Leaves solid, E = {process.E_MPa:g} MPa. Two leaves of a spring are equal."]
-    small = "leaves and lengths"
-    if sheet := shown.sensor.sheet:
-        sizes = "; ".join(f"{cut.spring} {cut.count}x {cut.size}" for cut in cut_strips(housing))
-        leaves = [f"Strips (strips.dxf): {sizes}.", f"{sheet.material}.", _glue_note(housing)]
-        small = "lengths"
     notes = [
         "Millimetres. Section in the middle of the depth.",
         f"{process.material}{layer}; made flat, this profile in the plane of the bed.",
-        *leaves,
+        f"Leaves solid, E = {process.E_MPa:g} MPa. Two leaves of a spring are equal.",
         f"Gaps over the shuttles are stops; {faces}.",
         "Letters name rows of the table; no letter: general tolerance.",
-        f"±{process.accuracy_mm:g}: holds 95 % of {process.name}, for {small} under {SMALL_MM:g}.",
+        f"±{process.accuracy_mm:g}: holds 95 % of {process.name}, for leaves and lengths under {SMALL_MM:g}.",
         f"{measured['spacing'].letter}): mean of two readings, over both tips and between them.",
         f"+{STEP_MM:g} moves: stiffness K, contact or force of a tip, in proportion.",
         "Outside its tolerance: make it again. Calibrate every unit.",

@@ -11,12 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from cad.drawing.canvas import IN_TABLE, MEASURED, SMALL_MM, length_text
-from cad.parts.housing import Arm, Housing
+from cad.parts.housing import Housing
 from cad.parts.pin import GROUND_MM
 from cad.parts.sensor import SensorSolids
-from sensor.design.leaves import FREE_LENGTH_MM
 from sensor.design.processes import Process
-from sensor.design.sheets import SoldSheet
 from sensor.theory.leaf_spring import Flexure, pair_stiffness
 
 GENERAL_MM = 0.2  # what no dimension says otherwise: the accuracy of a printed part in print-service guides
@@ -69,9 +67,9 @@ def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, Meas
     """Return the characteristics of a housing by name, in the order of the table, with letters."""
     housing = sensor.housing
     found = {
-        **(_leaves(housing, process) if sensor.sheet is None else _strips(housing, sensor.sheet, process)),
+        **_leaves(housing, process),
         "fillet": MeasuredDimension(
-            places=("radius, fillets of leaves" if sensor.sheet is None else "radius, corners of the frame",),
+            places=("radius, fillets of leaves",),
             nominal=housing.corner,
             tolerance=_within(general_mm(process, housing.corner, is_radius=True)),
         ),
@@ -107,16 +105,6 @@ def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 
     return pair_stiffness(1.0, w, t + thickness, L + length) / pair_stiffness(1.0, w, t, L)
 
 
-def _length(arm: Arm, place: str, within: float) -> MeasuredDimension:
-    """Return the length of the leaves of a spring, within a tolerance [mm]."""
-    return MeasuredDimension(
-        places=(place,),
-        nominal=arm.flexure.length,
-        tolerance=_within(within),
-        moves=_percent(f"K_{arm.name[0]}", stiffness_gain(arm.flexure, length=STEP_MM)),
-    )
-
-
 def _leaves(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
     """Return thickness and length of the leaves by spring, and the depth of the plate.
 
@@ -134,42 +122,14 @@ def _leaves(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
             moves=_percent(f"K_{arm.name[0]}", one_of_two),
         )
     for arm in housing.arms:
-        found[f"{arm.name} length"] = _length(arm, f"length, {arm.name} leaves", process.accuracy_mm)
+        found[f"{arm.name} length"] = MeasuredDimension(
+            places=(f"length, {arm.name} leaves",),
+            nominal=arm.flexure.length,
+            tolerance=within,
+            moves=_percent(f"K_{arm.name[0]}", stiffness_gain(arm.flexure, length=STEP_MM)),
+        )
     deeper = (housing.depth + STEP_MM) / housing.depth
     return {**found, "depth": _plain("depth, leaves", housing.depth, process, _percent("K", deeper))}
-
-
-def _strips(housing: Housing, sheet: SoldSheet, process: Process) -> dict[str, MeasuredDimension]:
-    """Return thickness, free length and width of the strips, and the width of the slots, by spring.
-
-    Strips of one spring are of one sheet: their thickness is measured once, by weighing.
-    """
-    found = {}
-    for arm in housing.arms:
-        thickness = arm.flexure.thickness
-        found[f"{arm.name} thickness"] = MeasuredDimension(
-            places=(f"thickness, {arm.name} strips: weighed",),
-            nominal=thickness,
-            tolerance=_within(sheet.tolerance(sheet.sold_as(thickness))),
-            moves=f"+1 %: {_percent(f'K_{arm.name[0]}', stiffness_gain(arm.flexure, thickness=0.01 * thickness))}",
-        )
-    for arm in housing.arms:
-        found[f"{arm.name} length"] = _length(arm, f"free length, {arm.name} strips", FREE_LENGTH_MM)
-    for arm in housing.arms:
-        (_, (foot, top)), _ = arm.strips[0].slots
-        found[f"{arm.name} slot"] = MeasuredDimension(
-            places=(f"width, slots of {arm.name} strips",),
-            nominal=top - foot,
-            tolerance=_within(process.accuracy_mm),
-        )
-    wider = (housing.depth + STEP_MM) / housing.depth
-    width = MeasuredDimension(
-        places=("width, strips",),
-        nominal=housing.depth,
-        tolerance=_within(sheet.width_mm),
-        moves=_percent("K", wider),
-    )
-    return {**found, "depth": width}
 
 
 def _stops(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
@@ -10,14 +9,11 @@ from cad.fabrication.bridges import HX711, RESISTANCE_OHM, SignalPath, Spring, s
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.fabrication.templates import EACH, render_template
 from cad.parts.assembly import dowel_length, grip, screw_length
-from cad.parts.housing import DOWEL_MM, Housing
+from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import SensorSolids
-from cad.parts.strips import CutStrip, cut_strips, glue_volume, length_of_stock
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.theory.strain_gauge import FOIL
-
-_ROUND_MM = 10.0  # to which lengths of sheet are rounded up
 
 
 @dataclass(frozen=True)
@@ -63,52 +59,8 @@ def bill_of_materials(
         resistor=series_resistor(process),
         signal=signal,
         probe=PROBE,
-        sheet=sensor.sheet,
-        sheets=sheets_to_buy(sensor),
-        strips=cut_strips(housing),
-        glue_ml=glue_ml(housing),
     )
     return tuple(BillLine(int(count), *texts) for count, *texts in csv.reader(text.splitlines()))
-
-
-@dataclass(frozen=True, kw_only=True)
-class SheetToBuy:
-    """A piece of sheet for strips of one thickness: thickness, width and least length [mm], and the springs.
-
-    Where even the widest piece that is sold is narrower than the strips, the width is that piece's and the length None.
-    """
-
-    thickness: float
-    width: float
-    length: float | None
-    springs: tuple[str, ...]
-
-
-def sheets_to_buy(sensor: SensorSolids) -> tuple[SheetToBuy, ...]:
-    """Return the pieces of sheet of a sensor, one for each thickness as it is sold; none where leaves are printed."""
-    sheet = sensor.sheet
-    if sheet is None:
-        return ()
-    of_thickness: dict[float, list[CutStrip]] = {}
-    for strips in cut_strips(sensor.housing):
-        of_thickness.setdefault(sheet.sold_as(strips.thickness), []).append(strips)
-    found = []
-    for thickness, kinds in of_thickness.items():
-        enough = [
-            width for width, length in sheet.stock if sum(length_of_stock(each, width) for each in kinds) <= length
-        ]
-        width = min(enough, default=max(sheet.stock_widths_mm))
-        lengths = [length_of_stock(each, width) for each in kinds]
-        is_wide_enough = math.isfinite(sum(lengths))
-        length = sum(math.ceil(each / _ROUND_MM) * _ROUND_MM for each in lengths) if is_wide_enough else None
-        springs = tuple(each.spring for each in kinds)
-        found.append(SheetToBuy(thickness=thickness, width=width, length=length, springs=springs))
-    return tuple(found)
-
-
-def glue_ml(housing: Housing) -> float:
-    """Return the volume of glue to be mixed for the strips of a sensor [ml]: what slots hold, and as much again."""
-    return math.ceil(10.0 * 2.0 * 1e-3 * glue_volume(housing)) / 10.0
 
 
 def screw_name(grip_mm: float) -> str:

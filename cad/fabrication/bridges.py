@@ -250,17 +250,11 @@ def _self_heating(springs: Sequence[Spring], supply_V: float) -> float:
     return supply_V**2 / RESISTANCE_OHM * per_area / (1e-6 * BRIDGE.film_W_per_m2_K)
 
 
-def signal_path(
-    readout: Readout,
-    springs: Sequence[Spring],
-    process: Process,
-    kinds: Sequence[str],
-    stiffness_per_K: float | None = None,
-) -> SignalPath:
+def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, kinds: Sequence[str]) -> SignalPath:
     """Return the signal path of a sensor whose tips stand on springs of these kinds, by their names.
 
-    Their stiffness changes with the temperature as the modulus of the process, or as told [1/K]. Raises
-    ValueError for a grid longer than half a leaf.
+    Their stiffness changes with the temperature as the modulus of the process. Raises ValueError for a grid longer than
+    half a leaf.
     """
     amplifier = readout.circuit
     is_foil = readout.transducer == "foil"
@@ -287,8 +281,7 @@ def signal_path(
         return tuple(of_kind[kind][key] for kind in kinds)
 
     heating = _self_heating(springs, supply) if is_foil else 0.0
-    per_K = process.E_per_K if stiffness_per_K is None else stiffness_per_K
-    modulus_percent_per_K = 100.0 * abs(per_K or 0.0)
+    modulus_percent_per_K = 100.0 * abs(process.E_per_K or 0.0)
     return SignalPath(
         transducer=readout.transducer,
         amplifier=amplifier.name,

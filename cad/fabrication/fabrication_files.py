@@ -1,8 +1,4 @@
-"""What a maker needs beside the part: drawing, coupon, cover, bracket, bill of materials and sheet.
-
-Strips have no coupon: the modulus of the print hardly counts. They have the DXF to cut them, and the tool that holds
-shuttles and frame while the glue sets.
-"""
+"""What a maker needs beside the part: drawing, coupon, cover, bracket, bill of materials and sheet."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +7,6 @@ import cadquery as cq
 
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Title
-from cad.drawing.strip_cutting import strip_cutting
 from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.bridges import SpringReadOut, series_resistor
 from cad.fabrication.fabrication_sheet import fabrication_sheet
@@ -21,11 +16,8 @@ from cad.files.sensor_files import export_step, export_stl
 from cad.parts.assembly import COVER_COLOUR
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
-from cad.parts.part import one_shape
 from cad.parts.pose import print_pose
 from cad.parts.sensor import STEEL_COLOUR, NamedSolid, SensorSolids
-from cad.parts.spacer import spacer_parts
-from cad.parts.strips import cut_strips
 from sensor.design.readout import AMPLIFIERS
 
 _TOOL_COLOUR = (0.45, 0.62, 0.35)  # of what is no part of a sensor
@@ -33,33 +25,28 @@ _TOOL_COLOUR = (0.45, 0.62, 0.35)  # of what is no part of a sensor
 
 @dataclass(frozen=True, kw_only=True)
 class MakerFiles:
-    """The paths that were written, and cover, bracket and the tool for strips as their STEP files hold them [mm]."""
+    """The paths that were written, and cover and bracket as their STEP files hold them [mm]."""
 
     paths: tuple[Path, ...]
     cover: cq.Shape
     mount: cq.Shape
-    spacer: cq.Shape | None = None
 
 
 def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOut, folder: Path) -> MakerFiles:
     """Write the drawing, coupon, cover, bracket, bom.csv and fabrication.md; return what was written.
 
-    A signal path has its wiring plan, wiring.svg, too. Strips have strips.dxf and spacer.* in place of a coupon.
+    A signal path has its wiring plan, wiring.svg, too.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
     housing = sensor.housing
     process = title.process
     bodies = [
+        NamedSolid(name="coupon", shape=coupon_part(housing).shape, colour=_TOOL_COLOUR),
         NamedSolid(name="cover", shape=cover_part(housing, sensor.seats).shape, colour=COVER_COLOUR),
         NamedSolid(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR),
     ]
-    if sensor.sheet is None:
-        bodies.insert(0, NamedSolid(name="coupon", shape=coupon_part(housing).shape, colour=_TOOL_COLOUR))
-    shapes = {"housing": sensor.printed_shape()} | {body.name: body.shape for body in bodies}
-    tool = {} if sensor.sheet is None else spacer_parts(housing)
-    if tool:
-        shapes["spacer"] = one_shape(tool.values())
+    shapes = {"housing": sensor.part.shape} | {body.name: body.shape for body in bodies}
     masses = {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
     bill = bill_of_materials(sensor, process, read_out.springs, masses, read_out.signal)
 
@@ -72,14 +59,6 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
         read_back[body.name] = export_step([body], step)
         export_stl(print_pose(body.shape), stl)
         paths += [step, stl]
-    if sensor.sheet is not None:
-        step, stl, dxf = (folder / name for name in ("spacer.step", "spacer.stl", "strips.dxf"))
-        parts = [NamedSolid(name=name, shape=shape, colour=_TOOL_COLOUR) for name, shape in tool.items()]
-        read_back["spacer"] = export_step(parts, step)
-        export_stl(print_pose(shapes["spacer"], back_up=housing.back_to_back), stl)
-        dxf.write_text(strip_cutting(cut_strips(housing), sensor.sheet), encoding="utf-8", newline="")
-        paths += [step, stl, dxf]
-
     signal = read_out.signal
     if signal is not None:
         resistor = series_resistor(process, AMPLIFIERS[signal.amplifier])
@@ -92,5 +71,4 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
         paths.append(folder / name)
-    spacer = read_back.get("spacer")
-    return MakerFiles(paths=tuple(paths), cover=read_back["cover"], mount=read_back["mount"], spacer=spacer)
+    return MakerFiles(paths=tuple(paths), cover=read_back["cover"], mount=read_back["mount"])

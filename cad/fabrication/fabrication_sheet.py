@@ -4,9 +4,9 @@ import math
 import shlex
 from collections.abc import Sequence
 
-from cad.drawing.measuring_table import PIN_FIT, STEP_MM, stiffness_gain
+from cad.drawing.measuring_table import PIN_FIT, STEP_MM
 from cad.drawing.sheet import Title
-from cad.fabrication.bill import BillLine, glue_ml, screw_name, sheets_to_buy
+from cad.fabrication.bill import BillLine, screw_name
 from cad.fabrication.bridges import (
     HX711,
     RESISTANCE_OHM,
@@ -23,10 +23,8 @@ from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.hall_seats import LEDGE_MM
-from cad.parts.housing import DOWEL_MM, Arm, Housing
+from cad.parts.housing import DOWEL_MM, Arm
 from cad.parts.sensor import SensorSolids
-from cad.parts.strips import cut_strips
-from sensor.design.leaves import FREE_LENGTH_MM, GLUE_EDGE_MM
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
@@ -62,18 +60,6 @@ def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
     }
 
 
-def _gaps(housing: Housing) -> dict[str, float]:
-    """Return what paper fills while the glue sets [mm]: the gap between the shuttles, and those over them."""
-    above = {f"above the {arm.name} shuttle": housing.cavity_level - arm.top_level for arm in housing.arms}
-    return {"between the shuttles": housing.spacing - housing.shuttle_width, **above}
-
-
-def _length_moves(arm: Arm) -> dict[str, str | float]:
-    """Return the row of the sheet on the free length of a spring [mm], and what 0.1 mm more of it moves [1]."""
-    moves = stiffness_gain(arm.flexure, length=STEP_MM) - 1.0
-    return {"name": arm.name, "length": arm.flexure.length, "moves": moves}
-
-
 def _jig_press(spring: Spring) -> dict[str, str | float]:
     """Return the row of the sheet on the calibration of a spring: its largest deflection [mm] and weight [g]."""
     grams = 1e3 * _JIG_FRACTION * spring.force / STANDARD_GRAVITY
@@ -87,7 +73,7 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
     """
     process = title.process
     housing = sensor.housing
-    volume_cm3 = 1e-3 * sensor.printed_shape().Volume()
+    volume_cm3 = 1e-3 * sensor.part.shape.Volume()
     return render_template(
         "fabrication_sheet.md.jinja",
         title=title,
@@ -98,17 +84,8 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         volume_cm3=volume_cm3,
         mass_g=volume_cm3 * process.density_g_per_cm3,
         sliced=_SLICED,
-        coupon_leaves=[_coupon_leaf(arm, process) for arm in housing.arms] if sensor.sheet is None else (),
-        sheet=sensor.sheet,
-        sheets=sheets_to_buy(sensor),
-        strips=cut_strips(housing),
-        glue_ml=glue_ml(housing),
-        gaps=_gaps(housing),
-        length_within=FREE_LENGTH_MM,
-        glue_edge_mm=GLUE_EDGE_MM,
+        coupon_leaves=[_coupon_leaf(arm, process) for arm in housing.arms],
         step_mm=STEP_MM,
-        length_moves=[_length_moves(arm) for arm in housing.arms],
-        bed_face="front" if housing.back_to_back else "back",
         cover_mm=COVER_MM,
         cover_plate_mm=PLATE_MM,
         cover_rim_mm=RECESS_MM,

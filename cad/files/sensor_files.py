@@ -12,10 +12,9 @@ import trimesh
 from cad.files.export_error import ExportError
 from cad.files.glb import GlbBody, glb_of
 from cad.files.step import by_shape, read_step, write_step
-from cad.files.stl import CHORD_MM, read_stl, triangles, write_stl
+from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
 from cad.parts.assembly import assembly_bodies, outwards
-from cad.parts.part import one_shape
 from cad.parts.pose import location_matrix, print_pose
 from cad.parts.sensor import NamedSolid, SensorSolids
 from sensor.quantity import Estimate
@@ -30,11 +29,10 @@ _SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of
 
 @dataclass(frozen=True, kw_only=True)
 class FormsRead:
-    """What is read of a sensor's files [mm]: the solid of housing.step, housing.stl in print pose, strips.step."""
+    """What is read of a sensor's files [mm]: the solid of housing.step, and housing.stl in print pose."""
 
     step: cq.Shape
     stl: trimesh.Trimesh
-    strips: cq.Shape | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,28 +46,24 @@ class SensorFiles:
 def write_sensor(sensor: SensorSolids, folder: Path) -> SensorFiles:
     """Write housing.step, assembly.step and, marked, housing.stl and housing.3mf; pin.step where pins are the tips.
 
-    With strips housing.* hold frame and shuttles, each by its name, and strips.step the strips of a plate in place.
-
     assembly.glb, to be looked at, has every body in its colour and an animation that takes them apart.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
     housing_step = folder / "housing.step"
-    step = export_step(sensor.printed_bodies(), housing_step)
+    step = export_step([sensor.printed_body()], housing_step)
 
     assembly_step = folder / "assembly.step"
     bodies = assembly_bodies(sensor)
     export_step(bodies, assembly_step)
 
-    marked = sensor.marked_shapes()
-    printed = print_pose(one_shape(marked.values()), back_up=sensor.housing.back_to_back)
+    printed = print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back)
     stl = folder / "housing.stl"
     expected = triangles_volume(printed)
     mesh = _export_stl(printed, stl, expected)
 
     package = folder / "housing.3mf"
-    meshes = [mesh] if len(marked) == 1 else [triangles(solid) for solid in printed.Solids()]
-    write_3mf(dict(zip(marked, meshes, strict=True)), package)
+    write_3mf({"housing": mesh}, package)
     compare_volume(package, read_3mf(package).mesh.volume, expected)
 
     assembly_glb = folder / "assembly.glb"
@@ -81,20 +75,12 @@ def write_sensor(sensor: SensorSolids, folder: Path) -> SensorFiles:
         upright = pins[0].shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
         paths.append(folder / "pin.step")
         export_step([replace(pins[0], name="pin", shape=upright)], paths[-1])
-    strips = None
-    if strip_bodies := sensor.strip_bodies():
-        paths.append(folder / "strips.step")
-        strips = export_step(strip_bodies, paths[-1])
-    return SensorFiles(paths=tuple(paths), forms=FormsRead(step=step, stl=mesh, strips=strips))
+    return SensorFiles(paths=tuple(paths), forms=FormsRead(step=step, stl=mesh))
 
 
-def read_forms(folder: Path, *, strips: bool) -> FormsRead:
+def read_forms(folder: Path) -> FormsRead:
     """Return the shapes in those files of a sensor that are checked; raises ValueError for an unreadable file."""
-    return FormsRead(
-        step=read_step(folder / "housing.step"),
-        stl=read_stl(folder / "housing.stl"),
-        strips=read_step(folder / "strips.step") if strips else None,
-    )
+    return FormsRead(step=read_step(folder / "housing.step"), stl=read_stl(folder / "housing.stl"))
 
 
 def shown_bodies(bodies: Sequence[NamedSolid]) -> list[GlbBody]:

@@ -8,7 +8,6 @@ round the press axis. So low and high change sides, and springs of one kind stan
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import cadquery as cq
@@ -18,12 +17,11 @@ from cad.parts.cover_solid import cover_part, turn_cover
 from cad.parts.hall_seats import HallSeats, seats_of
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
 from cad.parts.housing_solid import cut_domes, cut_magnet_pockets, housing_part, named_housing
-from cad.parts.part import NEAR_MM, Part
+from cad.parts.part import Part
 from cad.parts.pin_socket import cut_pin_sockets
 from cad.parts.pose import in_place
 from cad.parts.sensor import STEEL_COLOUR, Colour, NamedSolid, SensorSolids
 from sensor.design.parameters import Design
-from sensor.design.sheets import SHEETS
 
 COVER_COLOUR: Colour = (0.60, 0.60, 0.62)
 SCREW_MM = 3.0  # diameter of M3
@@ -36,7 +34,6 @@ WASHER_HOLE_MM = 3.2  # of M3, ISO 7089
 SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # of M3, ISO 4762
 DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # of 3 mm, ISO 8734
 APART = 2.5  # how many times its distance across the sensor a body moves outwards
-_STRIP_APART = 1.2  # widths by which a strip moves farther than its plate
 _REACH = 1.0  # of a tool beyond what it cuts
 _HALF_TURN = cq.Location(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)  # keeps one shape for both
 
@@ -65,7 +62,6 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
         press=design.press,
         name=design.name,
         seats=seats,
-        sheet=SHEETS.get(design.print.leaves),
     )
 
 
@@ -105,21 +101,16 @@ def turned_twin(shape: cq.Shape) -> cq.Shape:
 
 
 def assembly_bodies(sensor: SensorSolids) -> tuple[NamedSolid, ...]:
-    """Return every body of a sensor before the press: housing or both plates, covers, screws, dowels, pins, fruit.
-
-    A housing with strips is its frame, its shuttles and the strips.
-    """
+    """Return every body of a sensor before the press: housing or both plates, covers, screws, dowels, pins, fruit."""
     housing = sensor.housing
-    printed = list(sensor.printed_bodies())
-    strips = list(sensor.strip_bodies())
+    printed = [sensor.printed_body()]
     pins = list(sensor.pin_bodies())
     if housing.back_to_back:
-        printed = _in_both_plates(printed if strips else [replace(printed[0], name="plate")], housing)
-        strips = _in_both_plates(strips, housing, _moved_in_place)
+        printed = _in_both_plates([replace(printed[0], name="plate")], housing)
         pins = _in_both_plates(pins, housing)
     covers = [NamedSolid(name=name, shape=shape, colour=COVER_COLOUR) for name, shape in cover_pair(sensor).items()]
     bought = [NamedSolid(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in fasteners(sensor).items()]
-    return (*printed, *strips, *covers, *pins, *bought, sensor.fruit_body())
+    return (*printed, *covers, *pins, *bought, sensor.fruit_body())
 
 
 def outwards(body: NamedSolid) -> float:
@@ -127,25 +118,14 @@ def outwards(body: NamedSolid) -> float:
     box = body.shape.BoundingBox()
     if body.name.startswith("screw"):  # out of all that it holds, head first
         return APART * float(box.ymin) - float(box.ylen)
-    out = APART * float(box.center.y)
-    if "strip" in body.name.split():  # out of its slots, and no farther than a cover
-        side = float(box.center.y) if abs(box.center.y) > NEAR_MM else -1.0
-        return out + math.copysign(_STRIP_APART * float(box.ylen), side)
-    return out
+    return APART * float(box.center.y)
 
 
-def _moved_in_place(shape: cq.Shape, housing: Housing) -> cq.Shape:
-    """Return a shape of the frame of a plate [mm] where it stands in the square, as one more instance of it."""
-    return shape.moved(cq.Location(cq.Vector(0.0, -0.5 * housing.spacing, 0.0)))
-
-
-def _in_both_plates(
-    bodies: list[NamedSolid], housing: Housing, place: Callable[[cq.Shape, Housing], cq.Shape] = in_place
-) -> list[NamedSolid]:
+def _in_both_plates(bodies: list[NamedSolid], housing: Housing) -> list[NamedSolid]:
     """Return bodies of a plate of a square, numbered, in their places in both plates."""
     twins = []
     for body in bodies:
-        shape = place(body.shape, housing)
+        shape = in_place(body.shape, housing)
         twins.append(replace(body, name=f"{body.name} 1", shape=shape))
         twins.append(replace(body, name=f"{body.name} 2", shape=turned_twin(shape)))
     return twins

@@ -14,7 +14,6 @@ from sensor.design.tips import Press
 from sensor.quantity import InputError, report_field, validation_error
 from sensor.theory.leaf_spring import Flexure
 from sensor.theory.strain_gauge import LeafInterval
-from sensor.theory.strip_clamp import StripClamp
 
 Point = tuple[float, float]
 HeldBy = Literal["covers", "washers", "holes"]
@@ -32,9 +31,7 @@ class Arm:
 
     `sign` is the side on which it lies, -1 or 1. `centre` is the tip's, `wall` and `shuttle` are the roots of the
     leaves, `outer` is the far side of the wall. `levels` has the middles of both leaves, the lower one first. The
-    post, from `post` to `outer`, is what the screws hold. It is the whole wall, but where a short arm's wall is wider,
-    or where strips are glued into it before the post. `clamp` holds strips; leaves of one piece with the frame have
-    none.
+    post, from `post` to `outer`, is what the screws hold. It is the whole wall, but where a short arm's wall is wider.
     """
 
     name: str
@@ -48,29 +45,6 @@ class Arm:
     levels: tuple[float, float]
     top_level: float
     holes: tuple[Point, ...]
-    clamp: StripClamp | None = None
-
-    @property
-    def strips(self) -> tuple["Strip", ...]:
-        """Return the strips of its leaves, the lower one first; none where the leaves are printed."""
-        if self.clamp is None:
-            return ()
-        left, right = self.roots
-        length, reach = self.clamp.length, self.clamp.reach
-        half = 0.5 * self.flexure.thickness
-        half_slot = 0.5 * self.clamp.slot_width(self.flexure.thickness)
-        return tuple(
-            Strip(
-                name=f"{self.name} {place} strip",
-                x=(left - length, right + length),
-                z=(level - half, level + half),
-                slots=(
-                    ((left - reach, left), (level - half_slot, level + half_slot)),
-                    ((right, right + reach), (level - half_slot, level + half_slot)),
-                ),
-            )
-            for place, level in zip(("lower", "upper"), self.levels, strict=True)
-        )
 
     @property
     def roots(self) -> tuple[float, float]:
@@ -80,28 +54,6 @@ class Arm:
     def along(self, span: LeafInterval) -> tuple[float, float]:
         """Return x at both ends of a span that counts along a leaf from the wall [mm]."""
         return self.wall - self.sign * span.start, self.wall - self.sign * span.end
-
-
-Span = tuple[float, float]
-"""From, to [mm]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Strip:
-    """A leaf of sheet as it lies in the frame [mm]: its ends x, its faces z, and the two slots that hold it.
-
-    A slot is its ends x and its faces z. Strip and slots go through the whole depth of the plate.
-    """
-
-    name: str
-    x: Span
-    z: Span
-    slots: tuple[tuple[Span, Span], tuple[Span, Span]]
-
-    @property
-    def length(self) -> float:
-        """Return the length to which it is cut [mm]."""
-        return self.x[1] - self.x[0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,21 +101,9 @@ class Housing:
     dowel_hole: float = report_field(
         "mm", "diameter of the holes for two dowels; 0 for a plate that stands alone", default=0.0
     )
-    clamp: StripClamp | None = report_field(
-        "",
-        "joint of the strips of sheet; left out where the leaves are printed",
-        default=None,
-        left_out=True,
-    )
 
     def __post_init__(self) -> None:
-        """Refuse tips, shuttles, pockets and slots for which a design leaves no room."""
-        if self.clamp is not None and not self.clamp.reach < self.shuttle_width:
-            bound = (
-                f"less than the shuttle of {self.shuttle_width:g} mm with its end room of {self.clamp.end_room:g} mm"
-            )
-            hint = "clamp less of a strip, or move the tips apart"
-            raise validation_error("print.clamp_mm", self.clamp.length, "mm", bound, hint)
+        """Refuse tips, shuttles and pockets for which a design leaves no room."""
         widest_tip = min(self.depth, self.shuttle_width)
         if not 0.0 < self.tip_side <= widest_tip:
             raise self._error("tip_side", f"greater than 0 mm and at most {widest_tip:g} mm")
@@ -196,7 +136,7 @@ class Housing:
         """Return the arm on one side; in a plate of a square both posts are as far out as the longer leaf's."""
         shuttle = sign * 0.5 * (self.spacing + self.shuttle_width)
         longest = max(self.low.length, self.high.length) if self.back_to_back else flexure.length
-        post = shuttle + sign * longest + (0.0 if self.clamp is None else sign * self.clamp.reach)
+        post = shuttle + sign * longest
         hole_x = post + sign * 0.5 * self.wall_width
         lower_hole = (hole_x, self.protrusion + self.hole_inset)
         upper_hole = (hole_x, self.top_level - self.hole_inset)
@@ -212,7 +152,6 @@ class Housing:
             levels=(self.lower_leaf_level, self.lower_leaf_level + flexure.separation),
             top_level=top_level,
             holes=(lower_hole, upper_hole),
-            clamp=self.clamp,
         )
 
     def with_flexures(self, flexures: Mapping[str, Flexure]) -> "Housing":
@@ -236,13 +175,8 @@ class Housing:
 
     @property
     def corner(self) -> float:
-        """Return the radius of the inner corners of the frame [mm], those at the roots of printed leaves too."""
-        return self.low.fillet if self.clamp is None else self.clamp.corner
-
-    @property
-    def strips(self) -> tuple[Strip, ...]:
-        """Return the strips of sheet, from left to right and from below; none where the leaves are printed."""
-        return tuple(strip for arm in self.arms for strip in arm.strips)
+        """Return the radius of the inner corners of the frame [mm], those at the roots of leaves too."""
+        return self.low.fillet
 
     @property
     def plates(self) -> int:
@@ -297,10 +231,7 @@ def largest_tilt(press: Press) -> float:
 
 
 def profile(housing: Housing) -> list[Point]:
-    """Return the corners (x, z) of the outline of the plate [mm], windows and holes left out.
-
-    With leaves of sheet, the outline surrounds print, glue and strips together: the slots count as filled.
-    """
+    """Return the corners (x, z) of the outline of the plate [mm], windows and holes left out."""
     left, right = housing.arms
     bottom, top = housing.protrusion, housing.top_level
     frame = [(right.outer, bottom), (right.outer, top), (left.outer, top), (left.outer, bottom)]
@@ -338,10 +269,8 @@ def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
 
 
 def fillet_corners(housing: Housing) -> list[Point]:
-    """Return the (x, z) of every corner that is rounded [mm]: eight a printed flexure and the two of the cavity."""
+    """Return the (x, z) of every corner that is rounded [mm]: eight a flexure and the two of the cavity."""
     corners = [(arm.wall, housing.cavity_level) for arm in housing.arms]
-    if housing.clamp is not None:
-        return corners
     for arm in housing.arms:
         half_leaf = 0.5 * arm.flexure.thickness
         for level, x in itertools.product(arm.levels, (arm.wall, arm.shuttle)):

@@ -22,10 +22,7 @@ _BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip or a face
 
 @functools.lru_cache(maxsize=1)  # its size is asked for before it is finished and written
 def housing_part(housing: Housing) -> Part:
-    """Return the housing as one solid with its faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`.
-
-    With leaves of sheet it is what print, glue and strips fill together.
-    """
+    """Return the housing as one solid with its faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`."""
     back = cq.Workplane("XZ", origin=(0.0, 0.5 * housing.depth, 0.0))
     plate = back.polyline(profile(housing)).close().extrude(housing.depth)  # a workplane XZ looks along -y
 

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 from cad.parts.cover import cover_level
 from cad.parts.housing import DOWEL_MM, TILT_DEG, Housing
-from sensor.design.leaves import Leaves, printed_leaves
 from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.design.tip_mount import pad_height, plate_depth, tip_mount
@@ -27,11 +26,8 @@ def housing_for(
     process: Process,
     lengths: tuple[float, ...],
     deflections: tuple[float, ...],
-    leaves: Leaves | None = None,
 ) -> Housing:
     """Return the housing with leaves of the given lengths, low then high, and stops above the given deflections [mm].
-
-    The leaves are printed where none are given.
 
     The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Levels are built up from
     the tips: neck, lower leaf, upper leaf, cavity, bar. Raises InputError when a leaf is too short for its fillets.
@@ -40,27 +36,21 @@ def housing_for(
     layout = tips.tip_layout
     depth = plate_depth(design, process)
     separation = layout.leaf_separation_mm
-    leaves = leaves or printed_leaves(process)
-    clamp = leaves.clamp
     low, high = (
-        Flexure(thickness=thickness, length=length, depth=depth, separation=separation, fillet=leaves.fillet_mm)
-        for thickness, length in zip(leaves.thicknesses_mm, lengths, strict=True)
+        Flexure(thickness=thickness, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
+        for thickness, length in zip(process.leaf_thicknesses_mm, lengths, strict=True)
     )
 
     end = _shuttle_end(design, process, depth)
-    widest = layout.shuttle_width_mm
-    if clamp is not None:  # a wall is left beyond the slots
-        widest = max(widest, clamp.reach + process.min_wall_mm)
-    shuttle = max(end.side, min(widest, tips.spacing_mm - process.min_gap_mm))
+    shuttle = max(end.side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
     neck = end.height + _taper(depth, shuttle, end.side)
     protrusion = max(_protrusion(design, lengths, depth) - end.pin_out, _LEAST_PROTRUSION)
 
-    # A fillet and a ledge lie between a leaf and the next corner, glue and solid between a strip and the next face.
-    half_leaf = 0.5 * max(low.thickness, high.thickness) + (process.fillet_mm if clamp is None else clamp.gap)
-    ledge = LEDGE if clamp is None else clamp.wall
-    lower_leaf = max(neck, protrusion) + ledge + half_leaf
+    # A fillet and a ledge lie between a leaf and the next corner.
+    half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
+    lower_leaf = max(neck, protrusion) + LEDGE + half_leaf
     low_stop, high_stop = (round(max(process.min_gap_mm, STOP_MARGIN * each), 2) for each in deflections)
-    cavity = lower_leaf + separation + half_leaf + ledge + max(low_stop, high_stop)
+    cavity = lower_leaf + separation + half_leaf + LEDGE + max(low_stop, high_stop)
     housing = Housing(
         low=low,
         high=high,
@@ -79,7 +69,6 @@ def housing_for(
         cover_level=cover_level(protrusion, design.press),
         gauges=design.print.gauges,
         dome_radius=0.0 if end.pocket_side else tips.dome_radius_mm or 0.0,
-        clamp=clamp,
     )
     if layout.is_back_to_back:
         dowel = round(DOWEL_MM - process.accuracy_mm, 3)  # as much too small as a hole may be off: never loose

@@ -7,7 +7,6 @@ y across. The fruit waits below the tips by the gap. Units: mm, degrees.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import cadquery as cq
 
@@ -15,18 +14,15 @@ from cad.parts.engraving import engrave_name
 from cad.parts.fruit import outer_box, whole_fruit
 from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import Housing
-from cad.parts.part import Part, one_shape
+from cad.parts.part import Part
 from cad.parts.pin_socket import pins
-from cad.parts.strips import printed_bodies, strip_shapes
 from sensor.design.fruit import Fruit
-from sensor.design.sheets import SoldSheet
 from sensor.design.tips import Press, Tips
 
 Colour = tuple[float, float, float]
 HOUSING_COLOUR: Colour = (0.22, 0.40, 0.62)
 _FRUIT_COLOUR: Colour = (0.95, 0.66, 0.20)
 STEEL_COLOUR: Colour = (0.75, 0.77, 0.80)
-STRIP_COLOUR: Colour = (0.84, 0.16, 0.16)  # thin strips must be seen between housing, screws and fruit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +36,7 @@ class NamedSolid:
 
 @dataclass(frozen=True, kw_only=True)
 class SensorSolids:
-    """A housing with its solid, the fruit that it is pressed on, and the seats of a Hall read-out where it has one.
-
-    With leaves of `sheet` the solid is what print, glue and strips fill together.
-    """
+    """A housing with its solid, the fruit that it is pressed on, and the seats of a Hall read-out where it has one."""
 
     housing: Housing
     part: Part
@@ -52,7 +45,6 @@ class SensorSolids:
     press: Press
     name: str = ""
     seats: HallSeats | None = None
-    sheet: SoldSheet | None = None
 
     def printed_part(self) -> Part:
         """Return the part as the print files hold it: with L, H and the name engraved in the frame, if there is one.
@@ -61,32 +53,9 @@ class SensorSolids:
         """
         return engrave_name(self.part, self.housing, self.name) if self.name else self.part
 
-    def marked_shapes(self) -> dict[str, cq.Shape]:
-        """Return by name the bodies as the print files hold them, engraved: the housing, or frame and shuttles."""
-        return printed_bodies(self.printed_part().shape, self.housing)
-
-    @cached_property
-    def _printed(self) -> dict[str, cq.Shape]:
-        """Return by name the bodies that are printed, without marks; cut once."""
-        return printed_bodies(self.part.shape, self.housing)
-
-    def printed_bodies(self) -> tuple[NamedSolid, ...]:
-        """Return the housing, or one plate of a square in its own frame; frame and shuttles where strips are glued in.
-
-        Raises ValueError where slots leave other bodies.
-        """
-        return tuple(NamedSolid(name=name, shape=shape, colour=HOUSING_COLOUR) for name, shape in self._printed.items())
-
-    def printed_shape(self) -> cq.Shape:
-        """Return the solid of the housing, or the compound of frame and shuttles where strips are glued in."""
-        return one_shape(self._printed.values())
-
-    def strip_bodies(self) -> tuple[NamedSolid, ...]:
-        """Return the strips of sheet in their places in the plate; none where the leaves are printed."""
-        return tuple(
-            NamedSolid(name=name, shape=shape, colour=STRIP_COLOUR)
-            for name, shape in strip_shapes(self.housing).items()
-        )
+    def printed_body(self) -> NamedSolid:
+        """Return the housing, or one plate of a square in its own frame, without marks."""
+        return NamedSolid(name="housing", shape=self.part.shape, colour=HOUSING_COLOUR)
 
     def fruit_body(self) -> NamedSolid:
         """Return the fruit before the press, with the outlines of a pair of tips on it."""

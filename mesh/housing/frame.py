@@ -60,14 +60,10 @@ class _Wall:
         self.upper_ring_bottom = self._ring_end_level(upper_hole, -1.0, levels)
         self.levels = sorted({*levels, self.lower_ring_top, self.upper_ring_bottom})
 
-        self.along = count.sector if arm.clamp is None else count.near + count.far  # elements beside the cavity
         # x where the fans end, and where the rings begin: the same, but in a wall wider than its post
-        if arm.clamp is None:
-            to_hole = _TO_HOLE * (abs(lower_hole[0] - arm.post) - self.radius)
-            reach = arm.sign * min(max(lower_fan.height, upper_fan.height), to_hole)
-            self.fan_end_x, self.ring_start_x = arm.wall + reach, arm.post + reach
-        else:  # slots end before the post
-            self.fan_end_x, self.ring_start_x = arm.wall + arm.sign * arm.clamp.reach, arm.post
+        to_hole = _TO_HOLE * (abs(lower_hole[0] - arm.post) - self.radius)
+        reach = arm.sign * min(max(lower_fan.height, upper_fan.height), to_hole)
+        self.fan_end_x, self.ring_start_x = arm.wall + reach, arm.post + reach
 
     def blocks(self) -> Iterator[Block]:
         """Yield the blocks; raises MeshError where two holes leave no wall between them."""
@@ -82,8 +78,7 @@ class _Wall:
     def _beside_cavity(self) -> Iterator[Block]:
         """Yield the fans at the roots of the leaves, and the cells between them."""
         for fan in self.fans:
-            ends = ((self.fan_end_x, self.along),)
-            yield from blocks.root_blocks(self.arm, self.arm.wall, fan, ends, self.count)
+            yield blocks.fan_block(self.arm, self.arm.wall, fan, self.fan_end_x - self.arm.wall, self.count)
         for a, b in pairwise(self.levels):
             if not blocks.in_fan(a, b, self.fans):
                 yield self._cell(a, b)
@@ -143,7 +138,8 @@ class _Wall:
         start = knuckle if a == ceiling else (wall, a)
         end = knuckle if b == ceiling else (wall, b)
         number = self._pieces(a, b)
-        cell = blocks.straight_block(((self.fan_end_x, a), start, end, (self.fan_end_x, b)), self.along, number)
+        along = self.count.sector
+        cell = blocks.straight_block(((self.fan_end_x, a), start, end, (self.fan_end_x, b)), along, number)
         if b != ceiling:
             return cell
         fillet = _half_fillet(self.housing, self.arm, (wall, a), number)

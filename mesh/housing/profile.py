@@ -1,6 +1,6 @@
 """The profile of the housing in quadrilaterals, made by gmsh from four-sided blocks."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import gmsh
@@ -18,8 +18,7 @@ _DIGITS = 9  # points closer than 1e-9 mm are one point
 class Profile:
     """Points (2, points) [mm] in (x, z), quadrilaterals (4, m) counterclockwise, edges (2, k) on arcs, their middles.
 
-    `surfaces` gives by name the edges (2, k) that lie on a named surface. `regions` gives the quadrilaterals of a
-    material other than that of the print.
+    `surfaces` gives by name the edges (2, k) that lie on a named surface.
     """
 
     points: Floats
@@ -27,7 +26,6 @@ class Profile:
     arcs: Ints
     midpoints: Floats
     surfaces: dict[str, Ints]
-    regions: dict[str, Ints]
 
 
 class _Curves:
@@ -80,20 +78,17 @@ def meshed_profile(blocks: Iterable[Block]) -> Profile:
     with gmsh_session():
         with stage("blocks", hint):
             curves = _Curves()
-            regions: dict[str, list[int]] = {}  # tags of their surfaces
             for block in blocks:
-                surface = _add_surface(block, curves)
-                if block.region:
-                    regions.setdefault(block.region, []).append(surface)
+                _add_surface(block, curves)
             gmsh.model.geo.synchronize()
         with stage("generate", hint):
             gmsh.model.mesh.generate(2)
         with stage("read", hint):
-            return _read(curves.curves.values(), regions)
+            return _read(curves.curves.values())
 
 
-def _add_surface(block: Block, curves: _Curves) -> int:
-    """Add the four-sided surface of a block to gmsh, divided as its sides are, and return its tag."""
+def _add_surface(block: Block, curves: _Curves) -> None:
+    """Add the four-sided surface of a block to gmsh, divided as its sides are."""
     geo = gmsh.model.geo
     tags = [curves.curve(segment) for side in block.sides for segment in side]
     surface = geo.addPlaneSurface([geo.addCurveLoop(tags, reorient=True)])
@@ -111,14 +106,10 @@ def _add_surface(block: Block, curves: _Curves) -> int:
     geo.mesh.setRecombine(2, surface)
     if block.smooth:
         geo.mesh.setSmoothing(2, surface, _SMOOTHING)
-    return int(surface)
 
 
-def _read(curves: Iterable[tuple[int, Segment]], regions: Mapping[str, Sequence[int]]) -> Profile:
-    """Return the mesh that gmsh has made, given the tag of each curve with its segment; raises MeshError.
-
-    `regions` are the tags of the surfaces of each named material.
-    """
+def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
+    """Return the mesh that gmsh has made, given the tag of each curve with its segment; raises MeshError."""
     if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")
     quads = element_nodes("Quadrangle")
@@ -148,16 +139,7 @@ def _read(curves: Iterable[tuple[int, Segment]], regions: Mapping[str, Sequence[
         arcs=np.hstack(arcs),
         midpoints=np.hstack(midpoints),
         surfaces={name: np.hstack(surfaces[name]) for name in sorted(surfaces)},
-        regions={name: _quads_on(surfaces_of) for name, surfaces_of in sorted(regions.items())},
     )
-
-
-def _quads_on(surfaces: Sequence[int]) -> Ints:
-    """Return the indices of the quadrilaterals on surfaces, by their tags, among all of them."""
-    kind = gmsh.model.mesh.getElementType("Quadrangle", 1)
-    every, _ = gmsh.model.mesh.getElementsByType(kind)
-    chosen = np.concatenate([gmsh.model.mesh.getElementsByType(kind, tag)[0] for tag in surfaces])
-    return np.flatnonzero(np.isin(every, chosen))
 
 
 def _arc_midpoints(points: Floats, edges: Ints, start: Point, centre: Point) -> Floats:

@@ -1,7 +1,7 @@
 """The half y >= 0 of the housing in curved quadratic hexahedra: its profile swept over the depth.
 
 Boundaries: low_tip, high_tip, mounting_holes, side_faces, symmetry, and low_leaves, high_leaves, the surfaces that
-strain most. Subdomains, where leaves are strips of sheet: strips, glue.
+strain most.
 """
 
 import dataclasses
@@ -62,9 +62,6 @@ def mesh_of_counts(housing: Housing, count: Counts, layers: int) -> MeshHex2:
     nodes[1] *= _depth_fraction(housing, nodes[0], nodes[2])  # necks and tips are less deep than the housing
     mesh = dataclasses.replace(quadratic, doflocs=nodes)
     mesh = mesh.with_boundaries(_boundaries(housing, profile, straight))
-    if profile.regions:
-        first = np.arange(layers)[:, None] * profile.quads.shape[1]  # cell of each layer over the first quadrilateral
-        mesh = mesh.with_subdomains({name: (first + quads).ravel() for name, quads in profile.regions.items()})
     check_jacobian(mesh)
     return mesh
 

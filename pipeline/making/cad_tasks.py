@@ -29,12 +29,11 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
 
 
 def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringReadOut", folder: Path) -> Written:
-    """Write the files for fabrication; return them and the verdicts on cover, bracket and tool.
+    """Write the files for fabrication; return them and the verdicts on cover and bracket.
 
     Raises OSError or ExportError.
     """
     from cad.checks.assembly_checks import cover_verdicts
-    from cad.checks.strip_checks import spacer_verdicts
     from cad.drawing.sheet import Title
     from cad.fabrication.fabrication_files import write_fabrication
     from cad.fabrication.mount_checks import mount_verdicts
@@ -45,5 +44,4 @@ def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringR
     title = Title(name=design.name, process=process)
     files = write_fabrication(sensor, title, read_out, folder)
     cover = cover_verdicts(sensor, files.cover, process)
-    spacer = () if files.spacer is None else spacer_verdicts(sensor, files.spacer, process)
-    return files.paths, (*cover, *mount_verdicts(sensor, files.mount, process), *spacer)
+    return files.paths, (*cover, *mount_verdicts(sensor, files.mount, process))

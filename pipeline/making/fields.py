@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mesh.housing.sweep import FlexureMesh, flexure_mesh
+from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
 from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import ScenePress, scene_of
@@ -17,7 +17,7 @@ from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
 from solve.elasticity import NodalFields
 from solve.housing.clamped_half import ClampedHalf, clamped_half
-from solve.housing.fields import fields_in, most_strained_node, nodes_of_cells
+from solve.housing.fields import fields_in, most_strained_node
 from solve.housing.stiffness import displacements, leaf_faces
 from solve.linear import SolveError
 
@@ -30,8 +30,8 @@ def write_fields(sensor: Sensor, press: ScenePress, options: RunOptions, folder:
 
     An array without points of flexure.vtu says that it is half a model, and about which plane.
     Fields at the nodes are displacement [mm], stress and its von Mises value [MPa], and the largest principal strain
-    [1]. Marks are 1 where it is largest on the leaves of each spring, and on the nodes of strips and of glue. The
-    housing is under the forces at which the root strain of each spring is judged, the fruit under those of the scene.
+    [1]. Marks are 1 where it is largest on the leaves of each spring. The housing is under the forces at which the root
+    strain of each spring is judged, the fruit under those of the scene.
     Returns the reason for each file that is left out.
     """
     springs = sensor.springs
@@ -68,18 +68,7 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
         mark = np.zeros(len(fields.displacement))
         mark[most_strained_node(mesh, leaf_faces(spring.name), fields)] = 1.0
         marks[f"{spring.name}_largest_strain_place"] = mark
-    marks |= region_marks(mesh)
     write_vtu(folder / "flexure.vtu", mesh, {**field_arrays(fields), **marks}, half_at_y=0.0)
-
-
-def region_marks(mesh: FlexureMesh) -> dict[str, NDArray[np.float64]]:
-    """Return by the name of each region an array that is 1 on the nodes of its cells, else 0."""
-    nodes = nodes_of_cells(mesh)
-    marks = {}
-    for region, cells in (mesh.subdomains or {}).items():
-        marks[region] = np.zeros(1 + int(nodes.max()))
-        marks[region][nodes[:, cells]] = 1.0
-    return marks
 
 
 def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFields:
@@ -89,7 +78,8 @@ def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFie
     """
     pairs = zip(springs.springs, springs.deflections, strict=True)
     forces = np.array([spring.stiffness * deflection for spring, deflection in pairs])
-    return fields_in(half.basis.mesh, half.material, displacements(half) @ forces)
+    process = springs.process
+    return fields_in(half.basis.mesh, process.E_MPa, process.poisson, displacements(half) @ forces)
 
 
 def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:

@@ -10,7 +10,6 @@ from pipeline.storage.kept_files import KeptFiles, begin_files
 from pipeline.storage.workers import finished_future, submit
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
-from sensor.design.sheets import SHEETS
 
 _SHAPES = ("name", "fruit", "tips", "press")  # tables of the design that solids and their checks depend on
 
@@ -55,7 +54,6 @@ class SolidMaker:
             "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
             "housing": housing,
             "seats": seats_of(design, housing),
-            "sheet": SHEETS.get(design.print.leaves),
             "deflections": deflections,
         }
         write = partial(write_solids, design, housing, deflections)

@@ -14,7 +14,6 @@ from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
 from pipeline.springs.sizing import SpringSizing
 from sensor.arrays import Floats, rows_of
-from sensor.design.leaves import stiffness_per_K
 from sensor.design.parameters import Design
 from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, contrast_weights, pair_law
@@ -90,9 +89,7 @@ class Sensor(Record):
         if readout is None:
             return None
         to_read = springs_to_read(self.design, self.springs)
-        process = self.springs.process
-        per_K = stiffness_per_K(self.springs.leaves, process, [spring.flexure.length for spring in to_read])
-        return signal_path(readout, to_read, process, self.design.tips.springs, per_K)
+        return signal_path(readout, to_read, self.springs.process, self.design.tips.springs)
 
     @cached_property
     def contrast(self) -> ContrastLaw:

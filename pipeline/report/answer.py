@@ -96,8 +96,6 @@ def _spring_lines(report: Json) -> Iterator[str]:
         yield f"springs: {K_l:.6g} and {K_h:.6g} N/m, exactly as given; a line of tips has no housing"
         return
     process = report["material"]["process"]
-    sheet = report["design"]["print"].get("leaves")  # left out where the leaves are printed
-    leaves = "leaves" if sheet is None else f"strips of {sheet}"
     for name, spring in report["flexures"].items():
         target = f"{spring['target_N_per_m']:.6g} N/m"
         leaf = spring["dimensions_mm"]
@@ -109,7 +107,7 @@ def _spring_lines(report: Json) -> Iterator[str]:
         size = f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g} mm"
         stiffness = f"{with_bar(K, 0.01 * spring['error_percent'] * K, 'N/m')} by FE"
         limit = "" if spring["safety_factor"] is None else f", limit {spring['safety_factor'] * strain:.2g}"
-        words = f"{leaves} {size} in {process}, strain {strain:.2g} at full travel{limit}"
+        words = f"leaves {size} in {process}, strain {strain:.2g} at full travel{limit}"
         yield escape(f"{name} spring: {stiffness}, {words}")
 
 

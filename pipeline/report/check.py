@@ -15,7 +15,6 @@ SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some 
 # In what loky says of a worker that ended: the system ends so what takes its memory, and no file does.
 _FROM_OUTSIDE = ("SIGKILL", "SIGTERM")
 _MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
-_MEASURED_STRIPS = "strips.step"
 
 
 def check_path(path: Path, process: str | None) -> tuple[Verdict, ...]:
@@ -67,7 +66,6 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     from cad.checks.assembly_checks import cover_verdicts
     from cad.checks.part_checks import check_file
     from cad.checks.sensor_checks import check_sensor, volume_verdict
-    from cad.checks.strip_checks import spacer_verdicts
     from cad.fabrication.mount_checks import mount_verdicts
     from cad.files.step import read_step
     from cad.parts.assembly import sensor_of
@@ -78,8 +76,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         return ()
     if report.housing is None:
         return (equal("geometry.made", 0.0, 1.0, 0.0, unit="1", reference="no housing: see printable.*"),)
-    measured = _MEASURED if report.housing.clamp is None else (*_MEASURED, _MEASURED_STRIPS)
-    missing = ", ".join(name for name in measured if not is_regular(folder / name))
+    missing = ", ".join(name for name in _MEASURED if not is_regular(folder / name))
     if missing and any(file.path == LATEST for file in report.files):
         return (unreadable("a look makes no solid to measure: run the design without --look, and check that folder"),)
     if missing:
@@ -92,7 +89,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         verdicts.append(unreadable(str(error)))
     names = {verdict.name for verdict in verdicts}
     verdicts += [verdict for verdict in check_file(folder / "housing.3mf", process) if verdict.name not in names]
-    judges = {"cover.step": cover_verdicts, "mount.step": mount_verdicts, "spacer.step": spacer_verdicts}
+    judges = {"cover.step": cover_verdicts, "mount.step": mount_verdicts}
     for name, judge in judges.items():
         if not is_regular(folder / name):  # only `pipeline design` writes it
             continue

@@ -16,7 +16,6 @@ from sensor.quantity import COVERAGE
 from sensor.theory.free_fruit import roll, table_share
 from sensor.theory.hertz import equivalent_radius
 from sensor.theory.soft_tissue import FLESH_LAWS, deepest_solved, large_strain_factor
-from sensor.theory.strip_clamp import unbonded_loss
 
 UNBONDED_MM = 1.0  # of the glue at each shoulder, in the bound that is told
 ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et al. (2012), doi:10.1007/s11947-011-0528-4
@@ -58,8 +57,6 @@ def _unusual(design: Design) -> list[str]:
 def _housing(result: SensorResult) -> Note:
     """Return the note on calibrating a print, or the one on a line of tips, which has no housing."""
     if result.design.tips.tip_layout.has_housing:
-        if not result.springs.leaves.is_printed:
-            return _strips(result)
         process = result.springs.process
         # A leaf's stiffness is proportional to the third power of its thickness.
         moved_l, moved_h = (100.0 * (3.0 * process.accuracy_mm / leaf) for leaf in process.leaf_thicknesses_mm)
@@ -73,29 +70,6 @@ def _housing(result: SensorResult) -> Note:
     return Note(
         _ALWAYS_FIRST,
         f"Calibrate what you build: a line of tips has no housing, and {K_l:.5g} and {K_h:.5g} N/m are taken as given.",
-    )
-
-
-def _strips(result: SensorResult) -> Note:
-    """Return the note on strips of sheet: what they are, how well they are known, and what a bad clamp would lose."""
-    springs = result.springs
-    leaves = springs.leaves
-    lengths = springs.leaf_lengths
-    scatters = [100.0 * each for each in leaves.scatter(lengths)]
-    lost = [
-        100.0 * unbonded_loss(length, give, UNBONDED_MM) for length, give in zip(lengths, leaves.gives_mm, strict=True)
-    ]
-    asked = result.design.print
-    is_weighed = asked.leaf_measured_low_mm is not None and asked.leaf_measured_high_mm is not None
-    todo = (
-        "Glue up to the shoulders"
-        if is_weighed
-        else "Weigh the sheet, and give print.leaf_measured_low_mm and _high_mm"
-    )
-    return Note(
-        max(scatters),
-        f"{todo}: K_l and K_h as made lie within {scatters[0]:.2g} and {scatters[1]:.2g} % (95 %). Glue that "
-        f"misses the last {UNBONDED_MM:g} mm at each shoulder costs {lost[0]:.2g} and {lost[1]:.2g} % of them.",
     )
 
 

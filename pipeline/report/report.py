@@ -22,13 +22,11 @@ from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
 from sensor.design.design_file import design_as_mapping, design_from_mapping
-from sensor.design.leaves import Leaves, beam_lengths, creep_of, leaves_of
 from sensor.design.parameters import Design
 from sensor.gone import REPORT_KEYS
 from sensor.quantity import InputError, report_field, validation_error
 from sensor.theory.creep import CreepLaw
 from sensor.theory.leaf_spring import Flexure
-from sensor.theory.two_spring_law import Springs
 from sensor.verdict import Verdict
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
@@ -491,26 +489,9 @@ class Report:
             raise validation_error("deflections_mm", list(self.deflections_mm), "mm", bound, "run the design again")
 
     @property
-    def leaves(self) -> Leaves:
-        """Return the leaves of the springs that were sized."""
-        return leaves_of(self.design, self._sized)
-
-    @property
-    def _sized(self) -> Springs:
-        return Springs(K_l=1e-3 * self.springs.K_l_N_per_m, K_h=1e-3 * self.springs.K_h_N_per_m)
-
-    @property
-    def leaf_lengths(self) -> tuple[float, ...]:
-        """Return the lengths of the leaves [mm], the low one first; where springs are not made, by the beam law."""
-        made = [spring.dimensions_mm for spring in self.flexures.values() if spring.dimensions_mm]
-        if made:
-            return tuple(flexure.length for flexure in made)
-        return beam_lengths(self.design, self.leaves, self._sized)
-
-    @property
     def creep(self) -> CreepLaw:
         """Return the creep of the springs as they are made."""
-        return creep_of(self.leaves, self.design.process, self.leaf_lengths)
+        return self.design.process.creep
 
     @property
     def moduli(self) -> tuple[ModulusReport, ...]:

@@ -96,7 +96,6 @@ def _frequency(housing: Housing, arm: Arm, K: float, springs: FittedSprings) -> 
     neck_volume = neck_height * (section + tip_face + (section * tip_face) ** 0.5) / 3.0
     leaf = arm.flexure
     density = 1e-3 * springs.process.density_g_per_cm3  # g/mm^3
-    leaf_density = 1e-3 * springs.leaves.made_of.density_g_per_cm3
     shuttle_mass = density * (block_volume + neck_volume + tip_volume)
-    leaf_mass = leaf_density * leaf.thickness * leaf.length * leaf.depth
+    leaf_mass = density * leaf.thickness * leaf.length * leaf.depth
     return natural_frequency(K, shuttle_mass, leaf_mass)

@@ -19,7 +19,6 @@ from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from sensor.arrays import Floats
-from sensor.design.leaves import Leaves, creep_of, leaves_of
 from sensor.design.parameters import Design
 from sensor.design.printability import Printable, check_printable
 from sensor.design.processes import Process
@@ -85,7 +84,7 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class FittedSprings(Record):
-    """The springs, low first, their process and leaves, deflections at full travel [mm], and the housing with them.
+    """The springs, low first, their process, deflections at full travel [mm], and the housing with them.
 
     Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized. Nothing is made,
     and `ideal_offsets_mm` are the heights of their tips over the foremost one. `of_plate` is the sideways compliance of
@@ -94,7 +93,6 @@ class FittedSprings(Record):
 
     springs: tuple[FittedSpring, ...]
     process: Process
-    leaves: Leaves
     deflections: tuple[float, ...]
     fitted: FittedHousing | None
     tips: Tips = field(default_factory=Tips)
@@ -114,9 +112,9 @@ class FittedSprings(Record):
 
     @property
     def monolithic(self) -> bool:
-        """Say whether the springs are of one piece: no gauges glued on, no pins, no strips."""
+        """Say whether the springs are of one piece: no gauges glued on, no pins."""
         housing = self.housing
-        return housing is None or (housing.gauges == "none" and not housing.pin_side and housing.clamp is None)
+        return housing is None or (housing.gauges == "none" and not housing.pin_side)
 
     @property
     def stiffnesses(self) -> Springs:
@@ -130,14 +128,9 @@ class FittedSprings(Record):
         return tuple(spring.error for spring in self.springs)
 
     @property
-    def leaf_lengths(self) -> tuple[float, ...]:
-        """Return the lengths of the leaves, free ones of strips, solved or by the beam law [mm]."""
-        return tuple(spring.printable.length_mm for spring in self.springs)
-
-    @property
     def creep(self) -> CreepLaw:
         """Return the creep of the springs."""
-        return creep_of(self.leaves, self.process, self.leaf_lengths)
+        return self.process.creep
 
     @property
     def per_spring(self) -> "FittedSprings":
@@ -182,7 +175,6 @@ def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     return FittedSprings(
         springs=springs_as_sized(design, sizing),
         process=design.process,
-        leaves=leaves_of(design, sizing.springs),
         deflections=sizing.deflections(design.full_travels_mm),
         fitted=None,
         tips=design.tips,
@@ -206,7 +198,7 @@ def leaning_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     process = design.process
     lengths = tuple(verdict.length_mm for verdict in printable)
     try:
-        housing = housing_for(design, process, lengths, springs.deflections, springs.leaves)
+        housing = housing_for(design, process, lengths, springs.deflections)
         K = springs.stiffnesses.stiffnesses
         return replace(springs, of_plate=sideways_give(housing, process.E_MPa, process.poisson, K, rough=True))
     except (InputError, MeshError, SolveError) as error:
@@ -231,14 +223,13 @@ def fit_springs(
     if not design.tips.tip_layout.has_housing:
         return ideal_springs(design, sizing)
     process = design.process
-    leaves = leaves_of(design, sizing.springs)
     deflections = sizing.deflections(design.full_travels_mm)
     springs = springs_as_sized(design, sizing)
     fitted = None
     if all(spring.printable.passed is not False for spring in springs):
         lengths = tuple(spring.printable.length_mm for spring in springs)
         try:
-            guess = housing_for(design, process, lengths, deflections, leaves)
+            guess = housing_for(design, process, lengths, deflections)
             begin = None if begin_solid is None else (lambda housing: begin_solid(housing, deflections))
             solver = HousingSolver(process.E_MPa, process.poisson, begin)
             fitted = _fitted_housing(guess, sizing.springs.stiffnesses, solver, options)
@@ -249,7 +240,6 @@ def fit_springs(
     return FittedSprings(
         springs=springs,
         process=process,
-        leaves=leaves,
         deflections=deflections,
         fitted=fitted,
         tips=design.tips,
@@ -292,7 +282,7 @@ def _fitted_housing(
     }
 
     def fit() -> FittedHousing:
-        if options.rough and guess.gauges == "none" and guess.clamp is None:
+        if options.rough and guess.gauges == "none":
             return fit_roughly(guess, targets, E, poisson)
         return fit_lengths(guess, targets, solver, options.tolerance)
 
@@ -328,18 +318,17 @@ def springs_to_read(design: Design, springs: FittedSprings) -> tuple[Spring, ...
     Springs that are not made have leaves by the beam law, at least as long as two gauge grids with their fillets.
     """
     process = springs.process
-    leaves = springs.leaves
     strains = None if springs.fitted is None else springs.fitted.stiffness.gauge_strain_per_N
     to_read = []
     for i, spring in enumerate(springs.springs):
-        thickness = leaves.thicknesses_mm[i]
+        thickness = process.leaf_thicknesses_mm[i]
         shortest = 2.0 * (FOIL.grid_length_mm + process.fillet_mm)
         as_sized = Flexure(
             thickness=thickness,
             length=max(spring.printable.length_mm, shortest),
             depth=plate_depth(design, process),
             separation=thickness + 3.0 * process.fillet_mm,  # no number of a read-out depends on it
-            fillet=leaves.fillet_mm,
+            fillet=process.fillet_mm,
         )
         read = Spring(
             name=spring.name,

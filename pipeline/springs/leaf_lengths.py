@@ -35,7 +35,6 @@ _MOST_COARSE_SOLVES = 10
 _DIGITS = 3  # lengths are drawn to 0.001 mm
 _LONGEST_STEP = 1.6  # of a length, either way
 _SHORTEST_STEP = 2e-3  # of a length, to learn the slope from: a shorter one would measure the scatter of the meshes
-LEAST_STRIP = 15.0  # length over thickness of a strip that is meshed
 COARSE = 2.0  # scale of the mesh that finds the lengths
 
 
@@ -77,16 +76,9 @@ MESH_PAIRS = (
     MeshPair(fine=0.5, coarse=2.0, fraction=0.03, floor=1e-5, least_tolerance=0.0),
 )
 
-GLUE_EDGE_STRAIN = 0.1  # of a strip where its glue ends: singular, though weakly; half as long elements show 6 % more
-# Of strips glued in. Seen of the difference: 0.11 to 0.20, against meshes of twice the dofs about the slots, over the
-# strips of three designs. The floor holds round-off and layers. tests/solve/housing/test_strips.py
-STRIP_PAIR = MeshPair(fine=1.0, coarse=2.0, fraction=0.45, floor=3e-4, least_tolerance=1e-3)
-
 
 def mesh_pairs_for(housing: Housing, tolerance: float) -> tuple[MeshPair, ...]:
     """Return the pairs to try for a relative tolerance [1], cheapest first; gauges are extrapolated from one pair."""
-    if housing.clamp is not None:
-        return (STRIP_PAIR,)
     if housing.gauges != "none":
         return (DEFAULT,)
     return tuple(pair for pair in MESH_PAIRS if pair.least_tolerance <= tolerance)
@@ -172,9 +164,6 @@ def stiffness_on(pair: MeshPair, housing: Housing, fine: TipCompliance, coarse: 
     """Return the stiffness [N/mm] of a housing solved on a pair of meshes, with the error bars of the pair."""
     stiffness = housing_stiffness(fine, coarse)
     stiffness = dataclasses.replace(stiffness, error=pair.errors(housing, stiffness.error))
-    if housing.clamp is not None:
-        strain_error = tuple(error + GLUE_EDGE_STRAIN for error in stiffness.strain_error)
-        stiffness = dataclasses.replace(stiffness, strain_error=strain_error)
     status = f"mesh of scale {pair.fine:g} judged by scale {pair.coarse:g} ({stiffness.info.status})"
     return _with_status(stiffness, status)
 
@@ -259,18 +248,9 @@ class SecantModel:
         return round(min(max(wanted, self.length / _LONGEST_STEP), self.length * _LONGEST_STEP), _DIGITS)
 
 
-def leaf_modulus(housing: Housing, E: float) -> float:
-    """Return the modulus of the leaves of a housing that is printed of a material of E, both [MPa]."""
-    return E if housing.clamp is None else housing.clamp.strip_E_MPa
-
-
 def with_length(name: str, flexure: Flexure, length: float, K: float) -> Flexure:
     """Return the leaf with another length [mm], which gives K [N/mm]; raises InputError where none is left of it."""
     key = f"flexures.{name}.length"
-    shortest = LEAST_STRIP * flexure.thickness
-    if flexure.fillet == 0.0 and not length > shortest:
-        bound = f"greater than {LEAST_STRIP:g} thicknesses = {shortest:g} mm to reach {1e3 * K:.6g} N/m"
-        raise validation_error(key, length, "mm", bound, "take a thicker sheet")
     if not length > 2.0 * flexure.fillet:
         bound = f"greater than 2 fillets = {2.0 * flexure.fillet:g} mm to reach {1e3 * K:.6g} N/m"
         raise validation_error(key, length, "mm", bound, "choose another process or other targets")
@@ -289,7 +269,7 @@ class _LengthFit:
         self._housing = housing
         self._targets = np.array(targets)
         self._has_approached = False
-        self._models = [SecantModel.of_beam(arm.flexure, leaf_modulus(housing, solver.E)) for arm in housing.arms]
+        self._models = [SecantModel.of_beam(arm.flexure, solver.E) for arm in housing.arms]
 
     def fit_on(self, pair: MeshPair, allowed_miss: float) -> FittedHousing:
         """Return the housing that meets the targets within a relative miss [1] on the fine mesh of a pair."""
@@ -367,8 +347,6 @@ def _lift(flexure: Flexure) -> float:
 
     Fitted by tests/reference/fits/test_housing.py.
     """
-    if flexure.fillet == 0.0:  # a strip, whose slots the coarse mesh holds too stiffly
-        return 1.002
     return 1.0 + 0.0035 / (1.0 + 0.55 * flexure.length / flexure.depth)
 
 

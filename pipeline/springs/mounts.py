@@ -8,15 +8,12 @@ import numpy as np
 
 from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import SETBACK_MM, Housing
-from mesh.housing.blocks import GLUE, STRIP
 from mesh.housing.sweep import flexure_mesh
 from sensor.theory.strain_gauge import GAUGES, gauge_spans
-from sensor.theory.strip_clamp import StripClamp
 from solve.contact.scene import SidewaysGive
 from solve.housing.bonded_foil import BondedFoil
 from solve.housing.clamped_half import SIDES, Attached, ClampedHalf, clamped_half
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
-from solve.housing.inset import Inset
 from solve.housing.stiffness import leaf_faces, lever_compliance
 
 # The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher.
@@ -29,24 +26,11 @@ ROUGH_SCALE = 3.0  # of the one mesh of a rough answer, which has one layer of e
 
 
 def attached_to(housing: Housing) -> tuple[Attached, ...]:
-    """Return what a housing is more than its print [mm]: gauges, the layers of its mount, strips and their glue.
+    """Return what a housing is more than its print [mm]: gauges, and the layers of its mount.
 
     Raises InputError where a leaf has no room for its gauges.
     """
-    return (*bonded_foils(housing), *mount_layers(housing), *insets(housing.clamp))
-
-
-def insets(clamp: StripClamp | None) -> tuple[Inset, ...]:
-    """Return the cells of strips and glue; none where the leaves are printed."""
-    if clamp is None:
-        return ()
-    strips = Inset(
-        name=STRIP,
-        E=clamp.strip_E_MPa,
-        poisson=clamp.strip_poisson,
-        relative_density=clamp.strip_over_print_density,
-    )
-    return strips, Inset(name=GLUE, E=clamp.glue_E_MPa, poisson=clamp.glue_poisson)
+    return (*bonded_foils(housing), *mount_layers(housing))
 
 
 def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:

@@ -15,7 +15,6 @@ Hint = Callable[[Verdict, Design, FittedSprings], str | None]
 
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "`--fruit-stiffness contact` sizes the springs for the true contact"
-THICKER_SHEET = "take a thicker sheet, whose strips are longer, and clamp more of them if it is not held"
 LEAST_OVER_HEIGHT_ERROR = 5.0  # travel over how far apart tips of a printed part may stand: less reads the print
 _WITHIN = 0.98  # of a bound, so that rounding and error bars keep it
 _DIGITS = 3
@@ -160,8 +159,6 @@ HINTS: Mapping[str, Hint | str] = {
     "printable.high": _less_travel,
     "bruise": _less_travel,
     **dict.fromkeys(CLEARANCES, _less_travel),
-    "geometry.stop_strain_low": f"{THICKER_SHEET}: `print.leaf_thickness_low_mm`, `print.clamp_mm`",
-    "geometry.stop_strain_high": f"{THICKER_SHEET}: `print.leaf_thickness_high_mm`, `print.clamp_mm`",
     "reading.touch": _more_travel,
     "reading.relaxation": _steadier,
 }

@@ -1,7 +1,7 @@
 """A scene: a body with its fields, deformed and in colour, with a bar for the colours and a ruler for the size."""
 
 import textwrap
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,14 +37,10 @@ FRONT = Vector(0.25, -1.0, 0.45)
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """A number at every node: the array that holds it, and its title with the unit.
-
-    `part` is the array that marks the nodes of the only part it is drawn on, which it also names; empty for all.
-    """
+    """A number at every node: the array that holds it, and its title with the unit."""
 
     array: str
     title: str
-    part: str = ""
 
     def range_on(self, mesh: Mesh) -> tuple[float, float]:
         """Return the range of colours, in the unit of the field: from 0, or the least value below, to the largest."""
@@ -68,14 +64,6 @@ class FieldScene:
     direction: Vector = FRONT
     cut_y: float | None = None
     focus: tuple[float, ...] | None = None
-
-    def drawn_for(self, field: Field) -> "FieldScene":
-        """Return the scene as a field is drawn on: whole, or the part alone that the field is of."""
-        if not field.part:
-            return self
-        nodes = np.asarray(self.mesh.point_data[field.part]) == 1.0
-        cells = self.mesh.extract_points(nodes, adjacent_cells=False)
-        return replace(self, mesh=cells, title=f"{self.title}, {field.part} alone: other parts have other limits")
 
     @property
     def caption(self) -> str:
@@ -106,7 +94,6 @@ def deformed_surface(scene: FieldScene, subdivision: int = SUBDIVISION) -> tuple
 def draw_scene(plotter: Plotter, scene: FieldScene, field: Field | None = None) -> None:
     """Draw a scene in the colours of one of its fields, over the outline of the body before it is pressed."""
     field = field or scene.fields[0]
-    scene = scene.drawn_for(field)
     bar: dict[str, object] = {
         # VTK takes bars of one title for one bar, so the name of the scene is in it
         "title": f"{scene.name}: {field.title}\n",

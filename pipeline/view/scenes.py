@@ -1,6 +1,5 @@
 """What can be drawn of an output folder: each spring, the fruit, the assembly."""
 
-import dataclasses
 import itertools
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,7 +11,6 @@ from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
 from cad.parts.assembly import assembly_bodies, outwards, sensor_of
 from cad.parts.sensor import NamedSolid
-from mesh.housing.blocks import STRIP
 from pipeline.report.report import Report
 from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
 from sensor.arrays import Floats
@@ -78,12 +76,7 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
     """Return the housing on the side of each spring, cut off midway between the tips."""
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
-    fields = [VON_MISES, LARGEST_STRAIN, TOTAL_DISPLACEMENT]
-    leaves = report.leaves
-    part = "" if leaves.is_printed else STRIP  # glue and print have other limits than strips
-    if not part or part in data:
-        data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / leaves.made_of.strain_limit
-        fields.insert(1, dataclasses.replace(STRAIN_OVER_LIMIT, part=part))
+    data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.design.process.strain_limit
     node_x = np.asarray(mesh.points)[:, 0]
     cell_x = np.asarray(mesh.cell_centers().points)[:, 0]
     tip_x = {spring: node_x[np.asarray(data[tip_face(spring)]) == 1].mean() for spring in SPRINGS}
@@ -95,7 +88,7 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
             name=f"flexure-{spring}",
             title=f"{report.design.name}: {spring} spring",
             mesh=mesh.extract_cells(np.flatnonzero(same_side)),
-            fields=tuple(fields),
+            fields=(VON_MISES, STRAIN_OVER_LIMIT, LARGEST_STRAIN, TOTAL_DISPLACEMENT),
             enlarged=True,
         )
         scenes.append(scene)

@@ -52,7 +52,6 @@ def field_bodies(report: Report, folder: Path) -> list[Plain]:
 
 def _coloured(scene: FieldScene, field: Field) -> Plain:
     """Return a scene in the colours of a field, which its animation bends."""
-    scene = scene.drawn_for(field)
     at_rest, _ = deformed_surface(scene, subdivision=0)
     surface = at_rest.triangulate()
     lowest, highest = field.range_on(scene.mesh)

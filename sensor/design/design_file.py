@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sensor.design.fruit import Fruit
-from sensor.design.parameters import PRINTED, TABLES, Design, GivenSprings, Print, Targets
+from sensor.design.parameters import TABLES, Design, GivenSprings, Print, Targets
 from sensor.design.processes import Process, own_process, process_as_table
 from sensor.design.reading import Reading
 from sensor.design.readout import Readout
 from sensor.design.tips import Press, Tips
-from sensor.gone import refuse_gone
+from sensor.gone import refuse_gone, without_nothing
 from sensor.input_file import parsed_toml
 from sensor.quantity import InputError, as_float, nearest, validation_error, written_number
 
@@ -85,6 +85,7 @@ def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of
         raise not_a_table(table, values)
     kind = TABLE_TYPES[table]
     known = [item.name for item in dataclasses.fields(kind)]
+    values = without_nothing(table, values)
     refuse_gone(*(f"{table}.{key}" for key in values))
     for key in values:
         if key not in known:
@@ -115,8 +116,6 @@ def parsed_setting(text: str) -> object:
         return text if number is None else number
 
 
-# A key that came after 0.2 is written only where it is not the default: the digest in a unit.toml is of this text.
-_UNWRITTEN = ("print.leaves", PRINTED)
 _TIPS_FIRST = (
     *("layout", "order", "outer_mm", "shape", "dome_radius_mm", "side_mm", "fillet_mm"),
     *("spacing_mm", "offset_mm", "gap_mm", "socket"),
@@ -144,7 +143,7 @@ def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any
         for key in keys:
             value = getattr(record, key)
             name = f"{table}.{key}"
-            if value is not None and (name, value) != _UNWRITTEN and name not in left_out:
+            if value is not None and name not in left_out:
                 tables[table][key] = list(value) if isinstance(value, tuple) else value
     # A read-out computes the noise: typed beside it, the default would be refused when the mapping is read back.
     if design.readout is not None and "reading" in tables:

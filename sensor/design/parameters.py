@@ -7,13 +7,12 @@ designs/paper.toml.
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES, Process
 from sensor.design.reading import PRESS_S, Reading
 from sensor.design.readout import Readout
-from sensor.design.sheets import SHEETS
 from sensor.design.tips import Press, Tips, check_tips_on_fruit
 from sensor.quantity import (
     LENGTH,
@@ -37,8 +36,6 @@ _STIFFNESS = Bounds(at_least=1e-6, at_most=1e9)
 _FORCE_RATIO = Bounds(at_least=1.001, at_most=100.0)
 _NONLINEARITY = Bounds(at_least=1e-5, at_most=0.4999)
 _LONGEST_NAME = 64
-_SHORTEST_CLAMP_MM = 2.0  # of a strip in its slot: shorter, it would not guide a strip while the glue sets
-_USUAL_CLAMP_MM = 4.5
 _ROUND_OFF = 1e-9  # of a time, by which it may lie outside its bounds
 
 
@@ -114,18 +111,7 @@ class GivenSprings:
         return self.K_l_N_per_m is not None
 
 
-PRINTED = "printed"
-"""The leaves that are of one piece with the frame; others are of a sheet, by its name."""
-END_ROOM_MM = 0.5  # in a slot beyond the end of its strip
-OF_STRIPS = (
-    *("leaf_thickness_low_mm", "leaf_thickness_high_mm", "leaf_measured_low_mm", "leaf_measured_high_mm"),
-    "clamp_mm",
-)
-
-
-def _of_strips(meaning: str) -> Any:  # noqa: ANN401 - stands where a field's value will stand
-    """Declare a key of [print] that only strips of sheet have."""
-    return quantity("mm", LENGTH, default=None, hint="give what the sheet has", meaning=meaning)
+_OF_LINES = "give a whole number of the lines that the process prints"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,64 +159,29 @@ class Print:
         default="covers",
         meaning=("parts that clamp the frame at its screws: the two covers, or a washer on each side of each hole"),
     )
-    leaves: str = choice(
-        (PRINTED, *SHEETS),
-        default=PRINTED,
-        meaning="leaves that are printed with the frame, or strips of sheet that are glued into slots of the frame",
+    leaf_thickness_low_mm: float | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint=_OF_LINES,
+        meaning="thickness of the low spring's leaves, a whole number of printed lines; by default that of the process",
     )
-    leaf_thickness_low_mm: float | None = _of_strips(
-        "stock thickness of the sheet for the low spring; by default the thinnest one that scatters little enough"
-    )
-    leaf_thickness_high_mm: float | None = _of_strips(
-        "stock thickness of the sheet for the high spring; by default chosen in the same way"
-    )
-    leaf_measured_low_mm: float | None = _of_strips(
-        "thickness of the sheet for the low spring that you found by weighing; needs leaf_thickness_low_mm"
-    )
-    leaf_measured_high_mm: float | None = _of_strips(
-        "thickness of the sheet for the high spring that you found by weighing; needs leaf_thickness_high_mm"
-    )
-    clamp_mm: float | None = _of_strips(
-        "length that is glued at each end of a strip; by default 4.5 mm, or less where the part has less room"
+    leaf_thickness_high_mm: float | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint=_OF_LINES,
+        meaning="thickness of the high spring's leaves, likewise",
     )
 
     def __post_init__(self) -> None:
         """Check each field; the process is checked with the design, which may have one of its own."""
         check_fields(self, "print", but=("process",))
-        self._check_strips()
         if self.process_file is not None:
             bound = "left out here: a design file is read with the process file beside it"
             raise validation_error(
                 "print.process_file", self.process_file, "", bound, "call load_design, or give Design.printer"
             )
-
-    def _check_strips(self) -> None:
-        """Refuse keys of strips beside printed leaves, sheets that no dealer lists, and foil on strips."""
-        if self.leaves == PRINTED:
-            for key in OF_STRIPS:
-                bound = f"left out where print.leaves = {PRINTED!r}"
-                if getattr(self, key) is not None:
-                    name = f"print.{key}"
-                    hint = "drop it, or take print.leaves = 'spring-steel'"
-                    raise validation_error(name, getattr(self, key), "mm", bound, hint)
-            return
-        if self.gauges != "none":
-            bound = f"'none' where print.leaves = {self.leaves!r}: foil would stiffen thin strips"
-            raise validation_error("print.gauges", self.gauges, "", bound, "take readout.transducer = 'displacement'")
-        self._check_sheet("low", self.leaf_thickness_low_mm, self.leaf_measured_low_mm)
-        self._check_sheet("high", self.leaf_thickness_high_mm, self.leaf_measured_high_mm)
-
-    def _check_sheet(self, spring: str, thickness: float | None, measured: float | None) -> None:
-        """Refuse a thickness [mm] that no dealer lists, and a measured one [mm] that such a sheet cannot have."""
-        sheet = SHEETS[self.leaves]
-        name = f"print.leaf_thickness_{spring}_mm"
-        measured_name = f"print.leaf_measured_{spring}_mm"
-        if thickness is not None:
-            sheet.check_listed(name, thickness)
-            if measured is not None:
-                sheet.check_measured(measured_name, measured, thickness)
-        elif measured is not None:
-            raise validation_error(name, None, "mm", f"given with {measured_name}", "say as what the sheet was sold")
 
 
 _OF_HOUSING = ("press.attitude", "print.max_length_mm", "print.E_MPa", "print.mount")
@@ -264,7 +215,7 @@ class Design:
             hint = 'write for instance name = "mine" in the design file, or give the file such a name'
             raise validation_error("name", self.name, "", bound, hint)
         self._check_process()
-        self._check_leaves()
+        self._check_leaf_thicknesses()
         self._check_tip_shape()
         check_tips_on_fruit(self.fruit, self.tips)
         depth = self.fruit.depth_mm
@@ -290,45 +241,41 @@ class Design:
                 "print.process", name, "", bound, "give both the same new name, or drop the own process"
             )
 
-    def _check_leaves(self) -> None:
-        """Refuse strips of sheet in a process that prints metal, or longer clamps than a shuttle holds."""
-        leaves = self.print.leaves
-        if leaves == PRINTED:
-            return
-        if self.process.is_metal:
-            bound = f"{PRINTED!r} where {self.process.name} prints metal"
-            raise validation_error("print.leaves", leaves, "", bound, "print the leaves too, or take a plastic")
-        if not self.tips.tip_layout.has_housing:
-            bound = f"{PRINTED!r} for tips.layout = {self.tips.layout!r}, which has no housing"
-            raise validation_error("print.leaves", leaves, "", bound, "drop it")
-        most = self.longest_clamp_mm
-        clamp = self.print.clamp_mm
-        if most < _SHORTEST_CLAMP_MM:
-            bound = (
-                f"{PRINTED!r} where tips.spacing_mm = {self.tips.spacing_mm:g} mm leaves no shuttle to glue strips in"
-            )
-            raise validation_error("print.leaves", leaves, "", bound, "move the tips apart")
-        if clamp is not None and not _SHORTEST_CLAMP_MM <= clamp <= most:
-            bound = f"at least {_SHORTEST_CLAMP_MM:g} mm and at most {most:g} mm, what a shuttle between the tips holds"
-            raise validation_error("print.clamp_mm", clamp, "mm", bound, "leave it out, or move the tips apart")
-
-    @property
-    def longest_clamp_mm(self) -> float:
-        """Return the longest part of a strip that a shuttle holds beside its end room and a wall, down to 0.1 mm."""
-        process = self.process
-        room = self.tips.spacing_mm - process.min_gap_mm - process.min_wall_mm - END_ROOM_MM
-        return math.floor(10.0 * room + _ROUND_OFF) / 10.0
-
-    @property
-    def clamp_mm(self) -> float:
-        """Return the length that is glued at each end of a strip [mm]."""
-        return self.print.clamp_mm or min(_USUAL_CLAMP_MM, self.longest_clamp_mm)
+    def _check_leaf_thicknesses(self) -> None:
+        """Refuse leaves that are no whole number of lines, known too little, or so thick that they leave no window."""
+        process = self._process_as_listed
+        line = process.line_width_mm
+        most = self.tips.tip_layout.leaf_separation_mm - 2.0 * process.fillet_mm
+        for key in ("leaf_thickness_low_mm", "leaf_thickness_high_mm"):
+            thickness = getattr(self.print, key)
+            if thickness is None:
+                continue
+            hint = "leave it out to have that of the process"
+            if line is not None and abs(thickness - max(1, round(thickness / line)) * line) > _ROUND_OFF * thickness:
+                lines = max(1, math.floor(thickness / line))
+                bound = f"a whole number of lines of {line:g} mm, as {process.name} prints"
+                hint = f"take {lines * line:g} or {(lines + 1) * line:g} mm"
+            elif thickness < process.thinnest_leaf_mm:
+                least = process.thinnest_leaf_mm
+                bound = f"at least {least:.4g} mm, for {process.name} is off by {process.accuracy_mm:g} mm"
+            elif thickness >= most:
+                bound = f"less than {most:g} mm, the distance of the two leaves less their fillets"
+            else:
+                continue
+            name = f"print.{key}"
+            raise validation_error(name, thickness, "mm", bound, hint)
 
     @property
     def process(self) -> Process:
-        """Return the process of the housing: a known process or the design's own, with the modulus of its coupon."""
-        process = self.printer or PROCESSES[self.print.process]
-        return process if self.print.E_MPa is None else dataclasses.replace(process, E_MPa=self.print.E_MPa)
+        """Return the process of the housing, with the modulus of its coupon and the leaves that the design gives."""
+        keys = ("E_MPa", "leaf_thickness_low_mm", "leaf_thickness_high_mm")
+        given = {key: value for key in keys if (value := getattr(self.print, key)) is not None}
+        return dataclasses.replace(self._process_as_listed, **given) if given else self._process_as_listed
+
+    @property
+    def _process_as_listed(self) -> Process:
+        """Return the known process or the design's own, as its table has it."""
+        return self.printer or PROCESSES[self.print.process]
 
     def _check_tip_shape(self) -> None:
         """Refuse a shape that no process prints at the end of a shuttle, but for ground pins, which take any shape."""

@@ -6,14 +6,16 @@ near to a bound is undecided (passed is None) until its solved length is given.
 
 from dataclasses import dataclass
 
-from sensor.design.leaves import Leaves, free_length, leaves_of
 from sensor.design.parameters import Design
+from sensor.design.processes import Process
 from sensor.design.tip_mount import plate_depth
-from sensor.theory.leaf_spring import LeafProfile, root_strain
+from sensor.theory.leaf_spring import LeafProfile, pair_length, root_strain
 from sensor.theory.strain_gauge import GAUGES, FoilGauge, gauged_length, sandwich_gain, shortest_gauged
 from sensor.theory.two_spring_law import Springs, spring_give
 
 LENGTH_MARGIN = 0.15
+SHORTEST_LEAF = 5.0  # length over thickness: below it a leaf is a block, and its length no longer sets its stiffness
+FILLET_STRAIN = 1.3  # fillet root over beam theory, 1.17 to 1.27 by FE of solid flexures
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,13 +34,9 @@ class Printable:
 
 @dataclass(frozen=True, kw_only=True)
 class _Leaf:
-    """The leaves of one spring [mm], up to a longest one, and their deflection at full travel.
+    """The leaves of one spring [mm], up to a longest one, and their deflection at full travel."""
 
-    `give` is the length by which each end counts as longer than it is.
-    """
-
-    leaves: Leaves
-    give: float
+    process: Process
     profile: LeafProfile
     deflection: float
     longest: float
@@ -47,14 +45,14 @@ class _Leaf:
     @property
     def shortest(self) -> float:
         """Return the least length of a leaf [mm]: that of a leaf at all, and of one with room for its gauges."""
-        room = 0.0 if self.gauge is None else shortest_gauged(self.leaves.fillet_mm, self.gauge)
-        return max(self.leaves.least_slenderness * self.profile.thickness, room)
+        room = 0.0 if self.gauge is None else shortest_gauged(self.profile.fillet, self.gauge)
+        return max(SHORTEST_LEAF * self.profile.thickness, room)
 
     def length(self, K: float) -> float:
         """Return the length [mm] at which the pair has a stiffness [N/mm] by the beam law."""
-        E = self.leaves.made_of.E_MPa
+        E = self.process.E_MPa
         if self.gauge is None:
-            return free_length(E, self.profile.depth, self.profile.thickness, K, self.give)
+            return pair_length(E, self.profile.depth, self.profile.thickness, K)
         return gauged_length(E, self.profile, K, self.gauge)
 
     def strain(self, length: float) -> float:
@@ -62,26 +60,25 @@ class _Leaf:
         gain = 1.0
         if self.gauge is not None:
             # All of what the gauges add to the pair is added by the one leaf of two that carries them.
-            gain = 2.0 * sandwich_gain(self.leaves.made_of.E_MPa, self.profile, length, self.gauge) - 1.0
-        return self.leaves.strain_factor * gain * root_strain(self.profile.thickness, length, self.deflection)
+            gain = 2.0 * sandwich_gain(self.process.E_MPa, self.profile, length, self.gauge) - 1.0
+        return FILLET_STRAIN * gain * root_strain(self.profile.thickness, length, self.deflection)
 
     def faults(self, length: float, margin: float) -> list[str]:
         """Return the objections to a length [mm], each in words, with limits stricter by the relative margin.
 
         A negative margin makes the limits laxer: what is left is wrong even if the length is off by that much.
         """
-        leaves = self.leaves
+        process = self.process
         thickness = self.profile.thickness
         depth = self.profile.depth
         strain = self.strain(length / (1.0 + margin))
         faults = []
-        least = leaves.least_thickness_mm
+        least = process.min_wall_mm
         if thickness < least:
             faults.append(f"a leaf {thickness:g} mm thick, must be at least the wall of {least:g} mm")
         if length < self.shortest * (1.0 + margin):
-            slenderness = leaves.least_slenderness
-            is_block = self.shortest <= slenderness * thickness
-            reason = f"{slenderness:g} thicknesses" if is_block else "room for a gauge at each root"
+            is_block = self.shortest <= SHORTEST_LEAF * thickness
+            reason = f"{SHORTEST_LEAF:g} thicknesses" if is_block else "room for a gauge at each root"
             faults.append(f"a leaf {length:.1f} mm long, must be at least {reason} = {self.shortest:g} mm")
         if self.gauge is not None and depth < self.gauge.backing_width_mm:
             least = self.gauge.backing_width_mm
@@ -89,8 +86,8 @@ class _Leaf:
         if length * (1.0 + margin) > self.longest:
             bound = f"print.max_length_mm = {self.longest:g} mm"
             faults.append(f"a leaf {length:.1f} mm long, must be at most {bound}")
-        if strain > leaves.made_of.strain_limit:
-            bound = f"{leaves.made_of.strain_limit:g} of {leaves.made_of.material}"
+        if strain > process.strain_limit:
+            bound = f"{process.strain_limit:g} of {process.material}"
             faults.append(f"a root strain of {strain:.2g}, must be at most {bound}")
         return faults
 
@@ -109,19 +106,17 @@ def check_printable(
     solved, the beam law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided.
     """
     process = design.process
-    leaves = leaves_of(design, springs)
     stiffest = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
     K_m = (stiffest, stiffness_ratio * stiffest)
     asked = _asked_of(design, springs)
     verdicts = []
     for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
         leaf = _Leaf(
-            leaves=leaves,
-            give=leaves.gives_mm[i],
+            process=process,
             profile=LeafProfile(
                 depth=plate_depth(design, process),
-                thickness=leaves.thicknesses_mm[i],
-                fillet=leaves.fillet_mm,
+                thickness=process.leaf_thicknesses_mm[i],
+                fillet=process.fillet_mm,
             ),
             deflection=spring_give(K, K_m[i], max(0.0, design.full_travels_mm[i])),
             longest=design.print.max_length_mm,
@@ -141,7 +136,7 @@ def check_printable(
                 shortest_mm=leaf.shortest,
                 longest_mm=leaf.longest,
                 root_strain=leaf.strain(length),
-                strain_limit=leaves.made_of.strain_limit,
+                strain_limit=process.strain_limit,
             )
         )
     return tuple(verdicts)

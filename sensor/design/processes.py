@@ -102,6 +102,11 @@ class Process(Sourced):
             raise validation_error(name, self.accuracy_mm, "mm", bound, "take thicker leaves, or a finer process")
 
     @property
+    def thinnest_leaf_mm(self) -> float:
+        """Return the thinnest leaf whose thickness it knows well enough [mm]."""
+        return self.accuracy_mm / _LEAST_KNOWN
+
+    @property
     def is_metal(self) -> bool:
         """Say whether it prints metal."""
         return self.kind == "dmls"

@@ -12,18 +12,14 @@ from solve.displacement_basis import scalar_shapes
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.bonded_foil import BondedFoil, membrane_matrix
 from solve.housing.elastic_layer import ElasticLayer, layer_matrix
-from solve.housing.inset import CellMaterial, Inset, cell_material
-from solve.linear import DIGITS, Factor, SolveError, factorise, magnitude
+from solve.linear import Factor, SolveError, factorise, magnitude
 from solve.surface import surface_patches
 
-Attached = BondedFoil | ElasticLayer | Inset
+Attached = BondedFoil | ElasticLayer
 
 HOLES = "mounting_holes"
 SIDES = "side_faces"
 BALANCE_LIMIT = 1e-5  # of the largest work [1], and of the load of 1 N that the mount carries [N]
-# What round-off may leave unknown of a solution with thin strips, by the estimate of the condition number. That is six
-# times as much as entries of the matrix that are off by one bit move the tips: tests/solve/housing/test_strips.py
-STRIP_DIGITS = 1e-3
 REDUCED = 3  # polynomial degree: 2^3 Gauss points
 _GAUSS = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])
 POINTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)])
@@ -41,7 +37,7 @@ SYMMETRY = {PRESS: ("u^2",), ACROSS: ("u^1", "u^3")}
 class ClampedHalf:
     """The half y >= 0 of a housing: its matrix [N/mm] with all that is attached, `ground` what the layers add to it.
 
-    `clamped` are the dofs of its mounting holes, held where there is no layer; `material` is that of each cell.
+    `clamped` are the dofs of its mounting holes, held where there is no layer.
     """
 
     basis: CellBasis
@@ -49,7 +45,6 @@ class ClampedHalf:
     ground: csc_matrix | None
     clamped: Ints
     factor: Factor
-    material: CellMaterial
 
     def support(self, u: Floats) -> Floats:
         """Return the vertical force of holes or layers on the half [N], shape (loads,), for u (dofs, loads) [mm]."""
@@ -82,9 +77,8 @@ def clamped_half(
     """
     layers = [each for each in attached if isinstance(each, ElasticLayer)]
     foils = foils_of(attached)
-    material = cell_material(mesh, E, poisson, [each for each in attached if isinstance(each, Inset)])
     basis = vector_basis(mesh, ElementHexS2(), order=REDUCED)
-    matrix = stiffness_matrix(basis, material.E, material.poisson)
+    matrix = stiffness_matrix(basis, E, poisson)
     if foils:
         matrix = matrix + membrane_matrix(basis, foils)
     if layers:
@@ -94,12 +88,8 @@ def clamped_half(
     else:
         ground = None
         clamped = basis.get_dofs(HOLES).all()
-    factor = factorise(matrix, np.union1d(clamped, _symmetry_dofs(basis, axis)), _digits(material))
-    return ClampedHalf(basis, matrix, ground, clamped, factor, material)
-
-
-def _digits(material: CellMaterial) -> float:
-    return DIGITS if np.ndim(material.E) == 0 else STRIP_DIGITS
+    factor = factorise(matrix, np.union1d(clamped, _symmetry_dofs(basis, axis)))
+    return ClampedHalf(basis, matrix, ground, clamped, factor)
 
 
 def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
@@ -113,14 +103,14 @@ def with_layers(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poi
     bare = half.matrix if half.ground is None else half.matrix - half.ground
     ground = layer_matrix(half.basis, layers, E, poisson)
     matrix = csc_matrix(bare + ground)
-    factor = factorise(matrix, _symmetry_dofs(half.basis, PRESS), _digits(half.material))
+    factor = factorise(matrix, _symmetry_dofs(half.basis, PRESS))
     return replace(half, matrix=matrix, ground=ground, clamped=np.zeros(0, dtype=np.int64), factor=factor)
 
 
 def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
     """Return the same half with the components held on the plane y = 0 that a load along another axis asks for."""
     held = np.union1d(half.clamped, _symmetry_dofs(half.basis, axis))
-    return replace(half, factor=factorise(half.matrix, held, _digits(half.material)))
+    return replace(half, factor=factorise(half.matrix, held))
 
 
 def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = None) -> Floats:
@@ -146,10 +136,10 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = Non
 
 
 def weight_load(half: ClampedHalf, axis: int) -> Floats:
-    """Return the nodal forces [N] of a body force along an axis, 1 N/mm^3 in the print, shape (dofs,)."""
+    """Return the nodal forces [N] of a body force along an axis, 1 N/mm^3, shape (dofs,)."""
     basis = half.basis
     load = np.zeros(basis.N)
-    forces = scalar_shapes(basis) @ basis.dx.T * half.material.relative_density
+    forces = scalar_shapes(basis) @ basis.dx.T
     np.add.at(load, np.asarray(basis.element_dofs)[axis::3], forces)
     return load
 

@@ -8,11 +8,10 @@ there it is continued linearly along the axes of the cell or facet, and at a nod
 import numpy as np
 from skfem import CellBasis, ElementHexS2, Mesh
 
-from sensor.arrays import Flags, Floats, Ints
+from sensor.arrays import Floats, Ints
 from solve.displacement_basis import scalar_gradients
 from solve.elasticity import NodalFields, stress, vector_basis
 from solve.housing.clamped_half import POINTS, REDUCED
-from solve.housing.inset import CellMaterial
 from solve.housing.stiffness import SPRINGS, leaf_faces
 from solve.surface import nodal_dofs, patch_inside, surface_facets
 
@@ -20,10 +19,10 @@ _FREE = "free"
 _NEAR = 1e-9  # of the side of a cell
 
 
-def fields_in(mesh: Mesh, material: CellMaterial, u: Floats) -> NodalFields:
+def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
     """Return displacement, stress and strain at the nodes, from displacements u (dofs,) [mm] of 20-node cells.
 
-    A node between materials has what its stiffest cells have. The nodes are the first of `mesh.doflocs`: corners, then
+    The nodes are the first of `mesh.doflocs`: corners, then
     the middles of edges. Named boundaries other than leaves carry a load or a support. The rest of the surface is taken
     to carry none, where foils are glued on too.
     """
@@ -31,33 +30,15 @@ def fields_in(mesh: Mesh, material: CellMaterial, u: Floats) -> NodalFields:
     loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
     free = np.setdiff1d(mesh.boundary_facets(), np.concatenate(loaded))
     basis = vector_basis(mesh.with_boundaries({_FREE: free}), ElementHexS2(), order=REDUCED)
-    strain = nodal_strain(basis, u, material, _FREE)
+    strain = nodal_strain(basis, u, poisson, _FREE)
     displacement = u[np.hstack([basis.nodal_dofs, basis.edge_dofs]).T]
     # `stress` takes a gradient; of a strain, its own symmetric part, it is the same
-    nodes = nodes_of_cells(basis.mesh)
-    is_stiffest = _is_stiffest(nodes, material)
-    E, poisson = (_at_nodes(nodes, is_stiffest, each) for each in (material.E, material.poisson))
     return NodalFields(displacement=displacement, stress=stress(strain, E, poisson), strain=strain)
 
 
 def nodes_of_cells(mesh: Mesh) -> Ints:
     """Return the 20 nodes of each cell that is solved on, shape (20, cells), the first of the mesh's 27."""
     return np.asarray(mesh.dofs.element_dofs[: len(ElementHexS2().doflocs)])
-
-
-def _is_stiffest(nodes: Ints, material: CellMaterial) -> Flags:
-    """Say which cells are the stiffest of each of their nodes (20, cells)."""
-    E = np.broadcast_to(material.E, nodes.shape)
-    most = np.zeros(1 + int(nodes.max()))
-    np.maximum.at(most, nodes, E)
-    return np.asarray(most[nodes] == E)
-
-
-def _at_nodes(nodes: Ints, is_stiffest: Flags, of_cells: float | Floats) -> Floats:
-    """Return a number of each cell at the nodes, shape (nodes,): that of the stiffest cells there."""
-    at_nodes = np.zeros(1 + int(nodes.max()))
-    at_nodes[nodes[is_stiffest]] = np.broadcast_to(of_cells, nodes.shape)[is_stiffest]
-    return at_nodes
 
 
 def most_strained_node(mesh: Mesh, surface: str, fields: NodalFields) -> int:
@@ -67,20 +48,18 @@ def most_strained_node(mesh: Mesh, surface: str, fields: NodalFields) -> int:
     return int(nodes[fields.largest_principal_strain[nodes].argmax()])
 
 
-def nodal_strain(basis: CellBasis, u: Floats, material: CellMaterial, free: str) -> Floats:
+def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floats:
     """Return the strain [1] of displacements u, shape (dofs,), at the nodes, shape (3, 3, nodes).
 
     `basis` is that of 20-node cells with 2^3 Gauss points. At nodes on the boundary `free`, which carries no load, only
     its facets count. Over the thickness of a leaf strain is curved at a fillet, and a line through two points of a cell
-    misses its peak. Between materials only the stiffest cells of a node count.
+    misses its peak.
     """
     corners = basis.elem.elem.doflocs  # nodes of the unit cube
     nodes = nodes_of_cells(basis.mesh)
     count = 1 + int(nodes.max())
     # What is extrapolated over a small cell is off by less.
     weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)
-    weights = weights * _is_stiffest(nodes, material)
-    ratios = np.broadcast_to(material.poisson, (nodes.shape[1],))
 
     total, weight = _cell_strain(basis, u, nodes, weights)
     surface_total = np.zeros((count, 3, 3))
@@ -89,7 +68,7 @@ def nodal_strain(basis: CellBasis, u: Floats, material: CellMaterial, free: str)
         inside = facet.inside(POINTS)
         patch = patch_inside(basis, facet.elements, inside, np.ones((len(facet.elements), POINTS.shape[1])))
         gradient = np.einsum("nic,njcq->ijcq", u[patch.dofs], patch.gradients)
-        strain = _without_load(gradient, facet.normals(basis.mesh, POINTS), ratios[facet.elements])
+        strain = _without_load(gradient, facet.normals(basis.mesh, POINTS), poisson)
 
         # The nodes of the unit cube in the plane of this facet, and their coordinates along its two edges
         from_corner = corners - facet.corner
@@ -128,18 +107,17 @@ def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, we
     np.add.at(weight, nodes, weights)
 
 
-def _without_load(gradient: Floats, normal: Floats, poisson: Floats) -> Floats:
+def _without_load(gradient: Floats, normal: Floats, poisson: float) -> Floats:
     """Return the strain of a displacement gradient on a surface that carries no load, as a strain gauge is read.
 
     Its part in the surface is kept. The stress on the surface is zero, so the strain across it is -nu / (1 - nu) (e_1 +
-    e_2) and its shear is zero. Shapes (3, 3, facets, points) and, of any length, `normal` (3, facets, points);
-    Poisson's ratio is that of each facet, shape (facets,).
+    e_2) and its shear is zero. Shapes (3, 3, facets, points) and, of any length, `normal` (3, facets, points).
     """
     n = normal / np.linalg.norm(normal, axis=0)
     across = np.einsum("i...,j...->ij...", n, n)
     tangent = np.eye(3).reshape(3, 3, *([1] * (n.ndim - 1))) - across
     within = np.einsum("ik...,kl...,lj...->ij...", tangent, 0.5 * (gradient + gradient.swapaxes(0, 1)), tangent)
-    return np.asarray(within - (poisson / (1.0 - poisson))[:, None] * np.trace(within) * across)
+    return np.asarray(within - poisson / (1.0 - poisson) * np.trace(within) * across)
 
 
 def _extrapolation(nodes: Floats, gauss: Floats) -> Floats:

@@ -115,9 +115,8 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable",
         if arguments.json:
             print_json(_as_mapping(calibration))
         else:
-            strips = not report.leaves.is_printed
             template = "calibrating/calibration.txt.j2"
-            print_answer(template, failed=passed is False, strips=strips, **vars(calibration))
+            print_answer(template, failed=passed is False, **vars(calibration))
             print_verdicts("the unit against its design", calibration.verdicts)
     return PASSED if passed else FAILED
 

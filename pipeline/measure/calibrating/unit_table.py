@@ -125,11 +125,7 @@ def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]
     housing = sensor.report.housing
     if housing is None:
         return []
-    # An end of a strip counts as longer than it is, by what its clamp gives.
-    lengths = {
-        arm.name: arm.flexure.length + 2.0 * give
-        for arm, give in zip(housing.arms, sensor.report.leaves.gives_mm, strict=True)
-    }
+    lengths = {arm.name: arm.flexure.length for arm in housing.arms}
     longer: list[float | None] = []
     for tip, K, percent, target in zip(
         sensor.report.tips, sensor.unit.stiffnesses, sensor.unit.K_percent, targets, strict=True

@@ -15,7 +15,7 @@ from sensor.design.design_file import design_as_mapping, tables_as_toml
 from sensor.design.parameters import Design
 from sensor.design.reading import CALIBRATED_BY, WEIGHED_AFTER_S, Reading
 from sensor.input_file import read_toml
-from sensor.quantity import BOUNDED, COVERAGE, Bounds, InputError, check_fields, choice, quantity, validation_error
+from sensor.quantity import BOUNDED, Bounds, InputError, check_fields, choice, quantity, validation_error
 from sensor.theory.creep import CreepLaw
 
 _HINT = "take the numbers that pipeline calibrate wrote"
@@ -132,18 +132,52 @@ class PrintedUnit:
         return tuple(1e-3 * K for K in self.K_N_per_m)
 
 
-def design_digest(design: Design) -> str:
-    """Return the sha256 of all keys of a design, which tells the units of one design from another's.
+_KEYS_OF_A_UNIT = {
+    "targets": ("P_max", "NL", "NL_definition"),
+    "springs": ("K_l_N_per_m", "K_h_N_per_m"),
+    "fruit": (
+        *("shape", "length_mm", "width_mm", "height_mm", "radius_mm", "radius_across_mm", "azimuth_deg"),
+        *("thickness_mm", "poisson", "E_max_MPa", "E_MPa", "skin_mm", "skin_E_MPa", "skin_poisson"),
+    ),
+    "tips": (
+        *("layout", "order", "outer_mm", "shape", "dome_radius_mm", "half_angle_deg", "blunt_mm", "side_mm"),
+        *("fillet_mm", "spacing_mm", "offset_mm", "socket"),
+    ),
+    "press": ("travel_mm",),
+    "print": ("process", "E_MPa", "mount", "leaf_thickness_low_mm", "leaf_thickness_high_mm"),
+    "readout": (
+        *("amplifier", "board", "bits", "full_scale_mV", "rate_Hz", "noise_nV", "delay_ms", "time_error_ms"),
+        *("sensitivity_mV_per_mm", "noise_um"),
+    ),
+}
+"""The keys that set the springs, the tips and the read-out of a unit. The list is fixed: units hold a digest of it."""
 
-    A key of 0.1 stands there as it stood, so that units of older versions keep their design.
+
+def design_digest(design: Design) -> str:
+    """Return the sha256 of what a design says of a unit: of its springs, its tips and its read-out.
+
+    A key that is not set does not enter, nor does one that came or left since.
     """
+    tables = design_as_mapping(design)
+    chosen = {table: {key: tables.get(table, {}).get(key) for key in keys} for table, keys in _KEYS_OF_A_UNIT.items()}
+    given = {table: {key: value for key, value in keys.items() if value is not None} for table, keys in chosen.items()}
+    text = json.dumps({**given, "printer": tables.get("printer", {})}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+_OF_0_2 = (("press", "strain", "linear", ("attitude",)),)
+"""Keys that 0.2 wrote, or digested as if it had: table, key, value, and the keys of which it stood behind the last."""
+
+
+def digest_of_0_2(design: Design) -> str:
+    """Return the sha256 that version 0.2 wrote into the units of a design: that of its whole text."""
     tables = design_as_mapping(design, derived=True)
-    press: dict[str, object] = {}
-    for key, value in tables["press"].items():
-        press[key] = value
-        if key == "attitude":
-            press["strain"] = "linear"
-    return hashlib.sha256(tables_as_toml({**tables, "press": press}).encode()).hexdigest()
+    for table, key, value, before in _OF_0_2:
+        if table in tables:
+            items = list(tables[table].items())
+            place = max((1 + place for place, (known, _) in enumerate(items) if known in before), default=0)
+            tables[table] = dict([*items[:place], (key, value), *items[place:]])
+    return hashlib.sha256(tables_as_toml(tables).encode()).hexdigest()
 
 
 def check_weighed_after(name: str, after_s: float | None) -> None:
@@ -170,13 +204,10 @@ def percent_as_made(report: Report) -> list[float]:
     """Return the standard deviation of each tip's spring as it is made [%].
 
     A leaf's stiffness is proportional to its modulus and the third power of its thickness, whose scatters are the
-    process's. Strips of sheet have causes of their own.
+    process's.
     """
     design = report.design
     process = design.process
-    if not report.leaves.is_printed:
-        low, high = (100.0 / COVERAGE * each for each in report.leaves.scatter(report.leaf_lengths))
-        return list(design.tips.each(low, high))
     percent = []
     for thickness in design.tips.each(*process.leaf_thicknesses_mm):
         by_thickness = 3.0 * 0.5 * process.accuracy_mm / thickness
@@ -236,7 +267,8 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
 def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
     """Raise InputError for a unit of another design than that of a report."""
     digest = design_digest(report.design)
-    if unit.design_sha256 != digest or unit.tips != tuple(tip.name for tip in report.tips):
+    digests = (digest, digest_of_0_2(report.design))
+    if unit.design_sha256 not in digests or unit.tips != tuple(tip.name for tip in report.tips):
         bound = f"the unit of design {report.design.name!r} as it is in this folder"
         hint = f"its digest begins {digest[:12]}; calibrate against it"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)

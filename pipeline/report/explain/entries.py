@@ -15,8 +15,7 @@ from pipeline.verdicts.rules import (
     SPREAD_TOLERANCE,
     STIFFNESS_TOLERANCE,
 )
-from sensor.design.leaves import GLUE_MM, SHORTEST_LEAF, SHORTEST_STRIP, SHOULDER_STRAIN
-from sensor.design.parameters import END_ROOM_MM
+from sensor.design.printability import SHORTEST_LEAF
 from sensor.design.reading import LARGEST_TOUCH_FRACTION
 from sensor.gone import refuse_gone_key
 from sensor.quantity import InputError
@@ -29,10 +28,6 @@ _LIMITS = {
     "spread_percent": 100.0 * SPREAD_TOLERANCE,
     "touch_fraction": LARGEST_TOUCH_FRACTION,
     "shortest_leaf": SHORTEST_LEAF,
-    "shortest_strip": SHORTEST_STRIP,
-    "shoulder_strain": SHOULDER_STRAIN,
-    "glue_mm": GLUE_MM,
-    "end_room_mm": END_ROOM_MM,
     "tilt_deg": TILT_DEG,
 }
 """The limits that the texts name in braces."""

@@ -86,8 +86,8 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     stress = fields.von_mises[corners]
     factor = deformation_factor(float(np.linalg.norm(displacement, axis=1).max()), length)
     highest = float(stress.max())
-    leaves = result.springs.leaves.made_of
-    limit = leaves.E_MPa * leaves.strain_limit
+    process = result.springs.process
+    limit = process.E_MPa * process.strain_limit
 
     # The half y >= 0 with its mirror image, whose quadrilaterals are turned so that they face outwards too.
     half_quads = np.searchsorted(corners, quads)
@@ -101,12 +101,11 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         moved=factor * np.concatenate([displacement, displacement * mirror]),
     )
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
-    only = "" if result.springs.leaves.is_printed else ", which is that of the strips, not of glue and print"
     housing = result.springs.housing
     part = "One of the two plates of the square, which are alike. " if housing and housing.back_to_back else ""
     caption = (
         f"{part}At full travel on the firmest fruit, deflection drawn {factor:g} times. The largest von Mises stress "
-        f"is {highest:.3g} MPa, its limit {limit:.3g} MPa (E of {leaves.name} times its strain limit{only}). Safety "
+        f"is {highest:.3g} MPa, its limit {limit:.3g} MPa (E of {process.name} times its strain limit). Safety "
         f"against the strain limit: {', '.join(factors)}. The mesh is coarse: the largest stress may be up to "
         f"{100.0 * STRESS_OFF:g} % off, mostly too high."
     )

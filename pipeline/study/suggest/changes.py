@@ -7,9 +7,8 @@ from collections.abc import Collection, Mapping
 
 from pipeline.study.variation import Setting
 from sensor.design.design_tables import DesignTables
-from sensor.design.parameters import PRINTED, Design, GivenSprings
+from sensor.design.parameters import Design, GivenSprings
 from sensor.design.processes import PROCESSES
-from sensor.design.sheets import SHEETS
 from sensor.tips.shapes import OPTIONAL_KEYS
 
 Value = Setting | None
@@ -80,7 +79,7 @@ def _words(design: Design, failed: set[str]) -> list[Changes]:
     """Return the changes to other words or to zero, each by itself, that may mend some verdicts.
 
     For a force ratio they are a level press, flat faces, and springs that targets size. For springs that cannot be made
-    they are other gauges, processes and leaves.
+    they are other gauges and processes.
     """
     changes: list[Changes] = []
     if failed & _OF_THE_RATIO:
@@ -97,7 +96,6 @@ def _words(design: Design, failed: set[str]) -> list[Changes]:
     if failed & _OF_THE_SPRINGS or "geometry.made" in failed:
         changes.append({"print.gauges": "none"})
         changes += [{"print.process": process} for process in PROCESSES]
-        changes += [{"print.leaves": kind} for kind in (PRINTED, *SHEETS)]
     return [change for change in changes if any(value_of(design, key) != value for key, value in change.items())]
 
 

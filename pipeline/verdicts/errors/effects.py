@@ -20,7 +20,6 @@ from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.targets import ForceRatioCurve, characteristic
 from sensor.arrays import Floats
-from sensor.design.leaves import FREE_LENGTH_MM, GLUE_EDGE_MM, GLUE_SCATTER
 from sensor.design.parameters import Design
 from sensor.design.reading import WEIGHED_AFTER_S
 from sensor.quantity import COVERAGE
@@ -72,17 +71,6 @@ class Effect:
     scatters: bool = False
     calibrated: bool = False
 
-
-_REASONS_OF_STRIPS = {
-    "sheet thickness": "as the sheet was sold, or as it was weighed; K goes with the third power",
-    "modulus": "E of the sheet",
-    "strip width": "strips as they are cut",
-    "free length": f"the gauge block holds frame and shuttle apart to {FREE_LENGTH_MM:g} mm",
-    "glue edge": f"the glue ends within {GLUE_EDGE_MM:g} mm of each shoulder",
-    "print in the clamps": "E of the print, by its share in what the clamps give",
-    "glue in the clamps": f"E of the glue within {100.0 * GLUE_SCATTER:g} %, by its share in what the clamps give",
-}
-"""Why strips of sheet scatter, by the cause."""
 
 NO_EFFECT = Effect(name="", reason="")
 
@@ -202,7 +190,7 @@ def _left_out_of_housing(sensor: LevelSensor) -> Iterator[Effect]:
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
     yield Effect(name="engraved marks", reason=reason, springs=np.array(marked), calibrated=True)
 
-    if process.line_width_mm is not None and sensor.springs.leaves.is_printed:  # the first layer of lines spreads
+    if process.line_width_mm is not None:  # the first layer of lines spreads
         footed = []
         for leaf in leaves:
             thicker = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
@@ -310,16 +298,7 @@ def _free_fruit(sensor: LevelSensor, travel: Floats) -> Iterator[Effect]:
 
 
 def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
-    """Yield the scatter of prints, the same for all springs as they are one print, and that of glued gauges.
-
-    Strips of sheet have causes of their own, in place of those of printed leaves.
-    """
-    leaves = sensor.springs.leaves
-    if not leaves.is_printed:
-        for name, springs in leaves.causes(sensor.springs.leaf_lengths):
-            reason = _REASONS_OF_STRIPS[name.removeprefix("low ").removeprefix("high ")]
-            yield Effect(name=name, reason=reason, springs=np.array(springs), scatters=True, calibrated=True)
-        return
+    """Yield the scatter of prints, the same for all springs as they are one print, and that of glued gauges."""
     process = sensor.springs.process
     E = COVERAGE * process.E_scatter
     reason = f"E of {process.name} within {100.0 * E:g} % from print to print"

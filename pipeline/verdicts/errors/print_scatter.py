@@ -56,8 +56,6 @@ def print_scatter(sensor: LevelSensor) -> ScatterBands | None:
         return None
     law = characteristic(sensor.contact, sensor.sizing, springs.stiffnesses)
     targets = sensor.design.nominal_targets
-    if not springs.leaves.is_printed:
-        return strip_bands([sizes for _, sizes in springs.leaves.causes(springs.leaf_lengths)], law, targets)
 
     def coarse(changed: Housing) -> tuple[float, ...]:
         mesh = flexure_mesh(changed, COARSE)
@@ -126,15 +124,6 @@ def scatter_bands(
     modulus_factor = 1.0 + process.E_scatter * normal[:, 1]
     shifts = np.stack([np.log1p(thickness_offset / arm.flexure.thickness) for arm in housing.arms])
     return _bands_of(modulus_factor * surrogate.factors(shifts), law, targets, surrogate.corner_error)
-
-
-def strip_bands(causes: Sequence[tuple[float, float]], law: ForceRatioCurve, targets: Targets) -> ScatterBands:
-    """Return the bands of sensors with strips of sheet over a Sobol sample of the causes of their scatter.
-
-    Each cause moves the logarithms of both stiffnesses, by two sigma [1].
-    """
-    moves = np.array(causes) / COVERAGE
-    return _bands_of(np.exp((_normal_sample(len(moves)) @ moves).T), law, targets, 0.0)
 
 
 def _normal_sample(count: int) -> Floats:

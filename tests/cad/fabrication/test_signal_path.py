@@ -42,13 +42,6 @@ def test_bridge_gives_counts_noise_and_drift():
     assert found.self_heating_K == pytest.approx(1e-3 / (10.0 * 2.0 * 40e-3 * 6e-3))
 
 
-def test_strips_drift_as_they_are_told_not_as_the_print():
-    """The readout's change of temperature times 0.03 %/K, in place of the 0.3 %/K of the print."""
-    found = signal_path(Readout(transducer="displacement"), SPRINGS, PETG, KINDS, -3e-4)
-    printed = signal_path(Readout(transducer="displacement"), SPRINGS, PETG, KINDS)
-    assert found.modulus_drift_percent == pytest.approx(0.1 * printed.modulus_drift_percent)
-
-
 def test_probe_gives_counts_noise_and_drift():
     found = signal_path(Readout(transducer="displacement", tare_K=0.0), SPRINGS, PETG, KINDS)
     assert found.counts_per_N[1] == pytest.approx(1.05 / 1.6 / 3.3 * 2**23)

@@ -267,21 +267,3 @@ def test_component_within_itself_is_refused(tmp_path):
     write_package(tmp_path / "circle.3mf", model_text(circle))
     with pytest.raises(ValueError, match=r"circle\.3mf"):
         read_3mf(tmp_path / "circle.3mf")
-
-
-def test_frame_and_shuttles_are_three_bodies_and_other_files_are_one(tmp_path):
-    def judged(*names):
-        """Return geometry.one_solid of a file with a box for each name; equal names are one object."""
-        bodies = {}
-        for place, name in enumerate(names):
-            box = trimesh.creation.box((10.0, 10.0, 10.0)).apply_translation((20.0 * place, 0.0, 5.0))
-            bodies[name] = trimesh.util.concatenate([bodies[name], box]) if name in bodies else box
-        write_3mf(bodies, tmp_path / "boxes.3mf")
-        (verdict,) = (each for each in check_file(tmp_path / "boxes.3mf") if each.name == "geometry.one_solid")
-        return verdict.value, verdict.passed
-
-    printed = ("frame", "low shuttle", "high shuttle")
-    assert judged(*printed) == (3.0, True)
-    assert judged(*printed, "low shuttle") == (4.0, False)  # a shuttle in two pieces
-    assert judged(*printed[:2]) == (2.0, False)
-    assert judged("left half", "right half") == (2.0, False)

@@ -12,7 +12,7 @@ KERNEL = 1e-6  # the kernel pads its boxes
 
 def test_fruit_waits_below_the_tips_by_the_gap(sensor):
     apart = replace(sensor, tips=Tips(gap_mm=0.7, offset_mm=1.25), fruit=Fruit(length_mm=30.0))
-    housing, fruit = apart.printed_bodies()[0], apart.fruit_body()
+    housing, fruit = apart.printed_body(), apart.fruit_body()
     assert (housing.name, fruit.name) == ("housing", "fruit")
     assert housing.shape.distance(fruit.shape) == pytest.approx(0.7, abs=KERNEL)
     box = fruit.shape.BoundingBox()

@@ -144,6 +144,7 @@ def test_design_without_a_remedy_ends_with_1(monkeypatch, capsys):
             ["--keep", "press.travel"],
             "--keep = 'press.travel' must be a key of the design file. Did you mean press.travel_mm?",
         ),
+        (["--keep", "print.leaves"], "print.leaves is gone since 0.3. "),
         (["--out", "folder"], "--out = 'folder' must be a file that ends in .toml"),
         (["--out", "/proc/x.toml"], "--out = '/proc/x.toml' must be a file in a place that can be written"),
         (["--design", "mango"], "--design = 'mango' must be left out beside DESIGN"),

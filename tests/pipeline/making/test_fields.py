@@ -5,11 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 import pyvista as pv
-from steel_strips import steel_housing
 
-from mesh.housing.blocks import GLUE, STRIP
-from mesh.housing.sweep import flexure_mesh
-from pipeline.making.fields import region_marks, write_fields
+from pipeline.making.fields import write_fields
 from pipeline.storage.vtu import HALF_AT_Y
 
 QUADRATIC_HEXAHEDRON = 25  # of VTK's file format
@@ -66,20 +63,6 @@ def test_marked_strain_is_the_largest_of_the_leaves_and_that_of_the_report(flexu
         node = marked(flexure, spring)
         assert strain[node] == strain[flexure[f"{spring.name}_leaves"] == 1].max()
         assert abs(strain[node] - spring.root_strain.value) < spring.root_strain.error
-
-
-def test_marks_of_strips_are_where_the_strips_are():
-    """A strip lies within its thickness about its level, and glue touches it from both sides."""
-    housing = steel_housing()
-    mesh = flexure_mesh(housing, 3.0)
-    marks = region_marks(mesh)
-    z = mesh.doflocs[2, : len(marks[STRIP])]
-    arms = [(level, arm.flexure.thickness) for arm in housing.arms for level in arm.levels]
-    off = np.min([np.abs(z - level) - 0.5 * thickness for level, thickness in arms], axis=0)
-    assert off[marks[STRIP] == 1.0].max() < 1e-9
-    gap = housing.clamp.gap
-    assert off[marks[GLUE] == 1.0].max() == pytest.approx(gap, rel=1e-9)
-    assert np.any((marks[STRIP] == 1.0) & (marks[GLUE] == 1.0))
 
 
 def test_six_components_are_the_tensor_of_von_mises(flexure_and_fruit):

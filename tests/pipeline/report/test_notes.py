@@ -3,7 +3,6 @@
 import dataclasses
 import math
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,17 +12,15 @@ from pipeline.options import load_design, preset_names
 from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.reading.poses import Placement
 from pipeline.reading.uncertainty import UncertaintySources
-from pipeline.report.notes import _strips as strips_note
 from pipeline.report.notes import notes
 from pipeline.report.verdict_table import WIDTH
 from sensor.design.fruit import USUAL_MODULI, Fruit
-from sensor.design.leaves import leaves_of
-from sensor.design.parameters import Design, Print
+from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.design.tips import Press, Tips
 from sensor.quantity import Estimate
 from sensor.theory.free_fruit import table_share
-from sensor.theory.two_spring_law import Springs, force_ratio
+from sensor.theory.two_spring_law import force_ratio
 
 
 def note(result, start):
@@ -190,19 +187,3 @@ def test_free_fruit():
         turn = math.degrees(moment / (low + high - 16.0 * sum(series) / radius) / radius)
         friction = moment / (2.0 * radius * (high + low))
         assert told == rounded(at_table, *([turn] if radius > 100.0 else []), friction)
-
-
-@pytest.mark.parametrize(
-    ("measured", "weigh"), [((0.2017, 0.2024), False), ((0.2017, None), True), ((None, None), True)]
-)
-def test_strips_are_to_be_weighed_unless_both_are(measured, weigh):
-    """A hundredth of these thicknesses, over them, is not a hundredth again: round-off has no say."""
-    low, high = measured
-    keys = {"leaf_thickness_low_mm": 0.2, "leaf_measured_low_mm": low}
-    keys |= {"leaf_thickness_high_mm": 0.2, "leaf_measured_high_mm": high}
-    design = Design(print=Print(leaves="spring-steel", **keys))
-    leaves = leaves_of(design, Springs(K_l=0.056, K_h=0.635))
-    springs = SimpleNamespace(leaves=leaves, leaf_lengths=(70.0, 31.0))
-    told = strips_note(SimpleNamespace(design=design, springs=springs))
-    assert told.text.startswith("Weigh") == weigh
-    assert told.percent == pytest.approx(100.0 * max(leaves.scatter((70.0, 31.0))))

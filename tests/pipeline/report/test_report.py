@@ -196,6 +196,16 @@ def test_report_of_0_1_is_refused_in_one_line(path, value, report, tmp_path):
     assert "\n" not in str(caught.value)
 
 
+def test_report_of_0_2_is_read_with_keys_of_its_design_that_asked_for_nothing(report, tmp_path):
+    before = put(report, ("design", "print", "leaves"), "printed")
+    assert report_of(tmp_path, before) == report_of(tmp_path, report)
+    with pytest.raises(InputError) as caught:
+        report_of(tmp_path, put(report, ("design", "print", "leaves"), "spring-steel"))
+    assert caught.value.field == "PATH"
+    assert "print.leaves" in caught.value.bound
+    assert "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize("path", ["../secret", "missing", ".", "a\x00b", "x" * 5000])
 def test_file_outside_or_missing_or_impossible_is_not_unchanged(path, tmp_path):
     secret = tmp_path / "secret"

@@ -10,7 +10,6 @@ from stand_ins import DEFLECTIONS, PETG, default_housing, fitted_housing, housin
 from pipeline.springs.behaviour import LONGEST_FRACTION, spring_behaviour, stiffening
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import bonded_foils
-from sensor.design.leaves import printed_leaves
 from sensor.design.parameters import Design, Print
 from sensor.design.tips import Tips
 from sensor.theory.leaf_spring import natural_frequency
@@ -25,7 +24,6 @@ def springs(gauges="none", **changes):
     return FittedSprings(
         springs=(),
         process=PETG,
-        leaves=printed_leaves(Design().process),
         deflections=DEFLECTIONS,
         fitted=fitted_housing(housing, stiffness),
     )

@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scenes import STRIP_HOUSING
 from stand_ins import PETG, default_housing
 
 from pipeline.springs import leaf_lengths
@@ -17,7 +16,6 @@ from pipeline.springs.leaf_lengths import (
     fit_lengths,
     mesh_pairs_for,
     solve_on,
-    with_length,
 )
 from sensor.quantity import InputError
 from solve.housing.clamped_half import foils_of
@@ -171,22 +169,3 @@ def test_target_that_leaves_no_leaf_is_refused():
 def test_targets_that_are_not_met_are_an_error():
     with pytest.raises(SolveError):
         fit_lengths(HOUSING, (1.002, 10.0), HousingSolver(*MATERIAL))
-
-
-@pytest.mark.slow
-def test_strips_are_fitted_to_their_targets_by_their_free_length():
-    """From lengths that are off by a tenth; a bar of both meshes is at most 0.3 % wide."""
-    guess = STRIP_HOUSING.with_flexures({"high": dataclasses.replace(STRIP_HOUSING.high, length=13.2)})
-    targets = (0.33, 2.8)
-    found = fit_lengths(guess, targets, HousingSolver(2000.0, 0.38))
-    np.testing.assert_allclose(found.stiffness.K, targets, rtol=1e-3)
-    assert max(found.stiffness.error) < 1.5e-3
-    assert (found.housing.low.thickness, found.housing.clamp) == (guess.low.thickness, guess.clamp)
-
-
-def test_strip_that_would_be_a_block_is_refused():
-    strip = STRIP_HOUSING.low
-    assert with_length("low", strip, 1.6, 300.0).length == 1.6
-    with pytest.raises(InputError) as refused:
-        with_length("low", strip, 1.4, 400.0)
-    assert refused.value.field == "flexures.low.length"

@@ -6,18 +6,12 @@ import numpy as np
 import pytest
 import pyvista as pv
 from squares import BALL
-from stand_ins import result_of
-from steel_strips import PAIR
-from view_stand_ins import DEPTH, LENGTH, beam_fields, change_report, half_beam
+from view_stand_ins import DEPTH, LENGTH
 
-from mesh.housing.blocks import STRIP
 from pipeline.options import load_design
-from pipeline.report.outputs import write_outputs
 from pipeline.report.report import read_report
-from pipeline.storage.vtu import write_vtu
 from pipeline.view.scene import deformation_factor, deformed_surface, draw_scene
 from pipeline.view.scenes import (
-    STRAIN,
     STRAIN_OVER_LIMIT,
     TOTAL_DISPLACEMENT,
     VERTICAL_PRESSURE,
@@ -26,8 +20,7 @@ from pipeline.view.scenes import (
     on_true_shape,
     whole_model,
 )
-from sensor.design.design_file import design_as_mapping, design_from_mapping
-from sensor.design.sheets import SHEETS
+from sensor.design.design_file import design_from_mapping
 
 DIGITS = 2.0**-19  # of a value in a VTU file, relative to the largest
 
@@ -79,31 +72,6 @@ def test_each_spring_has_its_side_and_its_range(scenes, stand_in_folder):
         assert VON_MISES.range_on(scene.mesh) == pytest.approx((0.0, highest), rel=DIGITS)
         assert STRAIN_OVER_LIMIT.range_on(scene.mesh) == pytest.approx((0.0, 1e-4 * highest / limit), rel=DIGITS)
         assert scene.largest_displacement_mm == pytest.approx(np.hypot(1e-2, 1e-3) * highest, rel=DIGITS)
-
-
-def test_strain_over_limit_of_strips_is_drawn_on_the_strips_alone(tmp_path):
-    """Print beside a strip strains more than steel may: over the limit of steel it would look broken."""
-    write_outputs(result_of(), tmp_path)
-    change_report(tmp_path, design=design_as_mapping(PAIR))
-    half = half_beam()
-    in_print = np.abs(half.p[0]) > 4.0
-    fields = beam_fields(half)
-    largest = 0.01
-    strain = np.where(in_print, largest, fields[STRAIN])
-    write_vtu(tmp_path / "flexure.vtu", half, {**fields, STRAIN: strain, STRIP: np.where(in_print, 0.0, 1.0)})
-    scenes = field_scenes(read_report(tmp_path), tmp_path)
-    for scene, factor in zip(scenes, (1.0, 2.0), strict=True):
-        (field,) = [field for field in scene.fields if field.array == STRAIN_OVER_LIMIT.array]
-        strips = scene.drawn_for(field)
-        limit = SHEETS["spring-steel"].strain_limit
-        expected = 1e-4 * factor * 4.0 / limit
-        assert field.range_on(strips.mesh) == pytest.approx((0.0, expected), abs=DIGITS * largest / limit)
-        assert np.abs(strips.mesh.points[:, 0]).max() == pytest.approx(4.0)
-        assert STRIP in strips.caption
-        assert scene.drawn_for(scene.fields[0]) is scene
-    fields = {name: values for name, values in fields.items() if name != STRIP}
-    write_vtu(tmp_path / "flexure.vtu", half, fields)  # of a version before, without the mark
-    assert all(len(scene.fields) == 3 for scene in field_scenes(read_report(tmp_path), tmp_path))
 
 
 def test_bars_of_two_scenes_have_their_ranges(scenes):

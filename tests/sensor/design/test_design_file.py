@@ -14,6 +14,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.parameters import TABLES, Design, GivenSprings, Print, Targets
 from sensor.design.processes import PROCESSES
 from sensor.design.tips import Press, Tips
+from sensor.gone import ASKED_NOTHING
 
 PAPER = """
 name = "paper"
@@ -128,3 +129,11 @@ def test_plan_of_a_whole_fruit_is_written_only_into_the_text_whose_digest_units_
     whole = DesignTables.from_design(design).design({"fruit.radius_mm": 36.0}).fruit
     assert (whole.whole, whole.length_mm, whole.width_mm) == (True, 72.0, 72.0)
     assert list(design_as_mapping(design, derived=True)["fruit"])[:3] == ["shape", "length_mm", "width_mm"]
+
+
+@pytest.mark.parametrize(("name", "value"), ASKED_NOTHING.items())
+def test_key_that_asked_for_nothing_is_read_and_not_written_again(name, value):
+    table, _, key = name.partition(".")
+    design = design_from_mapping({table: {key: value}})
+    assert design == design_from_mapping({table: {}})
+    assert key not in design_as_mapping(design)[table]

@@ -4,6 +4,7 @@ import pytest
 
 from sensor.design.design_file import design_from_mapping
 from sensor.design.design_tables import DesignTables, settings_of_texts
+from sensor.design.parameters import TABLES
 from sensor.gone import GONE
 from sensor.quantity import InputError
 
@@ -53,6 +54,12 @@ def read_on(reading, fruit=None, tips=DOMES):
         ({"press": {"travel_mm": 12.0}}, "press.travel_mm"),
         ({"press": {"roll_deg": 31.0}}, "press.roll_deg"),
         ({"print": {"process": "fdm"}}, "print.process"),
+        *(
+            ({"print": {"leaf_thickness_low_mm": bad}}, "print.leaf_thickness_low_mm")
+            for bad in (0.0, -0.8, "0.8", 0.2, 0.9, 13.2)  # lines of 0.4 mm; leaves 14 mm apart with fillets of 0.5 mm
+        ),
+        ({"print": {"process": "sla-resin", "leaf_thickness_high_mm": 0.05}}, "print.leaf_thickness_high_mm"),
+        ({"print": {"process": "sla-resin", "leaf_thickness_high_mm": 13.0}}, "print.leaf_thickness_high_mm"),
         ({"springs": {"K_l_N_per_m": 1.0}}, "springs.K_h_N_per_m"),
         ({"springs": {"K_h_N_per_m": 1.0}}, "springs.K_l_N_per_m"),
         ({"springs": {"K_l_N_per_m": 17300.0, "K_h_N_per_m": 753.0}}, "springs.K_l_N_per_m"),
@@ -114,14 +121,15 @@ def test_bad_table_is_one_line_that_names_the_field(tables, field):
     assert len(str(error.value).splitlines()) == 1
 
 
-def test_key_that_is_gone_is_refused_with_what_to_use(monkeypatch):
+@pytest.mark.parametrize("name", [name for name in GONE if name.partition(".")[0] in TABLES])
+def test_key_that_is_gone_is_refused_with_what_to_use(name):
     """In a table, in a setting, and where a setting unsets it: it is not told as a key that is spelt wrong."""
-    monkeypatch.setitem(GONE, "press.gone", "Use press.travel_mm.")
-    for tables, settings in (({"press": {"gone": 1.0}}, {}), ({}, {"press.gone": "2"}), ({}, {"press.gone": ""})):
+    table, _, key = name.partition(".")
+    for tables, settings in (({table: {key: "something"}}, {}), ({}, {name: "2"}), ({}, {name: ""})):
         with pytest.raises(InputError) as error:
             DesignTables(tables=tables).design(settings_of_texts(settings))
-        assert error.value.field == "press.gone"
-        assert str(error.value).endswith(" Use press.travel_mm.")
+        assert error.value.field == name
+        assert str(error.value).endswith(f" {GONE[name]}")
 
 
 @pytest.mark.parametrize(
@@ -172,3 +180,11 @@ def test_setting_below_a_key_that_is_no_table_is_refused():
     with pytest.raises(InputError) as error:
         DesignTables(tables={"targets": 5}).changed({"targets.NL": 0.1})
     assert error.value.field == "targets"
+
+
+@pytest.mark.parametrize(("thickness", "hint"), [(0.9, "take 0.8 or 1.2 mm"), (0.1, "take 0.4 or 0.8 mm")])
+def test_leaf_of_no_whole_number_of_lines_is_told_the_nearest_ones(thickness, hint):
+    with pytest.raises(InputError) as error:
+        design_from_mapping({"print": {"leaf_thickness_high_mm": thickness}})
+    assert error.value.bound.startswith("a whole number of lines of 0.4 mm")
+    assert hint in str(error.value).lower()

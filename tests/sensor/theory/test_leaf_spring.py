@@ -74,7 +74,7 @@ def test_each_size_must_be_a_number_that_is_not_negative(field, value):
 
 
 @pytest.mark.parametrize("field", [name for name in SIZES if name != "fillet"])
-def test_only_a_fillet_may_be_zero_as_that_of_a_strip_is(field):
+def test_only_a_fillet_may_be_zero(field):
     assert Flexure(**{**SIZES, "fillet": 0.0}).fillet == 0.0
     with pytest.raises(InputError) as error:
         Flexure(**{**SIZES, field: 0.0})

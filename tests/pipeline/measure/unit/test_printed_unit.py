@@ -1,17 +1,23 @@
 """A unit comes back from its file; a file that is none, or of another design, is refused by field."""
 
-import math
 from dataclasses import replace
-from types import SimpleNamespace
+from pathlib import Path
 
 import pytest
 
-from pipeline.measure.unit.printed_unit import design_digest, nominal_unit, percent_as_made, read_unit, unit_as_toml
+from pipeline.measure.unit.printed_unit import (
+    design_digest,
+    digest_of_0_2,
+    nominal_unit,
+    read_unit,
+    unit_as_toml,
+)
 from pipeline.measure.unit.ripeness import ripeness_classes
-from sensor.design.leaves import leaves_of
-from sensor.design.parameters import Design, Print
+from pipeline.options import load_design
+from sensor.design.parameters import Design
 from sensor.quantity import InputError
-from sensor.theory.two_spring_law import Springs
+
+MY_FRUIT = str(Path(__file__).parents[4] / "docs" / "examples" / "my-fruit.toml")
 
 
 @pytest.fixture
@@ -64,25 +70,52 @@ def test_nominal_unit_is_as_uncertain_as_its_process_prints(paper):
     assert nominal_unit(paper.report).K_percent == pytest.approx(expected)
 
 
-def test_strips_are_as_uncertain_as_their_causes(paper):
-    design = replace(paper.design, print=Print(leaves="spring-steel"))
-    leaves = leaves_of(design, Springs(K_l=0.9057, K_h=20.831))
-    lengths = (16.0, 15.0)
-    found = percent_as_made(SimpleNamespace(design=design, leaves=leaves, leaf_lengths=lengths))
-    causes = [sizes for _, sizes in leaves.causes(lengths)]
-    assert found == pytest.approx([50.0 * math.hypot(*of_spring) for of_spring in zip(*causes, strict=True)])
-    assert max(found) < 0.6 * min(nominal_unit(paper.report).K_percent)
+@pytest.mark.parametrize(
+    ("design", "digest"),
+    [
+        (Design(), "9279a9d7514dd03c4597188a5314cbb2346e47512d3ce2b7fa0b8f3eff27bc00"),
+        (load_design("mango"), "bda5b9192e0873d0effa44eaf3cbb47724167bb5609b0bbb2e50389f3abd6bd0"),
+        (
+            load_design(MY_FRUIT),
+            "7b532037446524a254668104b34048b186c82b7c544a30ed7361a6118cd37634",
+        ),
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_unit_of_version_0_2_is_one_of_its_design(design, digest):
+    """The digests that version 0.2 wrote into units of its default design, of a preset and of an example."""
+    assert digest_of_0_2(design) == digest
+    assert digest_of_0_2(replace(design, name="other")) != digest
 
 
-def test_unit_of_version_0_1_is_one_of_its_design():
-    """The digest that 0.1 wrote into the units of its default design."""
-    assert design_digest(Design()) == "9279a9d7514dd03c4597188a5314cbb2346e47512d3ce2b7fa0b8f3eff27bc00"
+@pytest.mark.parametrize(
+    ("setting", "is_another"),
+    [
+        ("targets.NL=0.04", True),
+        ("fruit.E_max_MPa=4", True),
+        ("tips.side_mm=2.5", True),
+        ("press.travel_mm=0.5", True),
+        ("print.leaf_thickness_low_mm=1.2", True),
+        ("print.E_MPa=2100", True),
+        ("name=other", False),
+        ("press.attitude=side", False),
+        ("fruit.bruise_limit_MPa=0.4", False),
+        ("print.max_length_mm=200", False),
+    ],
+)
+def test_digest_is_of_what_sets_springs_tips_and_read_out(setting, is_another):
+    key, _, value = setting.partition("=")
+    assert (design_digest(load_design("paper", {key: value})) != design_digest(load_design("paper"))) == is_another
+
+
+def test_digest_is_of_the_read_out_and_not_of_its_temperatures():
+    warmer, noisier = (load_design("mango", {key: "2"}) for key in ("readout.drift_K", "readout.noise_um"))
+    assert design_digest(warmer) == design_digest(load_design("mango")) != design_digest(noisier)
 
 
 def test_unit_of_another_design_is_refused(unit, paper, mango, refused):
     text = unit_as_toml(unit)
     assert refused(text, mango.report) == "unit.design"
-    assert refused(text, replace(paper.report, design=replace(paper.design, name="other"))) == "unit.design"
     press = replace(paper.design.press, travel_mm=0.5)
     assert refused(text, replace(paper.report, design=replace(paper.design, press=press))) == "unit.design"
 

@@ -54,7 +54,6 @@ def test_source_is_a_page_with_its_heading(entry):
     ("name", "limits"),
     [
         ("geometry.deflected_gap_*", [f"{LEAF_GAP_MM:g} mm"]),
-        ("geometry.strip_clearance", [f"{LEAF_GAP_MM:g} mm"]),
         ("geometry.stops_*", [f"{STOP_SAFETY:g} times"]),
         ("geometry.plates", [f"{PLATES_GAP_MM:g} mm"]),
         ("geometry.step_round_trip", ["1e-9"]),

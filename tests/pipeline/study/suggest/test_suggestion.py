@@ -87,7 +87,7 @@ def test_travel_that_the_heights_of_printed_tips_decide_is_not_tried():
 
 def test_two_keys_are_changed_where_one_does_not_do():
     """A bruise wants less travel, a high spring that is too stiff another NL; leaves, processes and tips are fixed."""
-    fixed = TIPS | {"print.process", "print.leaves", "targets.P_max"}
+    fixed = TIPS | {"print.process", "targets.P_max"}
     _, names, passing = searched(dataclasses.replace(STIFF, fruit=BRUISED.fruit), fixed)
     assert {"printable.high", "bruise"} <= set(names)
     assert set(passing[0].changes) == {"press.travel_mm", "targets.NL"}
@@ -191,10 +191,10 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
 @pytest.mark.parametrize(
     ("design", "failed", "keys"),
     [
-        (STIFF, {"printable.high"}, {"targets.NL", "targets.P_max", "print.process", "print.leaves",
+        (STIFF, {"printable.high"}, {"targets.NL", "targets.P_max", "print.process",
          "press.travel_mm"}),
         (GIVEN, {"K_l"}, {"springs.K_l_N_per_m", "springs.K_h_N_per_m",
-         "print.process", "print.leaves", "press.travel_mm"}),
+         "print.process", "press.travel_mm"}),
         (Design(), {"geometry.frame_clearance"}, {"press.travel_mm"}),
         (Design(), {"bruise"}, {"tips.side_mm", "tips.spacing_mm", "press.travel_mm"}),
         (load_design("mango"), {"reading.touch"}, {"reading.tilt_deg", "press.travel_mm", "springs.K_l_N_per_m",
