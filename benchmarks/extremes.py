@@ -22,7 +22,6 @@ from benchmarks.usage import ONE_THREAD, ResourceUsage, resource_usage
 from pipeline.options import load_design
 from sensor.design.processes import PROCESSES
 from sensor.quantity import InputError
-from sensor.theory.strain_gauge import GAUGES
 
 SECONDS = 300  # of wall time of a run, after which it is ended
 MOST_MIB = 4096  # of memory of a run
@@ -33,7 +32,7 @@ OUTCOMES = {0: "every verdict passed", 1: "a verdict failed or undecided", REFUS
 INTRODUCTION = """\
 `python -m benchmarks.extremes {flags}` writes this section. It draws designs at random that a design file may hold, and
 runs each by `pipeline run`. Force ratios go from 1.001 to 100, nonlinearities up to 0.5, lengths and moduli over
-decades. Every process, fruit, tip shape, layout, mount and gauge occurs, with skins, relaxation, readings, read-outs
+decades. Every process, fruit, tip shape, layout and mount occurs, with skins, relaxation, readings, read-outs
 and tilt.
 
 Goals:
@@ -92,7 +91,6 @@ def random_settings(rng: random.Random) -> dict[str, object]:
         "print.process": rng.choice(sorted(PROCESSES)),
         "print.mount": rng.choice(["covers", "washers"]),
         "print.max_length_mm": decades(10.0, 1000.0),
-        "print.gauges": rng.choice(["none"] * 9 + sorted(GAUGES)[:1]),
     }
     if settings["tips.shape"] in ("cube", "cylinder"):
         settings["tips.fillet_mm"] = sometimes(0.3, rng.uniform(0.0, 0.5) * side)
@@ -167,15 +165,12 @@ def _of_reading(rng: random.Random) -> dict[str, object]:
             found["reading.calibrated_by"] = rng.choice(["weights", "plate"])
     if rng.random() < OFTEN:
         found |= {
-            "readout.transducer": rng.choice(["foil", "displacement"]),
             "readout.bits": rng.randint(8, 32),
             "readout.rate_Hz": _decades(rng, 0.1, 1e5),
             "readout.noise_nV": _decades(rng, 1e-2, 1e6),
             "readout.drift_K": rng.uniform(0.0, 50.0),
             "readout.tare_K": rng.uniform(0.0, 50.0),
         }
-        if found["readout.transducer"] == "foil":
-            found["print.gauges"] = rng.choice(sorted(GAUGES))
     elif "reading.tilt_deg" in found:  # a read-out has a noise of its own
         found["reading.noise_percent"] = rng.uniform(0.0, 50.0)
     return found

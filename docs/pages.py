@@ -91,7 +91,6 @@ DESIGN_TAIL = """\
   `fruit.skin_poisson` needs a skin.
 - With `[readout]`, a run computes the noise of the forces from the data of the read-out; leave out
   `reading.noise_percent` and `noise_N` then.
-- `readout.transducer = "foil"` needs `print.gauges = "foil"`, and `"displacement"` needs `print.gauges = "none"`.
 - With `[readout]`, a print process of your own must give `E_per_K`, because the drift of the forces depends on it.
 
 **The leaves**

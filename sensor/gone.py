@@ -5,12 +5,16 @@ from collections.abc import Mapping
 from sensor.quantity import InputError
 
 _PRINTED = "Print the leaves; for springs that do not creep, set print.process = 'dmls-17-4ph'."
+_HALL = "Leave it out: [readout] has a Hall sensor at each shuttle."
 
 GONE = {
     "print.leaves": _PRINTED,
     "print.leaf_measured_low_mm": "Give the printed thickness as print.leaf_thickness_low_mm, or leave it out.",
     "print.leaf_measured_high_mm": "Give the printed thickness as print.leaf_thickness_high_mm, or leave it out.",
     "print.clamp_mm": _PRINTED,
+    "print.gauges": _HALL,
+    "readout.transducer": _HALL,
+    "readout.excitation_V": _HALL,
     "pipeline read --counts": "Read a press: a file with columns of counts.",
     "pipeline read --tare": "Read a press: its first ten samples are its tare.",
     "pipeline view --compare": "Write a page of each run with --html.",
@@ -22,10 +26,15 @@ GONE = {
     "preset fruit": "Take the preset of one fruit, or find a design by pipeline suggest --fruit.",
 }
 """What to use in place of each."""
-REPORT_KEYS = ("behaviour.modes", "stale")
-"""Those that are keys of report.json: a report of 0.2 is read without them."""
-ASKED_NOTHING = {"print.leaves": "printed"}
+ASKED_NOTHING = {"print.leaves": "printed", "print.gauges": "none", "readout.transducer": "displacement"}
 """Keys of a design file, each with the value of 0.2 that asked for nothing: it is read, and not written again."""
+REPORT_KEYS = (
+    *("behaviour.modes", "stale"),
+    *("housing.gauges", "behaviour.gauge_factor", "behaviour.gauge_grid_mm", "behaviour.gauges"),
+    *(f"behaviour.{arm}.bridge_{key}" for arm in ("low", "high") for key in ("mV_per_V", "error_percent")),
+    *(f"read_out.signal.{key}" for key in ("transducer", "mV_per_V", "self_heating_K", "self_heating_percent")),
+)
+"""Keys of report.json of 0.2 that are gone: a report is read without them."""
 
 
 def refuse_gone(*names: str) -> None:

@@ -18,7 +18,7 @@ from pipeline.options import RunOptions
 from pipeline.response.contact import contact_compliance
 from pipeline.springs.fitted_springs import fit_springs
 from pipeline.springs.leaf_lengths import DEFAULT, MeshPair, solve_on
-from pipeline.springs.mounts import attached_to
+from pipeline.springs.mounts import mount_layers
 from pipeline.springs.sizing import spring_sizing
 from reference.direct_fruit import direct_compliance
 from reference.element_study import element_basis
@@ -52,7 +52,7 @@ def stiffness_checks(
 
 def _finer_stiffness(housing: Housing, E: float, poisson: float) -> Reference:
     """Return the stiffnesses [N/mm] in the same mount on a mesh of over four times the dofs."""
-    finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson, attached_to(housing))
+    finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson, mount_layers(housing))
     return Reference(values=tuple(finer.K), errors=(), source=f"finer mesh, {finer.dofs} dofs")
 
 

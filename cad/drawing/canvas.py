@@ -130,11 +130,6 @@ class Canvas:
         self.space.add_blockref("SHEET", corner, dxfattribs={"xscale": 1.0 / self.scale, "yscale": 1.0 / self.scale})
         return paper
 
-    def add_layer(self, layer: str, colour: int) -> None:
-        """Add a layer with a colour, by AutoCAD's index, and thin lines; nothing where it is there."""
-        if layer not in self.document.layers:
-            self.document.layers.add(layer, color=colour, lineweight=THICK // 2)
-
     def count(self) -> int:
         """Return the number of entities."""
         return len(self.space)

@@ -22,10 +22,7 @@ from cad.parts.part import NEAR_MM
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
-from sensor.theory.strain_gauge import GAUGES, FoilGauge, LeafInterval, gauge_spans
 
-_GAUGE_THICK = 0.25  # [mm] of a gauge seen from its edge, many times its thickness
-_ROOM_OF_ROWS_MM = 24.0  # on paper, for two rows of dimensions
 _BESIDE_BEHIND_MM = 20.0  # on paper, left of the view from behind, for its dimensions
 _ASIDE = 0.6  # from a short dimension line to the text beside it, in heights of the text
 _TITLE = 1.4  # height of the name of a view, in heights of the text
@@ -56,7 +53,7 @@ class _Shown:
 def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
     """Return the sheet of a housing: its section y = 0 seen along +y, to the right the view from its left.
 
-    A plate with pads is shown from behind below them. Raises InputError for a leaf without room for its gauges.
+    A plate with pads is shown from behind below them.
     """
     housing = sensor.housing
     pins = [body.shape for body in sensor.pin_bodies()]
@@ -80,9 +77,6 @@ def _draw_views(canvas: Canvas, shown: _Shown) -> tuple[Table, list[Box]]:
     housing = shown.housing
     measured = shown.measured
     _draw_section(canvas, shown)
-    gauge = GAUGES[housing.gauges]
-    if gauge is not None:
-        draw_gauges(canvas, housing, gauge, canvas.extents().top + BETWEEN_MM / canvas.scale)
     hatch_section(canvas, shown.cut)
     boxes = [canvas.extents()]
     for draw_beside in (_draw_from_the_left, _draw_from_behind) if shown.from_behind else (_draw_from_the_left,):
@@ -391,47 +385,6 @@ def _pad_lengths(housing: Housing, seen: Callable[[float, float], Point]) -> lis
     if foot - housing.protrusion > NEAR_MM:
         lengths.append(Length("left", seen(housing.right, housing.protrusion), pad_foot))
     return lengths
-
-
-def draw_gauges(canvas: Canvas, housing: Housing, gauge: FoilGauge, level: float) -> None:
-    """Draw the gauges on the section, and from a level of the sheet [mm] the upper leaves with them from above.
-
-    Raises InputError for a leaf without room for them.
-    """
-    for arm in housing.arms:
-        top = arm.levels[1] + 0.5 * arm.flexure.thickness
-        underside = top - arm.flexure.thickness
-        for spans in gauge_spans(arm.flexure, gauge):
-            left, right = arm.along(spans.backing)
-            canvas.rectangle(Box(left, top, right, top + _GAUGE_THICK), "NOTES")
-            canvas.rectangle(Box(left, underside - _GAUGE_THICK, right, underside), "NOTES")
-        _draw_leaf_from_above(canvas, arm, gauge, level + _ROOM_OF_ROWS_MM / canvas.scale)
-
-
-def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: float) -> None:
-    """Draw an upper leaf from above with the gauges at its roots, and their sizes and places."""
-    left, right = arm.roots
-    leaf = Box(left, base, right, base + arm.flexure.depth)
-    canvas.rectangle(leaf)
-    middle = 0.5 * (leaf.bottom + leaf.top)
-    half_backing = 0.5 * gauge.backing_width_mm
-    half_grid = 0.5 * gauge.grid_width_mm
-    at_wall, at_shuttle = gauge_spans(arm.flexure, gauge)
-    for spans in (at_wall, at_shuttle):
-        for span, half_width in ((spans.backing, half_backing), (spans.grid, half_grid)):
-            start, end = arm.along(span)
-            canvas.rectangle(Box(start, middle - half_width, end, middle + half_width), "NOTES")
-
-    lengths = []
-    for span in (LeafInterval(0.0, at_wall.backing.start), at_wall.backing, at_wall.grid):
-        start, end = arm.along(span)
-        lengths.append(Length("bottom", (start, middle - half_backing), (end, middle - half_backing)))
-    if arm.sign < 0.0:  # the widths are those of all gauges: they stand beside the first leaf alone
-        for half_width in (half_backing, half_grid):
-            lengths.append(Length("left", (arm.wall, middle - half_width), (arm.wall, middle + half_width)))
-    draw_lengths(canvas, lengths, leaf)
-    height = canvas.text_height
-    canvas.words(f"{arm.name.upper()} UPPER LEAF", (0.5 * (left + right), leaf.top + height), 0.7 * height)
 
 
 def _notes(shown: _Shown, process: Process) -> list[str]:

@@ -5,15 +5,14 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
-from cad.fabrication.bridges import HX711, RESISTANCE_OHM, SignalPath, Spring, series_resistor
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
+from cad.fabrication.signal_path import SignalPath
 from cad.fabrication.templates import EACH, render_template
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
-from sensor.theory.strain_gauge import FOIL
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,6 @@ class BillLine:
 def bill_of_materials(
     sensor: SensorSolids,
     process: Process,
-    springs: Sequence[Spring],
     masses: Mapping[str, float],
     signal: SignalPath | None = None,
 ) -> tuple[BillLine, ...]:
@@ -45,7 +43,6 @@ def bill_of_materials(
         housing=housing,
         masses=masses,
         each=EACH,
-        springs=springs,
         tips=len(sensor.tips.springs),
         holes=len(housing.holes),
         screw=screw_name(mounted_grip(sensor)),
@@ -53,10 +50,6 @@ def bill_of_materials(
         flange_screw_mm=FLANGE_SCREW_MM,
         dowel_diameter=DOWEL_MM,
         dowel_mm=dowel_length(housing) or housing.stack,
-        gauge=FOIL,
-        ohms=RESISTANCE_OHM,
-        amplifier=HX711,
-        resistor=series_resistor(process),
         signal=signal,
         probe=PROBE,
     )

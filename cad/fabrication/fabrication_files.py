@@ -8,9 +8,9 @@ import cadquery as cq
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
-from cad.fabrication.bridges import SpringReadOut, series_resistor
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount import mount_solid
+from cad.fabrication.signal_path import SpringReadOut
 from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl
 from cad.parts.assembly import COVER_COLOUR
@@ -18,7 +18,6 @@ from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
 from cad.parts.pose import print_pose
 from cad.parts.sensor import STEEL_COLOUR, NamedSolid, SensorSolids
-from sensor.design.readout import AMPLIFIERS
 
 _TOOL_COLOUR = (0.45, 0.62, 0.35)  # of what is no part of a sensor
 
@@ -48,7 +47,7 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     ]
     shapes = {"housing": sensor.part.shape} | {body.name: body.shape for body in bodies}
     masses = {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
-    bill = bill_of_materials(sensor, process, read_out.springs, masses, read_out.signal)
+    bill = bill_of_materials(sensor, process, masses, read_out.signal)
 
     drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]))
     paths = [*drawing.write(folder / "drawing")]
@@ -61,9 +60,8 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
         paths += [step, stl]
     signal = read_out.signal
     if signal is not None:
-        resistor = series_resistor(process, AMPLIFIERS[signal.amplifier])
         paths.append(folder / "wiring.svg")
-        write_wiring(paths[-1], signal.transducer, sensor.tips.names, housing.plates, resistor)
+        write_wiring(paths[-1], sensor.tips.names, housing.plates)
     texts = {
         "bom.csv": bill_csv(bill),
         "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),

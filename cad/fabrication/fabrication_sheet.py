@@ -7,17 +7,9 @@ from collections.abc import Sequence
 from cad.drawing.measuring_table import PIN_FIT, STEP_MM
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import BillLine, screw_name
-from cad.fabrication.bridges import (
-    HX711,
-    RESISTANCE_OHM,
-    Spring,
-    SpringReadOut,
-    excitation,
-    largest_excitation,
-    series_resistor,
-)
 from cad.fabrication.mount import FLANGE_CIRCLE_MM, mounted_grip
 from cad.fabrication.mount import PLATE_MM as BRACKET_MM
+from cad.fabrication.signal_path import Spring, SpringReadOut
 from cad.fabrication.templates import render_template
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
@@ -28,7 +20,6 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
-from sensor.theory.strain_gauge import GAUGES
 
 _COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupon may use
 _SLICED = (0.99, 1.04)  # of a solid mass: what slicers count at 100 % infill; see the template for its source
@@ -101,13 +92,7 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         pin_fit=PIN_FIT,
         dowel_diameter=DOWEL_MM,
         travel_mm=sensor.press.travel_mm,
-        gauge=GAUGES[housing.gauges],
         springs=read_out.springs,
-        amplifier=HX711,
-        ohms=RESISTANCE_OHM,
-        excitation=excitation(process),
-        largest_excitation=largest_excitation(process),
-        resistor=series_resistor(process),
         signal=read_out.signal,
         fastest_s=read_out.fastest_s,
         folder=shlex.quote(read_out.folder),

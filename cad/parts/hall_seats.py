@@ -72,8 +72,7 @@ def hall_seats(housing: Housing, press: Press, process: Process) -> HallSeats:
 
 
 def seats_of(design: Design, housing: Housing) -> HallSeats | None:
-    """Return the seats that a design's read-out needs in a housing; None without a Hall sensor."""
-    readout = design.readout
-    if readout is None or readout.transducer != "displacement":
+    """Return the seats that a design's read-out needs in a housing; None without one."""
+    if design.readout is None:
         return None
     return hall_seats(housing, design.press, design.process)

@@ -13,7 +13,6 @@ from typing import Literal
 from sensor.design.tips import Press
 from sensor.quantity import InputError, report_field, validation_error
 from sensor.theory.leaf_spring import Flexure
-from sensor.theory.strain_gauge import LeafInterval
 
 Point = tuple[float, float]
 HeldBy = Literal["covers", "washers", "holes"]
@@ -51,10 +50,6 @@ class Arm:
         """Return x of the ends of the leaves from left to right [mm]."""
         return min(self.wall, self.shuttle), max(self.wall, self.shuttle)
 
-    def along(self, span: LeafInterval) -> tuple[float, float]:
-        """Return x at both ends of a span that counts along a leaf from the wall [mm]."""
-        return self.wall - self.sign * span.start, self.wall - self.sign * span.end
-
 
 @dataclass(frozen=True, kw_only=True)
 class Housing:
@@ -85,7 +80,6 @@ class Housing:
     )
     mount: HeldBy = report_field("", "parts that clamp the frame: `covers` or `washers`", default="holes")
     cover_level: float = report_field("mm", "level of the lower edge of the covers", default=0.0)
-    gauges: str = report_field("", "strain gauges on the leaves, `none` or `foil`", default="none")
     pin_side: float = report_field(
         "mm", "side or diameter of a pin; this and the other sizes of pins are 0 where tips are printed", default=0.0
     )

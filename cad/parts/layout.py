@@ -67,7 +67,6 @@ def housing_for(
         protrusion=protrusion,
         mount=design.print.mount,
         cover_level=cover_level(protrusion, design.press),
-        gauges=design.print.gauges,
         dome_radius=0.0 if end.pocket_side else tips.dome_radius_mm or 0.0,
     )
     if layout.is_back_to_back:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,12 +76,6 @@ def named_part(name: str, shape: cq.Shape, faces: Mapping[str, FaceTest]) -> Par
                 raise ValueError(msg)
             owner[index] = face_name
     return Part(name=name, shape=shape, faces=picked)
-
-
-def one_shape(shapes: Iterable[cq.Shape]) -> cq.Shape:
-    """Return the only shape of a collection as it is, or a compound of all in their order."""
-    every = list(shapes)
-    return every[0] if len(every) == 1 else cq.Compound.makeCompound(every)
 
 
 def box_through(depth: float, x: tuple[float, float], z: tuple[float, float]) -> cq.Solid:

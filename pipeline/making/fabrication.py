@@ -3,7 +3,7 @@
 from concurrent.futures import Executor, Future
 from functools import partial
 
-from cad.fabrication.bridges import SpringReadOut
+from cad.fabrication.signal_path import SpringReadOut
 from mesh.housing.sweep import flexure_mesh
 from pipeline.making.cad_tasks import write_fabrication_files
 from pipeline.options import RunOptions
@@ -11,7 +11,7 @@ from pipeline.reading.press_time import fastest_press
 from pipeline.reading.sensor import Sensor
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_to_read
 from pipeline.springs.leaf_lengths import COARSE
-from pipeline.springs.mounts import attached_to
+from pipeline.springs.mounts import mount_layers
 from pipeline.storage.cache import cached
 from pipeline.storage.kept_files import KeptFiles, begin_files
 from pipeline.storage.workers import finished_future
@@ -34,7 +34,7 @@ def begin_fabrication(sensor: Sensor, options: RunOptions, executor: Executor | 
     housing = springs.housing
     if not options.fabrication or housing is None:
         return finished_future(KeptFiles())
-    to_read = springs_to_read(design, springs)
+    to_read = springs_to_read(springs)
     fastest_s = fastest_press(sensor)
     folder = "OUT" if options.out is None else str(options.out)
     inputs = {
@@ -62,7 +62,7 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
 
     def stiffnesses(scale: float) -> tuple[float, ...]:
         mesh = flexure_mesh(housing, scale)
-        return sideways_stiffness(mesh, process.E_MPa, process.poisson, attached_to(housing))
+        return sideways_stiffness(mesh, process.E_MPa, process.poisson, mount_layers(housing))
 
     def on_both_meshes() -> dict[str, tuple[float, ...]]:
         return {"fine": stiffnesses(1.0), "coarse": stiffnesses(COARSE)}

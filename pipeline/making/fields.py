@@ -10,7 +10,7 @@ from pipeline.options import RunOptions
 from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import ScenePress, scene_of
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.springs.mounts import attached_to
+from pipeline.springs.mounts import mount_layers
 from pipeline.storage.vtu import write_vtu
 from sensor.quantity import InputError
 from solve.contact.fields import fruit_fields
@@ -61,7 +61,7 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
     process = springs.process
     mesh = flexure_mesh(springs.housing)
     fields = fields_at_full_travel(
-        springs, clamped_half(mesh, process.E_MPa, process.poisson, attached_to(springs.housing))
+        springs, clamped_half(mesh, process.E_MPa, process.poisson, mount_layers(springs.housing))
     )
     marks = {}
     for spring in springs.springs:

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cad.fabrication.bridges import SignalPath, signal_path
+from cad.fabrication.signal_path import SignalPath, signal_path
 from pipeline.reading.poses import Placement
 from pipeline.reading.rise import fall_under_domes, rise_law
 from pipeline.response.scene_press import scene_of
@@ -88,7 +88,7 @@ class Sensor(Record):
         readout = self.design.readout
         if readout is None:
             return None
-        to_read = springs_to_read(self.design, self.springs)
+        to_read = springs_to_read(self.springs)
         return signal_path(readout, to_read, self.springs.process, self.design.tips.springs)
 
     @cached_property

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.fabrication.bridges import SignalPath
+from cad.fabrication.signal_path import SignalPath
 from sensor.arrays import Floats
 from sensor.design.reading import (
     LEAST_OF_SCALE,
@@ -102,10 +102,7 @@ def by_heat(signal: SignalPath | None) -> dict[str, float]:
     """
     if signal is None:
         return {}
-    return {
-        "modulus_drift": BOUNDED * 0.01 * signal.modulus_drift_percent,
-        "self_heating": BOUNDED * 0.01 * signal.self_heating_percent,
-    }
+    return {"modulus_drift": BOUNDED * 0.01 * signal.modulus_drift_percent}
 
 
 def mean_sources(sources: Sequence[UncertaintySources]) -> UncertaintySources:

@@ -17,7 +17,6 @@ from sensor.theory.free_fruit import roll, table_share
 from sensor.theory.hertz import equivalent_radius
 from sensor.theory.soft_tissue import FLESH_LAWS, deepest_solved, large_strain_factor
 
-UNBONDED_MM = 1.0  # of the glue at each shoulder, in the bound that is told
 ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et al. (2012), doi:10.1007/s11947-011-0528-4
 _ALWAYS_FIRST = math.inf
 

@@ -39,7 +39,7 @@ from pipeline.report.report import (
 )
 from pipeline.response.scene_press import spring_fractions
 from pipeline.result import Evaluation, SensorResult
-from pipeline.springs.behaviour import GAUGE_FACTOR, GRID_MM, SpringBehaviour
+from pipeline.springs.behaviour import SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_as_sized
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
@@ -155,9 +155,6 @@ def _behaviour(behaviour: SpringBehaviour) -> BehaviourReport:
     """Return the behaviour of the finished springs."""
     return BehaviourReport(
         crosstalk_C12_over_C22=behaviour.crosstalk,
-        gauge_factor=GAUGE_FACTOR,
-        gauge_grid_mm=GRID_MM,
-        gauges=behaviour.gauges,
         low=behaviour.arms["low"],
         high=behaviour.arms["high"],
     )

@@ -6,7 +6,7 @@ docs/report-json.md is printed from it.
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
@@ -122,9 +122,6 @@ class BehaviourReport:
         "crosstalk through the frame that carries both springs: movement of one tip when the other one is "
         "pressed, divided by the deflection of the pressed one",
     )
-    gauge_factor: float = report_field("1", "gauge factor that is assumed for the bridge output")
-    gauge_grid_mm: float = report_field("mm", "length of the grid of a gauge")
-    gauges: str = report_field("", "strain gauges on the leaves, `none` or `foil`")
     low: ArmBehaviour = report_field("", "the low spring at full travel")
     high: ArmBehaviour = report_field("", "the high spring at full travel")
 
@@ -635,12 +632,17 @@ def report_of(folder: Path, data: Plain) -> Report:
 def _without_gone_keys(data: Plain) -> Plain:
     """Return the JSON data of a report without the keys of older versions that are gone."""
     for name in REPORT_KEYS:
-        table, _, key = name.rpartition(".")
-        held = data.get(table) if table else data
-        if isinstance(held, dict) and key in held:
-            kept = {known: value for known, value in held.items() if known != key}
-            data = {**data, table: kept} if table else kept
+        data = _without(data, name.split("."))
     return data
+
+
+def _without(data: Plain, names: Sequence[str]) -> Plain:
+    """Return JSON data without the key that names lead to, as it is where there is none."""
+    first, *others = names
+    if not others:
+        return {key: value for key, value in data.items() if key != first}
+    held = data.get(first)
+    return {**data, first: _without(held, others)} if isinstance(held, dict) else data
 
 
 def _finite(text: str) -> float:

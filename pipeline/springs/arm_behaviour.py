@@ -7,7 +7,7 @@ from sensor.quantity import report_field
 
 @dataclass(frozen=True, kw_only=True)
 class ArmBehaviour:
-    """One spring at full travel; the bridge has None where a leaf is too short for the grid."""
+    """One spring at full travel."""
 
     tilt_at_full_force_rad: float = report_field(
         "rad", "rotation of the tip's face in the plane of the plate, at full travel"
@@ -17,11 +17,4 @@ class ArmBehaviour:
     )
     natural_frequency_Hz: float = report_field(
         "Hz", "first natural frequency of the free spring by Rayleigh's quotient, accurate to some per cent"
-    )
-    bridge_mV_per_V: tuple[float | None, ...] = report_field(
-        "mV/V",
-        "output of a full bridge at full travel, one for each modulus; computed by the beam law if there are no gauges",
-    )
-    bridge_error_percent: float | None = report_field(
-        "%", "half width of the error bar of the bridge output; null without gauges"
     )

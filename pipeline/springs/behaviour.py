@@ -1,4 +1,4 @@
-"""How the printed springs behave beside their stiffness: tilt, crosstalk, stiffening, frequency, gauge output."""
+"""How the printed springs behave beside their stiffness: tilt, crosstalk, stiffening, frequency."""
 
 from dataclasses import dataclass
 
@@ -12,11 +12,8 @@ from pipeline.springs.leaf_lengths import FittedHousing
 from sensor.arrays import Floats
 from sensor.record import Record
 from sensor.theory.elastica import large_deflection_stiffening
-from sensor.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
-from sensor.theory.strain_gauge import FOIL
+from sensor.theory.leaf_spring import Flexure, natural_frequency
 
-GAUGE_FACTOR = FOIL.gauge_factor
-GRID_MM = FOIL.grid_length_mm
 LONGEST_FRACTION = 0.5  # of the length of a leaf: the largest deflection that the elastica takes
 
 
@@ -25,7 +22,6 @@ class SpringBehaviour(Record):
     """The behaviour of every spring by its name, and one tip under the force of the other [1]."""
 
     crosstalk: float
-    gauges: str
     arms: dict[str, ArmBehaviour]
 
 
@@ -38,51 +34,30 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehavio
     for i, arm in enumerate(fitted.housing.arms):
         tips = list(springs.tips.spring_groups[i])
         forces_at_full_travel = press.table.F[:, -1, tips]
-        hardest = forces_at_full_travel.max(axis=1).tolist()  # one for each modulus
-        arms[arm.name] = _arm_behaviour(springs, fitted, i, hardest)
+        arms[arm.name] = _arm_behaviour(springs, fitted, i, float(forces_at_full_travel.max()))
     C = fitted.stiffness.C
     crosstalk = float(C[0, -1] / C[-1, -1])
-    return SpringBehaviour(crosstalk=crosstalk, gauges=fitted.housing.gauges, arms=arms)
+    return SpringBehaviour(crosstalk=crosstalk, arms=arms)
 
 
-def _arm_behaviour(springs: FittedSprings, fitted: FittedHousing, i: int, forces: list[float]) -> ArmBehaviour:
-    """Return the behaviour of one spring, by its index, under the largest force of its tips at each modulus [N].
+def _arm_behaviour(springs: FittedSprings, fitted: FittedHousing, i: int, force: float) -> ArmBehaviour:
+    """Return the behaviour of one spring, by its index, under the largest force of its tips [N].
 
-    The frequency is Rayleigh's quotient, a formula. The bridge is full, of gauges at both roots of one leaf. Where they
-    are fitted their strain is that of the solve with them, else the beam law's, their own stiffening left out.
+    The frequency is Rayleigh's quotient, a formula.
     """
     arm = fitted.housing.arms[i]
     stiffness = fitted.stiffness
     K = stiffness.K[i]
-    if stiffness.gauge_strain_per_N is None:
-        outputs = tuple(_beam_bridge(arm.flexure, force / K) for force in forces)
-    else:
-        strain_per_N = stiffness.gauge_strain_per_N[i]
-        outputs = tuple(bridge_output(strain_per_N * force) for force in forces)
     return ArmBehaviour(
-        tilt_at_full_force_rad=float(stiffness.tilt_per_N[i]) * max(forces),
+        tilt_at_full_force_rad=float(stiffness.tilt_per_N[i]) * force,
         large_deflection_stiffening=float(stiffening(arm.flexure, springs.deflections[i])),
         natural_frequency_Hz=_frequency(fitted.housing, arm, K, springs),
-        bridge_mV_per_V=outputs,
-        bridge_error_percent=None if stiffness.gauge_error is None else 100.0 * stiffness.gauge_error[i],
     )
 
 
 def stiffening(flexure: Flexure, deflection: Floats | float) -> Floats:
     """Return the stiffening of a spring from first touch to deflections [mm] [1], at most that at half L."""
     return large_deflection_stiffening(flexure.length, np.minimum(deflection, LONGEST_FRACTION * flexure.length))
-
-
-def _beam_bridge(flexure: Flexure, deflection: float) -> float | None:
-    """Return the output of a full bridge at a deflection [mm] by the beam law [mV/V]; None without room for grids."""
-    if flexure.length < 2.0 * GRID_MM:
-        return None
-    return bridge_output(gauge_strain(flexure.thickness, flexure.length, deflection, GRID_MM))
-
-
-def bridge_output(strain: float) -> float:
-    """Return the output of a full bridge whose four arms see a strain [mV/V]: gauge factor x strain."""
-    return 1e3 * GAUGE_FACTOR * strain
 
 
 def _frequency(housing: Housing, arm: Arm, K: float, springs: FittedSprings) -> float:

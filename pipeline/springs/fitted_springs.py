@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from cad.fabrication.bridges import Spring
+from cad.fabrication.signal_path import Spring
 from cad.parts.housing import Housing, PartSize
 from cad.parts.layout import housing_for
 from cad.parts.pin import pin_mass
@@ -22,13 +22,11 @@ from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.design.printability import Printable, check_printable
 from sensor.design.processes import Process
-from sensor.design.tip_mount import plate_depth
 from sensor.design.tips import Attitude, Tips
 from sensor.quantity import STANDARD_GRAVITY, Estimate, InputError
 from sensor.record import Record
 from sensor.theory.creep import CreepLaw
 from sensor.theory.leaf_spring import Flexure
-from sensor.theory.strain_gauge import FOIL
 from sensor.theory.two_spring_law import Springs
 from solve.contact.linear_response import spring_compliance
 from solve.contact.scene import SidewaysGive
@@ -112,9 +110,9 @@ class FittedSprings(Record):
 
     @property
     def monolithic(self) -> bool:
-        """Say whether the springs are of one piece: no gauges glued on, no pins."""
+        """Say whether the springs are of one piece: no pins are glued on."""
         housing = self.housing
-        return housing is None or (housing.gauges == "none" and not housing.pin_side)
+        return housing is None or not housing.pin_side
 
     @property
     def stiffnesses(self) -> Springs:
@@ -282,7 +280,7 @@ def _fitted_housing(
     }
 
     def fit() -> FittedHousing:
-        if options.rough and guess.gauges == "none":
+        if options.rough:
             return fit_roughly(guess, targets, E, poisson)
         return fit_lengths(guess, targets, solver, options.tolerance)
 
@@ -312,33 +310,10 @@ def _springs_as_fitted(
     return tuple(springs)
 
 
-def springs_to_read(design: Design, springs: FittedSprings) -> tuple[Spring, ...]:
-    """Return the springs as a read-out needs them: leaves, stiffness [N/mm], deflection [mm], gauge strain [1/N].
-
-    Springs that are not made have leaves by the beam law, at least as long as two gauge grids with their fillets.
-    """
-    process = springs.process
-    strains = None if springs.fitted is None else springs.fitted.stiffness.gauge_strain_per_N
-    to_read = []
-    for i, spring in enumerate(springs.springs):
-        thickness = process.leaf_thicknesses_mm[i]
-        shortest = 2.0 * (FOIL.grid_length_mm + process.fillet_mm)
-        as_sized = Flexure(
-            thickness=thickness,
-            length=max(spring.printable.length_mm, shortest),
-            depth=plate_depth(design, process),
-            separation=thickness + 3.0 * process.fillet_mm,  # no number of a read-out depends on it
-            fillet=process.fillet_mm,
-        )
-        read = Spring(
-            name=spring.name,
-            flexure=spring.flexure or as_sized,
-            K=spring.stiffness,
-            deflection=springs.deflections[i],
-            strain_per_N=None if strains is None else float(strains[i]),
-        )
-        to_read.append(read)
-    return tuple(to_read)
+def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:
+    """Return the springs as a read-out needs them: stiffness [N/mm] and deflection [mm]."""
+    pairs = zip(springs.springs, springs.deflections, strict=True)
+    return tuple(Spring(name=spring.name, K=spring.stiffness, deflection=deflection) for spring, deflection in pairs)
 
 
 def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:

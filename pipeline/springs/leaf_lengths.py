@@ -13,7 +13,7 @@ import numpy as np
 from cad.parts.housing import Housing, PartSize, solid_size
 from cad.parts.pin import pin_compliance
 from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretch_leaves
-from pipeline.springs.mounts import attached_to
+from pipeline.springs.mounts import mount_layers
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 from sensor.record import Record
@@ -53,12 +53,7 @@ class MeshPair:
     least_tolerance: float
 
     def errors(self, housing: Housing, estimated: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the error bars of each spring's stiffness [1] by this pair, from those that `housing_stiffness` gives.
-
-        The errors of a housing with gauges stay as they are: the edges of the foils make most of them.
-        """
-        if housing.gauges != "none":
-            return estimated
+        """Return the error bars of each spring's stiffness [1] by this pair, from those of `housing_stiffness`."""
         errors = []
         for arm, error in zip(housing.arms, estimated, strict=True):
             difference = error / ERROR_SHARE  # of the stiffness on the two meshes
@@ -77,10 +72,8 @@ MESH_PAIRS = (
 )
 
 
-def mesh_pairs_for(housing: Housing, tolerance: float) -> tuple[MeshPair, ...]:
-    """Return the pairs to try for a relative tolerance [1], cheapest first; gauges are extrapolated from one pair."""
-    if housing.gauges != "none":
-        return (DEFAULT,)
+def mesh_pairs_for(tolerance: float) -> tuple[MeshPair, ...]:
+    """Return the pairs to try for a relative tolerance [1], cheapest first."""
     return tuple(pair for pair in MESH_PAIRS if pair.least_tolerance <= tolerance)
 
 
@@ -134,7 +127,7 @@ class HousingSolver:
             mesh = stretch_leaves(last.mesh, last.housing, housing)
         if mesh is None:
             mesh = flexure_mesh(housing, scale)
-        compliance = tip_compliance(mesh, self.E, self.poisson, attached_to(housing))
+        compliance = tip_compliance(mesh, self.E, self.poisson, mount_layers(housing))
         self._last[scale] = _Solved(housing, mesh, compliance)
         return compliance
 
@@ -194,7 +187,7 @@ def fit_lengths(
     of_feet = targets_without_pins(housing, targets, solver.E, solver.poisson)
     fit = _LengthFit(solver, housing, of_feet)
     allowed_miss = min(max(tolerance, TOLERANCE), _LOOSEST)
-    for pair in mesh_pairs_for(housing, tolerance):
+    for pair in mesh_pairs_for(tolerance):
         fitted = fit.fit_on(pair, allowed_miss)
         if max(fitted.stiffness.error) <= tolerance:
             break
@@ -298,9 +291,7 @@ class _LengthFit:
         """Return the stiffness of the springs at the present lengths [N/mm] on a pair of meshes."""
         self._solver.begin_solid(self._housing)
         fine = self._solver.solve(self._housing, pair.fine)
-        coarse = self._coarse_here() if pair.coarse == COARSE else None
-        if coarse is None:
-            coarse = self._solver.solve(self._housing, pair.coarse)
+        coarse = self._coarse_here() if pair.coarse == COARSE else self._solver.solve(self._housing, pair.coarse)
         return stiffness_on(pair, self._housing, fine, coarse)
 
     def _approach(self, aims: Floats) -> None:
@@ -329,14 +320,9 @@ class _LengthFit:
         pairs = zip(self._models, self._housing.arms, strict=True)
         return np.array([model.stiffness(arm.flexure.length) for model, arm in pairs])
 
-    def _coarse_here(self) -> TipCompliance | None:
-        """Return the last result of the coarse mesh scaled to the present lengths; None with gauges.
-
-        The strain of gauges is not scaled: they need a solve at these lengths.
-        """
+    def _coarse_here(self) -> TipCompliance:
+        """Return the last result of the coarse mesh scaled to the present lengths."""
         last = self._solver.last_solution(COARSE)
-        if last.gauge_strain_per_N is not None:
-            return None
         scale = np.sqrt(last.K / self._coarse_K())  # of a compliance, whose row and column it both scales
         sag = tuple((scale**2 * last.weight_sag).tolist())
         return dataclasses.replace(last, C=last.C * np.outer(scale, scale), weight_sag=sag)

@@ -1,4 +1,4 @@
-"""What is attached to a housing as the solver takes it: the layers of its mount, and the gauges on its leaves."""
+"""What holds a housing as the solver takes it: the layers of its mount, and those of other mounts."""
 
 import functools
 from collections.abc import Sequence
@@ -9,12 +9,10 @@ import numpy as np
 from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import SETBACK_MM, Housing
 from mesh.housing.sweep import flexure_mesh
-from sensor.theory.strain_gauge import GAUGES, gauge_spans
 from solve.contact.scene import SidewaysGive
-from solve.housing.bonded_foil import BondedFoil
-from solve.housing.clamped_half import SIDES, Attached, ClampedHalf, clamped_half
+from solve.housing.clamped_half import SIDES, ClampedHalf, clamped_half
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
-from solve.housing.stiffness import leaf_faces, lever_compliance
+from solve.housing.stiffness import lever_compliance
 
 # The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher.
 SKIN_MM = 0.02
@@ -23,14 +21,6 @@ SKIN_MM = 0.02
 PLATE_FRACTION = 0.75
 COARSE_SCALE = 4.0  # of the mesh on which tips lean sideways
 ROUGH_SCALE = 3.0  # of the one mesh of a rough answer, which has one layer of elements over the half depth
-
-
-def attached_to(housing: Housing) -> tuple[Attached, ...]:
-    """Return what a housing is more than its print [mm]: gauges, and the layers of its mount.
-
-    Raises InputError where a leaf has no room for its gauges.
-    """
-    return (*bonded_foils(housing), *mount_layers(housing))
 
 
 def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
@@ -68,7 +58,7 @@ def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> C
     What tips give sideways is found on it, and a rough answer is all of it. Raises SolveError.
     """
     mesh = flexure_mesh(housing, ROUGH_SCALE, layers=1) if rough else flexure_mesh(housing, COARSE_SCALE)
-    return clamped_half(mesh, E, poisson, attached_to(housing))
+    return clamped_half(mesh, E, poisson, mount_layers(housing))
 
 
 def sideways_give(
@@ -112,41 +102,3 @@ def discs_at(housing: Housing, diameter: float) -> tuple[Disc, ...]:
 
 def _sorted(a: float, b: float) -> tuple[float, float]:
     return min(a, b), max(a, b)
-
-
-def bonded_foils(housing: Housing) -> tuple[BondedFoil, ...]:
-    """Return the gauges glued on the leaves [mm, N/mm]; none on a housing that is made without.
-
-    Each is a backing and, inside it, the metal with the grid that senses. `sign` is that of its strain. A bent leaf is
-    pulled on one face and pressed on the other, and the other way round at its other root. Raises InputError where a
-    leaf has no room.
-    """
-    gauge = GAUGES[housing.gauges]
-    if gauge is None:
-        return ()
-    foils = []
-    for tip, arm in enumerate(housing.arms):
-        for root, spans in zip((1.0, -1.0), gauge_spans(arm.flexure, gauge), strict=True):
-            for face in (1.0, -1.0):
-                backing = BondedFoil(
-                    name=leaf_faces(arm.name),
-                    z=arm.levels[1] + 0.5 * face * arm.flexure.thickness,
-                    outline=(arm.along(spans.backing), _across(gauge.backing_width_mm)),
-                    stiffness=gauge.backing_stiffness,
-                    poisson=gauge.backing_poisson,
-                    tip=tip,
-                    sign=root * face,
-                )
-                metal = replace(
-                    backing,
-                    outline=(arm.along(spans.metal), _across(gauge.metal_width_mm)),
-                    stiffness=gauge.foil_stiffness,
-                    poisson=gauge.foil_poisson,
-                    grid=(arm.along(spans.grid), _across(gauge.grid_width_mm)),
-                )
-                foils += [backing, metal]
-    return tuple(foils)
-
-
-def _across(width: float) -> tuple[float, float]:
-    return -0.5 * width, 0.5 * width

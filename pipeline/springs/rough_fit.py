@@ -34,7 +34,7 @@ MOST_SOLVES = 5
 def fit_roughly(housing: Housing, targets: Sequence[float], E: float, poisson: float) -> FittedHousing:
     """Return the housing whose leaves give each spring its target [N/mm] to 0.5 % and an error bar; E in MPa.
 
-    The housing has no gauges. Raises InputError when a target leaves no leaf, MeshError or SolveError.
+    Raises InputError when a target leaves no leaf, MeshError or SolveError.
     """
     of_feet = np.array(targets_without_pins(housing, targets, E, poisson))
     models = {arm.name: SecantModel.of_beam(arm.flexure, E) for arm in housing.arms}

@@ -34,7 +34,7 @@ def with_hints(
 
 def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunOptions) -> str:
     """Return the hint for a verdict that did not pass: one sentence on what would make it pass."""
-    if springs.monolithic:  # glued gauges and pins bring errors that no finer mesh removes
+    if springs.monolithic:  # glued pins bring errors that no finer mesh removes
         tolerance = tolerance_hint(verdict, options.tolerance)
         if tolerance is not None:
             return tolerance

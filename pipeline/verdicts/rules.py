@@ -23,7 +23,7 @@ from solve.contact.linear_response import SensorResponse
 P_MAX_TOLERANCE = 0.01  # of the target
 NL_TOLERANCE = 0.001
 STIFFNESS_TOLERANCE = 0.001  # of the target, for springs of one piece
-FITTED_TOLERANCE = 0.005  # with gauges or pins glued on, where no mesh knows them to 0.1 %
+FITTED_TOLERANCE = 0.005  # with pins glued on, where no mesh knows them to 0.1 %
 SPREAD_TOLERANCE = 0.01
 _PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
 _STIFFNESSES = ("K_l", "K_h")  # whose errors are those of their spring only
@@ -187,7 +187,7 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
 def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool = True) -> Verdict:
     """Return the verdict on one spring [N/m]; undecided when it was not made.
 
-    One that is not of one piece, with gauges or pins glued on, may miss by more where it is not known to the tolerance.
+    One that is not of one piece, with pins glued on, may miss by more where it is not known to the tolerance.
     """
     K = spring.K
     is_known = monolithic or K is None or K.error <= STIFFNESS_TOLERANCE * spring.target

@@ -25,7 +25,6 @@ from sensor.quantity import (
     text_field,
     validation_error,
 )
-from sensor.theory.strain_gauge import GAUGES
 from sensor.theory.two_spring_law import PAPER_SPRINGS, Definition
 
 Mount = Literal["covers", "washers"]
@@ -116,7 +115,7 @@ _OF_LINES = "give a whole number of the lines that the process prints"
 
 @dataclass(frozen=True, kw_only=True)
 class Print:
-    """How the housing is made, which strain gauges are glued on its leaves, and what the screws clamp it between.
+    """How the housing is made, and what the screws clamp it between.
 
     `process_file` is a key of the design file only: reading it puts the process into `Design.printer`.
     `E_MPa` is the modulus that a printed coupon showed; without it that of the process holds.
@@ -148,11 +147,6 @@ class Print:
         default=None,
         hint="give what the coupon shows",
         meaning="modulus that you measured on a printed coupon; replaces that of the process",
-    )
-    gauges: str = choice(
-        tuple(GAUGES),
-        default="none",
-        meaning="strain gauges that are glued on the leaves; the solve includes their stiffness",
     )
     mount: Mount = choice(
         ("covers", "washers"),
@@ -359,13 +353,9 @@ class Design:
             )
 
     def _check_readout(self) -> None:
-        """Refuse gauges that are not those of the transducer, delays of other tips, and a process of unknown drift."""
+        """Refuse delays of other tips, and a process of unknown drift."""
         if self.readout is None:
             return
-        gauges = "foil" if self.readout.transducer == "foil" else "none"
-        if self.print.gauges != gauges:
-            bound = f"{gauges!r} beside readout.transducer = {self.readout.transducer!r}"
-            raise validation_error("print.gauges", self.print.gauges, "", bound, "set both to the same transducer")
         delays = self.readout.delay_ms
         if delays is not None and len(delays) != len(self.tips.springs):
             bound = f"a list of {len(self.tips.springs)} numbers, one for each tip"

@@ -10,7 +10,6 @@ from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.design.tip_mount import plate_depth
 from sensor.theory.leaf_spring import LeafProfile, pair_length, root_strain
-from sensor.theory.strain_gauge import GAUGES, FoilGauge, gauged_length, sandwich_gain, shortest_gauged
 from sensor.theory.two_spring_law import Springs, spring_give
 
 LENGTH_MARGIN = 0.15
@@ -40,28 +39,19 @@ class _Leaf:
     profile: LeafProfile
     deflection: float
     longest: float
-    gauge: FoilGauge | None
 
     @property
     def shortest(self) -> float:
-        """Return the least length of a leaf [mm]: that of a leaf at all, and of one with room for its gauges."""
-        room = 0.0 if self.gauge is None else shortest_gauged(self.profile.fillet, self.gauge)
-        return max(SHORTEST_LEAF * self.profile.thickness, room)
+        """Return the least length of a leaf [mm]."""
+        return SHORTEST_LEAF * self.profile.thickness
 
     def length(self, K: float) -> float:
         """Return the length [mm] at which the pair has a stiffness [N/mm] by the beam law."""
-        E = self.process.E_MPa
-        if self.gauge is None:
-            return pair_length(E, self.profile.depth, self.profile.thickness, K)
-        return gauged_length(E, self.profile, K, self.gauge)
+        return pair_length(self.process.E_MPa, self.profile.depth, self.profile.thickness, K)
 
     def strain(self, length: float) -> float:
-        """Return the root strain [1] at full travel; gauges stiffen the leaf that carries them and strain its root."""
-        gain = 1.0
-        if self.gauge is not None:
-            # All of what the gauges add to the pair is added by the one leaf of two that carries them.
-            gain = 2.0 * sandwich_gain(self.process.E_MPa, self.profile, length, self.gauge) - 1.0
-        return FILLET_STRAIN * gain * root_strain(self.profile.thickness, length, self.deflection)
+        """Return the root strain [1] at full travel."""
+        return FILLET_STRAIN * root_strain(self.profile.thickness, length, self.deflection)
 
     def faults(self, length: float, margin: float) -> list[str]:
         """Return the objections to a length [mm], each in words, with limits stricter by the relative margin.
@@ -70,19 +60,14 @@ class _Leaf:
         """
         process = self.process
         thickness = self.profile.thickness
-        depth = self.profile.depth
         strain = self.strain(length / (1.0 + margin))
         faults = []
         least = process.min_wall_mm
         if thickness < least:
             faults.append(f"a leaf {thickness:g} mm thick, must be at least the wall of {least:g} mm")
         if length < self.shortest * (1.0 + margin):
-            is_block = self.shortest <= SHORTEST_LEAF * thickness
-            reason = f"{SHORTEST_LEAF:g} thicknesses" if is_block else "room for a gauge at each root"
+            reason = f"{SHORTEST_LEAF:g} thicknesses"
             faults.append(f"a leaf {length:.1f} mm long, must be at least {reason} = {self.shortest:g} mm")
-        if self.gauge is not None and depth < self.gauge.backing_width_mm:
-            least = self.gauge.backing_width_mm
-            faults.append(f"a leaf {depth:g} mm deep, must be at least the gauge of {least:g} mm")
         if length * (1.0 + margin) > self.longest:
             bound = f"print.max_length_mm = {self.longest:g} mm"
             faults.append(f"a leaf {length:.1f} mm long, must be at most {bound}")
@@ -120,7 +105,6 @@ def check_printable(
             ),
             deflection=spring_give(K, K_m[i], max(0.0, design.full_travels_mm[i])),
             longest=design.print.max_length_mm,
-            gauge=GAUGES[design.print.gauges],
         )
         length = leaf.length(K) if lengths_mm is None else lengths_mm[i]
         passed, reason = _judged(leaf, length, LENGTH_MARGIN if lengths_mm is None else 0.0)

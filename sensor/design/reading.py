@@ -100,7 +100,7 @@ class Reading:
         "%",
         _PERCENT,
         default=0.5,
-        hint="a strain gauge has 0.5 of full scale",
+        hint="a load cell has 0.5 of full scale",
         meaning="noise of each force, one standard deviation, as a fraction of the largest force of its tip",
     )
     noise_N: float = quantity(

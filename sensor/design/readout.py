@@ -1,4 +1,4 @@
-"""What turns the springs' deflections into counts: transducer, amplifier and board, from electronics.toml or by number.
+"""What turns the springs' deflections into counts: Hall sensors, amplifier, board, from electronics.toml or by number.
 
 A design that names its read-out has the noise of its forces computed, and what drifts with the temperature counted.
 """
@@ -75,30 +75,10 @@ class Probe(Sourced):
     package_thickness_mm: float = quantity("mm", _POSITIVE)
 
 
-@dataclass(frozen=True, kw_only=True)
-class BridgeData(Sourced):
-    """A full bridge of foil gauges: its resistance, the power that its grids may give off, and its drifts.
-
-    `film_W_per_m2_K` is what air takes of the heat of a leaf.
-    """
-
-    LABEL: ClassVar[str] = "bridge"
-
-    resistance_ohm: float = quantity("ohm", _POSITIVE)
-    plastic_mW_per_mm2: float = quantity("mW/mm2", _POSITIVE)
-    metal_mW_per_mm2: float = quantity("mW/mm2", _POSITIVE)
-    zero_strain_per_K: float = quantity("1/K", _SIZE)
-    gain_percent_per_K: float = quantity("%/K", _SIZE)
-    linearity_percent: float = quantity("%", _SIZE)
-    film_W_per_m2_K: float = quantity("W/(m2 K)", _POSITIVE)
-
-
 _TABLES = read_toml(Path(__file__).with_name("electronics.toml"), "electronics")
 AMPLIFIERS = Amplifier.from_tables(_TABLES["amplifier"])
+USUAL_AMPLIFIER = "ADS1220"
 PROBE = Probe.from_tables(_TABLES["probe"])["DRV5055A2"]
-BRIDGE = BridgeData.from_tables(_TABLES["bridge"])["foil"]
-USUAL = {"foil": "HX711", "displacement": "ADS1220"}
-"""The amplifier of a transducer where none is named."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,25 +89,11 @@ class Readout:
     `drift_K` is how far the temperature may be from that of the calibration, `tare_K` from that of the last taring.
     """
 
-    transducer: str = choice(
-        tuple(USUAL),
-        default="foil",
-        meaning="transducer of the forces: foil gauges on the leaves, or a sensor of displacement at each shuttle",
-    )
     amplifier: str | None = choice(
-        tuple(AMPLIFIERS),
-        default=None,
-        meaning="amplifier with its converter; by default HX711 for foil, ADS1220 for displacement",
+        tuple(AMPLIFIERS), default=None, meaning=f"amplifier with its converter; by default {USUAL_AMPLIFIER}"
     )
     board: str = choice(
         ("rp2040",), default="rp2040", meaning="microcontroller board of the wiring plan and of the MicroPython program"
-    )
-    excitation_V: float | None = quantity(
-        "V",
-        _POSITIVE,
-        default=None,
-        hint="leave it out to have what the leaf bears",
-        meaning="supply voltage of a bridge; by default computed from its series resistors",
     )
     bits: float | None = quantity(
         "1", _BITS, default=None, hint=_AS_SOLD, meaning="bits of the converter, with the sign bit"
@@ -187,20 +153,8 @@ class Readout:
     )
 
     def __post_init__(self) -> None:
-        """Check each field, and that none belongs to the other transducer, whose wiring and firmware differ."""
+        """Check each field, and that a delay ends before the next sample."""
         check_fields(self, "readout")
-        usual = USUAL[self.transducer]
-        if self.amplifier not in (None, usual):
-            bound = f"{usual} beside readout.transducer = {self.transducer!r}"
-            hint = "give another one by bits, full_scale_mV, rate_Hz and noise_nV"
-            raise validation_error("readout.amplifier", self.amplifier, "", bound, hint)
-        foreign = ("sensitivity_mV_per_mm", "noise_um") if self.transducer == "foil" else ("excitation_V",)
-        for name in foreign:
-            value = getattr(self, name)
-            if value is not None:
-                bound = f"left out beside readout.transducer = {self.transducer!r}"
-                key = f"readout.{name}"
-                raise validation_error(key, value, "", bound, "it belongs to the other transducer")
         period_ms = 1e3 / self.circuit.rate_Hz
         if self.delay_ms is not None and max(self.delay_ms) > period_ms:
             bound = f"at most the {period_ms:g} ms between two samples"
@@ -215,11 +169,10 @@ class Readout:
 
     @property
     def circuit(self) -> Amplifier:
-        """Return the amplifier that is named, or the usual one, with the numbers that are set."""
-        named = AMPLIFIERS[self.amplifier or USUAL[self.transducer]]
+        """Return the amplifier with the numbers that are set."""
         numbers = {}
         for name in ("bits", "full_scale_mV", "rate_Hz", "noise_nV"):
             value = getattr(self, name)
             if value is not None:
                 numbers[name] = value
-        return replace(named, **numbers)
+        return replace(AMPLIFIERS[self.amplifier or USUAL_AMPLIFIER], **numbers)

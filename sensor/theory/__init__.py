@@ -1,1 +1,1 @@
-"""Closed forms of springs, leaves, gauges and flesh."""
+"""Closed forms of springs, leaves and flesh."""

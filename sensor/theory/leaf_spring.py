@@ -65,17 +65,6 @@ def root_strain(thickness: float, length: float, deflection: float) -> float:
     return 3.0 * thickness * deflection / length**2
 
 
-def gauge_strain(thickness: float, length: float, deflection: float, grid: float) -> float:
-    """Return the mean strain under a gauge that starts at the root and is `grid` long [1 from mm].
-
-    The moment falls linearly from the root to zero at mid-length. Raises ValueError where the grid passes mid-length.
-    """
-    if not 0.0 < grid <= 0.5 * length:
-        msg = f"grid = {grid:g} mm must be greater than 0 and at most half the leaf, {0.5 * length:g} mm"
-        raise ValueError(msg)
-    return root_strain(thickness, length, deflection) * (1.0 - grid / length)
-
-
 def natural_frequency(stiffness: float, shuttle_mass: float, leaf_mass: float) -> float:
     """Return the first natural frequency of a shuttle on a pair of leaves [Hz from N/mm, g; leaf_mass of one leaf].
 

@@ -1,4 +1,4 @@
-"""Half a housing held in its mount: its displacements, its stiffness matrix with all that is attached, its factor."""
+"""Half a housing held in its mount: its displacements, its stiffness matrix with the mount's layers, its factor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,12 +10,9 @@ from skfem import CellBasis, ElementHexS2, Mesh
 from sensor.arrays import Floats, Ints
 from solve.displacement_basis import scalar_shapes
 from solve.elasticity import stiffness_matrix, vector_basis
-from solve.housing.bonded_foil import BondedFoil, membrane_matrix
 from solve.housing.elastic_layer import ElasticLayer, layer_matrix
 from solve.linear import Factor, SolveError, factorise, magnitude
 from solve.surface import surface_patches
-
-Attached = BondedFoil | ElasticLayer
 
 HOLES = "mounting_holes"
 SIDES = "side_faces"
@@ -35,7 +32,7 @@ SYMMETRY = {PRESS: ("u^2",), ACROSS: ("u^1", "u^3")}
 
 @dataclass(frozen=True, eq=False)
 class ClampedHalf:
-    """The half y >= 0 of a housing: its matrix [N/mm] with all that is attached, `ground` what the layers add to it.
+    """The half y >= 0 of a housing: its matrix [N/mm] with the layers of its mount, `ground` what they add to it.
 
     `clamped` are the dofs of its mounting holes, held where there is no layer.
     """
@@ -63,24 +60,15 @@ class ClampedHalf:
         return np.concatenate([self.basis.nodal_dofs[PRESS], self.basis.edge_dofs[PRESS]])
 
 
-def foils_of(attached: Sequence[Attached]) -> tuple[BondedFoil, ...]:
-    """Return the foils among what is attached to a housing."""
-    return tuple(each for each in attached if isinstance(each, BondedFoil))
-
-
 def clamped_half(
-    mesh: Mesh, E: float, poisson: float, attached: Sequence[Attached] = (), axis: int = PRESS
+    mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = (), axis: int = PRESS
 ) -> ClampedHalf:
     """Return the half of a housing [N/mm from MPa, mm], to be loaded along an axis, PRESS or ACROSS.
 
-    The layers attached to it hold it, or its holes where there is none. Raises SolveError where nothing holds it.
+    The layers hold it, or its holes where there are none. Raises SolveError where nothing holds it.
     """
-    layers = [each for each in attached if isinstance(each, ElasticLayer)]
-    foils = foils_of(attached)
     basis = vector_basis(mesh, ElementHexS2(), order=REDUCED)
     matrix = stiffness_matrix(basis, E, poisson)
-    if foils:
-        matrix = matrix + membrane_matrix(basis, foils)
     if layers:
         ground = layer_matrix(basis, layers, E, poisson)
         matrix = csc_matrix(matrix + ground)

@@ -24,7 +24,7 @@ def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
 
     The nodes are the first of `mesh.doflocs`: corners, then
     the middles of edges. Named boundaries other than leaves carry a load or a support. The rest of the surface is taken
-    to carry none, where foils are glued on too.
+    to carry none.
     """
     leaves = [leaf_faces(spring) for spring in SPRINGS]
     loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
@@ -108,7 +108,7 @@ def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, we
 
 
 def _without_load(gradient: Floats, normal: Floats, poisson: float) -> Floats:
-    """Return the strain of a displacement gradient on a surface that carries no load, as a strain gauge is read.
+    """Return the strain of a displacement gradient on a surface that carries no load.
 
     Its part in the surface is kept. The stress on the surface is zero, so the strain across it is -nu / (1 - nu) (e_1 +
     e_2) and its shear is zero. Shapes (3, 3, facets, points) and, of any length, `normal` (3, facets, points).

@@ -41,7 +41,6 @@ RUN_HERE = {
         "pipeline modulus docs/examples/fruit-1.csv --height 70 --radius 35 --plot fruit-1.html",
     ],
     "pins": ["pipeline design --set tips.socket=pin --out outputs/pins"],
-    "gauges": ["pipeline design --set print.gauges=foil --out outputs/gauged"],
     "suggest": ["pipeline suggest paper --set fruit.bruise_limit_MPa=1.2"],
 }
 """What is run below, each list in a folder of its own; other runs are taken up to their first solve."""

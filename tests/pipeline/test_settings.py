@@ -37,7 +37,7 @@ BALL = {"shape": "sphere", "radius_mm": 30.0, "height_mm": 12.0}
 PIECE = {"length_mm": 20.0, "width_mm": 20.0}
 DOMES = {"shape": "dome", "dome_radius_mm": 8.0, "side_mm": 5.0, "spacing_mm": 8.0}
 SPRINGS = {"K_l_N_per_m": 120.0, "K_h_N_per_m": 1300.0}
-READOUT = {"transducer": "displacement"}
+READOUT = {"bits": 24.0}
 BASES: tuple[dict[str, Any], ...] = (
     {},
     {"springs": SPRINGS},

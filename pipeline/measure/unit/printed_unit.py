@@ -165,7 +165,11 @@ def design_digest(design: Design) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-_OF_0_2 = (("press", "strain", "linear", ("attitude",)),)
+_OF_0_2 = (
+    ("press", "strain", "linear", ("attitude",)),
+    ("print", "gauges", "none", ("max_length_mm", "E_MPa")),
+    ("readout", "transducer", "displacement", ()),
+)
 """Keys that 0.2 wrote, or digested as if it had: table, key, value, and the keys of which it stood behind the last."""
 
 

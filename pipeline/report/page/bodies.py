@@ -22,7 +22,7 @@ from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 ASSEMBLY = "assembly.glb"
 _SYMMETRY = "symmetry"
 # By how much the largest stress of the coarse mesh may be off, against the mesh on which the springs are solved. Seen
-# over four designs, four processes, foils and leaves of steel: -0.02 to 0.19, also on the mesh of a rough answer.
+# over four designs and four processes: -0.02 to 0.19, also on the mesh of a rough answer.
 STRESS_OFF = 0.2
 _DRAWN_DEFLECTION = 0.08  # of the length of the part, at most
 _LABEL_ASIDE = 0.08  # of the length of the part, outwards: names of tips are wider than what is between them

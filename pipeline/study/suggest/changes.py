@@ -79,7 +79,7 @@ def _words(design: Design, failed: set[str]) -> list[Changes]:
     """Return the changes to other words or to zero, each by itself, that may mend some verdicts.
 
     For a force ratio they are a level press, flat faces, and springs that targets size. For springs that cannot be made
-    they are other gauges and processes.
+    they are other processes.
     """
     changes: list[Changes] = []
     if failed & _OF_THE_RATIO:
@@ -94,7 +94,6 @@ def _words(design: Design, failed: set[str]) -> list[Changes]:
         if design.targets is not None:
             changes.append(dict.fromkeys(_SPRINGS))
     if failed & _OF_THE_SPRINGS or "geometry.made" in failed:
-        changes.append({"print.gauges": "none"})
         changes += [{"print.process": process} for process in PROCESSES]
     return [change for change in changes if any(value_of(design, key) != value for key, value in change.items())]
 

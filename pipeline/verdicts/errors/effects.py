@@ -27,7 +27,6 @@ from sensor.theory.free_fruit import roll
 from sensor.theory.rounded_edge import edge_loss
 from sensor.theory.sloped_skin import frictionless_press
 from sensor.theory.soft_tissue import LARGEST_CHANGE, constitutive_spread, large_strain_factor, no_slip
-from sensor.theory.strain_gauge import GAUGES, sandwich_gain
 from sensor.theory.two_spring_law import series_stiffness, spring_give
 from solve.fruit.compliance import FruitCompliance
 
@@ -39,7 +38,6 @@ INCOMPRESSIBLE = 0.5  # Poisson's ratio
 # How far the first layer of a print spreads on each side of a leaf, and how high: a judgement, one layer of 0.2 mm.
 FOOT_MM = 0.15
 FOOT_HIGH_MM = 0.2
-GLUED = 0.25  # of what gauges stiffen: a judgement, as makers give neither the fill of a grid nor the glue
 # Fraction of the frame in 1/K times E w / K: 0.08 and 0.6 % at K 0.753 and 17.3 N/mm, E 2000 MPa, w 6 mm. It covers
 # leaves of plastic; the long leaves of steel see 6 to 7 times it, 0.005 and 0.04 %.
 # tests/reference/fits/test_housing.py
@@ -107,7 +105,7 @@ class LevelSensor:
 
     @cached_property
     def scatter_of_prints(self) -> tuple[Effect, ...]:
-        """Return the scatter of prints, the same for all springs as they are one print, and that of glued gauges."""
+        """Return the scatter of prints, the same for all springs as they are one print."""
         return tuple(_scatter_of_prints(self))
 
     @cached_property
@@ -298,23 +296,11 @@ def _free_fruit(sensor: LevelSensor, travel: Floats) -> Iterator[Effect]:
 
 
 def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
-    """Yield the scatter of prints, the same for all springs as they are one print, and that of glued gauges."""
+    """Yield the scatter of prints, the same for all springs as they are one print."""
     process = sensor.springs.process
     E = COVERAGE * process.E_scatter
     reason = f"E of {process.name} within {100.0 * E:g} % from print to print"
     yield Effect(name="modulus", reason=reason, springs=np.array([E, E]), scatters=True, calibrated=True)
-
-    housing = sensor.springs.housing
-    gauge = None if housing is None else GAUGES[housing.gauges]
-    if housing is not None and gauge is not None:
-        glued = []
-        for arm in housing.arms:
-            leaf = arm.flexure
-            gain = sandwich_gain(process.E_MPa, leaf.profile, leaf.length, gauge)
-            by_foils = 1.0 - 1.0 / gain  # fraction of the stiffness
-            glued.append(GLUED * by_foils)
-        reason = f"glue left out, foils within {100.0 * GLUED:g} % of what they stiffen, as beams"
-        yield Effect(name="gauges", reason=reason, springs=np.array(glued), scatters=True, calibrated=True)
 
     off = process.accuracy_mm  # which holds 95 % already
     thicker = np.array([((t + off) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])

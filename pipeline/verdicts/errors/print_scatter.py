@@ -14,7 +14,7 @@ from scipy.special import ndtri
 from cad.parts.housing import Housing
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.leaf_lengths import COARSE
-from pipeline.springs.mounts import attached_to
+from pipeline.springs.mounts import mount_layers
 from pipeline.storage.cache import cached
 from pipeline.verdicts.errors.effects import CALIBRATED, LevelSensor
 from pipeline.verdicts.errors.scatter_bands import Interval, ScatterBands
@@ -59,7 +59,7 @@ def print_scatter(sensor: LevelSensor) -> ScatterBands | None:
 
     def coarse(changed: Housing) -> tuple[float, ...]:
         mesh = flexure_mesh(changed, COARSE)
-        return tip_compliance(mesh, process.E_MPa, process.poisson, attached_to(changed)).K
+        return tip_compliance(mesh, process.E_MPa, process.poisson, mount_layers(changed)).K
 
     surrogate = cached(
         "surrogate",

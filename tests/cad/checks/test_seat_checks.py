@@ -17,7 +17,7 @@ from cad.parts.assembly import sensor_of
 from cad.parts.cover_solid import cover_part, turn_cover
 from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.pose import print_pose
-from sensor.design.parameters import Design, Print
+from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import PROBE, Readout
 from sensor.theory.leaf_spring import pair_stiffness
@@ -50,12 +50,10 @@ def pair(sensor):
     return with_seats(sensor, PETG)
 
 
-def test_only_a_hall_read_out_has_seats():
+def test_only_a_read_out_has_seats():
     design, housing = Design(), square_housing()
     assert sensor_of(design, housing).seats is None
-    gauged = replace(design, readout=Readout(), print=Print(gauges="foil"))
-    assert sensor_of(gauged, housing).seats is None
-    assert sensor_of(replace(design, readout=Readout(transducer="displacement")), housing).seats is not None
+    assert sensor_of(replace(design, readout=Readout()), housing).seats is not None
     plain = square_sensor()
     assert pocket_verdicts(plain) == ()
     assert window_verdicts(plain, cover_part(plain.housing).shape) == ()

@@ -17,7 +17,7 @@ from ezdxf.disassemble import make_primitive, recursive_decompose
 from squares import hall_square, square_housing, square_sensor
 
 from cad.drawing.canvas import Canvas, text_width
-from cad.drawing.housing_drawing import draw_gauges, housing_drawing
+from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.section import draw_section, section
 from cad.drawing.sheet import SIZES, Title
 from cad.parts.assembly import finished_part, sensor_of
@@ -25,8 +25,6 @@ from cad.parts.housing import fillet_corners
 from cad.parts.layout import housing_for
 from sensor.design.design_file import design_from_mapping
 from sensor.design.processes import PROCESSES
-from sensor.quantity import InputError
-from sensor.theory.strain_gauge import FOIL
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 ROOT = Path(__file__).parents[3]
@@ -56,10 +54,6 @@ def with_housing(sensor, **changes):
     return replace(sensor, housing=housing, part=finished_part(housing))
 
 
-def gauged(sensor):
-    return with_housing(sensor, gauges="foil", high=replace(sensor.housing.high, length=14.0))
-
-
 @pytest.fixture(scope="module")
 def sheets(sensor, pinned):
     paper, of_paper = sensor_of_preset("paper")
@@ -68,7 +62,6 @@ def sheets(sensor, pinned):
         "pair": lambda: housing_drawing(sensor, TITLE),
         "square": lambda: housing_drawing(hall_square(), TITLE),
         "long": lambda: housing_drawing(hall_square(square_housing(lengths=(50.0, 36.0))), TITLE),
-        "gauges": lambda: housing_drawing(gauged(sensor), TITLE),
         "pins": lambda: housing_drawing(pinned, TITLE),
         "steel": lambda: housing_drawing(paper, replace(of_paper, process=STEEL)),
         "mango": lambda: housing_drawing(mango, of_mango),
@@ -76,7 +69,7 @@ def sheets(sensor, pinned):
     return Sheets({f"draw {kind}": drawing for kind, drawing in draw.items()})
 
 
-SELDOM = ("long", "gauges", "steel", "mango")
+SELDOM = ("long", "steel", "mango")
 KINDS = ["pair", "square", "pins", *(pytest.param(kind, marks=pytest.mark.slow) for kind in SELDOM)]
 FLAT_MM = 0.05  # by which a chord may leave its curve
 
@@ -321,25 +314,6 @@ def test_lengths_of_the_general_tolerance_are_rounded_and_those_of_the_table_are
             decimals[bool(number[1]), len(number[3].partition(".")[2])] += 1
     assert {digits for in_table, digits in decimals if not in_table} == {0, 1}
     assert {digits for in_table, digits in decimals if in_table} == {0, 1, 2}
-
-
-def test_gauges_are_drawn_where_they_lie(housing):
-    """Each as a box 6 long on both faces of the upper leaf, 0.5 from a root, and 6 x 4 seen from above."""
-    gauged = replace(housing, gauges="foil", high=replace(housing.high, length=14.0))
-    canvas = Canvas(2.0)
-    draw_gauges(canvas, gauged, FOIL, 40.0)
-    wall, shuttle = gauged.arms[0].roots
-    upper_face = gauged.lower_leaf_level + 14.0 + 0.4
-    lines = [line.dxf for line in canvas.space.query('LINE[layer=="NOTES"]')]
-    on_leaf = [
-        sorted((line.start.x, line.end.x)) for line in lines if line.start.y == line.end.y == pytest.approx(upper_face)
-    ]
-    for span in ((wall + 0.5, wall + 6.5), (shuttle - 6.5, shuttle - 0.5)):
-        assert any(pair == pytest.approx(list(span)) for pair in on_leaf)
-    assert measured(canvas) == {0.5: 2, 6.0: 2, 3.0: 3, 4.0: 1}
-    with pytest.raises(InputError) as refused:
-        draw_gauges(canvas, replace(gauged, high=replace(housing.high, length=12.5)), FOIL, 40.0)
-    assert (refused.value.field, refused.value.value) == ("flexure.length", 12.5)
 
 
 def test_plate_of_a_square_tells_its_domes_its_dowels_and_that_two_are_made(sheets):

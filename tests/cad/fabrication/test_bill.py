@@ -1,35 +1,26 @@
-"""What is bought: counts by the parts that are there, bridges by their formulas."""
+"""What is bought: counts by the parts that are there."""
 
 import math
 from dataclasses import replace
 from html import escape
 
 import numpy as np
-import pytest
 from markdown_it import MarkdownIt
 from squares import RESIN, square_sensor
 
 from cad.drawing.sheet import Title
 from cad.fabrication import bill as bill_module
 from cad.fabrication.bill import bill_of_materials
-from cad.fabrication.bridges import Spring, SpringReadOut, excitation, largest_excitation, series_resistor
 from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
+from cad.fabrication.signal_path import Spring, SpringReadOut
 from sensor.design.processes import PROCESSES
-from sensor.theory.leaf_spring import gauge_strain
 
 MASSES = {"housing": 1.0, "cover": 2.0, "coupon": 3.0, "mount": 4.0}
 PETG = PROCESSES["fdm-petg"]
 
 
-def springs(housing, strain=None):
-    return tuple(
-        Spring(name=arm.name, flexure=arm.flexure, K=K, deflection=0.1, strain_per_N=strain)
-        for arm, K in zip(housing.arms, (0.9, 20.0), strict=True)
-    )
-
-
 def bill(sensor, process):
-    return bill_of_materials(sensor, process, springs(sensor.housing), MASSES)
+    return bill_of_materials(sensor, process, MASSES)
 
 
 def counts(rows):
@@ -43,7 +34,7 @@ def test_pair_and_square_have_the_screws_of_their_holes_and_the_covers_of_their_
     assert found["cover", "2.0 g each"] == 2
     assert found["screw", "M3 x 25"] == found["nut", "M3"] == 4  # 6 + 2 x 3 + 5 + 2.4 + 2 x 0.5 mm are 20.4
     assert found["washer", "M3"] == 8
-    assert not any(part in ("dowel", "pin", "strain gauge") for part, _ in found)
+    assert not any(part in ("dowel", "pin", "Hall sensor") for part, _ in found)
     square = counts(bill(square_sensor(), RESIN))
     assert square["housing", "1.0 g each"] == 2
     assert square["dowel", "3 x 10"] == 2
@@ -56,38 +47,6 @@ def test_pair_and_square_have_the_screws_of_their_holes_and_the_covers_of_their_
 def test_grip_that_no_screw_is_long_enough_for_is_a_rod(sensor, monkeypatch):
     monkeypatch.setattr(bill_module, "screw_length", lambda _: None)
     assert counts(bill(sensor, PETG))["screw", "M3 threaded rod"] == 4
-
-
-def test_gauges_are_four_a_spring_with_an_amplifier_each(sensor):
-    gauged = replace(sensor, housing=replace(sensor.housing, gauges="foil"))
-    found = {row.part: row for row in bill(gauged, PETG)}
-    assert (found["strain gauge"].count, found["amplifier"].count, found["resistor"].count) == (8, 2, 4)
-    assert "mV/V per N" in found["strain gauge"].note
-
-
-def test_output_is_gauge_factor_times_strain(sensor):
-    """Four gauges of factor 2.1: 2.1 e per volt. A low leaf of 0.8 x 25: e under 3 mm at 1 N over K."""
-    low, high = springs(sensor.housing)
-    strain = gauge_strain(0.8, 25.0, 1.0 / 0.9, 3.0)
-    assert low.bridge_output == pytest.approx(2100.0 * strain, rel=1e-12)
-    assert springs(sensor.housing, strain=1e-3)[0].bridge_output == pytest.approx(2.1)
-    assert low.suits_gauges
-    stiff = replace(high, strain_per_N=1e-6)  # 2 N make 0.0042 mV/V
-    assert (stiff.has_room, stiff.suits_gauges) == (True, False)
-
-
-def test_excitation_gives_off_the_allowed_power_and_resistors_of_the_series_leave_it():
-    """Each of four grids has half the voltage: V^2 / 4 R = p A, and the bridge is one R between two resistors.
-
-    On PETG that is 1.039 V and 1905.6 ohm; about it series E96 of IEC 60063 has 1870 and 1910 ohm.
-    """
-    for process, power in ((PETG, 0.03), (PROCESSES["dmls-ti64"], 1.0)):
-        V, r = excitation(process), series_resistor(process)
-        assert 1e-3 * power * 9.0 * (1.0 + 1e-12) >= V**2 / 4.0 / 1000.0
-        assert 5.0 * 1000.0 / (1000.0 + 2.0 * r) == pytest.approx(V, rel=1e-12)
-    assert math.isclose(largest_excitation(PETG), 2.0 * math.sqrt(1000.0 * 0.03e-3 * 9.0))
-    assert series_resistor(PETG) == 1910.0
-    assert series_resistor(PROCESSES["dmls-ti64"]) == 0.0
 
 
 def test_readings_with_the_last_digit_of_the_sheet_give_a_stiffness_to_a_per_cent():
@@ -110,7 +69,8 @@ def test_text_of_a_printer_is_no_markup_in_the_bill_and_the_sheet(sensor):
     hostile = "<script>x</script> | [a](javascript:x) *b* `c` \\"
     process = replace(PETG, material=hostile)
     rows = bill(sensor, process)
-    read_out = SpringReadOut(springs=springs(sensor.housing))
+    springs = [Spring(name=name, K=K, deflection=0.1) for name, K in (("low", 0.9), ("high", 20.0))]
+    read_out = SpringReadOut(springs=springs)
     sheet = fabrication_sheet(sensor, Title(name="own", process=process), rows, read_out)
     page = MarkdownIt("commonmark").enable("table").render(sheet)
     assert f"<td>housing.stl, {escape(hostile)}</td>" in page

@@ -15,10 +15,10 @@ from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_of_materials
-from cad.fabrication.bridges import Spring, SpringReadOut, signal_path
 from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
+from cad.fabrication.signal_path import Spring, SpringReadOut, signal_path
 from cad.files.sensor_files import write_sensor
 from cad.files.stl import read_stl
 from cad.parts.coupon import modulus_factor
@@ -38,12 +38,12 @@ SHEETS = [
 def springs_of(sensor):
     """Return springs of 900 and 20000 N/m that move by 0.5 and 0.1 mm."""
     rows = zip(sensor.housing.arms, (0.9, 20.0), (0.5, 0.1), strict=True)
-    return tuple(Spring(name=arm.name, flexure=arm.flexure, K=K, deflection=d) for arm, K, d in rows)
+    return tuple(Spring(name=arm.name, K=K, deflection=d) for arm, K, d in rows)
 
 
 def sheet_of(sensor, title=TITLE, signal=None, folder="OUT"):
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
-    bill = bill_of_materials(sensor, title.process, springs_of(sensor), masses)
+    bill = bill_of_materials(sensor, title.process, masses)
     read_out = SpringReadOut(springs=springs_of(sensor), signal=signal, folder=folder)
     return fabrication_sheet(sensor, title, bill, read_out)
 
@@ -119,15 +119,6 @@ MOUNTED = {
     ),
     "washers": (("M3, 7 mm wide (ISO 7089)", "6 mm between them", "on shorter screws, M3 x 10."), ("to grip\n",)),
 }
-GAUGED = {
-    "none": (("run again with --set print.gauges=foil",), ("## Strain gauges",)),
-    "foil": (
-        (
-            "8 foil gauges, grid 3 x 3 mm, gauge factor 2.1", "0.5 mm from wall or shuttle", "| red | E+ |",
-            "5 V at pin VCC of the HX711",
-        ), (),
-    ),
-}  # fmt: skip
 SQUARE = (
     (
         "Make housing.stl twice", "Ream the holes of 2.95 mm in the bar to 3 H7", "3 m6 x 10 mm (ISO 8734)", "M3 x 25",
@@ -158,12 +149,6 @@ def test_sheet_tells_the_mount_that_was_solved(mount, sensor):
     assert_tells(sheet_of(variant(sensor, mount=mount)), MOUNTED[mount])
 
 
-@pytest.mark.parametrize("gauges", GAUGED)
-def test_sheet_tells_of_gauges_where_they_are_fitted(gauges, sensor):
-    assert_tells(sheet_of(variant(sensor, high=14.0, gauges=gauges)), GAUGED[gauges])
-    assert "Foil gauges do not fit the high spring" in sheet_of(variant(sensor, high=12.5))
-
-
 def test_process_without_a_known_cycle_or_printer_is_told_no_other_ones(sensor):
     alloy = replace(PROCESSES["dmls-ti64"], name="dmls-316l", material="316L")
     milled = replace(PROCESSES["sla-resin"], name="milled", kind="other")
@@ -188,7 +173,7 @@ def test_magnets_of_a_hall_sensor_fit_their_pockets_where_the_sheet_says(is_squa
     process = RESIN if is_square else TITLE.process
     plain = square_sensor() if is_square else sensor
     seated = with_seats(plain, process)
-    signal = signal_path(Readout(transducer="displacement"), springs_of(seated), process, seated.tips.springs)
+    signal = signal_path(Readout(), springs_of(seated), process, seated.tips.springs)
     text = sheet_of(seated, Title(name="hall", process=process), signal)
     found = re.search(r"middles are ([\d.]+) and ([\d.]+) mm below .+, ([\d.]+) mm to either side", text)
     assert found is not None
@@ -207,7 +192,7 @@ def test_magnets_of_a_hall_sensor_fit_their_pockets_where_the_sheet_says(is_squa
 @pytest.mark.parametrize("folder", ["outputs/hx", "my designs/hx 2"])
 def test_commands_of_the_sheet_name_the_folder_that_was_written(folder, sensor):
     seated = with_seats(sensor, TITLE.process)
-    signal = signal_path(Readout(transducer="displacement"), springs_of(seated), TITLE.process, seated.tips.springs)
+    signal = signal_path(Readout(), springs_of(seated), TITLE.process, seated.tips.springs)
     text = sheet_of(seated, signal=signal, folder=folder)
     commands = [shlex.split(line) for line in text.splitlines() if line.lstrip().startswith("pipeline ")]
     assert {words[1] for words in commands} == {"calibrate", "read"}
@@ -225,7 +210,7 @@ def test_commands_of_the_sheet_name_the_folder_that_was_written(folder, sensor):
 def test_sheet_says_where_a_hall_sensor_lies(mount, is_square, told, absent, sensor):
     seated = with_seats(square_sensor() if is_square else sensor, TITLE.process)
     seated = variant(seated, mount=mount)
-    signal = signal_path(Readout(transducer="displacement"), springs_of(seated), TITLE.process, seated.tips.springs)
+    signal = signal_path(Readout(), springs_of(seated), TITLE.process, seated.tips.springs)
     _, _, text = sheet_of(seated, signal=signal).partition("## Hall sensors")
     text = text.partition("## ")[0]
     assert [words for words in told if words not in text] == []

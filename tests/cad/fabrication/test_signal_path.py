@@ -1,4 +1,4 @@
-"""What a read-out makes of forces: counts, noise and drift by the formulas of bridge, probe and converter."""
+"""What a read-out makes of forces: counts, noise and drift by the formulas of probe and converter."""
 
 import math
 import re
@@ -8,49 +8,31 @@ from dataclasses import replace
 
 import pytest
 
-from cad.fabrication.bridges import Spring, signal_path
+from cad.fabrication.signal_path import Spring, signal_path
 from cad.fabrication.wiring import write_wiring
 from sensor.design.design_file import design_as_mapping, design_from_mapping
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
 from sensor.quantity import InputError
-from sensor.theory.leaf_spring import Flexure
 
 PETG = PROCESSES["fdm-petg"]
-LEAF = Flexure(thickness=0.8, length=40.0, depth=6.0, separation=10.0, fillet=0.5)
 SPRINGS = (
-    Spring(name="low", flexure=LEAF, K=0.15, deflection=0.8),
-    Spring(name="high", flexure=LEAF, K=1.6, deflection=0.7),
+    Spring(name="low", K=0.15, deflection=0.8),
+    Spring(name="high", K=1.6, deflection=0.7),
 )
 KINDS = ("low", "high", "low", "high")
 
 
-def test_bridge_gives_counts_noise_and_drift():
-    """A guided leaf has the strain 3 t d / L^2 at its root, and it falls to none in the middle."""
-    found = signal_path(Readout(excitation_V=1.0), SPRINGS, PETG, KINDS)
-    strain = 3.0 * 0.8 / 0.15 / 40.0**2 * (1.0 - 3.0 / 40.0)  # of 1 N on the low spring, mean under 3 mm
-    volts = 2.1 * strain
-    assert found.mV_per_V[0] == pytest.approx(1e3 * volts * 0.15 * 0.8)
-    assert found.counts_per_N[2] == pytest.approx(volts / 0.02 * 2**23)
-    assert found.full_counts[0] == pytest.approx(found.counts_per_N[0] * 0.12)
-    assert found.noise_N[0] == pytest.approx(50e-9 / volts)
-    assert found.noises_N[0] == pytest.approx(math.hypot(found.noise_N[0], 1.0 / found.counts_per_N[0] / 12.0**0.5))
-    assert found.zero_drift_N[0] == pytest.approx(math.hypot(6e-9, 2.1e-6) / volts)
-    assert found.gain_drift_percent == pytest.approx([math.hypot(0.1, 0.05, 0.0025)] * 4)
-    assert found.modulus_drift_percent == pytest.approx(1.5)
-    # 1 mW leaves by both faces of the leaf into air that takes 10 W/(m^2 K)
-    assert found.self_heating_K == pytest.approx(1e-3 / (10.0 * 2.0 * 40e-3 * 6e-3))
-
-
 def test_probe_gives_counts_noise_and_drift():
-    found = signal_path(Readout(transducer="displacement", tare_K=0.0), SPRINGS, PETG, KINDS)
+    found = signal_path(Readout(tare_K=0.0), SPRINGS, PETG, KINDS)
     assert found.counts_per_N[1] == pytest.approx(1.05 / 1.6 / 3.3 * 2**23)
     assert found.noise_N[1] == pytest.approx(1.6 * math.hypot(0.055e-3, 12e-6 / 1.05))
     assert found.zero_drift_N[1] == pytest.approx(1.6 * 1.4e-3)
-    assert (found.mV_per_V, found.self_heating_K) == ((), 0.0)
-    typed = Readout(
-        transducer="displacement", noise_um=5.0, sensitivity_mV_per_mm=100.0, bits=16.0, full_scale_mV=500.0
-    )
+    assert found.noises_N[0] == pytest.approx(math.hypot(found.noise_N[0], 1.0 / found.counts_per_N[0] / 12.0**0.5))
+    assert found.full_counts[0] == pytest.approx(found.counts_per_N[0] * 0.12)
+    assert found.gain_drift_percent == pytest.approx([math.hypot(0.5, 0.15, 0.002)] * 4)
+    assert found.modulus_drift_percent == pytest.approx(1.5)
+    typed = Readout(noise_um=5.0, sensitivity_mV_per_mm=100.0, bits=16.0, full_scale_mV=500.0)
     other = signal_path(typed, SPRINGS, PETG, KINDS)
     assert other.counts_per_N[1] == pytest.approx(0.1 / 1.6 / 0.5 * 2**15)
     assert other.noise_N[1] == pytest.approx(1.6 * 5e-3, rel=1e-3)
@@ -60,13 +42,10 @@ def test_probe_gives_counts_noise_and_drift():
 @pytest.mark.parametrize(
     ("tables", "field"),
     [
-        ({"reading": {"noise_percent": 0.5}, "readout": {}, "print": {"gauges": "foil"}}, "reading.noise_percent"),
-        ({"reading": {"noise_N": 0.0}, "readout": {}, "print": {"gauges": "foil"}}, "reading.noise_N"),
-        ({"readout": {"transducer": "foil"}}, "print.gauges"),
-        ({"readout": {"transducer": "displacement"}, "print": {"gauges": "foil"}}, "print.gauges"),
-        ({"readout": {"transducer": "displacement", "excitation_V": 3.0}}, "readout.excitation_V"),
-        ({"readout": {"noise_um": 1.0}, "print": {"gauges": "foil"}}, "readout.noise_um"),
-        ({"readout": {"transducer": "displacement", "amplifier": "HX711"}}, "readout.amplifier"),
+        ({"reading": {"noise_percent": 0.5}, "readout": {}}, "reading.noise_percent"),
+        ({"reading": {"noise_N": 0.0}, "readout": {}}, "reading.noise_N"),
+        ({"readout": {}, "print": {"gauges": "foil"}}, "print.gauges"),  # version 0.2: a read-out of foil
+        ({"readout": {"amplifier": "HX711"}}, "readout.amplifier"),
         ({"readout": {"amplifier": "AD620"}}, "readout.amplifier"),
         ({"readout": {"bits": 64.0}}, "readout.bits"),
     ],
@@ -78,7 +57,7 @@ def test_read_outs_that_contradict_are_refused(tables, field):
 
 
 def test_process_without_its_drift_is_refused_beside_a_read_out():
-    design = design_from_mapping({"readout": {"transducer": "displacement"}, "reading": {}})
+    design = design_from_mapping({"readout": {}, "reading": {}})
     own = replace(PETG, name="mine", E_per_K=None, sources=tuple(row for row in PETG.sources if row[0] != "E_per_K"))
     with pytest.raises(InputError) as error:
         replace(design, printer=own, print=replace(design.print, process="mine"))
@@ -86,7 +65,7 @@ def test_process_without_its_drift_is_refused_beside_a_read_out():
 
 
 def test_a_design_with_a_read_out_is_read_back_without_its_noise():
-    design = design_from_mapping({"readout": {"transducer": "displacement"}, "reading": {}})
+    design = design_from_mapping({"readout": {}, "reading": {}})
     tables = design_as_mapping(design)
     assert design_from_mapping(tables) == design
     assert not {"noise_percent", "noise_N"} & tables["reading"].keys()
@@ -96,18 +75,14 @@ def test_a_design_with_a_read_out_is_read_back_without_its_noise():
 
 
 CHANNELS = ("low_1", "high_1", "low_2", "high_2")
-WIRES = {
-    "foil": Counter({(pin, pin): 4 for pin in ("E+", "A+", "A-", "E-")})
-    + Counter({("SCK", "GP2"): 4, **{("DT", f"GP{3 + i}"): 1 for i in range(4)}}),
-    "displacement": Counter([("OUT", f"AIN{i}") for i in range(4)])
-    + Counter([(pin, f"GP{2 + i}") for i, pin in enumerate(("SCLK", "DIN", "DOUT", "CS", "DRDY"))]),
-}
+WIRES = Counter([("OUT", f"AIN{i}") for i in range(4)]) + Counter(
+    [(pin, f"GP{2 + i}") for i, pin in enumerate(("SCLK", "DIN", "DOUT", "CS", "DRDY"))]
+)
 
 
-@pytest.mark.parametrize("transducer", WIRES)
-def test_wiring_plan_joins_the_pins_of_every_channel(transducer, tmp_path):
+def test_wiring_plan_joins_the_pins_of_every_channel(tmp_path):
     """A wire starts on the right of the name of its pin, and ends on the left of that of the other one."""
-    write_wiring(tmp_path / "wiring.svg", transducer, CHANNELS, 2, 1910.0)
+    write_wiring(tmp_path / "wiring.svg", CHANNELS, 2)
     drawn = list(ET.parse(tmp_path / "wiring.svg").iter())
     words = [(each.text, float(each.get("x")), float(each.get("y"))) for each in drawn if each.tag.endswith("text")]
     pins = {(x, y): name for name, x, y in words}
@@ -115,6 +90,5 @@ def test_wiring_plan_joins_the_pins_of_every_channel(transducer, tmp_path):
     joined = Counter()
     for x, y, _, end_y, end_x in wires:
         joined[pins[float(x) - 1.5, float(y)], pins[float(end_x) + 1.5, float(end_y)]] += 1
-    assert joined == WIRES[transducer]
+    assert joined == WIRES
     assert sum("high_2, plate 2" in name for name, _, _ in words) == 1
-    assert sum(name == "1910 ohm" for name, _, _ in words) == (8 if transducer == "foil" else 0)

@@ -10,7 +10,7 @@ from scipy.optimize import root
 from squares import GENTLE
 from stand_ins import with_compliance
 
-from cad.fabrication.bridges import SignalPath
+from cad.fabrication.signal_path import SignalPath
 from pipeline.reading import sensor as sensor_module
 from pipeline.reading.analysis import _by_poisson, error_analysis
 from pipeline.reading.measurement import RiseModel, intervals_by_hand, rise_model
@@ -176,21 +176,17 @@ def signal_with(**changes):
     """Return a signal path without any error but the planted one."""
     none = (0.0,) * 4
     quiet = SignalPath(
-        transducer="foil",
-        amplifier="HX711",
+        amplifier="ADS1220",
         board="",
         rate_Hz=80.0,
         excitation_V=3.0,
         saturation_counts=1 << 23,
-        mV_per_V=(1.0,) * 4,
         full_counts=(1e6,) * 4,
         counts_per_N=(1e9,) * 4,
         noise_N=none,
         zero_drift_N=none,
         gain_drift_percent=none,
         modulus_drift_percent=0.0,
-        self_heating_K=0.0,
-        self_heating_percent=0.0,
         delay_ms=(),
         time_error_ms=0.0,
     )
@@ -236,9 +232,7 @@ def test_times_of_a_slower_press(pressed):
 
 def test_drifts_of_gains_and_of_the_modulus_of_leaves_move_readings_as_told(pressed):
     percent = np.array([0.2, 0.1, 0.3, 0.4])
-    signal = signal_with(
-        gain_drift_percent=tuple(percent.tolist()), modulus_drift_percent=0.3, self_heating_percent=0.1
-    )
+    signal = signal_with(gain_drift_percent=tuple(percent.tolist()), modulus_drift_percent=0.3)
     told = pressed.sources(signal).contributions
     gains = pressed.slopes(lambda by: pressed.model.modulus(pressed.forces * (1.0 + by)))
     assert told["gain_drift"] == pytest.approx(0.01 * np.linalg.norm(percent * gains) / np.sqrt(3.0), rel=SMALL)
@@ -247,7 +241,6 @@ def test_drifts_of_gains_and_of_the_modulus_of_leaves_move_readings_as_told(pres
     stiffer = np.full(4, 1.003)
     shown = pressed.on_springs(stiffer) / stiffer
     assert told["modulus_drift"] * np.sqrt(3.0) == pytest.approx(abs(pressed.model.modulus(shown) / E - 1.0), rel=0.01)
-    assert told["self_heating"] == pytest.approx(told["modulus_drift"] / 3.0)
 
 
 @COUNTS

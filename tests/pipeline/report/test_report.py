@@ -198,6 +198,10 @@ def test_report_of_0_1_is_refused_in_one_line(path, value, report, tmp_path):
 
 def test_report_of_0_2_is_read_with_keys_of_its_design_that_asked_for_nothing(report, tmp_path):
     before = put(report, ("design", "print", "leaves"), "printed")
+    before = put(before, ("housing", "gauges"), "none")
+    before = put(before, ("behaviour", "gauge_factor"), 2.1)
+    before = put(before, ("behaviour", "low", "bridge_mV_per_V"), [1.0, None])
+    before = put(before, ("design", "print", "gauges"), "none")
     assert report_of(tmp_path, before) == report_of(tmp_path, report)
     with pytest.raises(InputError) as caught:
         report_of(tmp_path, put(report, ("design", "print", "leaves"), "spring-steel"))

@@ -1,4 +1,4 @@
-"""What the printed springs do beside their stiffness: bridges, stiffening, frequency, tilt."""
+"""What the printed springs do beside their stiffness: stiffening, frequency, tilt."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -9,17 +9,16 @@ from stand_ins import DEFLECTIONS, PETG, default_housing, fitted_housing, housin
 
 from pipeline.springs.behaviour import LONGEST_FRACTION, spring_behaviour, stiffening
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.springs.mounts import bonded_foils
-from sensor.design.parameters import Design, Print
+from sensor.design.parameters import Design
 from sensor.design.tips import Tips
 from sensor.theory.leaf_spring import natural_frequency
 
 LENGTHS = (30.0, 16.0)
 
 
-def springs(gauges="none", **changes):
-    """Return springs of 1 N/mm that were never solved, their gauges under a given strain per newton."""
-    housing = default_housing(Design(print=Print(gauges=gauges)), LENGTHS)
+def springs(**changes):
+    """Return springs of 1 N/mm that were never solved."""
+    housing = default_housing(lengths=LENGTHS)
     stiffness = housing_stiffness((1.0, 1.0), **changes)
     return FittedSprings(
         springs=(),
@@ -49,49 +48,6 @@ def test_frequency_is_that_of_the_shuttle_and_its_leaves():
     grams = 1e-3 * PETG.density_g_per_cm3
     expected = natural_frequency(0.906, grams * shuttle, grams * leaf)
     assert behaviour.arms["low"].natural_frequency_Hz == pytest.approx(expected, rel=1e-4)
-
-
-def test_bridge_with_gauges_shows_the_strain_of_the_solve_with_them():
-    """A full bridge gives gauge factor 2.1 x strain: 1e-3 a newton at 0.4 N is 0.84 mV/V."""
-    gauged = springs("foil", gauge_strain_per_N=(1e-3, 2e-4), gauge_error=(0.03, 0.02))
-    behaviour = spring_behaviour(gauged, forces(0.4, 2.0))
-    assert behaviour.gauges == "foil"
-    for name, error in (("low", 0.03), ("high", 0.02)):
-        assert behaviour.arms[name].bridge_mV_per_V == pytest.approx([2.1 * 0.4])
-        assert behaviour.arms[name].bridge_error_percent == 100.0 * error
-
-
-def test_bridge_without_gauges_is_the_beam_s():
-    """Root strain 3 t d / L^2 at 0.4 mm, less a tenth for a grid of 3 mm on 30."""
-    low = spring_behaviour(springs(), forces(0.4, 2.0)).arms["low"]
-    assert low.bridge_mV_per_V == pytest.approx([2.1e3 * 3.0 * 0.8 * 0.4 / 900.0 * 0.9])
-    assert low.bridge_error_percent is None
-
-
-def test_leaf_too_short_for_the_grid_has_no_bridge():
-    given = springs()
-    short = dataclasses.replace(given.fitted, housing=default_housing(lengths=(30.0, 5.0)))
-    behaviour = spring_behaviour(dataclasses.replace(given, fitted=short), forces(0.4, 2.0))
-    assert behaviour.arms["high"].bridge_mV_per_V == (None,)
-
-
-def test_gauges_lie_on_the_upper_leaf_at_both_roots_and_on_both_faces():
-    """Grids of 3 mm begin 1 mm off the roots; the sign is that of the strain under a force up."""
-    housing = springs("foil").fitted.housing
-    low = housing.arms[0]
-    found = set()
-    for foil in bonded_foils(housing):
-        if foil.grid and foil.tip == 0:
-            above = foil.z - housing.lower_leaf_level - 14.0
-            found.add((foil.sign, round(above, 9), *(round(x, 9) for x in sorted(foil.grid[0]))))
-    at_wall = tuple(round(low.wall + x, 9) for x in (1.0, 4.0))
-    at_shuttle = tuple(round(low.shuttle - x, 9) for x in (4.0, 1.0))
-    assert found == {
-        (1.0, 0.4, *at_wall),
-        (-1.0, -0.4, *at_wall),
-        (-1.0, 0.4, *at_shuttle),
-        (1.0, -0.4, *at_shuttle),
-    }
 
 
 def test_stiffening_is_the_elastica_s_for_the_leaf_and_the_deflection_of_each_spring():

@@ -177,10 +177,9 @@ def test_fit_that_fails_leaves_all_undecided_with_its_reason(error, fit):
 
 
 @pytest.mark.usefixtures("fit")
-@pytest.mark.parametrize("design", [Design(print=Print(gauges="foil")), Design(tips=Tips(socket="pin"))])
-def test_springs_with_gauges_or_pins_are_not_of_one_piece(design):
+def test_springs_with_pins_are_not_of_one_piece():
     assert springs_of(Design()).monolithic is True
-    assert springs_of(design).monolithic is False
+    assert springs_of(Design(tips=Tips(socket="pin"))).monolithic is False
 
 
 @pytest.mark.usefixtures("fit")

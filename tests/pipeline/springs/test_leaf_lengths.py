@@ -14,11 +14,9 @@ from pipeline.springs.leaf_lengths import (
     HousingSolver,
     SecantModel,
     fit_lengths,
-    mesh_pairs_for,
     solve_on,
 )
 from sensor.quantity import InputError
-from solve.housing.clamped_half import foils_of
 from solve.housing.stiffness import TipCompliance
 from solve.linear import SolveError
 
@@ -77,11 +75,10 @@ def plant(monkeypatch, slope):
     """
     scales = []
 
-    def solved(scale, _E, _poisson, attached):
+    def solved(scale, *_):
         scales.append(scale)
         C = np.diag([1.0, 0.1]) / (1.0 + slope * scale**2)
-        strain = (1.0, 1.0) if foils_of(attached) else None
-        return dataclasses.replace(TIPS, C=C, dofs=round(1e4 / scale), gauge_strain_per_N=strain)
+        return dataclasses.replace(TIPS, C=C, dofs=round(1e4 / scale))
 
     monkeypatch.setattr(leaf_lengths, "flexure_mesh", lambda _, scale: scale)
     monkeypatch.setattr(leaf_lengths, "check_flexure_mesh", lambda *_: None)
@@ -116,18 +113,10 @@ def test_error_bar_is_the_share_of_the_step_between_meshes_and_the_floor_of_thei
     assert found.error == pytest.approx([factor * pair.fraction * apart + pair.floor for factor in factors], rel=1e-9)
 
 
-@pytest.mark.parametrize(("gauges", "solves"), [("none", [2.0, 1.0]), ("foil", [2.0, 1.0, 2.0])])
-def test_gauges_are_solved_with_and_judged_on_the_very_housing(gauges, solves, monkeypatch):
-    """Without gauges the result of the coarse mesh is carried from the housing that found the lengths."""
+def test_result_of_the_coarse_mesh_is_carried_from_the_housing_that_found_the_lengths(monkeypatch):
     scales = plant(monkeypatch, 1e-4)
-    found = fit_lengths(dataclasses.replace(HOUSING, gauges=gauges), (1.0, 10.0), HousingSolver(*MATERIAL))
-    assert scales == solves
-    assert (found.stiffness.gauge_strain_per_N is None) == (gauges == "none")
-
-
-def test_gauges_have_one_pair_of_meshes_whatever_the_tolerance():
-    gauged = dataclasses.replace(HOUSING, gauges="foil")
-    assert [mesh_pairs_for(gauged, tolerance) for tolerance in (0.02, 1e-5)] == [(DEFAULT,), (DEFAULT,)]
+    fit_lengths(HOUSING, (1.0, 10.0), HousingSolver(*MATERIAL))
+    assert scales == [2.0, 1.0]
 
 
 def test_secant_model_of_a_beam_needs_no_second_point():

@@ -15,7 +15,7 @@ from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.leaf_lengths import COARSE, DEFAULT
-from pipeline.springs.mounts import COARSE_SCALE, attached_to, mount_layers
+from pipeline.springs.mounts import COARSE_SCALE, mount_layers
 from pipeline.verdicts.errors.effects import LARGEST_MOUNT_CHANGES
 from sensor.design.parameters import Design, Print
 from solve.elasticity import vector_basis
@@ -41,7 +41,7 @@ def mounted(mount):
 
 
 def solved(housing, scale):
-    return tip_compliance(flexure_mesh(housing, scale), *MATERIAL, attached_to(housing))
+    return tip_compliance(flexure_mesh(housing, scale), *MATERIAL, mount_layers(housing))
 
 
 @pytest.mark.parametrize("mount", ["covers", "washers"])

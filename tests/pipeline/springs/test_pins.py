@@ -1,4 +1,4 @@
-"""Pins and gauges in the fit: what pins give is in the stiffness and in its error, and is made good in the aim."""
+"""Pins in the fit: what they give is in the stiffness and in its error, and is made good in the aim."""
 
 import numpy as np
 import pytest

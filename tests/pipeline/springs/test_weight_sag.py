@@ -9,7 +9,7 @@ from stand_ins import PETG, default_housing, fitted_housing, housing_stiffness, 
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.fitted_springs import tip_height_offsets, weight_sag
 from pipeline.springs.leaf_lengths import COARSE
-from pipeline.springs.mounts import attached_to
+from pipeline.springs.mounts import mount_layers
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
 from solve.housing.stiffness import tip_compliance
@@ -22,7 +22,7 @@ SHAPE = 0.02  # of the sag: what rigid shuttles, fillets and the give of the fra
 def springs():
     """Return the springs of the default design with the stiffness and the sag that a coarse mesh finds."""
     given = springs_of(Design())
-    tips = tip_compliance(flexure_mesh(given.housing, COARSE), PETG.E_MPa, PETG.poisson, attached_to(given.housing))
+    tips = tip_compliance(flexure_mesh(given.housing, COARSE), PETG.E_MPa, PETG.poisson, mount_layers(given.housing))
     solved = housing_stiffness(
         tips.K, weight_sag=tips.weight_sag, weight_sag_lengthwise=tips.weight_sag_lengthwise, C=tips.C
     )

@@ -32,6 +32,7 @@ def test_study_file_is_read(written):
         ('"targets.P_max"', '"targets.P_mx"', "vary targets.P_mx", "targets.P_mx"),
         ("springs.K_l_N_per_m", "behaviour.modes.0.frequency_Hz", "behaviour.modes", None),
         ('"targets.P_max"', '"print.leaves"', "print.leaves", None),
+        ('"targets.P_max"', '"print.gauges"', "print.gauges", None),
         ("springs.K_l_N_per_m", "springs.K_low", "wanted", "springs.K_low"),
         ("springs.K_l_N_per_m", "", "wanted", ""),
         ("to = 8", "too = 8", "too", "8"),
@@ -182,6 +183,17 @@ def test_whole_fruit_of_a_point_is_whole(written, tmp_path):
         written(**{'"paper"': '"ball.toml"', "targets.P_max": "fruit.radius_mm", "3, to = 8": "30, to = 40"})
     )
     assert design_of(study, {"fruit.radius_mm": 36.0}).fruit.whole
+
+
+def test_leaves_vary_by_whole_lines(written):
+    key = "print.leaf_thickness_low_mm"
+    study = read_study(
+        written(**{'"targets.P_max"': f'"{key}"', "from = 3, to = 8": "from = 0.8, to = 1.6, steps = 3"})
+    )
+    designs = [design_of(study, {key: thickness}) for thickness in study.vary[key].grid()]
+    assert [design.process.leaf_thickness_low_mm for design in designs] == pytest.approx([0.8, 1.2, 1.6])
+    with pytest.raises(InputError):
+        design_of(study, {key: 1.0})
 
 
 @pytest.mark.parametrize("base", ["paper", "mango"])

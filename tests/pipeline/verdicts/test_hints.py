@@ -139,8 +139,8 @@ def test_error_bar_asks_for_a_tolerance_where_the_springs_are_of_one_piece():
     wide = dataclasses.replace(GOOD, name="K_l", limit=900.0, tolerance=0.001, relative=True, error=9.0, passed=None)
     springs = springs_of(Design())
     assert "`--tol 0.001` " in hint(wide, Design(), springs, ROUGH)
-    gauged = dataclasses.replace(springs.fitted.housing, gauges="foil")
-    fitted = dataclasses.replace(springs.fitted, housing=gauged)
+    pins = {"pin_side": 0.3, "pin_out": 1.0, "pocket_side": 0.4, "pocket_depth": 0.5}
+    fitted = dataclasses.replace(springs.fitted, housing=dataclasses.replace(springs.fitted.housing, **pins))
     assert hint(wide, Design(), dataclasses.replace(springs, fitted=fitted), ROUGH) == SEARCH
 
 

@@ -88,7 +88,7 @@ def test_data_files_ship_in_the_wheel():
     shipped = {file.distribution_path for file in WheelBuilder(str(TABLE.parents[2])).recurse_included_files()}
     assert {
         "sensor/design/processes.toml",
-        "sensor/theory/gauges.toml",
+        "sensor/design/electronics.toml",
         "cad/fabrication/fabrication_sheet.md.jinja",
     } <= shipped
 

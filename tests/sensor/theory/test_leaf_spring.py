@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from sensor.quantity import InputError
 from sensor.theory.leaf_spring import (
     Flexure,
-    gauge_strain,
     natural_frequency,
     pair_length,
     pair_stiffness,
@@ -39,20 +38,6 @@ def test_root_strain_is_that_of_the_moment_at_the_clamp():
     section_modulus = DEPTH * THICKNESS**2 / 6.0
     strain = root_strain(THICKNESS, LENGTH, deflection)
     assert strain == pytest.approx(moment / section_modulus / E, rel=ROUND_OFF)
-
-
-def test_gauge_averages_a_strain_that_falls_linearly_to_mid_length():
-    """Trapezoid between the root's strain and that at the end of the grid."""
-    t, L, d, grid = 0.8, 28.0, 0.5, 3.0
-    root, end = root_strain(t, L, d), root_strain(t, L, d) * (1.0 - 2.0 * grid / L)
-    assert gauge_strain(t, L, d, grid) == pytest.approx(0.5 * (root + end), rel=1e-12)
-    assert gauge_strain(t, L, d, 1e-9) == pytest.approx(root, rel=1e-9)
-
-
-@pytest.mark.parametrize("grid", [0.0, 15.0])
-def test_gauge_beyond_mid_length_is_refused(grid):
-    with pytest.raises(ValueError, match="grid"):
-        gauge_strain(0.8, 28.0, 0.5, grid)
 
 
 def test_leaf_alone_counts_with_the_quotient_of_its_shape():

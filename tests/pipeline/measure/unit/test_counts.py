@@ -28,7 +28,7 @@ from pipeline.measure.unit.presses import TARE_SAMPLES, readings_of
 from pipeline.measure.unit.printed_unit import read_unit
 from pipeline.measure.unit.signals import Signal, count_keys
 from pipeline.report.report import read_report
-from sensor.design.readout import AMPLIFIERS, USUAL
+from sensor.design.readout import AMPLIFIERS, USUAL_AMPLIFIER
 from sensor.quantity import InputError
 from solve.contact.poses import Pose
 
@@ -37,7 +37,7 @@ UNITS = 60  # each with a fruit of its own; studies take more
 COVERED = 0.95  # of the readings, within their bar
 DEPTHS = (*np.linspace(0.025, 1.0, 40).tolist(), 1.0, 0.8)  # of the travel: into the fruit, and out again
 AGREES = 1e-5
-RATE_HZ = AMPLIFIERS[USUAL["displacement"]].rate_Hz
+RATE_HZ = AMPLIFIERS[USUAL_AMPLIFIER].rate_Hz
 MAIN = """
 #include <stdio.h>
 #include "unit.h"

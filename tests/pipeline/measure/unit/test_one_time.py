@@ -12,7 +12,7 @@ from measured_units import read_in_c
 from scipy.interpolate import PchipInterpolator
 from stored_presses import STORED
 
-from cad.fabrication.bridges import Spring, balanced_order, signal_path
+from cad.fabrication.signal_path import Spring, balanced_order, signal_path
 from pipeline.measure.tables.rows import Rows
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.presses import readings_of, sensor_times
@@ -22,7 +22,6 @@ from pipeline.reading.press_time import fastest_press
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
 from sensor.quantity import InputError
-from sensor.theory.leaf_spring import Flexure
 from solve.contact.poses import Pose
 
 PRESSES = STORED["presses"]
@@ -162,9 +161,8 @@ def test_firmware_takes_the_same_skew_off_and_has_the_same_flag(sensor, tmp_path
 
 def test_a_pair_is_brought_to_one_time_too(paper, tmp_path):
     """The forces of flat tips rise evenly with the travel: straight lines between conversions are exact."""
-    leaf = Flexure(thickness=0.8, length=40.0, depth=6.0, separation=10.0, fillet=0.5)
-    springs = [Spring(name=name, flexure=leaf, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
-    signal = signal_path(Readout(transducer="displacement"), springs, PROCESSES["fdm-petg"], ("low", "high"))
+    springs = [Spring(name=name, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
+    signal = signal_path(Readout(), springs, PROCESSES["fdm-petg"], ("low", "high"))
     assert signal.delays == (0.0, 0.25)
     plain = paper.measuring()
     read_out = replace(plain.report.read_out, signal=signal)
@@ -190,11 +188,11 @@ def test_a_pair_is_brought_to_one_time_too(paper, tmp_path):
 
 
 @pytest.fixture
-def on_foil(paper):
-    """Return the pair with a converter for each spring, each on its own clock, and that read-out."""
-    leaf = Flexure(thickness=0.8, length=40.0, depth=6.0, separation=10.0, fillet=0.5)
-    springs = [Spring(name=name, flexure=leaf, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
-    signal = signal_path(Readout(excitation_V=1.0), springs, PROCESSES["fdm-petg"], ("low", "high"))
+def at_once(paper):
+    """Return the pair with a read-out that converts all channels at once, at times known to 50 ms."""
+    springs = [Spring(name=name, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
+    readout = Readout(rate_Hz=10.0, delay_ms=(0.0, 0.0), time_error_ms=50.0)
+    signal = signal_path(readout, springs, PROCESSES["fdm-petg"], ("low", "high"))
     signal = replace(signal, noise_N=(1e-5, 1e-4), zero_drift_N=(1e-5, 1e-4))
     plain = paper.measuring()
     read_out = replace(plain.report.read_out, signal=signal)
@@ -213,28 +211,28 @@ def read_pair(sensor, forces):
     return list(readings_of(sensor, Signal(Rows(["t_s,F_l_N,F_h_N", *lines], "press.csv"), 2)))[-1]
 
 
-def test_fastest_press_of_a_pair_is_the_one_that_is_flagged_also_by_firmware(paper, on_foil, tmp_path):
-    signal = on_foil.report.read_out.signal
+def test_fastest_press_of_a_pair_is_the_one_that_is_flagged_also_by_firmware(paper, at_once, tmp_path):
+    signal = at_once.report.read_out.signal
     assert (signal.delays, signal.time_error_ms) == ((), 50.0)
     fastest = fastest_press(with_signal(paper.sensor, signal))
     module = {}
-    exec(micropython(on_foil), module)
+    exec(micropython(at_once), module)
     for duration, too_fast in ((0.9 * fastest, True), (1.1 * fastest, False)):
         forces = pair_by_hand(paper, duration).astype(np.float32)
-        found = read_pair(on_foil, forces)
+        found = read_pair(at_once, forces)
         assert pytest.approx(3.5, rel=0.01) == found.E
         assert ("too_fast" in found.flags) == too_fast
         press = module["Press"]()
         for row in forces.tolist():
             press.add(row)
         assert press.read()[::2] == (pytest.approx(found.E, rel=1e-9), 128 * too_fast)
-        in_c = read_in_c(tmp_path, on_foil, forces)
+        in_c = read_in_c(tmp_path, at_once, forces)
         assert (in_c.E, in_c.flags) == (pytest.approx(found.E, rel=1e-5), 128 * too_fast)
 
 
-def test_times_widen_the_bar_of_a_pair_by_what_they_move(paper, on_foil):
-    known = with_path(on_foil, time_error_ms=0.0)
-    loose = with_path(on_foil, time_error_ms=20.0 * math.sqrt(3.0))
+def test_times_widen_the_bar_of_a_pair_by_what_they_move(paper, at_once):
+    known = with_path(at_once, time_error_ms=0.0)
+    loose = with_path(at_once, time_error_ms=20.0 * math.sqrt(3.0))
     first, wider = (read_pair(sensor, pair_by_hand(paper, 6.0)) for sensor in (known, loose))
     moved = [read_pair(known, pair_by_hand(paper, 6.0, later=0.02 * tip)).E / first.E - 1.0 for tip in np.eye(2)]
     assert math.sqrt(wider.u**2 - first.u**2) == pytest.approx(2.0 * math.hypot(*moved), rel=0.05)
@@ -298,22 +296,21 @@ def test_times_of_some_channels_are_refused():
 
 
 def test_delays_follow_from_the_circuit():
-    leaf = Flexure(thickness=0.8, length=40.0, depth=6.0, separation=10.0, fillet=0.5)
-    springs = [Spring(name=name, flexure=leaf, K=0.5, deflection=0.5) for name in ("low", "high")]
+    springs = [Spring(name=name, K=0.5, deflection=0.5) for name in ("low", "high")]
     square = ("low", "high", "low", "high")
 
     def path(readout):
         return signal_path(readout, springs, PROCESSES["fdm-petg"], square)
 
-    in_turn = path(Readout(transducer="displacement"))  # four inputs, 42 rounds a second
+    in_turn = path(Readout())  # four inputs, 42 rounds a second
     assert in_turn.delay_ms == pytest.approx(np.array([0.0, 0.25, 0.75, 0.5]) * 1e3 / 42.0)
     assert in_turn.conversion_order == (0, 1, 3, 2)
     assert in_turn.delays == pytest.approx((0.0, 0.25, 0.75, 0.5))
-    faster = path(Readout(transducer="displacement", rate_Hz=50.0))
+    faster = path(Readout(rate_Hz=50.0))
     assert faster.delay_ms == pytest.approx((0.0, 5.0, 15.0, 10.0))
-    at_once = path(Readout(excitation_V=1.0, rate_Hz=80.0))  # a converter on its own clock for each channel
-    assert (at_once.delays, at_once.time_error_ms) == ((), pytest.approx(0.5 * 12.5))
-    given = path(Readout(excitation_V=1.0, delay_ms=(0.0, 3.0, 0.0, 3.0), time_error_ms=0.1))
+    at_once = path(Readout(rate_Hz=80.0, delay_ms=(0.0,) * 4))
+    assert (at_once.delays, at_once.time_error_ms) == ((), pytest.approx(0.0125 * 12.5))
+    given = path(Readout(delay_ms=(0.0, 3.0, 0.0, 3.0), time_error_ms=0.1))
     assert (given.delay_ms, given.time_error_ms) == ((0.0, 3.0, 0.0, 3.0), 0.1)
     for kinds in (square, ("low", "low", "high", "high"), ("high", "low", "high"), ("low", "high", "low")):
         place = {tip: number for number, tip in enumerate(balanced_order(kinds))}

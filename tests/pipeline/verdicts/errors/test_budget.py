@@ -33,7 +33,6 @@ from sensor.quantity import Estimate
 from sensor.theory.rounded_edge import edge_loss
 from sensor.theory.sloped_skin import frictionless_press
 from sensor.theory.soft_tissue import constitutive_spread, large_strain_factor, no_slip
-from sensor.theory.strain_gauge import FOIL, sandwich_gain
 from sensor.theory.two_spring_law import Springs, force_ratio, nonlinearity, series_ratio
 from solve.contact.linear_response import travels
 from solve.contact.scene import SidewaysGive
@@ -49,7 +48,6 @@ OF_PRINT = ["modulus", "leaf thickness"]
 OF_TIPS = ["tip side", "tip edge"]
 OF_SCENE = ["Poisson's ratio", "pose"]
 FREE = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
-GAUGED = Design(print=Print(gauges="foil"))
 STEP = 4.0 * math.tan(math.radians(1.0))  # [mm] that one degree of tilt lifts or lowers a tip
 
 
@@ -191,11 +189,6 @@ def posed(travel):
     return high / low / (level_high / level_low) - 1.0
 
 
-def glued():
-    leaf = springs_of(GAUGED).housing.arms[0].flexure
-    return 0.25 * (1.0 - 1.0 / sandwich_gain(2000.0, leaf.profile, leaf.length, FOIL))
-
-
 def creeping(press_s, per_decade):
     """Return the stiffness of a press over that of a weight of 30 s, less 1, for a compliance straight over log t.
 
@@ -218,7 +211,6 @@ def creeping(press_s, per_decade):
             Design(fruit=SPHERE), "contact", "slope",
             1.0 / (1.0 + frictionless_press(0.3, math.tan(math.asin(4.0 / 35.0)))) - 1.0, 1e-9,
         ),
-        (GAUGED, "K_l", "gauges", glued(), 1e-6),
         (Design(), "K_l", "creep", creeping(3.0, 0.025), 0.02),  # by hand
         (
             Design(fruit=Fruit(relaxation=((0.3, 2.0),)), press=Press(speed_mm_per_s=0.06, hold_s=1.0)),
@@ -389,9 +381,9 @@ def giving_sideways():
 
 @pytest.mark.parametrize(
     "made",
-    [lambda: sensor_of(Design()), lambda: sensor_of(GAUGED), lambda: sensor_of(Design(fruit=FREE)), under_a_skin,
+    [lambda: sensor_of(Design()), lambda: sensor_of(Design(fruit=FREE)), under_a_skin,
      giving_sideways],
-    ids=["block", "gauges", "free fruit", "skin", "sideways"],
+    ids=["block", "free fruit", "skin", "sideways"],
 )  # fmt: skip
 def test_errors_of_a_table_are_those_of_each_press_by_itself(made):
     """Also where a tip is taken off the fruit, at a travel of 0.05 mm."""

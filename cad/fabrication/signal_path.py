@@ -1,0 +1,175 @@
+"""The signal path of a sensor, from the forces of its springs to counts: sensitivity, noise and drift."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sensor.design.processes import Process
+from sensor.design.readout import PROBE, Readout
+from sensor.quantity import BOUNDED, report_field
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spring:
+    """What a read-out must know of a spring: K [N/mm], and its largest deflection [mm]."""
+
+    name: str
+    K: float
+    deflection: float
+
+    @property
+    def force(self) -> float:
+        """Return the largest force [N]."""
+        return self.K * self.deflection
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalPath:
+    """What becomes of forces on the way to counts, each list in the order of the tips; fields are keys of report.json.
+
+    Drifts are bounds, after a change of the temperature as [readout] allows.
+    """
+
+    amplifier: str = report_field("", "name of the amplifier")
+    board: str = report_field("", "name of the microcontroller board")
+    rate_Hz: float = report_field("Hz", "sample rate of each channel")
+    excitation_V: float = report_field("V", "supply voltage of the Hall sensors")
+    saturation_counts: int = report_field("1", "counts at which a channel saturates")
+    full_counts: tuple[float, ...] = report_field("1", "counts of each channel at its largest force")
+    counts_per_N: tuple[float, ...] = report_field("1/N", "sensitivity of each channel")
+    noise_N: tuple[float, ...] = report_field("N", "noise of a sample, one standard deviation")
+    zero_drift_N: tuple[float, ...] = report_field("N", "largest drift of each zero since the last taring")
+    gain_drift_percent: tuple[float, ...] = report_field("%", "largest drift of each gain since the calibration")
+    modulus_drift_percent: float = report_field(
+        "%", "largest common drift of all forces since the calibration, from the modulus of the leaves"
+    )
+    delay_ms: tuple[float, ...] = report_field(
+        "ms",
+        "delay of the conversion of each channel after the first channel of the sample; empty if all are "
+        "converted at once",
+    )
+    time_error_ms: float = report_field("ms", "bound of the error of a conversion time, in addition to `delay_ms`")
+
+    @property
+    def quanta_N(self) -> tuple[float, ...]:
+        """Return the force of one count of each tip [N]."""
+        return tuple(1.0 / counts for counts in self.counts_per_N)
+
+    @property
+    def noises_N(self) -> tuple[float, ...]:
+        """Return the standard deviation of a sample of each tip [N]: its noise, and its rounding to whole counts."""
+        rows = zip(self.noise_N, self.quanta_N, strict=True)
+        return tuple(math.hypot(noise, quantum / math.sqrt(12.0)) for noise, quantum in rows)  # JCGM 100:2008, F.2.2.1
+
+    @property
+    def delays(self) -> tuple[float, ...]:
+        """Return the delay of each channel as a fraction of the sample period [1]; empty where all convert at once."""
+        return tuple(1e-3 * self.rate_Hz * delay for delay in self.delay_ms) if any(self.delay_ms) else ()
+
+    @property
+    def time_deviation(self) -> float:
+        """Return the standard deviation of the time of a channel over that between two samples [1].
+
+        Its error may lie anywhere within its bound (JCGM 100:2008, 4.3.7).
+        """
+        return BOUNDED * 1e-3 * self.rate_Hz * self.time_error_ms
+
+    @property
+    def conversion_order(self) -> tuple[int, ...]:
+        """Return the channels of a sample in the order of their conversion, from 0."""
+        return tuple(sorted(range(len(self.counts_per_N)), key=lambda tip: (*self.delay_ms[tip : tip + 1], tip)))
+
+    @property
+    def errors_N(self) -> tuple[float, ...]:
+        """Return the error of the force of each tip without a touch [N]: noise and drift of zero together."""
+        return tuple(math.hypot(noise, zero) for noise, zero in zip(self.noises_N, self.zero_drift_N, strict=True))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpringReadOut:
+    """The springs of a sensor, and how they are read where a read-out is named.
+
+    `fastest_s` is the shortest duration of a press by hand that the path can follow [s], where it is known. `folder` is
+    that of the design's report, as a command names it.
+    """
+
+    springs: Sequence[Spring]
+    signal: SignalPath | None = None
+    fastest_s: float | None = None
+    folder: str = "OUT"
+
+
+def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
+    """Return an order of conversion in which the mean time of the channels of both kinds of springs is the same.
+
+    `kinds` are those of the springs, one for each tip; the order is of the tips, from 0. One kind is split about the
+    other, as in low, high, high, low. What a delay does to their contrast then cancels on a level sensor. A pair has no
+    such order, and keeps that of its tips.
+    """
+    of_even_number = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]
+    if not of_even_number:
+        return tuple(range(len(kinds)))
+    outer = [tip for tip, kind in enumerate(kinds) if kind == of_even_number[0]]
+    inner = [tip for tip, kind in enumerate(kinds) if kind != of_even_number[0]]
+    half = len(outer) // 2
+    return (*outer[:half], *inner, *outer[half:])
+
+
+def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
+    """Return the delay of each channel behind the first conversion of a sample [ms].
+
+    An amplifier converts its inputs in turn, all of them in each sample.
+    """
+    amplifier = readout.circuit
+    if readout.delay_ms is not None:
+        return readout.delay_ms
+    inputs = int(amplifier.channels)
+    order = balanced_order(kinds)
+    return tuple(1e3 / amplifier.rate_Hz * (order.index(tip) % inputs) / inputs for tip in range(len(kinds)))
+
+
+def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, kinds: Sequence[str]) -> SignalPath:
+    """Return the signal path of a sensor whose tips stand on springs of these kinds, by their names.
+
+    Each has the known sensor of displacement, but for the numbers that [readout] gives. Drifts are those after the
+    changes of temperature of [readout]. The stiffness of the springs changes as the modulus of the process.
+    """
+    amplifier = readout.circuit
+    V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
+    noise_um = PROBE.noise_um if readout.noise_um is None else readout.noise_um
+    noise_V = math.hypot(1e-9 * amplifier.noise_nV, 1e-3 * noise_um * V_per_mm)
+    probe_zero_V = 1e-3 * math.hypot(PROBE.zero_um_per_K * readout.tare_K, PROBE.zero_um) * V_per_mm
+    zero_V = math.hypot(1e-9 * amplifier.offset_nV_per_K * readout.tare_K, probe_zero_V)
+    probe_gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
+    gain_percent = math.hypot(1e-4 * amplifier.gain_ppm_per_K * readout.drift_K, probe_gain_percent)
+
+    of_kind = {}  # numbers of a channel by the name of its spring
+    for spring in springs:
+        V_per_N = V_per_mm / spring.K
+        counts_per_N = V_per_N * amplifier.counts_per_V
+        of_kind[spring.name] = {
+            "full_counts": counts_per_N * spring.force,
+            "counts_per_N": counts_per_N,
+            "noise_N": noise_V / V_per_N,
+            "zero_drift_N": zero_V / V_per_N,
+        }
+
+    def each(key: str) -> tuple[float, ...]:
+        """Return a number of every channel, in the order of the tips."""
+        return tuple(of_kind[kind][key] for kind in kinds)
+
+    return SignalPath(
+        amplifier=amplifier.name,
+        board=readout.board,
+        rate_Hz=amplifier.rate_Hz,
+        excitation_V=amplifier.supply_V,
+        saturation_counts=amplifier.saturation,
+        full_counts=each("full_counts"),
+        counts_per_N=each("counts_per_N"),
+        noise_N=each("noise_N"),
+        zero_drift_N=each("zero_drift_N"),
+        gain_drift_percent=(gain_percent,) * len(kinds),
+        modulus_drift_percent=100.0 * abs(process.E_per_K or 0.0) * readout.drift_K,
+        delay_ms=channel_delays(readout, kinds),
+        time_error_ms=readout.largest_time_error_ms,
+    )
