@@ -19,6 +19,7 @@ SENSES: dict[str, Sense] = {
     "geometry.*_over_fruit": "at least",
     "geometry.stops_*": "at least",
     "geometry.deflected_gap_*": "at least",
+    "geometry.as_designed": "at most",
     "geometry.fillets": "at least",
     "geometry.plates": "at least",
     "geometry.tip_face": "at most",

@@ -43,7 +43,7 @@ def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
     shared = edges[counts > _FACES_OF_AN_EDGE]
     faults = len(loose)
     if len(loose) == 0 and len(shared) == 0:
-        faces_inward = not mesh.is_winding_consistent or _volume(mesh) < 0.0
+        faces_inward = not mesh.is_winding_consistent or enclosed_volume(mesh) < 0.0
         faults = int(faces_inward)
     open_edges = f"edges with one triangle, or triangles that face inward, of {len(edges)} edges{_first(mesh, loose)}"
     joined = f"edges that join more than two triangles, of {len(edges)}{_first(mesh, shared)}"
@@ -65,7 +65,7 @@ def _point(point: Floats) -> str:
     return "({:.3f}, {:.3f}, {:.3f})".format(*point)
 
 
-def _volume(mesh: trimesh.Trimesh) -> float:
+def enclosed_volume(mesh: trimesh.Trimesh) -> float:
     """Return the volume inside [mm^3], which may be 0: trimesh divides by it for a centre of mass that nobody asks."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(mesh.volume)
@@ -144,7 +144,7 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
     """Return geometry.units (longest side [mm]), geometry.volume [mm^3] and geometry.mass [g]."""
     x, y, z = mesh.extents
     longest = float(mesh.extents.max())
-    volume = _volume(mesh)
+    volume = enclosed_volume(mesh)
     density = process.density_g_per_cm3
     return (
         value_verdict(

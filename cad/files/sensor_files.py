@@ -57,7 +57,7 @@ def write_sensor(sensor: SensorSolids, folder: Path) -> SensorFiles:
     bodies = assembly_bodies(sensor)
     export_step(bodies, assembly_step)
 
-    printed = print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back)
+    printed = print_shape(sensor)
     stl = folder / "housing.stl"
     expected = triangles_volume(printed)
     mesh = _export_stl(printed, stl, expected)
@@ -70,12 +70,22 @@ def write_sensor(sensor: SensorSolids, folder: Path) -> SensorFiles:
     assembly_glb.write_bytes(glb_of(shown_bodies(bodies)))
 
     paths = [housing_step, assembly_step, stl, package, assembly_glb]
-    if pins := sensor.pin_bodies():  # all are equal; one is written, standing on its touching face
-        box = pins[0].shape.BoundingBox()
-        upright = pins[0].shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
+    if pins := sensor.pin_bodies():
         paths.append(folder / "pin.step")
-        export_step([replace(pins[0], name="pin", shape=upright)], paths[-1])
+        export_step([replace(pins[0], name="pin", shape=pin_shape(sensor))], paths[-1])
     return SensorFiles(paths=tuple(paths), forms=FormsRead(step=step, stl=mesh))
+
+
+def print_shape(sensor: SensorSolids) -> cq.Shape:
+    """Return the housing of a sensor, or a plate of a square, marked and in print pose [mm]."""
+    return print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back)
+
+
+def pin_shape(sensor: SensorSolids) -> cq.Shape:
+    """Return one of the pins, which are all equal, standing on its touching face [mm]."""
+    shape = sensor.pin_bodies()[0].shape
+    box = shape.BoundingBox()
+    return shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
 
 
 def read_forms(folder: Path) -> FormsRead:

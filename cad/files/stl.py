@@ -24,20 +24,20 @@ Scan = tuple[NDArray[np.floating], NDArray[np.floating] | None, tuple[str, ...]]
 """Corners in the order of the file, normals where they are used, and what was passed over."""
 
 
-def write_stl(shape: cq.Shape, path: Path) -> None:
-    """Write a solid [mm] as binary STL; raises OSError."""
+def write_stl(shape: cq.Shape, path: Path, angle: float = ANGLE_RAD) -> None:
+    """Write a solid [mm] as binary STL, its facets turned by no more than an angle [rad]; raises OSError."""
     unmeshed = shape.copy()  # triangles stay on a shape: an earlier, finer mesh of it would be written
-    unmeshed.exportStl(str(path), CHORD_MM, ANGLE_RAD, relative=False, parallel=False)
+    unmeshed.exportStl(str(path), CHORD_MM, angle, relative=False, parallel=False)
     if not path.is_file():
         msg = f"STL: cannot write {path}; check that the folder exists and has room"
         raise OSError(msg)
 
 
-def triangles(shape: cq.Shape) -> trimesh.Trimesh:
-    """Return the triangles of a shape [mm]: those of its STL file."""
+def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
+    """Return the triangles of a shape [mm]: those of its STL file, or with facets of another angle [rad]."""
     with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
         path = Path(folder) / "shape.stl"
-        write_stl(shape, path)
+        write_stl(shape, path, angle)
         return read_stl(path)
 
 

@@ -7,6 +7,7 @@ y across. The fruit waits below the tips by the gap. Units: mm, degrees.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cadquery as cq
 
@@ -51,6 +52,11 @@ class SensorSolids:
 
         The engraving lies between the clamped holes, 0.3 mm deep: what is solved leaves it out.
         """
+        return self._marked
+
+    @cached_property
+    def _marked(self) -> Part:
+        """Return the marked part, cut once."""
         return engrave_name(self.part, self.housing, self.name) if self.name else self.part
 
     def printed_body(self) -> NamedSolid:

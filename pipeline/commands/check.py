@@ -4,8 +4,19 @@ from argparse import ArgumentParser, Namespace
 from dataclasses import asdict
 from pathlib import Path
 
-from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json, showing_progress
-from sensor.design.processes import PROCESSES
+from cad.parts.housing import Housing
+from pipeline.commands.console import (
+    FAILED,
+    PASSED,
+    add_json_flag,
+    answering,
+    print_json,
+    refusing_what_cannot_be_solved,
+    showing_progress,
+)
+from pipeline.options import RunOptions, load_design
+from sensor.design.parameters import Design
+from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import nearest, validation_error
 from sensor.verdict import all_passed
 
@@ -16,8 +27,10 @@ FILE_KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add PATH, --process and --json."""
+    """Add PATH, --design, --process and --json."""
     parser.add_argument("path", metavar="PATH", type=Path, help="an output folder, or a STEP, STL or 3MF file [mm]")
+    words = "also compare a file with the part of this design, preset or file, that is most like it"
+    parser.add_argument("--design", metavar="NAME|FILE.toml", help=words)
     help_text = f"process whose rules a file is judged by (default {DEFAULT_PROCESS}; a folder has its own)"
     parser.add_argument("--process", metavar="NAME", help=help_text)
     add_json_flag(parser)
@@ -29,9 +42,14 @@ def execute(arguments: Namespace) -> int:
     from pipeline.report.verdict_table import print_verdicts
 
     path: Path = arguments.path
-    process = _process(path, arguments.process)
+    named: str | None = arguments.design
+    process = _process(path, arguments.process, named)
     with showing_progress(f"reads and judges {path.name}", quiet=arguments.json):
-        verdicts = check_path(path.absolute(), process)
+        if named is None or process is None:
+            verdicts = check_path(path.absolute(), process)
+        else:
+            design = load_design(named)
+            verdicts = check_path(path.absolute(), design.process, (design, _housing(design, named)))
     with answering():
         if arguments.json:
             print_json([asdict(verdict) for verdict in verdicts])
@@ -40,17 +58,30 @@ def execute(arguments: Namespace) -> int:
     return PASSED if all_passed(verdicts) else FAILED
 
 
-def _process(path: Path, name: str | None) -> str | None:
+def _housing(design: Design, named: str) -> Housing:
+    """Return the housing of a design, its leaves as a run finds them; raises InputError for one without a housing."""
+    from pipeline.evaluate import housed_sensor
+    from pipeline.storage.stopwatch import Stopwatch
+
+    with refusing_what_cannot_be_solved():
+        housing = housed_sensor(design, RunOptions(), Stopwatch()).springs.housing
+    if housing is None:
+        hint = f"see printable.* of pipeline run {named}"
+        raise validation_error("--design", named, "", "a design whose housing can be made", hint)
+    return housing
+
+
+def _process(path: Path, name: str | None, design: str | None) -> Process | None:
     """Return the process whose rules a file is judged by, None for a folder; raises InputError."""
+    if name is not None and design is not None:
+        raise validation_error(
+            "--process", name, "", "left out beside --design", "leave it out: the design names the process"
+        )
     if path.is_dir():
-        if name is not None:
-            raise validation_error(
-                "--process",
-                name,
-                "",
-                "left out for a folder",
-                "leave it out: the design of the folder names the process",
-            )
+        for flag, value in (("--process", name), ("--design", design)):
+            if value is not None:
+                hint = "leave it out: a folder has its design, which names the process"
+                raise validation_error(flag, value, "", "left out for a folder", hint)
         return None
     if not path.is_file():
         hint = "name an output folder, or a STEP, STL or 3MF file"
@@ -62,4 +93,4 @@ def _process(path: Path, name: str | None) -> str | None:
     if name not in PROCESSES:
         bound = f"one of {', '.join(PROCESSES)}"
         raise validation_error("--process", name, "", bound, f"did you mean {nearest(name, [*PROCESSES])}?")
-    return name
+    return PROCESSES[name]

@@ -20,12 +20,14 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
     Raises OSError or ExportError.
     """
     from cad.checks.sensor_checks import sensor_verdicts
+    from cad.fabrication.file_shapes import HOUSING_FILES, files_as_designed
     from cad.files.sensor_files import write_sensor
     from cad.parts.assembly import sensor_of
 
     sensor = sensor_of(design, housing)
     files = write_sensor(sensor, folder)
-    return files.paths, sensor_verdicts(sensor, deflections, files.forms)
+    verdicts = sensor_verdicts(sensor, deflections, files.forms)
+    return files.paths, (*verdicts, files_as_designed(sensor, folder, HOUSING_FILES))
 
 
 def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringReadOut", folder: Path) -> Written:

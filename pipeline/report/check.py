@@ -4,12 +4,14 @@ from concurrent.futures import BrokenExecutor, wait
 from functools import partial
 from pathlib import Path
 
+from cad.parts.housing import Housing
 from pipeline.report.outputs import LATEST
 from pipeline.report.report import is_as_written, read_data, report_of
 from pipeline.storage.digests import is_regular
 from pipeline.storage.workers import close_workers, open_workers
-from sensor.design.processes import PROCESSES
-from sensor.verdict import Verdict, equal, unreadable
+from sensor.design.parameters import Design
+from sensor.design.processes import Process
+from sensor.verdict import READABLE, Verdict, equal, unreadable
 
 SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some seconds
 # In what loky says of a worker that ended: the system ends so what takes its memory, and no file does.
@@ -17,16 +19,20 @@ _FROM_OUTSIDE = ("SIGKILL", "SIGTERM")
 _MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
 
 
-def check_path(path: Path, process: str | None) -> tuple[Verdict, ...]:
+def check_path(
+    path: Path, process: Process | None, designed: tuple[Design, Housing] | None = None
+) -> tuple[Verdict, ...]:
     """Return the verdicts on a file by the rules of a process, or on an output folder without one.
 
-    A file that ends the kernel, or keeps it busy for minutes, is the failed verdict geometry.readable. Raises
-    InputError where a folder's report is not one of ours, BrokenExecutor where the worker was ended from outside.
+    A file is compared with the parts of a design and its housing, where these are given. One that ends the kernel, or
+    keeps it busy for minutes, is the failed verdict geometry.readable. Raises InputError where a folder's report is not
+    one of ours, BrokenExecutor where the worker was ended from outside.
     """
     written = unchanged_verdicts(path) if process is None else ()
     executor = open_workers(1)
     try:
-        judge = partial(folder_geometry, path) if process is None else partial(file_geometry, path, process)
+        folder = partial(folder_geometry, path)
+        judge = folder if process is None else partial(file_geometry, path, process, designed)
         judged = executor.submit(judge)
         if wait([judged], SECONDS).done:
             geometry = judged.result()
@@ -54,18 +60,24 @@ def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
     )
 
 
-def file_geometry(path: Path, process: str) -> tuple[Verdict, ...]:
-    """Return the geometry verdicts on a STEP, STL or 3MF file [mm] by the rules of a process."""
+def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing] | None = None) -> tuple[Verdict, ...]:
+    """Return the geometry verdicts on a STEP, STL or 3MF file [mm] by the rules of a process, and against a design."""
     from cad.checks.part_checks import check_file
+    from cad.fabrication.file_shapes import part_as_designed
+    from cad.parts.assembly import sensor_of
 
-    return tuple(check_file(path, PROCESSES[process]))
+    verdicts = check_file(path, process)
+    if designed is None or any(verdict.name == READABLE and not verdict.passed for verdict in verdicts):
+        return verdicts
+    return (part_as_designed(sensor_of(*designed), path), *verdicts)
 
 
 def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     """Return the geometry verdicts on the files of an output folder; raises InputError."""
     from cad.checks.assembly_checks import cover_verdicts
     from cad.checks.part_checks import check_file
-    from cad.checks.sensor_checks import check_sensor, volume_verdict
+    from cad.checks.sensor_checks import check_sensor
+    from cad.fabrication.file_shapes import file_shapes, files_as_designed
     from cad.fabrication.mount_checks import mount_verdicts
     from cad.files.step import read_step
     from cad.parts.assembly import sensor_of
@@ -84,7 +96,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     sensor = sensor_of(report.design, report.housing)
     verdicts = list(check_sensor(sensor, report.deflections_mm, folder))
     try:
-        verdicts.append(volume_verdict(sensor, folder))
+        verdicts.append(files_as_designed(sensor, folder, [n for n in file_shapes(sensor) if is_regular(folder / n)]))
     except ValueError as error:
         verdicts.append(unreadable(str(error)))
     names = {verdict.name for verdict in verdicts}

@@ -6,9 +6,10 @@ from types import SimpleNamespace
 
 import pytest
 from squares import GENTLE, LENGTHS
-from stand_ins import springs_of
+from stand_ins import GOOD, springs_of
 
 import cad.checks.sensor_checks
+import cad.fabrication.file_shapes
 import cad.files.sensor_files
 from cad.files.step import read_step
 from pipeline.making.solids import SolidMaker
@@ -54,6 +55,7 @@ def test_another_leaf_is_another_solid(tmp_path, monkeypatch):
         cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or NO_FILES
     )
     monkeypatch.setattr(cad.checks.sensor_checks, "sensor_verdicts", lambda *_: ())
+    monkeypatch.setattr(cad.fabrication.file_shapes, "files_as_designed", lambda *_: GOOD)
     springs = springs_of(Design(), lengths=(29.9, 14.8))
     write_solids(Design(), springs, tmp_path)
     assert made == [springs.housing]
@@ -67,6 +69,7 @@ def test_another_process_is_judged_anew(tmp_path, monkeypatch):
         cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or NO_FILES
     )
     monkeypatch.setattr(cad.checks.sensor_checks, "sensor_verdicts", lambda *_: ())
+    monkeypatch.setattr(cad.fabrication.file_shapes, "files_as_designed", lambda *_: GOOD)
     springs = springs_of(Design())
     write_solids(Design(print=Print(E_MPa=1900.0)), springs, tmp_path)
     assert made == [springs.housing]

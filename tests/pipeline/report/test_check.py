@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from stand_ins import result_of
 
-from cad.checks.sensor_checks import volume_verdict
+from cad.fabrication.file_shapes import files_as_designed
 from cad.files.sensor_files import write_sensor
 from cad.parts.assembly import sensor_of
 from cad.parts.layout import housing_for
@@ -117,10 +117,10 @@ def test_solids_of_another_run_fail_though_their_digests_were_made_again(folder,
     before = {name: (folder / name).read_bytes() for name in ("housing.3mf", "assembly.step")}
     for name, content in before.items():
         forge(folder, name, of_another_run)
-        assert volume_verdict(sensor, folder).passed is False
+        assert files_as_designed(sensor, folder, [name]).passed is False
         (folder / name).write_bytes(content)
     forge(folder, "housing.3mf", of_another_run)
-    assert failed(folder) == ["geometry.same_volume"]
+    assert failed(folder) == ["geometry.as_designed"]
 
 
 def test_edited_report_fails_its_digest_and_one_that_is_not_ours_is_refused(folder, capsys):
@@ -146,11 +146,11 @@ def test_file_that_ends_the_kernel_or_never_ends_is_one_failed_verdict(tmp_path,
     path = tmp_path / "bad.step"
     path.touch()
     monkeypatch.setattr(check, "file_geometry", end_the_kernel)
-    (verdict,) = check_path(path, "fdm-petg")
+    (verdict,) = check_path(path, PROCESSES["fdm-petg"])
     assert (verdict.name, verdict.passed) == ("geometry.readable", False)
     assert capfd.readouterr().err == ""
     monkeypatch.setattr(check, "SECONDS", 0.0)
-    (verdict,) = check_path(path, "fdm-petg")
+    (verdict,) = check_path(path, PROCESSES["fdm-petg"])
     assert (verdict.name, verdict.passed) == ("geometry.readable", False)
 
 
@@ -184,6 +184,9 @@ def test_file_that_the_machine_cannot_read_is_no_verdict(folder, monkeypatch):
         (["."], "PATH"),
         ([".", "--process", "fdm-pla"], "--process"),
         (["a.stl", "--process", "fdm-abs"], "--process"),
+        ([".", "--design", "paper"], "--design"),
+        (["a.stl", "--design", "papr"], "--design"),
+        (["a.stl", "--design", "paper", "--process", "fdm-pla"], "--process"),
     ],
 )
 def test_path_or_process_that_cannot_be_judged_is_one_line(words, field, tmp_path, monkeypatch, capsys):

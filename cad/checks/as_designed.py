@@ -1,0 +1,280 @@
+"""Whether the surface of a file is the surface of its design: the largest distance between both, and its place."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import cadquery as cq
+import numpy as np
+import numpy.typing as npt
+import trimesh
+
+from cad.checks.triangle_checks import enclosed_volume
+from cad.files.step import read_step
+from cad.files.stl import CHORD_MM, read_stl, triangles
+from cad.files.threemf import read_3mf
+from sensor.arrays import Floats
+from sensor.verdict import Verdict, one_sided
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+NAME = "geometry.as_designed"
+OWN_MM = 0.02  # a file of this program may lie this much beside its design, and by the chord of its triangles
+FOREIGN_MM = 0.05  # another program has chosen the chord
+STEP_KINDS = (".step", ".stp")
+_STEP_ANGLE_RAD = 0.5  # of the triangles of STEP files: the chord bounds the distance, the angle only adds triangles
+_SAME_MM = 1e-4  # corners that round to the same multiple of it are one; an STL file holds 4e-6 mm at 60 mm
+_SAME_SHARE = 1e-3  # of a distance, to which it is measured beyond that
+_DIGITS = 4  # of a distance [mm], as near as it is known
+_APART_MM = 0.4  # of rows of points on a triangle, and of the points in a row
+_COVER_MM = math.sqrt(1.25) * _APART_MM  # no point of a triangle is farther from a point of its rows
+_NEAREST = (1, 8)  # numbers of the nearest points whose triangles are measured, first for all, then for the doubtful
+_AT_ONCE = 20_000  # points, so that a batch fits in the memory of a small machine
+_TRIED = 300  # corners of a moved file that are measured before its whole surface
+UNITS = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0}
+_SAME_SIZE = 0.01  # relative, of a scale
+_SAME_DEG = 0.05  # of a turn, which is told to a tenth
+
+
+class Farthest(NamedTuple):
+    """The largest distance [mm] between two surfaces, and the point of which of them lies there."""
+
+    distance: float
+    point: Floats
+    owner: str
+
+
+def as_designed_verdict(
+    pairs: Mapping[str, tuple[trimesh.Trimesh, trimesh.Trimesh]], limit: float | None = None, against: str = ""
+) -> Verdict:
+    """Return geometry.as_designed on triangles [mm] of files, by name, each with the triangles of its design.
+
+    Without a limit [mm] each file has the limit of a file of this program. The verdict names the worst file, and what
+    of the design it was compared `against`.
+    """
+    found = {}
+    for name, (mesh, design) in pairs.items():
+        own = OWN_MM + (0.0 if Path(name).suffix.lower() in STEP_KINDS else CHORD_MM)
+        found[name] = (largest_distance(mesh, design), own if limit is None else limit)
+    worst = max(found, key=lambda name: found[name][0].distance - found[name][1])
+    farthest, most = found[worst]
+    mesh, design = pairs[worst]
+    passed = farthest.distance <= most
+    x, y, z = farthest.point
+    place = f", farthest at ({x:.3f}, {y:.3f}, {z:.3f}) mm of the {farthest.owner}" if farthest.distance else ""
+    part = f" and of the {against} of the design" if against else ""
+    reference = [*(() if passed else _explanations(mesh, design, most)), f"both ways between its surface{part}{place}"]
+    change = round(enclosed_volume(mesh) - enclosed_volume(design), _DIGITS) + 0.0  # never -0
+    reference.append(f"volume {change:+g} mm^3 beside the design's {enclosed_volume(design):.1f} mm^3")
+    verdict = Verdict(
+        name=NAME,
+        value=farthest.distance,
+        unit="mm",
+        limit=most,
+        tolerance=0.0,
+        passed=passed,
+        reference=f"{worst}: {'; '.join(reference)}",
+    )
+    return one_sided(verdict, "at most")
+
+
+def part_triangles(path: Path) -> trimesh.Trimesh:
+    """Return the triangles [mm] of a STEP, STL or 3MF file; raises ValueError for one that cannot be read."""
+    kind = path.suffix.lower()
+    if kind in STEP_KINDS:
+        return shape_triangles(read_step(path), kind)
+    return read_3mf(path).mesh if kind == ".3mf" else read_stl(path)
+
+
+def shape_triangles(shape: cq.Shape, kind: str) -> trimesh.Trimesh:
+    """Return the triangles [mm] by which a shape is compared with a file of a kind, 0.005 mm from it at most."""
+    return triangles(shape, _STEP_ANGLE_RAD) if kind in STEP_KINDS else triangles(shape)
+
+
+def largest_distance(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> Farthest:
+    """Return the largest distance of any point of the triangles of a file from its design's, or the other way [mm].
+
+    Points lie 0.4 mm apart, on every corner too. What both have triangle for triangle is not measured: it lies within
+    1e-4 mm.
+    """
+    return _largest_distance(_Surface(mesh), _Surface(design))
+
+
+def _largest_distance(file: _Surface, designed: _Surface) -> Farthest:
+    found = [Farthest(0.0, file.corners[0, 0], "file")]
+    for owner, here, there in (("file", file, designed), ("design", designed, file)):
+        is_shared = np.array([key in there.keys for key in here.keys_in_order])
+        points, _ = _points_on(here.corners[~is_shared])
+        if len(points):
+            found.append(Farthest(*_farthest(points, there), owner))
+    return max(found, key=lambda each: each.distance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    """The triangles of a body, which are sampled once it is asked how far a point is from them."""
+
+    mesh: trimesh.Trimesh
+
+    @functools.cached_property
+    def corners(self) -> Floats:
+        """Return the corners of the triangles [mm], shape (n, 3, 3)."""
+        return np.asarray(self.mesh.triangles)
+
+    @functools.cached_property
+    def keys_in_order(self) -> list[bytes]:
+        """Return a key of each triangle, which another has with the same corners in any order."""
+        rounded = np.round(self.corners / _SAME_MM).astype(np.int64)
+        in_order = np.sort(rounded.view([("", np.int64)] * 3).reshape(-1, 3), axis=1)
+        return [row.tobytes() for row in in_order]
+
+    @functools.cached_property
+    def keys(self) -> frozenset[bytes]:
+        """Return the keys of all triangles."""
+        return frozenset(self.keys_in_order)
+
+    @functools.cached_property
+    def samples(self) -> tuple[cKDTree, npt.NDArray[np.int64]]:
+        """Return a tree of points on the triangles, and the number of the triangle of each."""
+        from scipy.spatial import cKDTree
+
+        points, of_triangle = _points_on(self.corners)
+        return cKDTree(points), of_triangle
+
+
+def _points_on(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Return points on triangles (n, 3, 3) in rows along their longest sides, and the triangle of each.
+
+    Rows lie 0.4 mm apart at most, and so do the points in a row. A point between two rows stands above the longer one,
+    as no angle at a longest side is obtuse: so it is within sqrt(1 + 1/4) x 0.4 mm of a point of that row.
+    """
+    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(corners, order[:, :, None], axis=1).transpose(1, 0, 2)
+    longest = sides.max(axis=1)
+    doubled_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    heights = np.divide(doubled_areas, longest, out=np.zeros_like(longest), where=longest > 0.0)
+    triangle, up = _spread(1 + np.ceil(heights / _APART_MM).astype(np.int64))
+    starts = a[triangle] + up[:, None] * (c - a)[triangle]
+    ends = b[triangle] + up[:, None] * (c - b)[triangle]
+    row, along = _spread(1 + np.ceil(longest[triangle] * (1.0 - up) / _APART_MM).astype(np.int64))
+    return starts[row] + along[:, None] * (ends - starts)[row], triangle[row]
+
+
+def _spread(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Floats]:
+    """Return the number of its set for each member of sets of these counts, and its place in it, evenly from 0 to 1."""
+    owner = np.repeat(np.arange(len(counts)), counts)
+    place = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return owner, place / np.maximum(counts[owner] - 1, 1)
+
+
+def _farthest(points: Floats, surface: _Surface) -> tuple[float, Floats]:
+    """Return the largest distance of points (n, 3) from a surface, 0 below 1e-4 mm, and the point with it [mm].
+
+    From the largest bound on, distances are measured from all triangles that may be nearer, until none can be larger by
+    more than 0.1 % and 1e-4 mm.
+    """
+    tree, of_triangle = surface.samples
+    bounds = _bounds(points, surface)
+    largest = 0.0
+    for index in np.argsort(-bounds):
+        if bounds[index] <= (1.0 + _SAME_SHARE) * largest + _SAME_MM:
+            break
+        near = tree.query_ball_point(points[index], bounds[index] + _COVER_MM)
+        bounds[index] = _distances(points[index], surface.corners[np.unique(of_triangle[near])]).min()
+        largest = max(largest, bounds[index])
+    where = int(np.argmax(bounds))
+    return round(float(bounds[where]), _DIGITS) if bounds[where] > _SAME_MM else 0.0, points[where]
+
+
+def _bounds(points: Floats, surface: _Surface) -> Floats:
+    """Return upper bounds of the distances of points (n, 3) from a surface [mm], close where they may be the largest.
+
+    They are the distances from the triangles of the nearest sample points. A surface is nearer than its samples by no
+    more than these lie apart: so a point that is surely farther than others settles them.
+    """
+    tree, of_triangle = surface.samples
+    bounds = np.full(len(points), np.inf)
+    settled = _SAME_MM
+    for count in _NEAREST:
+        doubtful = np.flatnonzero(bounds > settled)
+        for start in range(0, len(doubtful), _AT_ONCE):
+            some = doubtful[start : start + _AT_ONCE]
+            to_samples, near = tree.query(points[some], k=np.arange(1, 1 + min(count, tree.n)))
+            bounds[some] = _distances(points[some][:, None], surface.corners[of_triangle[np.asarray(near)]]).min(axis=1)
+            settled = max(settled, float(np.asarray(to_samples)[:, 0].max()) - _COVER_MM)
+    return bounds
+
+
+def _distances(points: Floats, corners: Floats) -> Floats:
+    """Return the distances of points (..., 3) from triangles (..., 3, 3) [mm]."""
+    edges = np.roll(corners, -1, axis=-2) - corners
+    from_corners = points[..., None, :] - corners
+    squares = np.einsum("...i,...i->...", edges, edges)
+    along = np.einsum("...i,...i->...", from_corners, edges) / np.where(squares > 0.0, squares, 1.0)
+    to_edges = np.linalg.norm(from_corners - np.clip(along, 0.0, 1.0)[..., None] * edges, axis=-1).min(axis=-1)
+    normals = np.cross(edges[..., 0, :], edges[..., 1, :])
+    sizes = np.linalg.norm(normals, axis=-1)
+    sides = np.einsum("...ij,...j->...i", np.cross(edges, from_corners), normals)
+    heights = np.abs(np.einsum("...i,...i->...", from_corners[..., 0, :], normals)) / np.where(sizes > 0.0, sizes, 1.0)
+    is_above = (sides >= 0.0).all(axis=-1) & (sizes > 0.0)
+    return np.asarray(np.where(is_above, heights, to_edges))
+
+
+def _explanations(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) -> Iterator[str]:
+    """Yield what brings a file within the limit [mm] of its design: another unit, a place, a turn, a mirror."""
+    if not (enclosed_volume(mesh) > 0.0 and enclosed_volume(design) > 0.0):
+        return
+    scale = (enclosed_volume(design) / enclosed_volume(mesh)) ** (1.0 / 3.0)
+    for unit, factor in UNITS.items():
+        if math.isclose(scale, factor, rel_tol=_SAME_SIZE):
+            yield f"the file is in {unit}: all is {factor:g} times as small"
+            mesh = mesh.copy()
+            mesh.apply_transform(np.diag([factor, factor, factor, 1.0]))
+    designed = _Surface(design)
+    for motion in [np.eye(4), *_motions(mesh, design)]:
+        moved = mesh.copy()
+        moved.apply_transform(motion)
+        corners = np.asarray(moved.vertices)
+        few = corners[:: max(1, len(corners) // _TRIED)]
+        if _bounds(few, designed).max() <= limit and _largest_distance(_Surface(moved), designed).distance <= limit:
+            yield from _words(motion, mesh)
+            return
+
+
+def _motions(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list[Floats]:
+    """Return the matrices (4, 4) that may put a body on its design, those that turn it least first, mirrors last.
+
+    The middle of the volume stays that of the body, and its principal axes of inertia stay such axes.
+    """
+    own, designed = (np.asarray(each.principal_inertia_vectors) for each in (mesh, design))
+    turns = [np.eye(3)]
+    turns += [designed.T @ np.diag(signs) @ own for signs in itertools.product((1.0, -1.0), repeat=3)]
+    motions = []
+    for turn in sorted(turns, key=lambda turn: (np.linalg.det(turn) < 0.0, -np.trace(turn))):
+        motion = np.eye(4)
+        motion[:3, :3] = turn
+        motion[:3, 3] = design.center_mass - turn @ mesh.center_mass
+        motions.append(motion)
+    return motions
+
+
+def _words(motion: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
+    """Yield how a file lies that a motion (4, 4) puts on its design; nothing for one in its place."""
+    turn = motion[:3, :3]
+    if np.linalg.det(turn) < 0.0:
+        yield "the part is mirrored, else as designed"
+        return
+    middle = np.asarray(mesh.center_mass)
+    x, y, z = np.round(middle - (turn @ middle + motion[:3, 3]), _DIGITS) + 0.0
+    angle = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(turn)) - 1.0)))))
+    turned = f" and turned by {angle:.1f} deg" if angle > _SAME_DEG else ""
+    if turned or any((x, y, z)):
+        yield f"moved by ({x:g}, {y:g}, {z:g}) mm at its middle{turned}, else as designed"

@@ -1,0 +1,89 @@
+"""The shape that each file of a part holds by its design, in the pose of the file."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+import cadquery as cq
+import trimesh
+
+from cad.checks.as_designed import FOREIGN_MM, STEP_KINDS, UNITS, as_designed_verdict, part_triangles, shape_triangles
+from cad.checks.triangle_checks import enclosed_volume
+from cad.fabrication.mount import mount_solid
+from cad.files.sensor_files import pin_shape, print_shape
+from cad.parts.assembly import assembly_bodies
+from cad.parts.coupon_solid import coupon_part
+from cad.parts.cover_solid import cover_part
+from cad.parts.pose import print_pose
+from cad.parts.sensor import SensorSolids
+from sensor.verdict import Verdict
+
+_TINY = 1e-12  # of a body without a volume
+HOUSING_FILES = ("housing.step", "housing.stl", "housing.3mf")
+
+
+def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
+    """Return for each file of a part of a sensor the function that draws its shape [mm] in the pose of the file."""
+    printed = functools.partial(print_shape, sensor)
+    shapes: dict[str, Callable[[], cq.Shape]] = {
+        "housing.step": lambda: sensor.part.shape,
+        "housing.stl": printed,
+        "housing.3mf": printed,
+        "assembly.step": lambda: cq.Compound.makeCompound([body.shape for body in assembly_bodies(sensor)]),
+    }
+    parts = {
+        "cover": lambda: cover_part(sensor.housing, sensor.seats).shape,
+        "mount": lambda: mount_solid(sensor),
+        "coupon": lambda: coupon_part(sensor.housing).shape,
+    }
+    for name, draw in parts.items():
+        shapes[f"{name}.step"] = draw
+        shapes[f"{name}.stl"] = functools.partial(_in_print_pose, draw)
+    if sensor.housing.pin_side:
+        shapes["pin.step"] = lambda: pin_shape(sensor)
+    return shapes
+
+
+def _in_print_pose(draw: Callable[[], cq.Shape]) -> cq.Shape:
+    return print_pose(draw())
+
+
+def files_as_designed(sensor: SensorSolids, folder: Path, names: Iterable[str]) -> Verdict:
+    """Return geometry.as_designed on the named files of a folder; raises ValueError for one that cannot be read."""
+    shapes = file_shapes(sensor)
+
+    @functools.cache
+    def design(draw: Callable[[], cq.Shape], kind: str) -> trimesh.Trimesh:
+        return shape_triangles(draw(), kind)
+
+    return as_designed_verdict(
+        {name: (part_triangles(folder / name), design(shapes[name], _kind(name))) for name in names}
+    )
+
+
+def part_as_designed(sensor: SensorSolids, path: Path) -> Verdict:
+    """Return geometry.as_designed on a file of any origin, against the part of the sensor that is most like it.
+
+    A STEP file is compared with what STEP files hold, an STL or a 3MF with parts in print pose. That is the part whose
+    volume and surface are nearest, in any unit. Raises ValueError for a file that cannot be read.
+    """
+    mesh = part_triangles(path)
+    kind = _kind(path.name)
+    designs = {name: shape_triangles(draw(), kind) for name, draw in file_shapes(sensor).items() if name.endswith(kind)}
+    nearest = min(designs, key=lambda name: _unlikeness(mesh, designs[name]))
+    return as_designed_verdict({path.name: (mesh, designs[nearest])}, FOREIGN_MM, Path(nearest).stem)
+
+
+def _kind(name: str) -> str:
+    """Return the kind of file whose triangles stand for a design beside a named file: a 3MF has those of an STL."""
+    return ".step" if name.lower().endswith(STEP_KINDS) else ".stl"
+
+
+def _unlikeness(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> float:
+    """Return how unlike the volumes and surfaces of two bodies are [1], in the unit in which they are most alike."""
+    volume = enclosed_volume(design) / max(enclosed_volume(mesh), _TINY)
+    area = float(design.area) / max(float(mesh.area), _TINY)
+    return min(abs(math.log(volume / scale**3)) + abs(math.log(area / scale**2)) for scale in (1.0, *UNITS.values()))
