@@ -29,18 +29,18 @@ NAME = "geometry.as_designed"
 OWN_MM = 0.02  # a file of this program may lie this much beside its design, and by the chord of its triangles
 FOREIGN_MM = 0.05  # another program has chosen the chord
 STEP_KINDS = (".step", ".stp")
-_STEP_ANGLE_RAD = 0.5  # of the triangles of STEP files: the chord bounds the distance, the angle only adds triangles
+_STEP_ANGLE_RAD = 0.5  # largest angle between triangles of STEP files; the chord already bounds their distance
 _SAME_MM = 1e-4  # corners that round to the same multiple of it are one; an STL file holds 4e-6 mm at 60 mm
-_SAME_SHARE = 1e-3  # of a distance, to which it is measured beyond that
-_DIGITS = 4  # of a distance [mm], as near as it is known
-_APART_MM = 0.4  # of rows of points on a triangle, and of the points in a row
+_SAME_SHARE = 1e-3  # relative accuracy of a distance, in addition to _SAME_MM
+_DIGITS = 4  # decimals of a distance [mm], as accurate as _SAME_MM
+_APART_MM = 0.4  # distance between rows of points on a triangle, and between points in a row
 _COVER_MM = math.sqrt(1.25) * _APART_MM  # no point of a triangle is farther from a point of its rows
 _NEAREST = (1, 8)  # numbers of the nearest points whose triangles are measured, first for all, then for the doubtful
 _AT_ONCE = 20_000  # points, so that a batch fits in the memory of a small machine
 _TRIED = 300  # corners of a moved file that are measured before its whole surface
 UNITS = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0}
 _SAME_SIZE = 0.01  # relative, of a scale
-_SAME_DEG = 0.05  # of a turn, which is told to a tenth
+_SAME_DEG = 0.05  # largest turn that counts as none; turns are shown to a tenth
 
 
 class Farthest(NamedTuple):
@@ -119,7 +119,7 @@ def _largest_distance(file: _Surface, designed: _Surface) -> Farthest:
 
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """The triangles of a body, which are sampled once it is asked how far a point is from them."""
+    """The triangles of a body, and points on them that are drawn at the first query of a distance."""
 
     mesh: trimesh.Trimesh
 

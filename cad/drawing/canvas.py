@@ -162,10 +162,6 @@ class Canvas:
         """Draw the four sides of a box."""
         self.polyline((*box.corners, box.corners[0]), layer)
 
-    def closed_outline(self, points: Sequence[Point], layer: str = "PART") -> None:
-        """Draw the closed outline through points as one entity, as machines that cut want it."""
-        self.space.add_lwpolyline(points, close=True, dxfattribs=self._look(layer))
-
     def circle(self, centre: Point, radius: float, layer: str = "PART") -> None:
         """Draw a circle."""
         self.space.add_circle(centre, radius, dxfattribs=self._look(layer))

@@ -21,7 +21,7 @@ from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
 from sensor.verdict import Verdict
 
-_TINY = 1e-12  # of a body without a volume
+_TINY = 1e-12  # replaces a volume or an area of zero
 HOUSING_FILES = ("housing.step", "housing.stl", "housing.3mf")
 
 
@@ -78,7 +78,7 @@ def part_as_designed(sensor: SensorSolids, path: Path) -> Verdict:
 
 
 def _kind(name: str) -> str:
-    """Return the kind of file whose triangles stand for a design beside a named file: a 3MF has those of an STL."""
+    """Return the kind of file whose triangles a named file is compared with; a 3MF has the triangles of an STL."""
     return ".step" if name.lower().endswith(STEP_KINDS) else ".stl"
 
 
