@@ -1,5 +1,6 @@
 """The distance of a file from its design: right on bodies of known distance, and no planted fault passes."""
 
+import re
 from dataclasses import replace
 
 import cadquery as cq
@@ -8,7 +9,7 @@ import pytest
 import trimesh
 from random_housings import housed_designs
 
-from cad.checks.as_designed import NAME, largest_distance
+from cad.checks.as_designed import NAME, as_designed_verdict, largest_distance
 from cad.fabrication.file_shapes import HOUSING_FILES, file_shapes, files_as_designed, part_as_designed
 from cad.files.sensor_files import print_shape, write_sensor
 from cad.files.step import write_step
@@ -106,6 +107,14 @@ def test_a_changed_part_fails(named, fault, least, kind, tmp_path):
 def test_part_as_written_passes(named, tmp_path):
     verdict = judged(named, pose_of(named, ".stl"), ".stl", tmp_path)
     assert (verdict.passed, verdict.value) == (True, 0.0)
+
+
+def test_change_of_volume_is_from_the_design_to_the_file():
+    file, design = (trimesh.creation.box((10.0, 10.0, height)) for height in (9.9, 10.0))
+    verdict = as_designed_verdict({"part.stl": (file, design)})
+    change = float(re.search(r"volume (\S+) mm", verdict.reference)[1])
+    assert change == pytest.approx(10.0 * 10.0 * (9.9 - 10.0), abs=NEAR_MM)
+    assert verdict.value == pytest.approx(0.5 * (10.0 - 9.9), abs=NEAR_MM)
 
 
 QUARTER = cq.Location(cq.Vector(0, 0, 0), cq.Vector(0, 0, 1), 90.0)
