@@ -64,5 +64,5 @@ lock:
 
 clean:
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find sensor cad mesh solve pipeline reference benchmarks tests -name __pycache__ -type d -prune -exec rm -rf {} +
+	find sensor cad mesh solve pipeline instrument twintip reference benchmarks tests -name __pycache__ -type d -prune -exec rm -rf {} +
 	find outputs -mindepth 1 -maxdepth 1 ! -name README.md -exec rm -rf {} +

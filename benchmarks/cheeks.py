@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from pipeline.measure.unit.contrast_press import ContrastPress
+from instrument.press.contrast_press import ContrastPress
 from reference import ellipsoid_presses, pressed_solids
 from reference.ellipsoid_presses import Fruit, Sensor
 from tests.measured_units import MeasuredDesign

@@ -56,6 +56,6 @@ def _measured_usages(repeats: int) -> dict[str, list[ResourceUsage]]:
             for label, words in COMMANDS.items():
                 folder = Path(name) / KINDS.get(label, "run")
                 environment = {**ONE_THREAD, "XDG_CACHE_HOME": str(folder / "cache")}
-                command = [sys.executable, "-m", "pipeline", *words, "--out", str(folder / "out")]
+                command = [sys.executable, "-m", "twintip", *words, "--out", str(folder / "out")]
                 usages[label].append(resource_usage(command, ROOT, environment))
     return usages

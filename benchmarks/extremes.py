@@ -193,7 +193,7 @@ def outcome(number: int, settings: dict[str, str], folder: Path, flags: Sequence
     temporary = place / "tmp"
     temporary.mkdir(parents=True)
     out = place / "out"
-    command = [sys.executable, "-m", "pipeline", "run", *flags, "--out", str(out)]
+    command = [sys.executable, "-m", "twintip", "run", *flags, "--out", str(out)]
     for key, value in settings.items():
         command += ["--set", f"{key}={value}"]
     usage = resource_usage(command, ROOT, {**ONE_THREAD, "TMPDIR": str(temporary)}, deadline=SECONDS)

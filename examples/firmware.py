@@ -22,7 +22,7 @@ twintip.run(design, twintip.RunOptions(out=OUT, look=True, tolerance=0.02))
 calibrate = ["calibrate", OUT, FILES / "weights.csv", "--out", UNIT]
 write = ["read", OUT, "--unit", UNIT, "--c-header", HEADER, "--micropython", MODULE]
 for command in (calibrate, write):
-    subprocess.run([sys.executable, "-m", "pipeline", *command, "--force"], check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "twintip", *command, "--force"], check=True, capture_output=True)
 
 header = HEADER.read_text(encoding="utf-8")
 print(

@@ -16,7 +16,7 @@ UNIT = Path("outputs/unit.toml")
 design = twintip.load_design(FILES / "my-fruit.toml")
 twintip.run(design, twintip.RunOptions(out=OUT, look=True, tolerance=0.02))
 calibrate = ["calibrate", OUT, FILES / "weights.csv", "--out", UNIT, "--classes", "ripe:1.1,turning:2.3,unripe"]
-subprocess.run([sys.executable, "-m", "pipeline", *calibrate, "--force"], check=True, capture_output=True)
+subprocess.run([sys.executable, "-m", "twintip", *calibrate, "--force"], check=True, capture_output=True)
 
 report = twintip.read_report(OUT)
 for title, unit in (("as designed", None), ("calibrated", UNIT)):

@@ -14,7 +14,7 @@ OUT = Path("outputs/springs")
 TABLE = Path("outputs/springs.csv")
 
 OUT.parent.mkdir(exist_ok=True)
-command = [sys.executable, "-m", "pipeline", "study", STUDY, "--out", OUT, "--export", TABLE, "--force"]
+command = [sys.executable, "-m", "twintip", "study", STUDY, "--out", OUT, "--export", TABLE, "--force"]
 subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
 table = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars="")

@@ -21,6 +21,7 @@ GONE = {
     "pipeline view --pvd": "Write the fields at full travel with pipeline run --fields.",
     "pipeline run --contact-method": "Leave it out: one method solves every contact.",
     "pipeline design --contact-method": "Leave it out: one method solves every contact.",
+    "python -m pipeline": "Use python -m twintip, or the command pipeline.",
     "behaviour.modes": "Use behaviour.low.natural_frequency_Hz and behaviour.high.natural_frequency_Hz.",
     "stale": "A folder belongs to one answer: a new one replaces all its files.",
     "preset fruit": "Take the preset of one fruit, or find a design by pipeline suggest --fruit.",

@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print
-from pipeline.measure.calibrating.plate import measured_plate
+from instrument.calibrate.calibration import calibrate_unit, measured_print
+from instrument.calibrate.plate import measured_plate
 from pipeline.report.report import Report
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, InputError

@@ -103,3 +103,16 @@ def wrong_traction(monkeypatch):
         return sigma
 
     monkeypatch.setattr(halfspace, "stress", wrong)
+
+
+@pytest.fixture
+def stand_in_run(tmp_path, monkeypatch):
+    """Put a light run in the place of the real one, in an empty current folder."""
+    from stand_ins import StandInRun
+
+    import pipeline
+
+    run = StandInRun()
+    monkeypatch.setattr(pipeline, "run", run)
+    monkeypatch.chdir(tmp_path)
+    return run

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.measure.tables.rows import Rows
-from pipeline.measure.unit.presses import readings_of
-from pipeline.measure.unit.signals import Signal, force_keys
+from instrument.press.presses import readings_of
+from instrument.press.signals import Signal, force_keys
+from pipeline.tables.rows import Rows
 from sensor.theory.contrast_law import ContrastLaw
 from solve.contact.relaxing import elastic_forces
 

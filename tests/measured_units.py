@@ -11,13 +11,13 @@ import pytest
 from deadline import DEADLINE_S
 
 from cad.parts.housing import Housing
-from pipeline.measure.unit.contrast_press import ContrastPress
-from pipeline.measure.unit.firmware import c_header
-from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.presses import sensor_times
-from pipeline.measure.unit.printed_unit import unit_of
-from pipeline.measure.unit.signals import Sample
-from pipeline.measure.unit.spikes import SpikeFilter
+from instrument.firmware.firmware import c_header
+from instrument.press.contrast_press import ContrastPress
+from instrument.press.measuring import MeasuringUnit
+from instrument.press.presses import sensor_times
+from instrument.press.printed_unit import unit_of
+from instrument.press.signals import Sample
+from instrument.press.spikes import SpikeFilter
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import error_analysis, reading_constants
 from pipeline.reading.read_out import ReadingConstants

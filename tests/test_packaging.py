@@ -14,7 +14,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline", "twintip")
+PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline", "instrument", "twintip")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline")
+PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline", "instrument", "twintip")
 SOURCES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 
 KEY = "remedy"

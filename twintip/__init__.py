@@ -14,15 +14,15 @@ from sensor.turns import in_turn
 if TYPE_CHECKING:
     import cadquery as cq
 
+    from instrument.calibrate.calibration import Calibration
+    from instrument.compress.bodies import CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger, RectangularBlock
+    from instrument.compress.force_law import TestGeometry
+    from instrument.compress.modulus import CompressionResult
+    from instrument.press.fruit_reading import FruitReading
+    from instrument.press.measuring import MeasuringUnit
+    from instrument.press.printed_unit import PrintedUnit
     from pipeline.evaluate import evaluate
     from pipeline.main_job import run
-    from pipeline.measure.calibrating.calibration import Calibration
-    from pipeline.measure.compression.bodies import CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger, RectangularBlock
-    from pipeline.measure.compression.force_law import TestGeometry
-    from pipeline.measure.compression.modulus import CompressionResult
-    from pipeline.measure.unit.fruit_reading import FruitReading
-    from pipeline.measure.unit.measuring import MeasuringUnit
-    from pipeline.measure.unit.printed_unit import PrintedUnit
     from pipeline.options import RunOptions, load_design
     from pipeline.report.report import Report, read_report
     from pipeline.result import SensorResult
@@ -75,18 +75,18 @@ __all__ = [
 _NAMES_OF = {
     "pipeline.evaluate": ("evaluate",),
     "pipeline.main_job": ("run",),
-    "pipeline.measure.calibrating.calibration": ("Calibration",),
-    "pipeline.measure.compression.bodies": (
+    "instrument.calibrate.calibration": ("Calibration",),
+    "instrument.compress.bodies": (
         "RectangularBlock",
         "CylinderOnEnd",
         "CylinderOnSide",
         "Ellipsoid",
         "Plunger",
     ),
-    "pipeline.measure.compression.force_law": ("TestGeometry",),
-    "pipeline.measure.compression.modulus": ("CompressionResult",),
-    "pipeline.measure.unit.fruit_reading": ("FruitReading",),
-    "pipeline.measure.unit.printed_unit": ("PrintedUnit",),
+    "instrument.compress.force_law": ("TestGeometry",),
+    "instrument.compress.modulus": ("CompressionResult",),
+    "instrument.press.fruit_reading": ("FruitReading",),
+    "instrument.press.printed_unit": ("PrintedUnit",),
     "pipeline.options": ("RunOptions", "load_design"),
     "pipeline.report.report": ("Report", "read_report"),
     "pipeline.result": ("SensorResult",),
@@ -132,9 +132,9 @@ def read_press(
     that tell no modulus give a reading with flags and without E. `counts_as` says how counts without signs are written.
     Raises InputError for a file that is no signal of the sensor.
     """
-    from pipeline.measure.tables.rows import rows_of
-    from pipeline.measure.unit.presses import readings_of
-    from pipeline.measure.unit.signals import Signal
+    from instrument.press.presses import readings_of
+    from instrument.press.signals import Signal
+    from pipeline.tables.rows import rows_of
 
     signal = Signal(rows_of(Path(file)), len(report.tips))
     return list(readings_of(_measuring(report, unit), signal, counts_as=counts_as))
@@ -152,8 +152,8 @@ def calibrate(
     `after_s` is the time from the hanging of a weight to its reading [s] where the table has no times. `counts_as` is
     as in `read_press`. Raises InputError for a table that is no measurement of this design's springs.
     """
-    from pipeline.measure.calibrating.calibration import calibrate_unit, measured_print
-    from pipeline.measure.unit.printed_unit import check_weighed_after
+    from instrument.calibrate.calibration import calibrate_unit, measured_print
+    from instrument.press.printed_unit import check_weighed_after
     from sensor.quantity import validation_error
 
     check_weighed_after("after_s", after_s)
@@ -170,7 +170,7 @@ def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> st
 
     `unit` is as in `read_press`. Raises InputError for a design with fruit.relaxation.
     """
-    from pipeline.measure.unit import firmware
+    from instrument.firmware import firmware
 
     return firmware.c_header(_measuring(report, unit))
 
@@ -181,16 +181,16 @@ def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) ->
 
     `unit` is as in `read_press`. Raises InputError for a design with fruit.relaxation.
     """
-    from pipeline.measure.unit import firmware
+    from instrument.firmware import firmware
 
     return firmware.micropython(_measuring(report, unit))
 
 
 def _measuring(report: Report, unit: PrintedUnit | str | Path | None) -> MeasuringUnit:
     """Return a unit as it measures, as designed where none is given; raises InputError for one of another design."""
-    from pipeline.measure.unit.measuring import MeasuringUnit
-    from pipeline.measure.unit.printed_unit import nominal_unit, read_unit, refuse_other_design
-    from pipeline.measure.unit.ripeness import ripeness_classes
+    from instrument.press.measuring import MeasuringUnit
+    from instrument.press.printed_unit import nominal_unit, read_unit, refuse_other_design
+    from instrument.press.ripeness import ripeness_classes
 
     if unit is None:
         printed = nominal_unit(report)
@@ -210,8 +210,8 @@ def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]
     Raises InputError for a file that holds no force over travel, and for a curve that is no compression of a fruit.
     Raises SolveError where the force of such a body cannot be solved.
     """
-    from pipeline.measure.compression.modulus import measured_modulus
-    from pipeline.measure.compression.specimens import read_specimens
+    from instrument.compress.modulus import measured_modulus
+    from instrument.compress.specimens import read_specimens
 
     return [measured_modulus(specimen, geometry) for specimen in read_specimens(Path(file))]
 

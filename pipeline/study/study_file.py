@@ -6,11 +6,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from pipeline.measure.tables.rows import single_sheet
-from pipeline.measure.tables.table import refuse_length
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_tables
 from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation
 from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
+from pipeline.tables.rows import single_sheet
+from pipeline.tables.table import refuse_length
 from sensor.design.design_file import every_key
 from sensor.design.design_tables import DesignTables
 from sensor.design.parameters import TABLES, Design

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from pipeline.cli import main
+from twintip.cli import main
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import pipeline
-from pipeline.cli import command_parsers, main
-from pipeline.commands.console import EXIT_CODES, FAILED, PASSED, WRONG_INPUT
 from solve.linear import SolveError
+from twintip.cli import command_parsers, main
+from twintip.commands.console import EXIT_CODES, FAILED, PASSED, WRONG_INPUT
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

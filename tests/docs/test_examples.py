@@ -13,7 +13,7 @@ import twintip
 ROOT = Path(__file__).parents[2]
 GALLERY = loaded_script(ROOT / "docs" / "gallery.py")
 QUICK = ("two_spring_law",)
-OWN_PACKAGES = {"sensor", "cad", "mesh", "solve", "pipeline", "reference", "tests"}
+OWN_PACKAGES = {"sensor", "cad", "mesh", "solve", "pipeline", "instrument", "reference", "tests"}
 
 
 def test_gallery_has_every_example():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from virtual_compression import VirtualTest
 
-from pipeline.cli import main
+from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "modulus.md").read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ from scripts import loaded_script
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline")
+PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline", "instrument", "twintip")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", flags=re.MULTILINE)
 SOURCE = re.compile(r"`((?:sensor|cad|mesh|solve|pipeline|twintip|tests|docs|designs)/[\w/.-]+)`")

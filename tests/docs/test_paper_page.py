@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.cli import main
+from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
 PRESETS = (ROOT / "docs" / "presets.md").read_text(encoding="utf-8")

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from stand_ins import result_of
 
-from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
+from twintip.cli import main
 
 PAGE = (Path(__file__).parents[2] / "docs" / "read-a-fruit.md").read_text(encoding="utf-8")
 COMMANDS = {

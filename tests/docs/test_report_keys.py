@@ -12,7 +12,6 @@ import pytest
 from golden.freeze import NUMBERS
 from stand_ins import relaxing_result, result_of, stored_report
 
-from pipeline.cli import main
 from pipeline.reading.read_out import LevelReading
 from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key, report_keys
@@ -20,6 +19,7 @@ from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import Report, report_data
 from pipeline.study.wanted import LEVELS
+from twintip.cli import main
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "report-json.md").read_text(encoding="utf-8")

@@ -11,8 +11,8 @@ import pytest
 from deadline import DEADLINE_S
 from tutorial_press import NOISE_N, TARE, WAY, shown_forces
 
-from pipeline.cli import main
 from sensor.design.processes import PROCESSES
+from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline import cli
 from sensor.arrays import Floats
+from twintip import cli
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -53,7 +53,7 @@ LONGEST = 12
 def command(*arguments: str) -> subprocess.CompletedProcess[str]:
     """Run one command of the pipeline in a process of its own."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    line = [sys.executable, "-m", "pipeline", *arguments]
+    line = [sys.executable, "-m", "twintip", *arguments]
     return subprocess.run(line, cwd=ROOT, env=environment, capture_output=True, encoding="utf-8", check=False)
 
 

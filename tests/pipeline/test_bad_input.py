@@ -12,9 +12,9 @@ import pytest
 from deadline import DEADLINE_S
 from stand_ins import result_of
 
-from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
 from pipeline.study.study_file import read_study
+from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
 
@@ -134,7 +134,7 @@ def test_good_input_reaches_the_stages(capsys, stand_in_run, tmp_path):
 
 @pytest.mark.parametrize("flags", [["--nl", "five"], ["--out", str(ROOT)]])
 def test_refusal_imports_nothing_heavy(flags):
-    program = f"import sys; from pipeline.cli import main; main(['run', *{flags!r}]); print(*sys.modules)"
+    program = f"import sys; from twintip.cli import main; main(['run', *{flags!r}]); print(*sys.modules)"
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=DEADLINE_S
     )
@@ -236,7 +236,7 @@ def test_byte_order_mark_is_no_part_of_a_file(output, capsys):
 
 
 def test_closed_input_is_an_empty_stream(output):
-    line = f'exec "{sys.executable}" -m pipeline read "$0" - <&-'
+    line = f'exec "{sys.executable}" -m twintip read "$0" - <&-'
     done = subprocess.run(
         ["/bin/bash", "-c", line, str(output)],
         cwd=ROOT,

@@ -14,7 +14,7 @@ from deadline import DEADLINE_S
 from pipeline.storage.folder import whole_report
 
 ROOT = Path(__file__).parents[2]
-PROGRAM = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from pipeline.__main__ import main; sys.exit(main())"
+PROGRAM = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from twintip.__main__ import main; sys.exit(main())"
 LIST = "design --list-processes --json"
 
 ODD = {"PYTHONIOENCODING": "ascii", "LC_ALL": "C", "HOME": "", "XDG_CACHE_HOME": "", "COLUMNS": 5000 * "9"}
@@ -56,7 +56,7 @@ def test_command_ends_with_its_code_and_at_most_one_line(words, variables, befor
     ],
 )
 def test_killed_run_leaves_the_old_outputs_and_the_next_run_is_whole(words, number, code, begun, tmp_path):
-    command = [sys.executable, "-m", "pipeline", *words.split(), "--out", str(tmp_path / "out")]
+    command = [sys.executable, "-m", "twintip", *words.split(), "--out", str(tmp_path / "out")]
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
     first = subprocess.Popen(
         [*command, "--nl", "0.06"], cwd=ROOT, env=environment, stderr=subprocess.PIPE, encoding="utf-8"

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from pipeline import RunOptions, load_design, run
-from pipeline.cli import main
 from sensor.design.tip_mount import plate_depth
 from sensor.quantity import InputError
+from twintip.cli import main
 
 FOULY = "docs/examples/fouly.toml"
 BY_CELLS = 5e-3  # of forces: what the cells of flat tips leave, as the run tells of its contact

@@ -13,11 +13,11 @@ import pytest
 from deadline import DEADLINE_S
 from random_designs import ROUGH, random_designs
 
-from pipeline.cli import main
 from pipeline.evaluate import evaluate
 from pipeline.options import DESIGNS, RunOptions
 from pipeline.report.check import check_path
 from sensor.quantity import InputError
+from twintip.cli import main
 
 LOOK = RunOptions(look=True, tolerance=ROUGH.tolerance)
 LOOK_FILES = {"design.toml", "latest.js", "report.html", "report.json", "response.csv"}
@@ -64,7 +64,7 @@ def test_run_loads_here_only_what_its_scene_needs(tmp_path, monkeypatch):
     """Solids are made in another process; nothing is remembered, so that every solve is done."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     script = (
-        "import sys; from pipeline.cli import main; code = main(sys.argv[1:]); "
+        "import sys; from twintip.cli import main; code = main(sys.argv[1:]); "
         f"print([name for name in {UNLOADED} if name in sys.modules], code)"
     )
     words = [sys.executable, "-c", script, "run", "--tol", "0.1", "--out", str(tmp_path / "run")]
@@ -74,7 +74,7 @@ def test_run_loads_here_only_what_its_scene_needs(tmp_path, monkeypatch):
 
 def test_look_writes_answer_and_page_and_loads_no_cad_kernel(tmp_path):
     script = (
-        "import sys; from pipeline.cli import main; code = main(sys.argv[1:]); "
+        "import sys; from twintip.cli import main; code = main(sys.argv[1:]); "
         f"print([name for name in {UNLOADED} if name in sys.modules], code)"
     )
     words = [sys.executable, "-c", script, "run", "--look", "--out", str(tmp_path / "look")]
@@ -129,7 +129,7 @@ def test_watch_looks_again_at_each_change_and_survives_a_bad_file(tmp_path):
     file.write_text(text)
     out = tmp_path / "out"
     report = out / "report.json"
-    words = [sys.executable, "-m", "pipeline", "run", "--watch", str(file), "--out", str(out)]
+    words = [sys.executable, "-m", "twintip", "run", "--watch", str(file), "--out", str(out)]
     with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
         try:
             _wait(report.exists)

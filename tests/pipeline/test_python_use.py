@@ -74,7 +74,7 @@ def test_run_without_a_folder_leaves_no_trace(cache, default_run, tmp_path):
         "import pipeline.main_job",
         "from pipeline import run",
         "from twintip import run",
-        "import pipeline.cli\nfrom pipeline.commands import run as command",
+        "import twintip.cli\nfrom twintip.commands import run as command",
     ],
 )
 def test_run_is_the_function(lines):

@@ -9,7 +9,7 @@ import pytest
 from golden.comparison import moved
 from golden.freeze import answer_of_run, measured
 
-from pipeline.cli import main
+from twintip.cli import main
 
 ACCURACY = Path(__file__).parents[2] / "docs" / "measurements.md"
 MAIN_KEYS = {

@@ -20,7 +20,7 @@ def run(folder, threads):
     variables |= {f"{library}_NUM_THREADS": str(threads) for library in ("OMP", "OPENBLAS", "MKL")}
     words = ["run", "--tol", "0.1", "--fields", "--out", str(folder / "out")]
     done = subprocess.run(
-        [sys.executable, "-m", "pipeline", *words],
+        [sys.executable, "-m", "twintip", *words],
         cwd=ROOT,
         env={**os.environ, **variables},
         capture_output=True,

@@ -14,7 +14,6 @@ import pytest
 
 import twintip
 from pipeline import evaluate, main_job
-from pipeline.cli import main
 from pipeline.options import load_design, preset_names
 from pipeline.study.points import points_between
 from pipeline.study.scenes import unit_scene
@@ -25,6 +24,7 @@ from sensor.design.parameters import TABLES, Design
 from sensor.design.processes import PROCESSES, process_as_table
 from sensor.input_file import read_toml
 from sensor.quantity import InputError
+from twintip.cli import main
 
 DRAWS = 300
 SEED = 27

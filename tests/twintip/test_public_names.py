@@ -11,16 +11,16 @@ from stand_ins import relaxing_result, result_of
 
 import pipeline
 import twintip
+from instrument.compress import modulus
+from instrument.compress.force_law import POISSON, hertz_law
+from instrument.compress.summary import result_mapping
+from instrument.press.fruit_reading import reading_as_mapping
+from instrument.press.printed_unit import unit_as_toml
 from pipeline import study
-from pipeline.cli import main
-from pipeline.measure.compression import modulus
-from pipeline.measure.compression.force_law import POISSON, hertz_law
-from pipeline.measure.compression.summary import result_mapping
-from pipeline.measure.unit.fruit_reading import reading_as_mapping
-from pipeline.measure.unit.printed_unit import unit_as_toml
 from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import write_outputs
 from sensor.quantity import STANDARD_GRAVITY
+from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")

@@ -14,7 +14,6 @@ from stand_ins import GOOD, print_everything, print_summary, result_of
 
 import pipeline
 from pipeline import options
-from pipeline.cli import main
 from pipeline.options import RunOptions
 from pipeline.report.outputs import write_outputs
 from pipeline.report.verdict_rule import as_read, fails_unread, measured
@@ -22,6 +21,7 @@ from pipeline.report.verdict_table import WIDTH, print_verdicts
 from pipeline.storage.folder import output_folder
 from sensor.design.parameters import Design, GivenSprings
 from sensor.verdict import Verdict
+from twintip.cli import main
 
 ROOT = Path(__file__).parents[3]
 UNNEEDED = {"numpy", "scipy", "cadquery", "gmsh", "skfem", "matplotlib", "vtkmodules", "trimesh", "cattrs", "loky"}
@@ -52,7 +52,7 @@ def test_unchanged_run_answers_the_same_and_imports_nothing_that_solves(default_
     before = {path.name: path.read_bytes() for path in default_run.folder.iterdir()}
     program = f"""if True:
         import sys
-        from pipeline.cli import main
+        from twintip.cli import main
         code = main(["run", "--nl", "0.05", "--out", {str(default_run.folder)!r}])
         print(*sorted({UNNEEDED!r} & set(sys.modules)), file=sys.stderr)
         sys.exit(code)

@@ -16,7 +16,6 @@ from cad.files.sensor_files import write_sensor
 from cad.parts.assembly import sensor_of
 from cad.parts.layout import housing_for
 from mesh.housing.sweep import flexure_mesh
-from pipeline.cli import main
 from pipeline.report import check
 from pipeline.report.check import check_path, folder_geometry, unchanged_verdicts
 from pipeline.report.outputs import write_outputs
@@ -24,6 +23,7 @@ from pipeline.storage.digests import file_digest, with_digest
 from pipeline.storage.vtu import write_vtu
 from sensor.design.parameters import Design, Targets
 from sensor.design.processes import PROCESSES
+from twintip.cli import main
 
 
 def failed(folder):

@@ -14,9 +14,6 @@ import pytest
 from deadline import DEADLINE_S
 
 from mesh.session import gmsh_session
-from pipeline import cli
-from pipeline.__main__ import main
-from pipeline.commands.console import showing_progress
 from pipeline.storage import files, folder, interrupts
 from pipeline.storage.digests import with_digest
 from pipeline.storage.files import write_files
@@ -30,6 +27,9 @@ from pipeline.storage.interrupts import (
     uninterrupted,
 )
 from pipeline.storage.workers import cad_worker
+from twintip import cli
+from twintip.__main__ import main
+from twintip.commands.console import showing_progress
 
 CUT = {module.__file__ for module in (contextlib, files, folder, interrupts)}
 ENDED, WHOLE, SWALLOWED = 0, 1, 2
@@ -209,7 +209,7 @@ def test_gmsh_takes_no_signal_while_it_opens():
     assert in_child(work) == 0
 
 
-ANSWER = "from pipeline.commands import console\nfrom pipeline import cli\n"
+ANSWER = "from twintip.commands import console\nfrom twintip import cli\n"
 PRINTS_FOR_EVER = f"""{ANSWER}
 def execute(_):
     with console.answering():
@@ -227,12 +227,12 @@ def execute(_):
             raise ImportError("numpy.core.multiarray failed to import") from error
 """
 PROGRAM = """
-import sys, pipeline.__main__
-from pipeline import cli
+import sys, twintip.__main__
+from twintip import cli
 cli.COMMANDS["doctor"].execute = execute
 sys.argv[1:] = ["doctor"]
 print("ready", file=sys.stderr, flush=True)
-sys.exit(pipeline.__main__.main())
+sys.exit(twintip.__main__.main())
 """
 
 

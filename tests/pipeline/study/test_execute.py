@@ -9,7 +9,6 @@ import pytest
 import stand_ins
 
 from cad.files.export_error import ExportError
-from pipeline.cli import main
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions, load_design
 from pipeline.report.of_result import evaluation_parts
@@ -25,6 +24,7 @@ from sensor.design.parameters import Design
 from sensor.machine_error import MachineError
 from sensor.quantity import InputError
 from sensor.theory.two_spring_law import size_springs
+from twintip.cli import main
 
 
 def solved(study, folder, engine):

@@ -10,7 +10,6 @@ from types import SimpleNamespace
 import pytest
 
 from mesh.session import MeshError
-from pipeline.cli import main
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions, load_design
 from pipeline.response.contact import fruit_compliance
 from pipeline.storage.folder import OutputError
@@ -33,6 +32,7 @@ from sensor.quantity import InputError
 from sensor.theory.two_spring_law import size_springs
 from sensor.verdict import equal
 from solve.linear import SolveError
+from twintip.cli import main
 
 SOFTEST = """
 base = "paper"

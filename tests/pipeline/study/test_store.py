@@ -6,10 +6,10 @@ from contextlib import closing
 
 import pytest
 
-from pipeline.cli import main
 from pipeline.study import read_study, run_study
 from pipeline.study.store import STORE, stored_study, study_store
 from sensor.quantity import InputError
+from twintip.cli import main
 
 
 @pytest.fixture

@@ -38,7 +38,7 @@ def table(study_path, folder):
 
 
 def words_of(study_path, folder, *flags):
-    return "-m", "pipeline", "study", study_path, "--out", folder, *flags
+    return "-m", "twintip", "study", study_path, "--out", folder, *flags
 
 
 def stored_count(folder):

@@ -4,7 +4,7 @@ import pytest
 from browser import open_page, opened_browser  # noqa: F401 - fixtures
 from view_stand_ins import write_output_folder
 
-from pipeline.cli import main
+from twintip.cli import main
 
 
 @pytest.fixture(scope="session")

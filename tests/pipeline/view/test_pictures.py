@@ -6,13 +6,13 @@ import pyvista as pv
 from stand_ins import result_of
 from view_stand_ins import change_report, half_beam, write_output_folder
 
-from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
 from pipeline.storage.vtu import write_vtu
 from pipeline.view import pictures as viewer
 from pipeline.view.pictures import pictures, write_pictures
 from pipeline.view.window import show_pictures, window_of
 from sensor.quantity import InputError
+from twintip.cli import main
 
 FLEXURES = ["flexure-low", "flexure-low-limit", "flexure-high", "flexure-high-limit"]
 NAMES = ["housing", "assembly", "exploded", *FLEXURES, "fruit", "mesh"]

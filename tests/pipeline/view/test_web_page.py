@@ -8,10 +8,10 @@ from browser import grave_findings, validator_findings
 from deadline import DEADLINE_S
 from stand_ins import result_of
 
-from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
 from pipeline.view.web_page import write_web_page
 from sensor.quantity import InputError
+from twintip.cli import main
 
 
 def data_of(path):

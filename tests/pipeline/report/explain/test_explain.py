@@ -33,7 +33,7 @@ def folder(tmp_path):
 def test_every_verdict_in_the_code_and_in_a_report_has_an_entry(folder):
     sources = [
         path.read_text(encoding="utf-8")
-        for room in ("sensor", "cad", "pipeline")
+        for room in ("sensor", "cad", "pipeline", "instrument")
         for path in (ROOT / room).rglob("*.py")
     ]
     named = {name for text in sources for name in NAMED.findall(text)} - NO_VERDICTS

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pipeline.measure.compression.bodies import Ellipsoid
+from instrument.compress.bodies import Ellipsoid
 from pipeline.options import load_design
 from pipeline.study.search import proof
 from pipeline.study.suggest import fruit_design as room

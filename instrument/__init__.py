@@ -1,0 +1,1 @@
+"""WHAT a printed unit measures: compression tests, calibration, presses and firmware."""

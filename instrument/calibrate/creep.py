@@ -1,0 +1,176 @@
+"""Weights that were read some time after they were hung: the creep of a unit, and readings as of one time.
+
+Springs that creep sink by d = zero + C F (t / t0)^n under a weight F that has hung for t. Readings of one weight at
+several times tell n, for the dial and for the counts of each tip. The method is Gauss-Newton on d over F (t / t0)^n and
+its slope over n. All springs of a print have one n, the mean of what they tell.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from instrument.calibrate.line_checks import ROUNDED
+from instrument.press.signals import count_keys
+from pipeline.report.report import Report
+from pipeline.tables.files import place_of
+from pipeline.tables.measured_table import MeasuredTable
+from sensor.arrays import Flags, Floats
+from sensor.design.reading import WEIGHED_AFTER_S
+from sensor.quantity import COVERAGE, Estimate, validation_error
+from sensor.theory.creep import CreepLaw
+
+LEAST_RATIO = 1.5
+"""Of two times of one weight, from which on they tell creep."""
+_ROUNDS = 4  # of Gauss-Newton, each of which squares the error of the exponent
+_MOST = math.log10(2.0)  # exponent of a compliance that doubles in a decade
+_FEWEST = 4  # rows of a tip for a zero, a compliance and an exponent
+_UNSEEN = 0.5
+"""Of the scatter of a process: what of it stays where a unit's own creep is taken to times before those weighed.
+
+An assumption: how much prints differ is halved, for the slope over the logarithm of time is no constant.
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Weighing:
+    """A table of weights as if all had been read `after_s` [s] after they were hung, and the creep of the unit.
+
+    `own` says whether the table told that creep; else it is that of the process.
+    """
+
+    table: MeasuredTable
+    after_s: float
+    creep: CreepLaw
+    own: bool
+    note: str = ""
+
+
+def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:
+    """Return the weighing of a table, read `after_s` [s] after each weight was hung, or at its own times `t`.
+
+    Raises InputError for times that are none, for both of them, and for a compliance that falls with time.
+    """
+    creep = report.creep
+    if "t" not in table.numbers:
+        after = WEIGHED_AFTER_S if after_s is None else after_s
+        return Weighing(table=table, after_s=after, creep=creep, own=False)
+    if after_s is not None:
+        bound = "left out beside a column t_s, which has the times"
+        raise validation_error("--after", after_s, "s", bound, "give one of both")
+    refuse_bad_times(table)
+    loaded = table.numbers["force"] != 0.0
+    if not loaded.any():
+        return Weighing(table=table, after_s=WEIGHED_AFTER_S, creep=creep, own=False)
+    after = float(np.exp(np.log(table.numbers["t"][loaded]).mean()))
+    own = None if report.design.process.is_metal else _own_creep(table, report, after)
+    note = ""
+    if own is not None:
+        # A process that tells no creep has no spread of it to compare with: what is no more than its error is none.
+        if own.error >= (creep.error or own.per_decade / COVERAGE):
+            note = f"the times of {table.source} tell a creep of {own}, which is no better than that of the process"
+            own = None
+        else:
+            creep = replace(own, error=math.hypot(own.error, _UNSEEN * creep.error))
+    at_one_time = _as_read_at(table, report, after, creep.exponent)
+    return Weighing(table=at_one_time, after_s=after, creep=creep, own=own is not None, note=note)
+
+
+def refuse_bad_times(table: MeasuredTable) -> None:
+    """Raise InputError for a time of a weight that is not above 0, and for one before that of the row above."""
+    times = table.numbers["t"]
+    forces = table.numbers["force"]
+    for row, (t, force) in enumerate(zip(times.tolist(), forces.tolist(), strict=True)):
+        place = place_of(table.source, table.lines[row], "t")
+        if t < 0.0 or (force != 0.0 and t == 0.0):
+            bound = "greater than 0" if force != 0.0 else "at least 0"
+            raise validation_error(place, t, "s", bound, "write the seconds since that weight was hung")
+        goes_on = row > 0 and force == forces[row - 1] and table.texts["tip"][row] == table.texts["tip"][row - 1]
+        if goes_on and force != 0.0 and t < times[row - 1]:
+            bound = f"at least the {times[row - 1]:g} s of the same weight in the line before"
+            raise validation_error(place, t, "s", bound, "correct that time, or unload between two loads")
+
+
+def _own_creep(table: MeasuredTable, report: Report, after: float) -> CreepLaw | None:
+    """Return the creep that rows of one weight at several times tell; None where no weight has them.
+
+    Raises InputError for a compliance that falls with time, or doubles in a decade.
+    """
+    found = list(_exponents(table, report, after))
+    if not found:
+        return None
+    weights = np.array([exponent.error for exponent in found]) ** -2.0
+    values = np.array([exponent.value for exponent in found])
+    mean = float(np.average(values, weights=weights))
+    scatter = float(weights @ (values - mean) ** 2) / max(len(found) - 1, 1)
+    error = math.sqrt(max(scatter, 1.0) / float(weights.sum()))
+    if not (mean + 2.0 * error >= 0.0 and mean < _MOST):
+        field = f"{table.source}: growth of the deflection in a decade of time"
+        hint = "check t_s, and that each weight hung alone on a spring that had rested"
+        raise validation_error(field, float(f"{10.0**mean - 1.0:.3g}"), "", "at least 0 and less than 1", hint)
+    per_decade = 10.0 ** max(mean, 0.0) - 1.0
+    return CreepLaw(per_decade, math.log(10.0) * (1.0 + per_decade) * error)
+
+
+def _exponents(table: MeasuredTable, report: Report, after: float) -> Iterator[Estimate]:
+    """Yield the exponent [1] that each column of each tip tells, with its standard deviation."""
+    tips = np.array(table.texts["tip"])
+    keys = count_keys(len(report.tips))
+    for tip, key in zip(report.tips, keys, strict=True):
+        rows = np.flatnonzero(tips == tip.name)
+        forces, times = table.numbers["force"][rows], table.numbers["t"][rows]
+        if len(rows) < _FEWEST or not _has_several_times(forces, times):
+            continue
+        for column in ("deflection", key):
+            if column in table.numbers:
+                shown, digits = table.numbers[column][rows], table.last_digits[column][rows]
+                if np.ptp(shown) > 0.0:  # a dead channel is refused later
+                    yield _exponent(forces, times / after, shown, ROUNDED * digits)
+
+
+def _has_several_times(forces: Floats, times: Floats) -> bool:
+    """Say whether one weight [N] was read at times [s] that are far enough from each other."""
+    weights = [times[forces == force] for force in set(forces[forces != 0.0].tolist())]
+    return any(float(of_one.max()) > LEAST_RATIO * float(of_one.min()) for of_one in weights)
+
+
+def _exponent(forces: Floats, since: Floats, shown: Floats, rounding: Floats) -> Estimate:
+    """Return the exponent of what is shown under forces [N] at times over one of them [1].
+
+    Each number has the scatter about the law, and beside it the standard deviation of its `rounding`.
+    """
+    logs = np.log(np.where(forces != 0.0, since, 1.0))
+    exponent = 0.0
+    deviation = 0.0
+    for _ in range(_ROUNDS):
+        grown = forces * np.exp(exponent * logs)
+        columns = np.column_stack([np.ones(len(forces)), grown, grown * logs])
+        inverse = np.linalg.pinv(columns)
+        zero, compliance, slope = inverse @ shown
+        left = shown - columns @ [zero, compliance, slope]
+        scatter = left @ left / max(len(forces) - columns.shape[1], 1)
+        deviation = float(np.linalg.norm(inverse[2] * np.sqrt(scatter + rounding**2)) / abs(compliance))
+        exponent = float(np.clip(exponent + slope / compliance, -1.0, 1.0))
+    return Estimate(exponent, deviation)
+
+
+def _as_read_at(table: MeasuredTable, report: Report, after: float, exponent: float) -> MeasuredTable:
+    """Return a table whose deflections and counts are those of one time [s], by creep of an exponent [1]."""
+    tips = np.array(table.texts["tip"])
+    forces, times = table.numbers["force"], table.numbers["t"]
+    grown = forces * (times / after) ** exponent
+    numbers = dict(table.numbers)
+    for column in ("deflection", *count_keys(len(report.tips))):
+        if column in numbers:
+            shown = numbers[column].copy()
+            for name in set(tips.tolist()):
+                rows = tips == name
+                shown[rows] -= _slope(grown, shown, rows) * (grown - forces)[rows]
+            numbers[column] = shown
+    return replace(table, numbers=numbers)
+
+
+def _slope(forces: Floats, shown: Floats, rows: Flags) -> float:
+    """Return the slope of what some rows show over forces [N]; 0 where they have one force alone."""
+    return float(np.polyfit(forces[rows], shown[rows], 1)[0]) if np.ptp(forces[rows]) > 0.0 else 0.0

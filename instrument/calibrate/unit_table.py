@@ -1,0 +1,138 @@
+"""What a unit does with its own springs: its table over the range of its design, and how to trim it."""
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from instrument.press.measuring import MeasuringUnit
+from sensor.arrays import Floats
+from sensor.design.reading import PRESS_SAMPLES
+from sensor.quantity import COVERAGE
+from sensor.theory.contrast_law import ContrastLaw, ReadingError
+from sensor.theory.contrast_rise import RiseReading, RiseSlopes, RisingPress
+from solve.contact.linear_response import travels
+from solve.contact.relaxing import elastic_forces
+from solve.linear import SolveError
+
+MODULI = 7
+STEP = 1e-4
+"""Of a stiffness, for slopes over it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnitRow:
+    """What a level unit shows of a fruit of modulus E [MPa] in a press to full travel.
+
+    It has the `forces` [N] at its end and P = F_high / F_low [1]. `u` is the half width that holds 95 % of E by what
+    `error_sources` names [1]. `with_design` is the relative error of E where it is read with the stiffnesses of the
+    design [1], None where they read none.
+    """
+
+    E: float
+    forces: tuple[float, ...]
+    P: float
+    u: float
+    with_design: float | None
+
+
+def error_sources(sensor: MeasuringUnit) -> str:
+    """Return the error sources of a calibrated unit: its springs, on a plate its channels too, creep and bends."""
+    unit = sensor.unit
+    sources = {
+        "the springs": True,
+        "their creep": sensor.creep.exponent != 0.0,
+        "deflections": unit.calibrated_by == "plate",
+        "bent lines": unit.force_bend is not None or unit.deflection_bend is not None,
+    }
+    *most, last = (words for words, is_one in sources.items() if is_one)
+    return f"by {', '.join(most)} and {last}" if most else f"by {last} alone"
+
+
+def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
+    """Return the readings of a unit over the range of its design; `nominal` is the unit exactly as designed."""
+    least, largest = sensor.range_MPa
+    rows = []
+    for E in np.geomspace(least, largest, MODULI).tolist():
+        press = level_press(sensor, E)
+        low, high = (float(press[-1, list(group)].mean()) for group in sensor.design.tips.spring_groups)
+        with_design = None
+        with suppress(ReadingError):
+            with_design = nominal.corrected(read_exactly(nominal, press).E) / E - 1.0
+        slopes = read_exactly(sensor, press).slopes
+        bend = sensor.by_bends(slopes.channel_bends, slopes.spring_bends)
+        u = sensor.steepness(E) * (COVERAGE * math.hypot(*_by_unit(sensor, slopes)) + bend)
+        rows.append(UnitRow(E=E, forces=tuple(press[-1].tolist()), P=high / low, u=u, with_design=with_design))
+    return tuple(rows)
+
+
+def level_press(sensor: MeasuringUnit, E: float) -> Floats:
+    """Return the forces of a unit in a level press to full travel on a fruit of modulus E [MPa], (samples, tips) [N].
+
+    A unit that reads them, and corrects what it read, gets E. Raises ReadingError where a tip is off at full travel.
+    """
+    law, modulus = _level_law(sensor, E)
+    travel = min(law.gaps) + travels(sensor.design.press.travel_mm, PRESS_SAMPLES)  # from the first touch
+    msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
+    try:
+        forces = elastic_forces(law, np.full(len(travel), modulus), travel)
+    except SolveError as error:
+        raise ReadingError(msg) from error
+    if not forces[-1].min() > 0.0:
+        raise ReadingError(msg)
+    return forces
+
+
+def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
+    """Return the law by which a level unit is pressed, and the modulus [MPa] that it is pressed with for a true E."""
+    if sensor.is_pair:
+        # A pair knows s11 - s12 alone; its tips need the whole compliance, which is another one under a skin.
+        S = sensor.report.compliance.at(E).S
+        law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
+        return law, E / sensor.press_over_weighed()
+    # Other layouts are pressed by the law that reads them: with the modulus that is read before it is corrected.
+    return sensor.law, sensor.read_as(E)
+
+
+def read_exactly(sensor: MeasuringUnit, press: Floats) -> RiseReading:
+    """Return what forces without noise tell a unit [N], (samples, tips), before it is corrected; raises RiseError."""
+    rising = RisingPress(sensor.rise_law, np.zeros(press.shape[1]), sensor.least_forces)
+    for forces in press:
+        rising.add(forces)
+    return rising.reading()
+
+
+def _by_unit(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
+    """Return what springs leave open of a press, on a plate channels too [1], each one standard deviation."""
+    by_unit = sensor.left_open().of_channels(np.array(slopes.springs), np.array(slopes.gains))
+    on_plate = sensor.unit.calibrated_by == "plate"
+    return list(by_unit.values()) if on_plate else [by_unit["stiffness"], by_unit.get("creep", 0.0)]
+
+
+def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
+    """Return the half width that holds 95 % of a value [its unit] by its springs, of its slopes over their logs."""
+    return COVERAGE * float(np.linalg.norm(np.multiply(slopes, sensor.unit.K_percent))) * 0.01
+
+
+def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:
+    """Return by how much longer the leaves of each tip's spring must be [mm]; negative: clamp them that much shorter.
+
+    `targets` [N/mm] are the stiffnesses wanted. None for a spring whose error (95 %) holds its target: no cut is known
+    to better it. Empty where no housing is made.
+    """
+    housing = sensor.report.housing
+    if housing is None:
+        return []
+    lengths = {arm.name: arm.flexure.length for arm in housing.arms}
+    longer: list[float | None] = []
+    for tip, K, percent, target in zip(
+        sensor.report.tips, sensor.unit.stiffnesses, sensor.unit.K_percent, targets, strict=True
+    ):
+        if abs(K - target) <= COVERAGE * 0.01 * percent * K:
+            longer.append(None)
+            continue
+        # K of a pair of leaves is proportional to L^-3.
+        longer.append(lengths[tip.spring] * (math.cbrt(K / target) - 1.0))
+    return longer

@@ -1,0 +1,70 @@
+"""Whether a unit meets the targets of its design with its own springs."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from instrument.calibrate.unit_table import STEP, UnitRow, error_by_springs, error_sources
+from instrument.press.measuring import MeasuringUnit
+from pipeline.springs.sizing import fruit_stiffening
+from pipeline.verdicts.rules import NL_TOLERANCE, P_MAX_TOLERANCE, margin_verdict, target_verdicts
+from sensor.arrays import Floats
+from sensor.quantity import COVERAGE, Estimate
+from sensor.theory.two_spring_law import Springs, force_ratio, nonlinearity
+from sensor.verdict import Verdict
+
+_USUAL_UNCERTAINTY = 0.1
+
+
+def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdict]:
+    """Return whether a unit meets the targets of its design: P_max and NL, or what its springs leave of a reading."""
+    design = sensor.design
+    if design.reading is None and design.targets is not None:
+        return _target_verdicts(sensor)
+    reading = design.reading
+
+    def limit_at(E: float) -> float:
+        return _USUAL_UNCERTAINTY if reading is None else reading.uncertainty_limit_at(E, design.fruit.E_MPa)
+
+    worst = max(rows, key=lambda row: row.u / limit_at(row.E))
+    limit = limit_at(worst.E)
+    words = f"{error_sources(sensor)}, at {worst.E:.3g} MPa"
+    return [margin_verdict("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), limit, words, at_most=True)]
+
+
+def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
+    """Return the verdicts on P_max and NL of a pair, by the law that sized its springs."""
+    targets = sensor.design.nominal_targets
+    reached = _reached(sensor)
+    slopes = [(_reached(sensor.with_stiffness(tip, 1.0 + STEP)) - reached) / STEP for tip in range(2)]
+    by_springs = [error_by_springs(sensor, of_value) for of_value in np.transpose(slopes)]
+    P, NL = (Estimate(float(value), error) for value, error in zip(reached, by_springs, strict=True))
+    verdicts = target_verdicts(P, NL, targets, "by the two-spring law with the stiffnesses of the unit")
+    allowed = (P_MAX_TOLERANCE * targets.P_max, NL_TOLERANCE)
+    return [_hinted(*each) for each in zip(verdicts, allowed, by_springs, strict=True)]
+
+
+def _reached(sensor: MeasuringUnit) -> Floats:
+    """Return P_max and NL [1] of a unit."""
+    definition = sensor.design.nominal_targets.NL_definition
+    E_max = sensor.design.fruit.E_max_MPa
+    K_low, K_high = sensor.unit.stiffnesses
+    springs = Springs(K_l=K_low, K_h=K_high)
+    contact = sensor.report.compliance
+    K_m = E_max * contact.at(E_max).K_m_over_E()
+    ratio = contact.at(E_max).stiffness_ratio()
+    NL = nonlinearity(springs, K_m, definition, ratio, fruit_stiffening(E_max, contact))
+    return np.array([force_ratio(springs, K_m, ratio), NL])
+
+
+def _hinted(verdict: Verdict, allowed: float, by_springs: float) -> Verdict:
+    """Return a verdict that its error leaves open, each in the unit of the value, with what would decide it.
+
+    The error of a spring falls with the root of the number of its readings.
+    """
+    if verdict.passed is not None:
+        return verdict
+    times = by_springs / allowed
+    hint = f"know the springs {times:.2g} times better: about {times**2:.2g} times as many readings"
+    return replace(verdict, remedy=f"{hint}, or heavier weights and a finer dial")

@@ -1,0 +1,160 @@
+"""The law of the body that is pressed: its force over the travel, by its shape, its tools and its flesh."""
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from instrument.compress.bodies import POINT_CONTACT, CompressedBody, Plunger
+from sensor.arrays import Floats
+from sensor.quantity import Bounds, check_fields, quantity
+from sensor.theory.hertz import force_factor
+from sensor.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
+from solve.compression.flesh_law import FleshLaw
+from solve.compression.force_curve import CompressionPress, fitted_curve, force_curve
+
+_STEPS = 400
+_HERTZ_HOLDS = 0.1  # of the relative radius, on each side that is pressed in: Hertz's strain is small up to there
+_COMPLIANCES = Bounds(at_least=0.0, at_most=1000.0)
+_STRAINS = Bounds(above=0.0, at_most=50.0)
+POISSON = "Poisson's ratio"
+"""The name of its share."""
+_MIDWAY = 0.5  # from slippery tools to tools that grip
+
+
+@dataclass(frozen=True, kw_only=True)
+class TestGeometry:
+    """The body and the tools of a test.
+
+    Without a `plunger` a plate presses. `plates` is 2 for a body that lies on a plate, 1 where its underside lies in a
+    rigid seat. `poisson_error` is how far Poisson's ratio may be off. `strains_percent`, of the height, are those of
+    secant and tangent, the first that of the paper's modulus. `compliance_um_per_N` is that of frame and load cell,
+    which is taken off the travel; `compliance_error_um_per_N` is how far that may be off.
+    """
+
+    __test__ = False  # no class of tests, though its name begins so
+
+    body: CompressedBody
+    plunger: Plunger | None = None
+    plates: int = 2
+    poisson: float = quantity(
+        "", Bounds(at_least=0.0, at_most=LARGEST_POISSON), hint="flesh has 0.3 to 0.49", default=0.3
+    )
+    poisson_error: float = quantity("", Bounds(at_least=0.0, at_most=0.2), hint="a usual value is 0.05", default=0.05)
+    plate_area_mm2: float = quantity("mm^2", Bounds(above=0.0, at_most=1e6), hint="measure the plate", default=900.0)
+    strains_percent: tuple[float, ...] = quantity("%", _STRAINS, hint="write for instance 5", default=(5.0, 2.0, 10.0))
+    compliance_um_per_N: float = quantity("um/N", _COMPLIANCES, hint="press steel on steel and measure it", default=0.0)
+    compliance_error_um_per_N: float = quantity("um/N", _COMPLIANCES, hint="a tenth of it is usual", default=0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that no test has, and a combination that is not solved."""
+        check_fields(self, "modulus")
+        self.body.sides(self.plunger, self.plates)
+
+    @property
+    def height_mm(self) -> float:
+        """Return the height of the body [mm]."""
+        return 2.0 * self.body.section.half_height
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ForceLaw:
+    """The force at E = 1 MPa, `forces` [N], over the `travels` by which tools have come nearer since the touch [mm].
+
+    It begins as travel^`exponent`. `error` [1] is how far the curve itself may be off. `others` are the laws where what
+    is not known of a test is otherwise, by its name.
+    """
+
+    exponent: float
+    travels: Floats
+    forces: Floats
+    error: float
+    others: Mapping[str, Sequence["ForceLaw"]]
+
+    @property
+    def deepest(self) -> float:
+        """Return the travel up to which the law holds [mm]."""
+        return float(self.travels[-1])
+
+    @property
+    def stiffness(self) -> float:
+        """Return F / (E D^n) at the end of the law [mm^(2 - n)]."""
+        return float(self.forces[-1] / self.travels[-1] ** self.exponent)
+
+    def depth(self, force: Floats, E: float) -> Floats:
+        """Return the travel [mm] at forces [N] of flesh of a modulus [MPa]; on as at the end beyond it."""
+        roots = self.forces ** (1.0 / self.exponent)  # the travel is nearly straight over them
+        root = (force / E) ** (1.0 / self.exponent)
+        slope = (self.travels[-1] - self.travels[-2]) / (roots[-1] - roots[-2])
+        beyond = np.maximum(root - roots[-1], 0.0)
+        return np.asarray(np.interp(root, roots, self.travels) + slope * beyond)
+
+
+def hertz_law(test: TestGeometry) -> ForceLaw | None:
+    """Return the law of ASAE S368 for convex food: Hertz's, of half-spaces; its modulus is an apparent one.
+
+    None where no tool touches at a point. D = (F / (4/3 E*))^(2/3) sum of R^(-1/3) over the contacts.
+    """
+    radii = np.array(test.body.hertz_radii(test.plunger, test.plates))
+    if not radii.size:
+        return None
+    travels = np.array([0.0, _HERTZ_HOLDS * radii.sum()])
+    in_series = float((radii ** (-1.0 / 3.0)).sum()) ** -3
+    stiffness = force_factor(1.0 / (1.0 - test.poisson**2), in_series)
+    return ForceLaw(
+        exponent=POINT_CONTACT, travels=travels, forces=stiffness * travels**POINT_CONTACT, error=0.0, others={}
+    )
+
+
+@functools.lru_cache(maxsize=16)
+def solved_law(test: TestGeometry) -> ForceLaw:
+    """Return the law of a body that is pressed at finite strain; raises SolveError.
+
+    At equal force the travels of its sides add up. The friction of the tools is midway between none and a grip.
+    """
+    sides = [replace(side, law=FleshLaw(poisson=test.poisson)) for side in test.body.sides(test.plunger, test.plates)]
+
+    def pressed_as(flesh: FleshLaw) -> ForceLaw:
+        return _in_series(sides, [_forces(side, replace(side, law=flesh)) for side in sides])
+
+    further = test.poisson + test.poisson_error
+    poisson = further if further <= LARGEST_POISSON else max(test.poisson - test.poisson_error, 0.0)
+    others = {
+        "law of flesh": [pressed_as(FleshLaw(name=name, poisson=test.poisson)) for name in FLESH_LAWS[1:]],
+        POISSON: [pressed_as(FleshLaw(poisson=poisson))],
+        "friction": [_in_series(sides, [_forces(side, side, grip) for side in sides]) for grip in (0.0, 1.0)],
+    }
+    for name, bounds in test.body.bounds(sides).items():
+        others[name] = []
+        for presses in bounds:
+            forces = [factor * _forces(side, press) for side, (press, factor) in zip(sides, presses, strict=True)]
+            others[name].append(_in_series(sides, forces))
+    nominal = _in_series(sides, [_forces(side, side) for side in sides])
+    return replace(nominal, error=max(force_curve(side).error for side in sides), others=others)
+
+
+def _forces(side: CompressionPress, other: CompressionPress, grip: float = _MIDWAY) -> Floats:
+    """Return the forces [N] of one side at its travels, were it pressed as another, with a fraction of the grip."""
+    travels = _travels(side)
+    inner = np.maximum(travels, travels[1])
+    slip = fitted_curve(other).force(inner)
+    gripped = fitted_curve(replace(other, grips=True)).force(inner)
+    change = (slip + grip * (gripped - slip)) / fitted_curve(side).force(inner)
+    return np.asarray(force_curve(side).force(travels) * change)
+
+
+def _in_series(sides: Sequence[CompressionPress], forces: Sequence[Floats]) -> ForceLaw:
+    """Return the law of sides that bear the same force, up to the largest that all were solved for."""
+    exponent = max(side.exponent for side in sides)
+    largest = min(float(force[-1]) for force in forces)
+    roots = np.linspace(0.0, 1.0, _STEPS) ** 2 * largest ** (1.0 / exponent)
+    travels = np.zeros(_STEPS)
+    for force, side in zip(forces, sides, strict=True):
+        travels += np.interp(roots, force ** (1.0 / exponent), _travels(side))
+    return ForceLaw(exponent=exponent, travels=travels, forces=roots**exponent, error=0.0, others={})
+
+
+def _travels(side: CompressionPress) -> Floats:
+    """Return the travels of one side [mm], close to each other at the touch."""
+    return np.asarray(np.linspace(0.0, 1.0, _STEPS) ** 2 * side.deepest)

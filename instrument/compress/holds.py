@@ -1,0 +1,147 @@
+"""How flesh relaxes, from the hold at the end of a loading: the Prony series that `fruit.relaxation` takes."""
+
+import math
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import OptimizeWarning, curve_fit
+
+from instrument.compress.bodies import POINT_CONTACT
+from instrument.compress.loading import upwards
+from instrument.compress.specimens import LEAST_ROWS, Specimen
+from sensor.arrays import Floats
+from sensor.quantity import COVERAGE, Estimate, validation_error
+
+STILL = 2e-3  # of the travel, within which it counts as held
+DWELL = 0.05  # of the time of loading: a machine that turns back stands still for less
+MOST_ARMS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelaxationArm:
+    """One arm of a Prony series: its fraction [1] of the force at the first instant and its time [s], each at 95 %."""
+
+    share: Estimate
+    time: Estimate
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldRelaxation:
+    """What a hold tells: the arms of the flesh, none where its force does not fall beyond its noise.
+
+    `hold_s` is how long it lasted: slower arms are not told. `lost_in_loading` is which share of the force at the first
+    instant was lost before the hold began [1].
+    """
+
+    arms: tuple[RelaxationArm, ...]
+    hold_s: float
+    lost_in_loading: float
+
+
+def hold_of(specimen: Specimen) -> slice | None:
+    """Return the rows in which a curve stands still at its largest travel; None where there are none, or no time."""
+    time = specimen.time
+    if time is None or len(time) < LEAST_ROWS:
+        return None
+    travel = upwards(specimen.travel)
+    is_level = travel >= travel.max() - STILL * np.ptp(travel)
+    first = int(is_level.argmax())
+    end = first + int(np.append(~is_level[first:], True).argmax())
+    start = first + int((travel[first:end] >= np.median(travel[first:end])).argmax())
+    lasts = time[end - 1] - time[start]
+    is_hold = end - start >= LEAST_ROWS and lasts > DWELL * (time[start] - time[0])
+    return slice(start, end) if is_hold else None
+
+
+def loading_before(specimen: Specimen, hold: slice | None) -> Specimen:
+    """Return a curve up to its hold."""
+    if hold is None:
+        return specimen
+    rows = slice(0, hold.start + 1)
+    columns = {name: getattr(specimen, name)[rows] for name in ("travel", "force", "time", "lines")}
+    return replace(specimen, **columns)
+
+
+def held_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: float) -> HeldRelaxation:
+    """Return how the flesh of a specimen relaxes in its hold, touched at a travel [mm] with the zero of its force [N].
+
+    The force falls as F_inf + sum A_i exp(-t / tau_i), with as many arms as the criterion of Schwarz asks for
+    (G. Schwarz, Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136). An arm of share g has already lost some in a
+    loading n(s). It is A = g integral of exp(-(T - s) / tau) dn, here with n as Hertz's depth to the power of 3/2.
+    Raises InputError for a hold that lasts less than the loading.
+    """
+    time = np.asarray(specimen.time, dtype=np.float64)
+    depth = np.maximum(upwards(specimen.travel)[: hold.start + 1] - touch_mm, 0.0)
+    touched = max(int((depth > 0.0).argmax()) - 1, 0)  # the last row before the touch
+    before = time[hold.start] - time[touched : hold.start + 1]
+    since = time[hold] - time[hold.start]
+    hold_s = float(since[-1])
+    if hold_s < before[0]:
+        bound = f"at least as long as the loading, {before[0]:.3g} s"
+        hint = "hold for longer, or cut the rows of the hold off"
+        name = f"{specimen}: hold"
+        raise validation_error(name, float(f"{hold_s:.3g}"), "s", bound, hint)
+
+    last, fall = _fitted_fall(since, upwards(specimen.force)[hold] - zero_N)
+    entered = depth[touched:] ** POINT_CONTACT / depth[-1] ** POINT_CONTACT
+    middles = 0.5 * (before[1:] + before[:-1])
+    kept = [float(np.exp(-middles / arm.time.value) @ np.diff(entered)) for arm in fall]
+    at_once = last + sum(arm.share.value / part for arm, part in zip(fall, kept, strict=True))  # [N]
+    arms = []
+    lost = 0.0
+    for arm, part in zip(fall, kept, strict=True):
+        share = arm.share.times(1.0 / (part * at_once), "1")
+        arms.append(replace(arm, share=share))
+        lost += share.value * (1.0 - part)
+    return HeldRelaxation(arms=tuple(arms), hold_s=hold_s, lost_in_loading=lost)
+
+
+def _fitted_fall(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
+    """Return the last force [N] of a fall over times [s], and its arms, the fastest first, whose shares are in N.
+
+    Their number is that which Schwarz's criterion prefers.
+    """
+    last = float(force.mean())
+    arms: list[RelaxationArm] = []
+    least = _criterion(force - last, 1)
+    step = float(np.median(np.diff(t)))
+    for count in range(1, MOST_ARMS + 1):
+        times = np.geomspace(max(step, 1e-6 * t[-1]), t[-1], count + 2)
+        start = [force[-1], *[max(force[0] - force[-1], 0.0) / count + 1e-9] * count, *np.log(times[1:-1])]
+        lowest = [-np.inf] + [0.0] * count + [np.log(times[0])] * count
+        highest = [np.inf] * (1 + count) + [np.log(times[-1])] * count
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", OptimizeWarning)
+                found, covariance = curve_fit(_falling, t, force, start, bounds=(lowest, highest), max_nfev=4000)
+        except (RuntimeError, OptimizeWarning):  # more arms than the force tells
+            continue
+        value = _criterion(force - _falling(t, *found), len(found))
+        errors = COVERAGE * np.sqrt(np.diag(covariance))
+        amplitudes = found[1 : 1 + count]
+        taus = np.exp(found[1 + count :])
+        if value < least and (amplitudes > errors[1 : 1 + count]).all():
+            least = value
+            last = float(found[0])
+            arms = []
+            for i in np.argsort(taus).tolist():
+                share = Estimate(float(amplitudes[i]), float(errors[1 + i]), "N")
+                time = Estimate(float(taus[i]), float(taus[i] * errors[1 + count + i]), "s")
+                arms.append(RelaxationArm(share=share, time=time))
+    return last, arms
+
+
+def _falling(t: Floats, last: float, *parameters: float) -> Floats:
+    """Return last + sum A_i exp(-t / tau_i) [N]; the parameters are all A_i [N], then the logarithms of all tau_i."""
+    count = len(parameters) // 2
+    amplitudes = np.array(parameters[:count])
+    rates = np.exp(-np.array(parameters[count:]))
+    return np.asarray(last + np.exp(-np.outer(t, rates)) @ amplitudes)
+
+
+def _criterion(residual: Floats, parameters: int) -> float:
+    """Return Schwarz's criterion of a fit by its residual: the least is the best."""
+    count = len(residual)
+    mean_square = max(float(np.mean(residual**2)), np.finfo(np.float64).tiny)
+    return count * math.log(mean_square) + parameters * math.log(count)

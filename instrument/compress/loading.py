@@ -1,0 +1,235 @@
+"""The loading of a compression test: its rows up to the failure of the flesh. What cannot be one is refused."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from instrument.compress.specimens import LEAST_ROWS, Specimen
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
+
+_JITTER = 0.02  # of the travel: a machine's reading steps back by less
+_UNLOADS = 0.5  # of the force that a way back sheds on the loading curve: one that sheds less is no unloading
+_FIRST = 0.2  # of the largest force: a first loading to less is a tap before the test
+_BELOW = 0.1  # of the forces' range: a force so far below the first ones is none of a compression
+_NOISE_BELOW = 6.0  # standard deviations of noise
+_CONCAVE = 0.75  # later slope of a load over the earlier one: a convex fruit has more than 1
+_LOADS = (0.1, 0.3, 0.6)  # of the largest force, between which the slopes are taken
+_MOST_POINTS = 1200  # more are averaged in groups: a fit takes no longer, and loses nothing
+_MOVING_MEAN = 0.02  # of the points
+_NOISE_FALLEN = 5.0  # standard errors by which a force has fallen
+_FALL = 0.03  # of the largest force: a smaller fall is no failure
+_RISEN = 0.1  # of the range of forces: a fall before is one of the zero line
+_NORMAL = 1.4826  # standard deviation over median absolute deviation
+_QUIET = 0.25  # of the range of forces: the zero line lies below
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loading:
+    """A curve up to failure, or to the end of the load: travel [mm] and force [N], shape (points,).
+
+    `zero` [N] is about where the load cell begins, `noise` [N] its standard deviation. `failure` is the travel at which
+    the force fell [mm], None where it did not.
+    """
+
+    travel: Floats
+    force: Floats
+    zero: float
+    noise: float
+    failure: float | None
+
+
+def first_loading(specimen: Specimen) -> Specimen:
+    """Return a curve up to where its plate or probe first turns back, with a note where a later row lies deeper.
+
+    What comes after tells nothing of the flesh as it was: a probe that sticks, a return beyond the start, a second
+    bite. A curve whose force does not fall with its travel is returned as it is.
+    """
+    travel = specimen.travel
+    force = specimen.force
+    if len(travel) < LEAST_ROWS:
+        return specimen
+    peak = int(np.argmax(np.abs(force - np.median(force[:3]))))
+    forwards = 1.0 if travel[peak] >= np.median(travel[:3]) else -1.0
+    pressed = 1.0 if force[peak] >= np.median(force[:3]) else -1.0
+    depth = forwards * travel
+    load = pressed * force
+    unloading = _first_unloading(depth, load)
+    if unloading is None:
+        return specimen
+    turn, end = unloading
+    rows = slice(0, end)
+    columns = {name: getattr(specimen, name)[rows] for name in ("travel", "force", "lines")}
+    time = None if specimen.time is None else specimen.time[rows]
+    notes = specimen.notes
+    if depth[end:].max() > depth[turn]:
+        notes = (
+            *notes,
+            f"{specimen.file}: a later loading goes deeper: the first one, to line {specimen.lines[end - 1]}, is read",
+        )
+    return replace(specimen, **columns, time=time, notes=notes)
+
+
+def _first_unloading(depth: Floats, load: Floats) -> tuple[int, int] | None:
+    """Return the deepest row before a first way back, and the first row that is surely on it; None for no unloading.
+
+    Depth [mm] and load [N] grow with the compression, (rows,). A way back that sheds little of the force which the
+    loading has at that depth is none. Nor is one after a load so small that it was a tap before the test.
+    """
+    deepest = np.maximum.accumulate(depth)
+    span = float(depth.max() - depth[: int(np.argmax(depth)) + 1].min())
+    back = np.flatnonzero(deepest - depth > _JITTER * span)
+    if not back.size:
+        return None
+    end = int(back[0])
+    turn = int(np.argmax(depth[:end]))
+    on_loading = float(np.interp(depth[end], deepest[: turn + 1], load[: turn + 1]))
+    unloads = load[end] - on_loading <= (1.0 - _UNLOADS) * (load[turn] - on_loading)
+    is_tap = load[turn] - load[0] < _FIRST * (load.max() - load[0])
+    return (turn, end) if unloads and not is_tap else None
+
+
+def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loading:
+    """Return the loading of a specimen; with `compression_negative` the signs of columns that fall are turned.
+
+    Raises InputError for too few rows, and for travel that runs backwards. It does so too for a force that is below the
+    zero line, never rises or rises ever less.
+    """
+    travel = specimen.travel
+    force = specimen.force
+    _refuse_few_rows(specimen, len(travel))
+    if compression_negative:
+        travel = upwards(travel)
+        force = upwards(force)
+    _refuse_falling(specimen, "travel", travel, "mm")
+    _refuse_falling(specimen, "force", force, "N")
+    end = int(np.argmax(travel)) + 1
+    _refuse_backwards(specimen, "travel", travel[:end], "mm", _JITTER * float(np.ptp(travel)))
+    _refuse_low_force(specimen, force)
+    _refuse_few_rows(specimen, end)
+    curve = _up_to_failure(_averaged(travel[:end]), _averaged(force[:end]))
+    if _is_concave(curve):
+        columns = f"{specimen.labels['force']} over {specimen.labels['travel']}"
+        bound = "a force that rises ever more with the travel, as on a convex fruit"
+        hint = "swap the names of the columns if they are swapped, or cut the table at the failure"
+        raise validation_error(str(specimen), columns, "", bound, hint)
+    return curve
+
+
+def without_frame(specimen: Specimen, curve: Loading, compliance: float) -> Loading:
+    """Return a loading without the travel that frame and load cell take, of a compliance [um/N].
+
+    Raises InputError where the rest of the travel does not rise: the compliance is none of this machine.
+    """
+    if compliance == 0.0:
+        return curve
+    travel = curve.travel - 1e-3 * compliance * (curve.force - curve.zero)
+    back = float((np.maximum.accumulate(travel) - travel).max())
+    if back > _JITTER * float(np.ptp(curve.travel)):
+        bound = f"less than the whole test gives, {1e3 * np.ptp(curve.travel) / np.ptp(curve.force):.3g} um/N"
+        name = f"{specimen}: compliance"
+        raise validation_error(name, compliance, "um/N", bound, "measure it with steel on steel")
+    failure = None if curve.failure is None else float(travel[-1])
+    return replace(curve, travel=np.maximum.accumulate(travel), failure=failure)
+
+
+def _refuse_few_rows(specimen: Specimen, rows: int) -> None:
+    if rows < LEAST_ROWS:
+        hint = "export every point of the test"
+        raise validation_error(str(specimen), rows, "rows of load", f"at least {LEAST_ROWS}", hint)
+
+
+def _refuse_backwards(specimen: Specimen, quantity: str, values: Floats, unit: str, allowed: float) -> None:
+    """Raise InputError where values step back by more than is allowed [unit]."""
+    largest = np.maximum.accumulate(values)
+    back = np.flatnonzero(largest - values > allowed)
+    if back.size:
+        row = int(back[0])
+        bound = f"at least that of the rows before, {largest[row]:g} {unit}"
+        hint = "put the rows in order, one loading for each table, or check that the columns are not swapped"
+        raise validation_error(specimen.cell(row, quantity), float(values[row]), unit, bound, hint)
+
+
+def upwards(values: Floats) -> Floats:
+    """Return values turned so that from where they begin they move up farther than down."""
+    begin = np.median(values[:3])
+    return values if values.max() - begin >= begin - values.min() else -values
+
+
+def _refuse_falling(specimen: Specimen, quantity: str, values: Floats, unit: str) -> None:
+    row = int(np.argmin(values))
+    lowest = float(values[row])
+    if lowest == values.max() or upwards(values) is not values:
+        hint = "export the whole test; with --compression-negative its sign is turned"
+        raise validation_error(specimen.cell(row, quantity), lowest, unit, "rising in compression", hint)
+
+
+def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
+    first = max(3, min(20, round(0.05 * len(force))))  # rows that show where the force begins
+    zero = float(np.median(force[:first]))
+    limit = max(_BELOW * float(force.max() - zero), _NOISE_BELOW * noise_of(force))
+    row = int(np.argmin(force))
+    if force[row] < zero - limit:
+        bound = f"not below where the force begins, {zero:.3g} N"
+        hint = "correct it, or leave the row out"
+        raise validation_error(specimen.cell(row, "force"), float(force[row]), "N", bound, hint)
+
+
+def _is_concave(curve: Loading) -> bool:
+    """Say whether a force rises ever less with the travel, as in a table whose columns are swapped."""
+    width = max(1, len(curve.force) // 30)
+    smooth = _moving_mean(curve.force, width)
+    load = (smooth - smooth.min()) / np.ptp(smooth)
+    first, middle, last = (float(curve.travel[width // 2 + int(np.argmax(load >= level))]) for level in _LOADS)
+    # slopes crosswise multiplied: travels may be alike
+    earlier = (_LOADS[1] - _LOADS[0]) * (last - middle)
+    later = (_LOADS[2] - _LOADS[1]) * (middle - first)
+    return later < _CONCAVE * earlier
+
+
+def _averaged(values: Floats) -> Floats:
+    group = math.ceil(len(values) / _MOST_POINTS)
+    count = len(values) // group
+    return np.asarray(values[: count * group].reshape(count, group).mean(axis=1))
+
+
+def _moving_mean(values: Floats, width: int) -> Floats:
+    """Return means over so many values; the first one belongs to the value of index width // 2."""
+    return np.convolve(values, np.ones(width) / width, mode="valid")
+
+
+def noise_of(force: Floats) -> float:
+    """Return the standard deviation of the noise of forces (points,) [N].
+
+    Taken from second differences, which a smooth curve hardly has. At least what the last digit hides.
+    """
+    curvature = force[2:] - 2.0 * force[1:-1] + force[:-2]
+    spread = _NORMAL * float(np.median(np.abs(curvature - np.median(curvature)))) / math.sqrt(6.0)
+    steps = np.abs(np.diff(force))
+    last_digit = float(min(steps[steps > 0.0], default=0.0))
+    return spread if spread >= last_digit else max(spread, last_digit / math.sqrt(12.0))
+
+
+def _up_to_failure(travel: Floats, force: Floats) -> Loading:
+    """Return the curve up to the largest force before the first fall that is neither noise nor small."""
+    noise = noise_of(force)
+    width = max(1, round(_MOVING_MEAN * len(force)))
+    smooth = _moving_mean(force, width)
+    span = float(np.ptp(smooth))
+    noise_of_difference = noise * math.sqrt(2.0 / width)
+    large_fall = max(_FALL * span, _NOISE_FALLEN * noise_of_difference)
+    highest_before = np.maximum.accumulate(smooth)
+    has_risen = highest_before - smooth[0] > _RISEN * span
+    has_fallen = highest_before - smooth > large_fall
+    failures = np.flatnonzero(has_risen & has_fallen)
+    failure = None
+    if failures.size:
+        peak = int(np.argmax(smooth[: failures[0] + 1])) + width // 2
+        failure = float(travel[peak])
+        travel = travel[: peak + 1]
+        force = force[: peak + 1]
+    # the load cell begins at the median of the first points that are low
+    rising = np.flatnonzero(force > force[0] + _QUIET * (force.max() - force[0]))
+    low = force[: max(1, int(rising[0]) // 2)] if rising.size else force[:1]
+    return Loading(travel=travel, force=force, zero=float(np.median(low)), noise=noise, failure=failure)

@@ -1,0 +1,237 @@
+"""The modulus of a fruit from one compression test: by its force law, and as force over plate area over strain."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from instrument.compress.force_law import POISSON, ForceLaw, TestGeometry, hertz_law, solved_law
+from instrument.compress.holds import HeldRelaxation, held_relaxation, hold_of, loading_before
+from instrument.compress.law_fit import fit_law
+from instrument.compress.loading import Loading, first_loading, loading, upwards, without_frame
+from instrument.compress.range_choice import RangeFit, choose_range
+from instrument.compress.specimens import Specimen
+from sensor.design.fruit import USUAL_MODULI
+from sensor.quantity import Bounds, validation_error
+
+COVERAGE = 1.96
+"""Standard errors to each side that hold 95 %."""
+PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
+"""Moduli of whole fruit and tubers [MPa]: beyond, a unit is wrong."""
+TELLING = Bounds(below=100.0)
+"""Error bars of a modulus that says anything [%]: beyond, it may as well be 0."""
+_ASIDE = 0.2  # of the travel to a strain, on each side: what its secant and tangent are read from
+_LEAST_POINTS = 6
+_RISEN = 0.1  # of the largest force: the plate is on the fruit
+_LAST = 0.95  # of the curve, where a stated strain lies beyond it
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlateModulus:
+    """Stress over strain at one strain: the secant from the first touch and the tangent, with errors at 95 %."""
+
+    strain_percent: float
+    E_secant_MPa: float
+    u_secant_percent: float
+    E_tangent_MPa: float
+    u_tangent_percent: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompressionResult:
+    """What one specimen says: `E_MPa` with `u_percent` at 95 %, and the moduli that literature has beside it.
+
+    `shares_percent` are the parts of the error. Scatter, force curve and Poisson's ratio add in the root of their
+    squares. The others add to that, as bounds that a test may well reach together. `E_hertz_MPa` is the apparent
+    modulus of ASAE S368, None where Hertz's law cannot be fitted; `follows_hertz` says whether the curve follows it.
+    `relaxation` is what a hold tells, None where the curve has none.
+    """
+
+    specimen: Specimen
+    geometry: TestGeometry
+    curve: Loading
+    chosen: RangeFit
+    E_MPa: float
+    u_percent: float
+    shares_percent: Mapping[str, float]
+    E_hertz_MPa: float | None
+    follows_hertz: bool
+    secants: tuple[PlateModulus, ...]
+    notes: tuple[str, ...]
+    relaxation: HeldRelaxation | None = None
+
+    @property
+    def name(self) -> str:
+        """Return the name of the modulus in an answer."""
+        return f"{Path(self.specimen.file).name} {self.specimen.name}"
+
+    @property
+    def E_plate_MPa(self) -> float:
+        """Return the paper's modulus: force over plate area, over travel over height [MPa]."""
+        return self.secants[0].E_secant_MPa
+
+    @property
+    def reads_low(self) -> float:
+        """Return by which factor the paper's modulus lies below that of the flesh [1]."""
+        return self.E_MPa / self.E_plate_MPa
+
+
+def measured_modulus(
+    specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False
+) -> CompressionResult:
+    """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit."""
+    specimen = first_loading(specimen)
+    hold = hold_of(specimen)
+    as_measured = loading(loading_before(specimen, hold), compression_negative=compression_negative)
+    curve = without_frame(specimen, as_measured, geometry.compliance_um_per_N)
+    _refuse_long_travel(specimen, curve, geometry)
+    law = solved_law(geometry)
+    chosen = choose_range(curve, law)
+    if chosen is None:
+        hint = "check that it is a whole loading, from before the touch on"
+        raise validation_error(str(specimen), "curve", "", "a loading that the law of a fruit fits", hint)
+    E = chosen.modulus.value
+    if not PLAUSIBLE.hold(E):
+        hint = "check the units of force and travel, and the radius"
+        name = f"{specimen}: modulus"
+        raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
+    bounds = {}
+    for name, others in law.others.items():
+        bounds[name] = max(_moved_by(other, curve, chosen) for other in others)
+    by_chance = {
+        "scatter of the points": COVERAGE * chosen.modulus.relative,
+        "force curve": law.error,
+        POISSON: bounds.pop(POISSON),
+    }
+    if geometry.compliance_error_um_per_N:
+        count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
+        by_chance["machine compliance"] = _moved_by_frame(specimen, as_measured, chosen, count, geometry)
+    shares = by_chance | bounds
+    u_percent = 100.0 * (math.hypot(*by_chance.values()) + sum(bounds.values()))
+    _refuse_wide_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
+    apparent = hertz_law(geometry)
+    hertz = apparent and choose_range(curve, apparent)
+    zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
+    secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
+    relaxation = None
+    if hold:
+        frame = 1e-3 * geometry.compliance_um_per_N * (upwards(specimen.force) - curve.zero)
+        fruit = replace(specimen, travel=upwards(specimen.travel) - frame) if frame.any() else specimen
+        relaxation = held_relaxation(fruit, hold, chosen.touch.value, zero)
+    return CompressionResult(
+        specimen=specimen,
+        geometry=geometry,
+        curve=curve,
+        chosen=chosen,
+        E_MPa=E,
+        u_percent=u_percent,
+        shares_percent={name: 100.0 * share for name, share in shares.items()},
+        E_hertz_MPa=hertz.modulus.value if hertz else None,
+        follows_hertz=bool(hertz and hertz.follows),
+        secants=tuple(secants),
+        notes=(*specimen.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
+        relaxation=relaxation,
+    )
+
+
+def _moved_by(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
+    """Return how far off the modulus is that is found over the chosen range, were another law the true one [1]."""
+    count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
+    drifts = chosen.fit.parameters.drift != 0.0
+    fit = fit_law(other, curve.travel[:count], curve.force[:count], curve.zero, with_drift=drifts)
+    if fit is None:
+        return abs(other.stiffness / chosen.fit.law.stiffness - 1.0)
+    return abs(chosen.fit.modulus.value / fit.modulus.value - 1.0)
+
+
+def _moved_by_frame(
+    specimen: Specimen, as_measured: Loading, chosen: RangeFit, count: int, geometry: TestGeometry
+) -> float:
+    """Return how far the modulus moves at most where the compliance is off by its error [1].
+
+    The first `count` points are those of the chosen range.
+    """
+    moved = []
+    for error in (geometry.compliance_error_um_per_N, -geometry.compliance_error_um_per_N):
+        other = without_frame(specimen, as_measured, geometry.compliance_um_per_N + error)
+        drifts = chosen.fit.parameters.drift != 0.0
+        fit = fit_law(chosen.fit.law, other.travel[:count], other.force[:count], other.zero, with_drift=drifts)
+        moved.append(1.0 if fit is None else abs(fit.modulus.value / chosen.fit.modulus.value - 1.0))
+    return max(moved)
+
+
+def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
+    """Raise InputError where the plate goes through the fruit: from the first force to the end is more than it is."""
+    is_loaded = curve.force > curve.zero + _RISEN * (float(curve.force.max()) - curve.zero)
+    depth = float(curve.travel[-1] - curve.travel[int(np.argmax(is_loaded))])
+    if depth > geometry.height_mm:
+        name = f"{specimen}: travel under load"
+        bound = f"less than the height of the body, {geometry.height_mm:g} mm"
+        raise validation_error(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
+
+
+def _refuse_wide_bar(specimen: Specimen, u_percent: float, largest_share: str) -> None:
+    """Raise InputError where the error bar reaches to 0; the hint names the row at which the force jumps most."""
+    if not TELLING.hold(u_percent):
+        jumps = np.abs(np.diff(specimen.force, n=2))
+        odd_row = specimen.cell(int(np.argmax(jumps)) + 1, "force")
+        name = f"{specimen}: error of the modulus"
+        hint = f"most is {largest_share}; correct {odd_row}, if its force is an outlier, or measure more points"
+        raise validation_error(name, float(f"{u_percent:.3g}"), "%", f"{TELLING}", hint)
+
+
+def _notes(E: float, chosen: RangeFit, asked_strain: float, first_strain: float) -> list[str]:
+    notes = []
+    if first_strain != asked_strain:
+        notes.append(f"the curve ends before {asked_strain:g} % strain: its secant is at {first_strain:g} %")
+    if not USUAL_MODULI.hold(E):
+        notes.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
+    if not chosen.follows:
+        cause = "the shape of the fruit or its flesh differs"
+        notes.append(f"the curve does not follow the force of such a fruit within its noise: {cause}")
+    if chosen.idle == 0:
+        notes.append("no rows before the touch: the zero of the force is fitted with the rest")
+    drift = chosen.fit.parameters.drift
+    if drift:
+        notes.append(f"the zero line drifts by {drift:.3g} N/mm: taken out")
+    return notes
+
+
+def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[float]:
+    """Return the strains [%] that the curve reaches, the first one replaced where it lies beyond the end."""
+    per_mm = 100.0 / geometry.height_mm
+    last = per_mm * _LAST * (float(curve.travel[-1]) - chosen.touch.value)
+    unsure = per_mm * COVERAGE * chosen.touch.error
+    first, *others = geometry.strains_percent
+    smallest = min(geometry.strains_percent)
+    if smallest < unsure:
+        bound = f"at least {unsure:.2g} %, within which the first touch is known"
+        raise validation_error("--strain", smallest, "%", bound, "take a larger strain, or a finer curve")
+    if first > last:
+        first = min(float(f"{last:.2g}"), last)
+    return [first, *(strain for strain in others if strain <= last)]
+
+
+def _plate_modulus(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
+    """Return secant and tangent at a strain [%] from the parabola through the points about it, or the nearest few."""
+    depth = 0.01 * strain * geometry.height_mm
+    from_strain = curve.travel - chosen.touch.value - depth
+    distance = np.abs(from_strain)
+    near = distance <= max(_ASIDE * depth, np.sort(distance)[_LEAST_POINTS - 1])
+    force = (curve.force - chosen.fit.zero_line(curve.travel))[near]
+    coefficients, covariance = np.polyfit(from_strain[near], force, 2, cov=True)
+    half_curvature, slope, level = coefficients.tolist()
+    _, slope_error, level_error = np.sqrt(np.diag(covariance)).tolist()
+    # an error of the touch shifts the curve along the travel
+    level_error = math.hypot(level_error, slope * chosen.touch.error)
+    slope_error = math.hypot(slope_error, 2.0 * half_curvature * chosen.touch.error)
+    per_strain = geometry.height_mm / geometry.plate_area_mm2
+    return PlateModulus(
+        strain_percent=strain,
+        E_secant_MPa=level / depth * per_strain,
+        u_secant_percent=100.0 * COVERAGE * level_error / abs(level),
+        E_tangent_MPa=slope * per_strain,
+        u_tangent_percent=100.0 * COVERAGE * slope_error / abs(slope),
+    )

@@ -1,0 +1,50 @@
+"""The page of compression tests: force over travel with the fitted law, and stress over strain as in the paper."""
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from instrument.compress.modulus import CompressionResult
+from pipeline.report.page.template import FIGURES, render_page
+from pipeline.storage.plain import Plain
+
+_MOST_POINTS = 400  # of a curve: more hide each other
+_STEPS = 100
+
+
+def modulus_page(results: Sequence[CompressionResult]) -> str:
+    """Return the page of all results."""
+    files = Counter(result.specimen.file for result in results)
+    tests = [_test(result, alone=files[result.specimen.file] == 1) for result in results]
+    return render_page("modulus.html.j2", (*FIGURES, "modulus.js"), {"tests": tests}, results=results)
+
+
+def _test(result: CompressionResult, *, alone: bool) -> Plain:
+    """Return what the plots need of a test: travel [mm], force [N], the law where it is fitted, strain and stress.
+
+    A test that is `alone` in its file has the name of the file.
+    """
+    curve = result.curve
+    chosen = result.chosen
+    geometry = result.geometry
+    shown = np.unique(np.linspace(0, len(curve.travel) - 1, _MOST_POINTS).astype(int))
+    travel = curve.travel[shown]
+    force = curve.force[shown]
+    fitted = np.linspace(float(curve.travel[0]), chosen.last, _STEPS)
+    secant = result.secants[0]
+    stem = Path(result.specimen.file).stem
+    return {
+        "name": stem if alone else f"{stem} {result.specimen.name}",
+        "travel": travel.tolist(),
+        "force": force.tolist(),
+        "law": {"travel": fitted.tolist(), "force": chosen.fit.force(fitted, float(curve.force.max())).tolist()},
+        "touch": chosen.touch.value,
+        "failure": curve.failure,
+        "strain": (100.0 * (travel - chosen.touch.value) / geometry.height_mm).tolist(),
+        "stress": ((force - chosen.fit.zero_line(travel)) / geometry.plate_area_mm2).tolist(),
+        "secant": {"strain": secant.strain_percent, "E": secant.E_secant_MPa},
+        "E": result.E_MPa,
+        "u_percent": result.u_percent,
+    }

@@ -1,0 +1,69 @@
+"""The sizes of each specimen from a table, for tests of unlike fruit in one call."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from instrument.compress.specimens import Specimen
+from pipeline.tables.files import place_of
+from pipeline.tables.numbers import is_missing
+from pipeline.tables.table import only_table
+from pipeline.tables.units import LENGTH, Quantity
+from sensor.quantity import validation_error
+
+_WORDS = {
+    "height": ("h",),
+    "radius": ("r", "radius 1", "radius along"),
+    "radius_across": ("radius 2", "across"),
+    "length": (),
+    "width": (),
+    "plunger_radius": ("plunger",),
+}
+_TEXTS = {"file": Quantity(units={}), "specimen": Quantity(units={}, words=("sample",))}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpecimenSizes:
+    """The sizes of specimens: by file and name, "" for all of a file, each size [mm] by the name of its flag."""
+
+    source: str
+    understood: str
+    rows: Mapping[tuple[str, str], Mapping[str, float]]
+
+    @property
+    def files(self) -> list[Path]:
+        """Return the files that it names, beside it."""
+        folder = Path(self.source).parent
+        return [folder / file for file in dict.fromkeys(file for file, _ in self.rows)]
+
+    def sizes_of(self, specimen: Specimen) -> Mapping[str, float]:
+        """Return the sizes of a specimen; raises InputError where the table has none."""
+        path = Path(specimen.path)
+        for file in (specimen.path, path.name, path.stem):
+            for name in (specimen.name, ""):
+                if (file, name) in self.rows:
+                    return self.rows[file, name]
+        bound = f"a row of {specimen.path}, specimen {specimen.name!r}"
+        raise validation_error(self.source, len(self.rows), "rows", f"a table with {bound}", "add its sizes")
+
+
+def measured_sizes(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
+    """Return the sizes of specimens in a table; raises InputError for one that a flag gives as well."""
+    sizes = {name: Quantity(units=LENGTH, default="mm", most=1e4, words=words) for name, words in _WORDS.items()}
+    table = only_table(source, _TEXTS | sizes, [("file",)], "file,height_mm,radius_mm")
+    columns = {column.name: column for column in table.columns}
+    for name in flags:
+        if name in columns:
+            place = place_of(table.source, table.header.line, columns[name].label)
+            bound = f"left out beside --{name.replace('_', '-')}"
+            raise validation_error(place, columns[name].label, "", bound, "say each size once")
+    of_each: dict[tuple[str, str], dict[str, float]] = {}
+    for row in table.rows:
+        texts = tuple(columns[name].cell(row) if name in columns else "" for name in _TEXTS)
+        key = (texts[0], texts[1])
+        if not key[0] or key in of_each:
+            bound = "a file, and for each of its specimens one row"
+            raise validation_error(place_of(table.source, row.line), ", ".join(key), "", bound, "correct that line")
+        given = [column for name, column in columns.items() if name in sizes and not is_missing(column.cell(row))]
+        of_each[key] = {column.name: table.number(row, column) for column in given}
+    return SpecimenSizes(source=table.source, understood=table.understood, rows=of_each)

@@ -1,0 +1,183 @@
+"""The force-travel curves of a file: two columns, or an export of TRAPEZIUM X in either of its layouts.
+
+A table begins at a header that names a force and a travel, and ends at a blank line. Several specimens may stand side
+by side, each with its own TIME, FORCE and STROKE. A header may come again within one test, as LabVIEW writes it for
+each segment. What else a file says, of its method or its results, is passed over.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.tables.clock import Clock
+from pipeline.tables.files import place_of
+from pipeline.tables.numbers import is_number
+from pipeline.tables.rows import sheets_of
+from pipeline.tables.table import Column, FoundTable, TableReader, is_statistic
+from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
+from pipeline.tables.words import WORDS
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
+
+QUANTITIES = {
+    "force": Quantity(
+        units=FORCE,
+        default="N",
+        words=tuple(WORDS["words"]["force"]),
+        beside_unit=tuple(WORDS["beside_unit"]["force"]),
+    ),
+    "travel": Quantity(
+        units=LENGTH,
+        default="mm",
+        words=tuple(WORDS["words"]["travel"]),
+        beside_unit=tuple(WORDS["beside_unit"]["travel"]),
+    ),
+    "time": Quantity(units=TIME, default="s", words=tuple(WORDS["words"]["time"]), by_clock=True),
+}
+"""What the headers of common testing machines mean."""
+LEAST_ROWS = 12
+"""Of a curve: a table of fewer rows beside a longer one is a table of results."""
+_NEEDED = {"force", "travel"}
+_AT_END = 0.05  # of the travel: how far from its largest compression a segment ends that another one follows
+_STEPS = 3.0  # of a segment: how far from its end the next one begins at most
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Specimen:
+    """One curve: travel [mm], force [N] and time [s] as measured, shape (rows,), and the line of each row.
+
+    `labels` are the headers by quantity; `notes` say what was assumed on reading it, `understood` in one line what was
+    read. `path` is the file without the name of a sheet.
+    """
+
+    file: str
+    name: str
+    travel: Floats
+    force: Floats
+    time: Floats | None
+    lines: tuple[int, ...]
+    labels: dict[str, str]
+    notes: tuple[str, ...]
+    understood: str = ""
+    path: str = ""
+
+    def __str__(self) -> str:
+        """Return how an error names it."""
+        return f"{self.file}, specimen {self.name!r}"
+
+    def cell(self, row: int, quantity: str) -> str:
+        """Return how an error names the cell of a quantity in a row of the curve."""
+        return place_of(self.file, self.lines[row], self.labels[quantity])
+
+
+def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES) -> list[Specimen]:
+    """Return every curve of a file; raises InputError."""
+    reader = TableReader(quantities, [sorted(_NEEDED)], "force_N,travel_mm")
+    tables = [replace(table, rows=list(table.rows)) for sheet in sheets_of(source) for table in reader.tables(sheet)]
+    if not tables:
+        raise reader.no_header()
+    curves = [table for table in tables if not any(map(is_statistic, table.left_out))] or tables
+    specimens: list[Specimen] = []
+    header: tuple[str, ...] = ()
+    for table in curves:
+        for specimen in _specimens_of_table(table, len(specimens)):
+            if specimens and table.header.cells == header and _goes_on(specimens[-1], specimen):
+                specimens[-1] = _joined(specimens[-1], specimen)
+            else:
+                specimens.append(specimen)
+        header = table.header.cells
+    longest = max(len(specimen.lines) for specimen in specimens)
+    least = LEAST_ROWS if longest >= LEAST_ROWS else 0
+    whole = [specimen for specimen in specimens if len(specimen.lines) >= least]
+    others = [specimen.lines for specimen in specimens if specimen not in whole]
+    others += [tuple(row.line for row in table.rows) for table in tables if table not in curves]
+    over = "".join(f"; passed over results, line {lines[0]} and on" for lines in sorted(others) if lines)
+    return [replace(each, path=str(source), understood=each.understood + over) for each in whole]
+
+
+def _goes_on(first: Specimen, second: Specimen) -> bool:
+    """Return whether a curve begins where the one before it ends, at its largest compression and in the same file."""
+    travel = first.travel
+    if first.file != second.file or len(travel) < 2 or len(second.travel) < 2:  # noqa: PLR2004
+        return False
+    way = travel[-1] - travel[0]
+    is_at_end = abs(way) >= (1.0 - _AT_END) * np.ptp(travel) > 0.0
+    is_near = all(
+        abs(after[0] - before[-1]) <= _STEPS * max(np.abs(np.diff(before)).max(), np.abs(np.diff(after)).max())
+        for before, after in ((travel, second.travel), (first.force, second.force))
+    )
+    step = float(np.abs(np.diff(travel)).max())
+    return bool(is_at_end and is_near and (second.travel[0] - travel[-1]) * np.sign(way) > -step)
+
+
+def _joined(first: Specimen, second: Specimen) -> Specimen:
+    """Return two curves as one; raises InputError if the time of the second one begins anew."""
+    time = None
+    if first.time is not None and second.time is not None:
+        if second.time[0] < first.time[-1]:
+            bound = f"at least the {first.time[-1]:g} s of the line before, where travel and force go on"
+            hint = "correct the times, or leave that column out"
+            raise validation_error(second.cell(0, "time"), float(second.time[0]), "s", bound, hint)
+        time = np.concatenate([first.time, second.time])
+    return replace(
+        first,
+        travel=np.concatenate([first.travel, second.travel]),
+        force=np.concatenate([first.force, second.force]),
+        time=time,
+        lines=first.lines + second.lines,
+        notes=tuple(dict.fromkeys(first.notes + second.notes)),
+        understood=f"{first.understood}; goes on in lines {second.lines[0]} to {second.lines[-1]}",
+    )
+
+
+def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
+    """Yield the specimens of a table, before which `count` have come."""
+    # A force or a travel that comes again begins the next specimen.
+    groups: list[dict[str, Column]] = [{}]
+    for column in table.columns:
+        if column.name in groups[-1] and (column.name in _NEEDED or groups[-1].keys() >= _NEEDED):
+            groups.append({})
+        groups[-1].setdefault(column.name, column)
+    if groups[1:] and not groups[-1].keys() & _NEEDED:
+        groups.pop()
+
+    for number, columns in enumerate(groups, start=count + 1):
+        if not columns.keys() >= _NEEDED:
+            labels = [column.label for column in columns.values()]
+            bound = "for each specimen one force and one travel"
+            hint = "choose one of each by --columns force=HEADER,travel=HEADER, each a header or the number of a column"
+            raise validation_error(place_of(table.source, table.header.line), ", ".join(labels), "", bound, hint)
+        above, *others = (table.above.cell(column.index) for column in columns.values())
+        name = "" if any(others) or is_number(above) else above
+        yield _specimen(table, columns, name or f"{number}")
+
+
+def _specimen(table: FoundTable, columns: Mapping[str, Column], name: str) -> Specimen:
+    """Return the curve of some columns; beside longer specimens the cells of a shorter one are empty."""
+    filled = [row for row in table.rows if any(column.cell(row) for column in columns.values())]
+    table = table.limited_to([*columns.values()], filled)
+    notes = [
+        f"{columns[quantity].note}; --units {quantity}=UNIT says another"
+        for quantity in ("force", "travel")
+        if columns[quantity].note
+    ]
+    values = {}
+    for quantity, column in columns.items():
+        if quantity == "time":
+            clock = Clock(table, column, lambda told: notes.append(f"{table.source}: {told}"))
+            values[quantity] = np.array([clock.seconds(row) for row in filled])
+        else:
+            values[quantity] = np.array([table.number(row, column) for row in filled])
+    return Specimen(
+        file=table.source,
+        name=name,
+        travel=values["travel"],
+        force=values["force"],
+        time=values.get("time"),
+        lines=tuple(row.line for row in filled),
+        labels={quantity: column.label for quantity, column in columns.items()},
+        notes=tuple(notes),
+        understood=table.understood,
+    )

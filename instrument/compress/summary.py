@@ -1,0 +1,159 @@
+"""Several compression tests together: each fruit, the range for a design, and all of it as tables and as data."""
+
+import math
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from instrument.compress.modulus import CompressionResult
+from instrument.template import print_answer
+
+_MODULI = 7  # in the design's list, as in the paper's
+
+
+@dataclass(frozen=True, kw_only=True)
+class FruitSummary:
+    """The tests of one fruit: their number, mean and standard deviation [MPa] of each modulus, 0 for a single one."""
+
+    name: str
+    count: int
+    E_MPa: float
+    E_deviation_MPa: float
+    E_plate_MPa: float
+    E_plate_deviation_MPa: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignRange:
+    """The moduli that a design file asks for [MPa]: the largest, and a list over the range."""
+
+    E_max_MPa: float
+    E_MPa: tuple[float, ...]
+
+    def join_moduli(self, sign: str) -> str:
+        """Return the moduli with a sign between."""
+        return sign.join(f"{E:g}" for E in self.E_MPa)
+
+
+def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) -> list[FruitSummary]:
+    """Return one summary for each file, whose specimens are tests of one fruit, or for each folder of such files."""
+    tests_of: dict[str, list[CompressionResult]] = {}
+    for result in results:
+        path = Path(result.specimen.file)
+        tests_of.setdefault(str(path.parent if by_folder else path), []).append(result)
+    return [_summary(name, tests) for name, tests in tests_of.items()]
+
+
+def overall_modulus(summaries: Sequence[FruitSummary]) -> FruitSummary:
+    """Return mean and standard deviation [MPa] over the fruit, each counted once."""
+    return _summary("all fruit", summaries)
+
+
+def _summary(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> FruitSummary:
+    flesh = [test.E_MPa for test in tests]
+    plate = [test.E_plate_MPa for test in tests]
+    return FruitSummary(
+        name=name,
+        count=len(tests),
+        E_MPa=statistics.fmean(flesh),
+        E_deviation_MPa=statistics.stdev(flesh) if len(tests) > 1 else 0.0,
+        E_plate_MPa=statistics.fmean(plate),
+        E_plate_deviation_MPa=statistics.stdev(plate) if len(tests) > 1 else 0.0,
+    )
+
+
+def design_range(results: Sequence[CompressionResult]) -> DesignRange:
+    """Return the range from the softest to the stiffest modulus, each with its error bar, rounded outwards.
+
+    Of one specimen it is that modulus alone.
+    """
+    E = np.array([test.E_MPa for test in results])
+    u = 0.01 * np.array([test.u_percent for test in results])
+    E_max = _two_digits(float((E * (1.0 + u)).max()), math.ceil)
+    E_min = _two_digits(float((E * (1.0 - u)).min()), math.floor)
+    moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)
+    return DesignRange(E_max_MPa=float(f"{E_max:.3g}"), E_MPa=tuple(float(f"{modulus:.3g}") for modulus in moduli))
+
+
+def _two_digits(value: float, rounded: Callable[[float], int]) -> float:
+    """Return a positive value [any unit] rounded up or down to two digits."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return step * rounded(round(value / step, 9))
+
+
+def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[str, object]:
+    """Return one specimen's numbers, their units in the keys; `assumed` says what the flags left open."""
+    chosen = result.chosen
+    test = result.geometry
+    mapping: dict[str, object] = {
+        "file": result.specimen.file,
+        "specimen": result.specimen.name,
+        "read_as": result.specimen.understood,
+        "E_MPa": result.E_MPa,
+        "E_hertz_MPa": result.E_hertz_MPa,
+        "E_over_1_minus_nu2_MPa": result.E_MPa / (1.0 - test.poisson**2),
+        "E_plate_MPa": result.E_plate_MPa,
+        "u_percent": result.u_percent,
+        "u_shares_percent": dict(result.shares_percent),
+        "u_plate_percent": result.secants[0].u_secant_percent,
+        "plate_reads_low_by": result.reads_low,
+        "first_touch_mm": chosen.touch.value,
+        "force_rises_from_mm": chosen.fit.onset,
+        "range_end_mm": chosen.last,
+        "failure_mm": result.curve.failure,
+        "zero_N": chosen.fit.parameters.offset,
+        "drift_N_per_mm": chosen.fit.parameters.drift,
+        "noise_N": result.curve.noise,
+        "follows_law": chosen.follows,
+        "follows_hertz": result.follows_hertz,
+        "at_strain": [asdict(secant) for secant in result.secants],
+        "geometry": {
+            **vars(test.body),
+            "poisson": test.poisson,
+            "plate_area_mm2": test.plate_area_mm2,
+            "plates": test.plates,
+            "poisson_error": test.poisson_error,
+            "compliance_um_per_N": test.compliance_um_per_N,
+            "compliance_error_um_per_N": test.compliance_error_um_per_N,
+            "body": test.body.kind,
+            "plunger": None if test.plunger is None else asdict(test.plunger),
+        },
+        "notes": [*assumed, *result.notes],
+    }
+    if result.relaxation is not None:
+        arms = []
+        for arm in result.relaxation.arms:
+            share = {"share": arm.share.value, "u_share_percent": arm.share.percent}
+            arms.append({**share, "time_s": arm.time.value, "u_time_percent": arm.time.percent})
+        lost_percent = 100.0 * result.relaxation.lost_in_loading
+        mapping["relaxation"] = {
+            "arms": arms,
+            "hold_s": result.relaxation.hold_s,
+            "lost_in_loading_percent": lost_percent,
+        }
+    return mapping
+
+
+def print_results(
+    results: Sequence[CompressionResult], fruit: Sequence[FruitSummary], design: DesignRange, assumed: Sequence[str]
+) -> None:
+    """Print each specimen, each fruit as in the paper's Table I, and the range for the design file."""
+    notes = list(assumed)
+    for result in results:
+        notes += result.notes
+    shares: dict[str, float] = {}
+    for result in results:
+        shares |= {name: max(share, shares.get(name, 0.0)) for name, share in result.shares_percent.items()}
+    print_answer(
+        "compress/modulus.txt.j2",
+        results=results,
+        shares=shares,
+        per_mm_percent=max(100.0 * result.geometry.body.per_mm for result in results),
+        rigid=any(result.geometry.compliance_um_per_N == 0.0 for result in results),
+        summaries=[*fruit, overall_modulus(fruit)],
+        design=design,
+        notes=dict.fromkeys(notes),
+    )

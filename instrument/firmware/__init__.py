@@ -1,0 +1,1 @@
+"""The program of a unit: a C header, and a MicroPython module."""

@@ -1,0 +1,165 @@
+"""The read-out of a unit as source code for a microcontroller: a C99 header, or a MicroPython module."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from instrument.press.fruit_reading import AT_THE_EDGE
+from instrument.press.measuring import MeasuringUnit
+from instrument.press.presses import TARE_SAMPLES
+from instrument.press.seating import ROUNDS, seating_of
+from instrument.press.spikes import BESIDE, FIRM, LARGEST_RESIDUAL, OTHERS, SLACK, press_line
+from instrument.template import render_template
+from pipeline.reading.read_out import LevelReading
+from sensor.design.readout import AMPLIFIERS
+from sensor.quantity import validation_error
+from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, LARGEST_TOUCH_FORCE, LEAST_RISE, RiseLaw
+
+SADDLE_STEPS = 12
+"""Of finding the offset of a saddle: each leaves some per cent of the error of the step before."""
+SETTLED = 1e-4  # of the springs' part of the contrast: an offset that moves more in the last step is of no press
+
+
+def c_header(sensor: MeasuringUnit) -> str:
+    """Return the read-out of a unit in single-precision C99, without heap, the unit's constants in it.
+
+    Raises InputError where the design has fruit.relaxation.
+    """
+    return render_template("firmware/firmware.h.j2", _single, **_constants(sensor))
+
+
+def micropython(sensor: MeasuringUnit) -> str:
+    """Return the read-out of a unit as a MicroPython module that imports math alone.
+
+    Raises InputError where the design has fruit.relaxation.
+    """
+    return render_template("firmware/firmware.py.j2", repr, **_constants(sensor))
+
+
+def _constants(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return what the templates name: forces [N], lengths [mm], moduli [MPa].
+
+    Raises InputError for flesh that relaxes, which is read by a press with its hold.
+    """
+    if sensor.design.fruit.relaxation is not None:
+        bound = "left out for firmware, which reads no hold"
+        raise validation_error("fruit.relaxation", "given", "", bound, "read a press with pipeline read")
+    least, largest = sensor.range_MPa
+    signal = sensor.report.read_out.signal
+    return {
+        "design": sensor.design.name,
+        "method": sensor.unit.method,
+        "radii": " and ".join(f"{radius:g}" for radius in sensor.radii_mm or ()),
+        "tips": [tip.name for tip in sensor.report.tips],
+        "gains": sensor.unit.gain,
+        "newtons": [slope for row in sensor.unit.newtons_per_count for slope in row],
+        "saturation": sensor.unit.saturation_counts,
+        "tare_samples": TARE_SAMPLES,
+        "amplifier": "" if signal is None else signal.amplifier,
+        "board": "" if signal is None else signal.board,
+        "least_forces": sensor.least_forces.tolist(),
+        "lowest_forces": sensor.lowest_forces.tolist(),
+        "largest_forces": sensor.largest_forces.tolist(),
+        "least_E": least * (1.0 - AT_THE_EDGE),
+        "largest_E": largest * (1.0 + AT_THE_EDGE),
+        "reduced": sensor.reduced(1.0),
+        "later": [] if signal is None else list(signal.delays),
+        "rate": 0.0 if signal is None or not signal.time_deviation else signal.rate_Hz,
+        "time_deviation": 0.0 if signal is None else signal.time_deviation,
+        "largest_by_time": LARGEST_BY_TIME,
+        "inputs": _inputs(sensor),
+        "level": _level(sensor.level, sensor.press_over_weighed()),
+        **_contrast_constants(sensor, sensor.rise_law),
+        **_spike_constants(sensor),
+        **_seating_constants(sensor),
+    }
+
+
+def _inputs(sensor: MeasuringUnit) -> list[int]:
+    """Return the inputs of the amplifier in the order of their conversion, those without a tip last."""
+    signal = sensor.report.read_out.signal
+    if signal is None:
+        return []
+    count = max(int(AMPLIFIERS[signal.amplifier].channels), len(sensor.report.tips))
+    return [*signal.conversion_order, *range(len(sensor.report.tips), count)]
+
+
+def _level(rows: Sequence[LevelReading], stiffened: float) -> dict[str, object]:
+    """Return level readings as logarithms, and the factor of one row.
+
+    Springs that are stiffer in a press of the design than in the weighing, `stiffened` [1], read as much too little.
+    """
+    if not rows and stiffened != 1.0:
+        rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]
+    by_creep = math.log(stiffened)
+    return {
+        "logs": [math.log(row.read_MPa) - by_creep for row in rows],
+        "shifts": [math.log(row.E_MPa / row.read_MPa) + by_creep for row in rows],
+        "factor": stiffened * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
+    }
+
+
+def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return from which loads [N/mm] and forces [N] on a press is summed, and what seats the tips."""
+    seating = seating_of(sensor)
+    return {
+        "loads": seating.loads,
+        "load_forces": [force for forces in seating.least_forces for force in forces.tolist()],
+        "per_offset": seating.per_offset,
+        "by_skin": seating.by_skin,
+        "rounds": ROUNDS,
+    }
+
+
+def _spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return what tells samples that contradict their press: forces [N], the contrast [mm]."""
+    line = press_line(sensor)
+    return {
+        "line": line,
+        "others": OTHERS,
+        "beside": BESIDE,
+        "slack": SLACK * (line.most - line.least),
+        "firm": FIRM,
+        "largest_residual": LARGEST_RESIDUAL,
+    }
+
+
+def _single(value: float) -> str:
+    """Return a number as C writes it in single precision."""
+    text = f"{value:.9g}"
+    return f"{text}f" if any(sign in text for sign in ".e") else f"{text}.0f"
+
+
+def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object]:
+    """Return what the formulas of a contrast need: forces [N], lengths [mm], moduli [MPa]."""
+    sensor.refuse_without_rise_level()
+    weights, C, S = law.contrast.arrays
+    constants = {
+        "pair": sensor.is_pair,
+        "springs": (weights @ C).tolist(),
+        "fruit": (weights @ S).tolist(),
+        "domes": (law.contrast.hertz * weights).tolist(),
+        "gap": float(weights @ np.array(law.contrast.gaps)),
+        "noises": sensor.noises.tolist(),
+        "fewest": FEWEST,
+        "latest_touch": LARGEST_TOUCH_FORCE,
+        "least_rise": LEAST_RISE * float(np.linalg.norm(sensor.noises)),
+        "largest_noise": LARGEST_NOISE,
+        "rolling": law.rolling is not None,
+        "saddle_steps": SADDLE_STEPS if law.rolling is not None else 1,
+        "settled": SETTLED,
+    }
+    if law.rolling is None:
+        return constants
+    domes = law.rolling
+    return {
+        **constants,
+        "weights": weights.tolist(),
+        "places": [along for place in domes.positions for along in place],
+        "dome_radius": domes.dome_radius,
+        "rolled": domes.rolling_factor,
+        "felt": domes.contrast_of_xy,
+        "body": (1.0 - domes.poisson**2) / math.pi,
+        "still": (weights @ (S - domes.S())).tolist(),  # what the body adds to a half-space
+    }

@@ -1,0 +1,1 @@
+"""A printed unit: its own springs, and what its forces tell."""

@@ -1,0 +1,57 @@
+"""Signed counts of converters whose log has no sign: in two's complement, or in offset binary.
+
+A converter of n bits counts from -2^(n-1) on. Where the sign of two's complement is left out, -1 is written as 2^n - 1.
+In offset binary the least count is written as 0, and 0 as 2^(n-1).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pipeline.tables.files import place_of
+from pipeline.tables.measured_table import MeasuredTable
+from sensor.quantity import validation_error
+
+
+def signed_counts(
+    written: Sequence[float], counts_as: str | None, saturation: int, place: Callable[[int], str]
+) -> tuple[float, ...]:
+    """Return the signed counts of the channels of one row, written as unsigned, as offset, or with their sign.
+
+    Raises InputError, which names a channel by its place, for a count at the end of the converter's range or beyond.
+    """
+    half = saturation + 1
+    lowest, highest = (-saturation, saturation) if counts_as is None else (0, 2 * saturation + 1)
+    signed = []
+    for channel, count in enumerate(written):
+        value = count
+        if counts_as == "offset":
+            value = count - half
+        elif counts_as == "unsigned" and count >= half:
+            value = count - 2 * half
+        if abs(value) >= saturation or not lowest <= count <= highest:
+            bound = f"within {lowest} and {highest}, the ends of the converter's range"
+            hint = "check the channel, take a smaller load, or say by --counts-as how a log without signs is written"
+            raise validation_error(place(channel), count, "counts", bound, hint)
+        signed.append(value)
+    return tuple(signed)
+
+
+def with_signed_counts(
+    table: MeasuredTable, keys: Sequence[str], counts_as: str | None, saturation: int
+) -> MeasuredTable:
+    """Return a table whose counts, in the columns of some keys, are signed; raises InputError as `signed_counts`."""
+    rows = zip(*(table.numbers[key].tolist() for key in keys), strict=True)
+    signed = []
+    for line, row in zip(table.lines, rows, strict=True):
+        places = [place_of(table.source, line, key) for key in keys]
+        signed.append(signed_counts(row, counts_as, saturation, places.__getitem__))
+    return replace(table, numbers={**table.numbers, **dict(zip(keys, np.array(signed).T, strict=True))})
+
+
+def refuse_without_counts(counts_as: str | None, source: object) -> None:
+    """Raise InputError where `--counts-as` is given for a source that has no counts."""
+    if counts_as is not None:
+        bound = f"left out where {source} has no counts"
+        raise validation_error("--counts-as", counts_as, "", bound, "leave it out")

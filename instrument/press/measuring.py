@@ -1,0 +1,327 @@
+"""A printed unit as it measures: the read-out of its design with its own springs, tips and channels."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from cad.parts.pin import tip_accuracy_mm
+from instrument.press.printed_unit import PrintedUnit, channel_noises
+from instrument.press.ripeness import RipenessClasses
+from pipeline.reading.read_out import LevelReading, correct_reading
+from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
+from pipeline.reading.uncertainty import OF_FRUIT, LeftOpen, by_heat, least_forces
+from pipeline.report.report import Report
+from sensor.arrays import Flags, Floats
+from sensor.design.parameters import Design
+from sensor.quantity import BOUNDED, validation_error
+from sensor.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened_compliance
+from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
+from sensor.theory.creep import CreepLaw
+from solve.contact.domes.large_strain import large_strain
+
+PAIR_TILT_DEG = 2.0  # beyond it a press of a pair is told to be crooked, where the design names no tilt
+LEAST_CURVATURE_SPREAD = 0.25
+"""Standard deviation of the mean curvature of a skin that is not told, over that of the design.
+
+The cheek of a mango has principal radii of about 47 and 110 mm, so a mean curvature of 1/66 per mm. Where its design
+says 35 mm, that is 47 % less: two standard deviations.
+"""
+_BELOW_OVER_LEAST = 2.0  # a force as far below zero as twice the least one of a touch is no noise
+_ALLOWED_OVER_SCALE = 20.0  # a force beyond so many full scales is none of this sensor's, or in another unit
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuringUnit:
+    """A design's report with one printed unit of it, and the ripeness classes that its readings fall in, if any.
+
+    `radii_mm` are the principal radii of the fruit under the sensor, where they are told.
+    """
+
+    report: Report
+    unit: PrintedUnit
+    classes: RipenessClasses | None = None
+    radii_mm: tuple[float, float] | None = None
+
+    @property
+    def design(self) -> Design:
+        """Return the design."""
+        return self.report.design
+
+    @cached_property
+    def C(self) -> Matrix:
+        """Return the compliance of the unit's springs [mm/N], coupled as the frame of the design couples them."""
+        nominal = self.report.read_out.springs_mm_per_N
+        return stiffened_compliance(nominal, np.multiply(self.unit.stiffnesses, np.diag(nominal)).tolist())
+
+    @property
+    def is_pair(self) -> bool:
+        """Say whether the unit has two tips, whose contrast a tilt moves."""
+        return self.report.read_out.is_pair
+
+    @property
+    def reads_moments(self) -> bool:
+        """Say whether one moment tells a modulus: of a level pair of flat tips, whose law is that of a force ratio."""
+        return self.is_pair and self.design.tips.tip_shape.has_flat_face
+
+    @cached_property
+    def rise_law(self) -> RiseLaw:
+        """Return the law by which the unit reads a press; that of a pair is right whatever the heights of its tips."""
+        designed = self.report.read_out.contrast_on(self.C)
+        return rise_law(self.design, designed, self._told_curvatures)
+
+    @property
+    def law(self) -> ContrastLaw:
+        """Return the contrast law of the unit."""
+        return self.rise_law.contrast
+
+    @property
+    def _told_curvatures(self) -> Curvatures | None:
+        return None if self.radii_mm is None else (1.0 / self.radii_mm[0], 1.0 / self.radii_mm[1])
+
+    @cached_property
+    def domes(self) -> RollingDomes | None:
+        """Return the domes of a line or a square on the fruit that is told, or on that of the design."""
+        weights = self.report.read_out.weights
+        return None if weights is None else rolling_domes(self.design, weights, self._told_curvatures)
+
+    @property
+    def curvature_deviation(self) -> float:
+        """Return the standard deviation of the mean curvature of the skin [1/mm].
+
+        It is 0 where the radii are told. Where the design lists the radii that occur, its source `pose` has them.
+        """
+        asked = self.design.reading
+        in_pose = bool(self.report.moduli) and asked is not None and asked.radius_mm is not None
+        if self.radii_mm is not None or in_pose:
+            return 0.0
+        named = 0.0 if asked is None else BOUNDED * asked.radius_spread
+        mean_curvature = 0.5 * math.fsum(design_curvatures(self.design))
+        return mean_curvature * max(named, LEAST_CURVATURE_SPREAD)
+
+    @property
+    def height_deviation(self) -> float:
+        """Return the standard deviation of how far each tip stands out [mm], as its process makes it."""
+        return 0.5 * tip_accuracy_mm(self.design.tips, self.design.process)
+
+    @property
+    def own_less_other(self) -> float:
+        """Return s11 - s12 of the fruit times E [1/mm]; 0 where the report has none."""
+        return self.report.read_out.own_less_other_per_mm or 0.0
+
+    @property
+    def model_error(self) -> float:
+        """Return the relative error of the contact model [1]."""
+        return 0.01 * self.report.read_out.model_error_percent
+
+    @cached_property
+    def noises(self) -> Floats:
+        """Return the standard deviation of the noise of each channel [N]."""
+        return np.array(channel_noises(self.report))
+
+    @property
+    def force_errors(self) -> Floats:
+        """Return the error of the force of each channel without a touch [N]: by noise and by drift of its zero."""
+        return np.hypot(self.noises, self.zero_drifts)
+
+    @property
+    def zero_drifts(self) -> Floats:
+        """Return how far the zero of each channel may have drifted since it was tared [N]: alike in all of a press."""
+        signal = self.report.read_out.signal
+        return np.zeros(len(self.noises)) if signal is None else np.array(signal.zero_drift_N)
+
+    @property
+    def delays_s(self) -> tuple[float, ...]:
+        """Return how much later each channel of a sample is converted than its first one [s]; none where at once."""
+        signal = self.report.read_out.signal
+        return () if signal is None else tuple(1e-3 * delay for delay in signal.delay_ms)
+
+    @property
+    def period_s(self) -> float:
+        """Return the time between two samples of the read-out [s]; 0 without one."""
+        signal = self.report.read_out.signal
+        return 0.0 if signal is None else 1.0 / signal.rate_Hz
+
+    @property
+    def time_deviation_s(self) -> float:
+        """Return the standard deviation of the time of a channel beside its delay [s]."""
+        signal = self.report.read_out.signal
+        return 0.0 if signal is None else signal.time_deviation / signal.rate_Hz
+
+    @cached_property
+    def creep(self) -> CreepLaw:
+        """Return the creep of its springs."""
+        return self.unit.creep_or(self.report.creep)
+
+    def press_over_weighed(self, press_s: float | None = None) -> float:
+        """Return the stiffness of its springs in a press over that of the weighing [1].
+
+        `press_s` [s] is the duration of the press, from the first touch to the deepest point, or that of the design.
+        """
+        return self.creep.press_over_weighed(self.unit.weighed_after_s, press_s or self.design.press_s)
+
+    def softening_in_hold(self, held_s: float, press_s: float | None = None) -> float:
+        """Return the stiffness of its springs after a hold [s] over that at its begin [1].
+
+        `press_s` [s] is as `press_over_weighed` has it.
+        """
+        return 1.0 / self.creep.growth_in_hold(held_s, press_s or self.design.press_s)
+
+    def left_open(self, time_s: float = 0.0, press_s: float | None = None) -> LeftOpen:
+        """Return what is left open of channels and springs in a press of a duration [s], or of that of the design.
+
+        `time_s` [s] is the standard deviation of the time of each channel.
+        """
+        return LeftOpen(
+            zeros=BOUNDED * self.zero_drifts,
+            gains={"gain": 0.01 * np.array(self.unit.gain_percent)},
+            springs=0.01 * np.array(self.unit.K_percent),
+            time_s=time_s,
+            on_plate=self.unit.calibrated_by == "plate",
+            creep=self.creep.deviation(self.unit.weighed_after_s, press_s or self.design.press_s),
+        )
+
+    def by_bends(self, channels: BendSlopes, springs: BendSlopes) -> float:
+        """Return the size of the error of a modulus [1] by channels and springs whose lines bend, of its slopes."""
+        unit = self.unit
+        error = 0.0
+        for slopes, at_zero, per_N in (
+            (channels, unit.force_bend, unit.force_bend_per_N),
+            (springs, unit.deflection_bend, unit.deflection_bend_per_N),
+        ):
+            if at_zero is not None and per_N is not None:
+                error += float(np.dot(slopes.at_zero, at_zero) + np.dot(slopes.per_N, per_N))
+        return abs(error)
+
+    @property
+    def by_heat(self) -> list[float]:
+        """Return what the temperature of the leaves leaves open of a modulus [1], each one standard deviation."""
+        return list(by_heat(self.report.read_out.signal).values())
+
+    @cached_property
+    def least_forces(self) -> Floats:
+        """Return the force of each channel below which its tip counts as off the fruit [N]."""
+        return least_forces(self.force_errors, self.report.read_out.full_scale_N)
+
+    @cached_property
+    def lowest_forces(self) -> Floats:
+        """Return the force of each channel below which it cannot be one of this sensor [N]: no noise makes as much."""
+        return -_BELOW_OVER_LEAST * self.least_forces
+
+    @cached_property
+    def largest_forces(self) -> Floats:
+        """Return the force of each channel above which it cannot be one of this sensor [N]."""
+        return _ALLOWED_OVER_SCALE * np.array(self.report.read_out.full_scale_N)
+
+    @property
+    def range_MPa(self) -> tuple[float, float]:
+        """Return the least and the largest modulus that the design is made for [MPa]."""
+        return min(self.design.fruit.E_MPa), self.design.fruit.largest_E_MPa
+
+    @property
+    def steepest_deg(self) -> float:
+        """Return the largest tilt against the normal of the skin that the design allows for [deg]."""
+        asked = self.design.reading
+        return PAIR_TILT_DEG if asked is None else asked.tilt_deg + asked.tilt_change_deg
+
+    @property
+    def lead_deviation(self) -> float:
+        """Return the standard deviation of how far one tip of a pair leads by the tilts of its design [mm]."""
+        return BOUNDED * math.tan(math.radians(self.steepest_deg)) * self.design.tips.spacing_mm
+
+    @property
+    def level(self) -> Sequence[LevelReading]:
+        """Return the readings of level presses by which all are corrected: what shape and skin of the fruit add."""
+        return self.report.read_out.level_readings
+
+    def corrected(self, read: float, press_s: float | None = None) -> float:
+        """Return the modulus [MPa] that a press of a level sensor reads as `read` [MPa].
+
+        Forces are scaled by weights, and larger in a press of a duration [s], or of that of the design.
+        """
+        return correct_reading(self.press_over_weighed(press_s) * read, self.level)
+
+    def read_as(self, E: float) -> float:
+        """Return as which modulus [MPa] a press of a level sensor reads E [MPa], before it is corrected."""
+        if not self.level:
+            return E / self.press_over_weighed()
+        logs = np.log([(row.E_MPa, row.read_MPa) for row in self.level])
+        shift = np.interp(math.log(E), logs[:, 0], logs[:, 1] - logs[:, 0])
+        return E * math.exp(shift) / self.press_over_weighed()
+
+    def steepness(self, E: float) -> float:
+        """Return by which fraction the modulus moves at E [MPa] per fraction of what is read [1]: 1 without a skin."""
+        if self.design.fruit.skin_mm is None:
+            return 1.0
+        logs = np.log([row.E_MPa for row in self.level])
+        slopes = np.gradient(logs, np.log([row.read_MPa for row in self.level]))
+        return float(np.interp(math.log(E), logs, slopes))
+
+    def refuse_without_rise_level(self) -> None:
+        """Raise InputError where the report has no level readings of whole presses.
+
+        A report before 0.2 has none, nor one of a design whose travel is too short for a rise.
+        """
+        if not self.is_pair and not self.level:
+            hint = "run the design again; where that does not help, press.travel_mm is too short for a rise"
+            raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
+
+    def by_fruit(self, E: float) -> list[float]:
+        """Return what fruit and poses leave open of a modulus [MPa], each one standard deviation [1].
+
+        They are those of the error analysis of the design: its other sources are of the unit. Without one the sensor is
+        level in the middle of the fruit, and Poisson's ratio is left.
+        """
+        rows = self.report.moduli
+        if not rows:
+            fruit = self.design.fruit
+            return [fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)]  # a spread is two deviations
+        keys = [f"{name}_percent" for name in OF_FRUIT]
+        if not all(row.sources.keys() >= set(keys) for row in rows):
+            bound = f"with {', '.join(keys)}"
+            raise validation_error("reading.moduli.sources", None, "", bound, "run the design again")
+        logs = np.log([row.E_MPa for row in rows])
+        percent = [[row.sources[key] for row in rows] for key in keys]
+        return [0.01 * float(np.interp(math.log(E), logs, each)) for each in percent]
+
+    def reduced(self, E: float) -> float:
+        """Return E / (1 - nu^2) [MPa] of a modulus [MPa] at the Poisson's ratio of the design."""
+        return E / (1.0 - self.design.fruit.poisson**2)
+
+    def bruises(self, forces: Floats, E: float) -> bool:
+        """Say whether forces [N] press a fruit of modulus E [MPa] harder than its bruise limit, where it has one.
+
+        A dome's contact is that of the pressed flesh, as in the verdict on the bruise.
+        """
+        fruit = self.design.fruit
+        if not fruit.bruise_limits_MPa:
+            return False
+        tips = self.design.tips
+        radius = 2.0 / math.fsum(self._told_curvatures or design_curvatures(self.design))
+        area_of = tips.tip_shape.contact_area_mm2
+        areas = np.array([area_of(force, self.reduced(E), radius) for force in forces.tolist()])
+        if tips.dome_radius_mm is not None:
+            strain = large_strain(np.sqrt(areas / np.pi), tips.dome_radius_mm, np.array(1.0 / radius), fruit.poisson)
+            areas *= strain.edge**2 / strain.factor ** (2.0 / 3.0)  # Hertz: area ~ force^(2/3)
+        limit = float(np.interp(E, fruit.E_MPa, fruit.bruise_limits_MPa))
+        return bool(np.any(forces > limit * areas))
+
+    def forces_of_channels(self, channels: Sequence[float]) -> Floats:
+        """Return the forces [N] of readings of the channels [N]."""
+        return np.multiply(self.unit.gain, channels)
+
+    def in_scale(self, forces: Sequence[float] | Floats) -> Flags:
+        """Say which forces [N], (tips,), may be of this sensor: not far below zero, and not far beyond full scale."""
+        return (self.lowest_forces <= np.array(forces)) & (np.array(forces) <= self.largest_forces)
+
+    def ratio_modulus(self, forces: Floats) -> float:
+        """Return the modulus [MPa] that a level pair reads of forces [N] by their ratio; raises ReadingError."""
+        return ratio_modulus(self.C, self.own_less_other, forces.tolist())
+
+    def with_stiffness(self, tip: int, factor: float) -> "MeasuringUnit":
+        """Return the unit with the spring of one tip stiffer by a factor [1]."""
+        K = list(self.unit.K_N_per_m)
+        K[tip] *= factor
+        return replace(self, unit=replace(self.unit, K_N_per_m=tuple(K)))

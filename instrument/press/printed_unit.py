@@ -1,0 +1,293 @@
+"""A printed unit: what calibration found of its springs, tips and channels; unit.toml and back."""
+
+import hashlib
+import json
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+from instrument.press.fruit_scale import FruitScale
+from pipeline.report.report import Report
+from pipeline.storage.plain import from_plain, to_plain
+from sensor.design.design_file import design_as_mapping, tables_as_toml
+from sensor.design.parameters import Design
+from sensor.design.reading import CALIBRATED_BY, WEIGHED_AFTER_S, Reading
+from sensor.input_file import read_toml
+from sensor.quantity import BOUNDED, Bounds, InputError, check_fields, choice, quantity, validation_error
+from sensor.theory.creep import CreepLaw
+
+_HINT = "take the numbers that pipeline calibrate wrote"
+_STIFFNESS = Bounds(above=0.0, at_most=1e9)
+_GAIN = Bounds(at_least=0.1, at_most=10.0)
+_SPRING_ERROR = Bounds(above=0.0, at_most=100.0)  # no spring is known exactly
+_ERROR = Bounds(at_least=0.0, at_most=100.0)
+WEIGHED_AFTER = Bounds(above=0.0, at_most=365.25 * 86400.0)
+"""Of the time after which a weight is read [s]: at most a year."""
+_BEND = Bounds(at_least=-1e6, at_most=1e6)
+_CREEP = Bounds(at_least=0.0, below=1.0)
+_TOGETHER = (
+    ("creep_per_decade", "creep_error"),
+    ("force_bend", "force_bend_per_N"),
+    ("deflection_bend", "deflection_bend_per_N"),
+)
+_MOST_COUNTS = 2**31 - 1  # firmware holds counts in 32 bits
+_FORMER_KEYS = ("height_mm", "height_error_mm")
+"""Keys of version 0.1, whose heights of tips drop out of a press."""
+_PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # it stands in comments of the firmware
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrintedUnit:
+    """The springs, tips and channels of one unit, in the order of its tips, each with its standard deviation.
+
+    `design_sha256` is the digest of the design that it is a print of. Each reading of a channel [N] times its gain is
+    the force. `gain_percent` is of that, or of the deflection where the unit is `calibrated_by` a hard plate. `classes`
+    are ripeness classes as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found. Where counts
+    were calibrated, forces of all tips [N] are `newtons_per_count` (tips, channels) times the counts of all channels
+    less their tare. `zero_counts` are those of the calibration, and counts of `saturation_counts` or more are none.
+    `scale` is what another instrument shows of fruit that it reads.
+
+    Stiffnesses and gains are those of weights that were read `weighed_after_s` after they were hung. `creep_per_decade`
+    is the unit's own growth of the compliance in a decade of time, `creep_error` its standard deviation [1]. Both are
+    None where it was not found. Then it has that of its process.
+
+    `force_bend` is the error of the slope by which counts tell a force, over the slope [1], at no force, and
+    `force_bend_per_N` its change with the force. `deflection_bend` is that of the compliances, 1 / K. They are None
+    where all lines are straight.
+    """
+
+    design: str
+    design_sha256: str
+    tips: tuple[str, ...]
+    method: str
+    K_N_per_m: tuple[float, ...] = quantity("N/m", _STIFFNESS, hint=_HINT)
+    K_percent: tuple[float, ...] = quantity("%", _SPRING_ERROR, hint=_HINT)
+    gain: tuple[float, ...] = quantity("1", _GAIN, hint="a channel that needs no correction has 1")
+    gain_percent: tuple[float, ...] = quantity("%", _ERROR, hint=_HINT)
+    newtons_per_count: tuple[tuple[float, ...], ...] = ()
+    zero_counts: tuple[float, ...] = ()
+    saturation_counts: int = 0
+    calibrated_by: str = choice(CALIBRATED_BY, default="weights", hint=_HINT)
+    classes: str = ""
+    weighed_after_s: float = quantity("s", WEIGHED_AFTER, default=WEIGHED_AFTER_S, hint=_HINT)
+    creep_per_decade: float | None = quantity("1", _CREEP, default=None, hint=_HINT)
+    creep_error: float | None = quantity("1", _CREEP, default=None, hint=_HINT)
+    force_bend: tuple[float, ...] | None = quantity("1", _BEND, default=None, hint=_HINT)
+    force_bend_per_N: tuple[float, ...] | None = quantity("1/N", _BEND, default=None, hint=_HINT)
+    deflection_bend: tuple[float, ...] | None = quantity("1", _BEND, default=None, hint=_HINT)
+    deflection_bend_per_N: tuple[float, ...] | None = quantity("1/N", _BEND, default=None, hint=_HINT)
+    scale: FruitScale | None = None
+
+    def __post_init__(self) -> None:
+        """Check each field, and that every list has one number for each tip."""
+        check_fields(self, "unit")
+        if not _PLAIN.fullmatch(self.method):
+            raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _HINT)
+        for item in fields(self):
+            values = getattr(self, item.name)
+            if "bounds" in item.metadata and isinstance(values, tuple) and len(values) != len(self.tips):
+                bound = f"a list of {len(self.tips)} numbers, one for each tip"
+                name = f"unit.{item.name}"
+                raise validation_error(name, list(values), "", bound, _HINT)
+        for first, other in _TOGETHER:
+            if (getattr(self, first) is None) != (getattr(self, other) is None):
+                missing, given = (first, other) if getattr(self, first) is None else (other, first)
+                name = f"unit.{missing}"
+                raise validation_error(name, None, "", f"given with {given}", _HINT)
+        if self.newtons_per_count or self.zero_counts:
+            self._check_counts()
+
+    def _check_counts(self) -> None:
+        count = len(self.tips)
+        rows = [*self.newtons_per_count, self.zero_counts]
+        numbers = [number for row in rows for number in row]
+        is_whole = len(rows) == count + 1 and all(len(row) == count for row in rows)
+        is_count = 0 < self.saturation_counts <= _MOST_COUNTS
+        if not is_whole or not all(map(math.isfinite, numbers)) or not is_count:
+            bound = (
+                f"{count} lists of {count} finite numbers, beside {count} zero_counts "
+                f"and saturation_counts of 1 to {_MOST_COUNTS}"
+            )
+            raise validation_error("unit.newtons_per_count", str(self.newtons_per_count), "", bound, _HINT)
+
+    def forces_of_counts(self, counts: Sequence[float], tare: Sequence[float]) -> tuple[float, ...]:
+        """Return the force of each tip [N] of counts of all channels, less those of a free sensor."""
+        above_tare = [count - zero for count, zero in zip(counts, tare, strict=True)]
+        return tuple(
+            math.fsum(slope * count for slope, count in zip(row, above_tare, strict=True))
+            for row in self.newtons_per_count
+        )
+
+    def creep_or(self, as_made: CreepLaw) -> CreepLaw:
+        """Return the creep of the unit: its own, or that of its leaves as they are made."""
+        if self.creep_per_decade is None or self.creep_error is None:
+            return as_made
+        return CreepLaw(self.creep_per_decade, self.creep_error)
+
+    @property
+    def stiffnesses(self) -> tuple[float, ...]:
+        """Return the stiffness of each spring [N/mm]."""
+        return tuple(1e-3 * K for K in self.K_N_per_m)
+
+
+_KEYS_OF_A_UNIT = {
+    "targets": ("P_max", "NL", "NL_definition"),
+    "springs": ("K_l_N_per_m", "K_h_N_per_m"),
+    "fruit": (
+        *("shape", "length_mm", "width_mm", "height_mm", "radius_mm", "radius_across_mm", "azimuth_deg"),
+        *("thickness_mm", "poisson", "E_max_MPa", "E_MPa", "skin_mm", "skin_E_MPa", "skin_poisson"),
+    ),
+    "tips": (
+        *("layout", "order", "outer_mm", "shape", "dome_radius_mm", "half_angle_deg", "blunt_mm", "side_mm"),
+        *("fillet_mm", "spacing_mm", "offset_mm", "socket"),
+    ),
+    "press": ("travel_mm",),
+    "print": ("process", "E_MPa", "mount", "leaf_thickness_low_mm", "leaf_thickness_high_mm"),
+    "readout": (
+        *("amplifier", "board", "bits", "full_scale_mV", "rate_Hz", "noise_nV", "delay_ms", "time_error_ms"),
+        *("sensitivity_mV_per_mm", "noise_um"),
+    ),
+}
+"""The keys that set the springs, the tips and the read-out of a unit. The list is fixed: units hold a digest of it."""
+
+
+def design_digest(design: Design) -> str:
+    """Return the sha256 of what a design says of a unit: of its springs, its tips and its read-out.
+
+    A key that is not set does not enter, nor does one that came or left since.
+    """
+    tables = design_as_mapping(design)
+    chosen = {table: {key: tables.get(table, {}).get(key) for key in keys} for table, keys in _KEYS_OF_A_UNIT.items()}
+    given = {table: {key: value for key, value in keys.items() if value is not None} for table, keys in chosen.items()}
+    text = json.dumps({**given, "printer": tables.get("printer", {})}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+_OF_0_2 = (
+    ("press", "strain", "linear", ("attitude",)),
+    ("print", "gauges", "none", ("max_length_mm", "E_MPa")),
+    ("readout", "transducer", "displacement", ()),
+)
+"""Keys that 0.2 wrote, or digested as if it had: table, key, value, and the keys of which it stood behind the last."""
+
+
+def digest_of_0_2(design: Design) -> str:
+    """Return the sha256 that version 0.2 wrote into the units of a design: that of its whole text."""
+    tables = design_as_mapping(design, derived=True)
+    for table, key, value, before in _OF_0_2:
+        if table in tables:
+            items = list(tables[table].items())
+            place = max((1 + place for place, (known, _) in enumerate(items) if known in before), default=0)
+            tables[table] = dict([*items[:place], (key, value), *items[place:]])
+    return hashlib.sha256(tables_as_toml(tables).encode()).hexdigest()
+
+
+def check_weighed_after(name: str, after_s: float | None) -> None:
+    """Raise InputError, which begins with a name, for a time [s] in which no weight can be read after it was hung."""
+    if after_s is not None and not WEIGHED_AFTER.hold(after_s):
+        raise validation_error(name, after_s, "s", str(WEIGHED_AFTER), "weights are read after some 30 s")
+
+
+def nominal_unit(report: Report) -> PrintedUnit:
+    """Return the unit that is exactly as designed, its springs as uncertain as the process prints them.
+
+    No weight was read, so the scatter of the modulus holds its creep too.
+    """
+    unit = unit_of(
+        report,
+        stiffnesses=[1.0 / row[tip] for tip, row in enumerate(report.read_out.springs_mm_per_N)],
+        percent=percent_as_made(report),
+        method="nominal: not calibrated, springs as uncertain as their process prints them",
+    )
+    return replace(unit, creep_per_decade=0.0, creep_error=0.0)
+
+
+def percent_as_made(report: Report) -> list[float]:
+    """Return the standard deviation of each tip's spring as it is made [%].
+
+    A leaf's stiffness is proportional to its modulus and the third power of its thickness, whose scatters are the
+    process's.
+    """
+    design = report.design
+    process = design.process
+    percent = []
+    for thickness in design.tips.each(*process.leaf_thicknesses_mm):
+        by_thickness = 3.0 * 0.5 * process.accuracy_mm / thickness
+        percent.append(100.0 * (by_thickness**2 + process.E_scatter**2) ** 0.5)
+    return percent
+
+
+def channel_noises(report: Report) -> Sequence[float]:
+    """Return the standard deviation of the noise of each channel [N]: by read-out, or as the design asks."""
+    read_out = report.read_out
+    if read_out.signal is not None:
+        return read_out.signal.noises_N
+    asked = report.design.reading or Reading()
+    return [asked.force_noise(force) for force in read_out.full_scale_N]
+
+
+def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str) -> PrintedUnit:
+    """Return a unit of a report's design with springs [N/mm] and their standard deviations [%].
+
+    Its gains are as certain as the design asks.
+    """
+    count = len(report.tips)
+    gain_percent = (report.design.reading or Reading()).gain_percent
+    signal = report.read_out.signal
+    drifts = [0.0] * count if signal is None else signal.gain_drift_percent
+    return PrintedUnit(
+        design=report.design.name,
+        design_sha256=design_digest(report.design),
+        tips=tuple(tip.name for tip in report.tips),
+        method=method,
+        K_N_per_m=tuple(1e3 * K for K in stiffnesses),
+        K_percent=tuple(percent),
+        gain=(1.0,) * count,
+        gain_percent=tuple(math.hypot(gain_percent, BOUNDED * drift) for drift in drifts),
+    )
+
+
+def read_unit(path: Path, report: Report) -> PrintedUnit:
+    """Return the unit of a file; raises InputError, in one line, for a file that is none, or one of another design."""
+    tables = {key: value for key, value in read_toml(path, "--unit").items() if key not in _FORMER_KEYS}
+    try:
+        unit = from_plain(PrintedUnit, tables, "unit")
+    except ValueError as error:
+        for cause in getattr(error.__cause__, "exceptions", ()):
+            if isinstance(cause, InputError):
+                raise cause from error
+        bound = f"a unit.toml of pipeline calibrate ({str(error).splitlines()[0]})"
+        raise validation_error("--unit", str(path), "", bound, "calibrate the unit") from error
+    refuse_other_design(unit, report)
+    if unit.scale is not None and "weighed_after_s" not in tables and report.creep.exponent:
+        # Its curve belongs to readings of before springs had a time, which were smaller.
+        bound = "of a unit with weighed_after_s, as its springs creep"
+        raise validation_error("unit.scale", unit.scale.unit, "", bound, "calibrate it again, with --fruit")
+    return unit
+
+
+def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
+    """Raise InputError for a unit of another design than that of a report."""
+    digest = design_digest(report.design)
+    digests = (digest, digest_of_0_2(report.design))
+    if unit.design_sha256 not in digests or unit.tips != tuple(tip.name for tip in report.tips):
+        bound = f"the unit of design {report.design.name!r} as it is in this folder"
+        hint = f"its digest begins {digest[:12]}; calibrate against it"
+        raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
+
+
+def unit_as_toml(unit: PrintedUnit) -> str:
+    """Return a unit as TOML text that reads back as the same unit."""
+    keys = to_plain(unit)
+    scale = keys.pop("scale")
+    lines = ["# A printed unit, written by pipeline calibrate; pipeline read --unit takes it."]
+    # Texts, numbers and lists of them are written alike in JSON and in TOML.
+    no_counts = {"newtons_per_count": [], "zero_counts": [], "saturation_counts": 0}
+    for key, value in keys.items():
+        if value is not None and (key not in no_counts or value != no_counts[key]):
+            lines.append(f"{key} = {json.dumps(value)}")
+    if scale is not None:
+        lines += ["", "[scale]", *(f"{key} = {json.dumps(value)}" for key, value in scale.items())]
+    return "\n".join(lines) + "\n"

@@ -1,1 +1,0 @@
-"""What was measured: compression tests, units and their readings."""

@@ -1,0 +1,273 @@
+"""What headers name: a quantity for each column with its unit, by known words or by what flags choose."""
+
+import functools
+import itertools
+import re
+import unicodedata
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from enum import Enum
+from typing import NamedTuple
+
+from pipeline.tables.numbers import is_number
+from pipeline.tables.rows import Row
+from pipeline.tables.units import LONGEST_LABEL, Quantity, is_other_unit, is_unit, needed_unit, unit_of
+from sensor.quantity import validation_error
+
+_MOST_LOOKS = 50_000  # for a header: after more lines of text none is found
+_IN_BRACKETS = re.compile(r"([^(\[{<]*)[(\[{<]([^)\]}>]*)[)\]}>]")
+_WRITTEN_BY_R = re.compile(r"[^\W\d_]\w*([.]+[\w%]+)+[.]*")  # which makes Force..kgf. of Force (kgf)
+_SIGNS_BY_R = re.compile(r"[.]{3,}$")
+_SEPARATOR = re.compile(r"[\s_/,:;-]+")
+
+
+class ColumnFlags(NamedTuple):
+    """What `--columns NAME=HEADER,...` and `--units NAME=UNIT,...` say; `others` are names of other tables."""
+
+    columns: str | None = None
+    units: str | None = None
+    others: tuple[str, ...] = ()
+
+    def applied(self, quantities: Mapping[str, Quantity]) -> dict[str, Quantity]:
+        """Return quantities with what the flags say of them; raises InputError for another name or unit."""
+        flagged = dict(quantities)
+        names = (*quantities, *self.others)
+        for name, header in _named_values("--columns", self.columns, names):
+            if name in flagged:
+                flagged[name] = replace(flagged[name], chosen=header)
+        for name, unit in _named_values("--units", self.units, names):
+            if name in flagged:
+                flagged[name] = replace(flagged[name], flag_unit=needed_unit("--units", flagged[name], unit))
+        return flagged
+
+
+NO_FLAGS = ColumnFlags()
+
+
+def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterator[tuple[str, str]]:
+    """Yield name and value of each part of NAME=VALUE,..., whose values may have commas; raises InputError."""
+    if text is None:
+        return
+    known = "|".join(sorted(map(re.escape, names), key=len, reverse=True))
+    start, *parts = re.split(rf"(?:^|,)\s*({known})\s*=", text)
+    values = dict(zip(parts[::2], map(str.strip, parts[1::2]), strict=True))
+    is_whole = not start and 0 < 2 * len(values) == len(parts) and all(values.values())
+    if not is_whole or any(re.search(r",\s*\w+\s*=", value) for value in values.values()):
+        bound = f"NAME=TEXT parted by commas, each NAME once and one of {', '.join(names)}"
+        raise validation_error(flag, text, "", bound, "write for instance force=Kraft, force=2 or force=kN")
+    yield from values.items()
+
+
+class NamedColumn(NamedTuple):
+    """A column that a row names: at which index, from 0, its quantity, and what its label says of its unit."""
+
+    at: int
+    name: str
+    units: tuple[str, ...]
+
+
+class HeaderWords:
+    """What labels say of some quantities."""
+
+    def __init__(self, quantities: Mapping[str, Quantity]) -> None:
+        """Take the words of quantities; in a header, what a flag chooses has no other words."""
+        self.quantities = quantities
+        self._every: dict[str, str] = {}
+        self._names: dict[str, str] = {}
+        self._beside_unit: dict[str, str] = {}
+        for name, quantity in quantities.items():
+            chosen = (quantity.chosen,) if quantity.chosen else ()
+            self._every |= dict.fromkeys(map(folded, (*quantity.beside_unit, name, *quantity.words, *chosen)), name)
+            if not quantity.chosen:
+                self._beside_unit |= dict.fromkeys(map(folded, quantity.beside_unit), name)
+                self._names |= dict.fromkeys(map(folded, (name, *quantity.words)), name)
+        for names in (self._every, self._names):
+            names |= {words.replace(" ", ""): name for words, name in names.items() if " " in words}
+        self._looks = _MOST_LOOKS
+        self._read = functools.lru_cache(maxsize=4096)(self._read_label)
+
+    def quantity_of(self, words: str) -> str:
+        """Return the quantity that words mean anywhere in a file, "" for none."""
+        return self._every.get(folded(words), "")
+
+    def name_of(self, words: str) -> str:
+        """Return the quantity that words of a header mean, "" for none and for one that a flag chooses."""
+        return self._names.get(folded(words), "")
+
+    def said_by(self, label: str) -> str:
+        """Return the quantity of a label with its unit or without, "" for none."""
+        read = self._read(label[:LONGEST_LABEL])
+        return read.name if read.how is not _How.NEAR else ""
+
+    def columns(self, row: Row) -> list[NamedColumn]:
+        """Return the columns that a row names, by their order."""
+        found = []
+        for name, quantity in self.quantities.items():
+            for index in _chosen_columns(row.cells, quantity):
+                found.append(NamedColumn(index, name, _units_in(row.cells[index], name, quantity)))
+        by_weak_words = []
+        for index, label in enumerate(row.cells):
+            if label and len(label) <= LONGEST_LABEL:
+                read = self._read(label)
+                column = NamedColumn(index, read.name, tuple(filter(None, (read.tail,))))
+                if read.how is _How.KNOWN:
+                    found.append(column)
+                elif read.how is _How.BESIDE_UNIT:
+                    by_weak_words.append(column)
+        names = {column.name for column in found}
+        return sorted([*found, *(column for column in by_weak_words if column.name not in names)])
+
+    def names(self, row: Row) -> set[str]:
+        """Return the quantities that a row names."""
+        return {column.name for column in self.columns(row)}
+
+    def is_header(self, row: Row, needed: Sequence[Collection[str]]) -> bool:
+        """Return whether a row names all of one set that is needed, with no number among the columns that it names."""
+        if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._looks == 0:  # empty cells too
+            return False
+        self._looks -= 1
+        named = self.columns(row)
+        names = {column.name for column in named}
+        is_named = bool(names) and any(names.issuperset(each) for each in needed)
+        return is_named and not any(is_number(row.cells[column.at]) for column in named)
+
+    def used_cells(self, header: Row, row: Row) -> list[str]:
+        """Return the cells of a row in the columns that hold numbers."""
+        measured = (column for column in self.columns(header) if self.quantities[column.name].units)
+        return [row.cells[column.at] for column in measured if column.at < len(row.cells)]
+
+    def by_number(self, needed: Sequence[Collection[str]]) -> bool:
+        """Return whether flags tell all of one set that is needed by the number of their column."""
+        return any(bool(names) and all(self.quantities[name].chosen.isdecimal() for name in names) for names in needed)
+
+    def are_numbers(self, row: Row) -> bool:
+        """Return whether a row has numbers in the columns that flags tell by number."""
+        return all(is_number(row.cell(index)) for index, _ in self._columns_by_number())
+
+    def are_units(self, row: Row) -> bool:
+        """Return whether a row has units in those columns."""
+        return all(unit_of(quantity, row.cell(index)) for index, quantity in self._columns_by_number())
+
+    def _columns_by_number(self) -> Iterator[tuple[int, Quantity]]:
+        """Yield index and quantity of each column of numbers that a flag tells by its number."""
+        for quantity in self.quantities.values():
+            if quantity.units and quantity.chosen.isdecimal() and int(quantity.chosen) > 0:
+                yield int(quantity.chosen) - 1, quantity
+
+    def near(self, row: Row, names: Collection[str]) -> tuple[str, str, str] | None:
+        """Return label, quantity and tail of the first column that begins as a quantity and ends in no unit."""
+        for label in row.cells:
+            if label and len(label) <= LONGEST_LABEL:
+                read = self._read(label)
+                if read.name in names and read.how is _How.NEAR:
+                    return label, read.name, read.tail
+        return None
+
+    def _read_label(self, label: str) -> "_ReadLabel":
+        """Return what a label says."""
+        if name := self.name_of(label):
+            return _ReadLabel(name, "", _How.KNOWN)
+        near = _ReadLabel("", "", _How.NEAR)
+        for words, tail in label_parts(label):
+            name = self.name_of(words)
+            weak = self._beside_unit.get(folded(words), "")
+            if name and self.quantities[name].units:
+                if not tail or unit_of(self.quantities[name], tail):
+                    return _ReadLabel(name, tail, _How.KNOWN)
+                near = _ReadLabel(name, tail, _How.NEAR)
+            elif weak and unit_of(self.quantities[weak], tail):
+                return _ReadLabel(weak, tail, _How.BESIDE_UNIT)
+        return near
+
+
+class _How(Enum):
+    """How a label says a quantity."""
+
+    KNOWN = "by a known word, alone or with a unit"
+    BESIDE_UNIT = "by a word that counts beside a unit"
+    NEAR = "by a known word with an end that is no unit"
+
+
+class _ReadLabel(NamedTuple):
+    """The quantity of a label, "" for none, the text behind its words, and how it says the quantity."""
+
+    name: str
+    tail: str
+    how: _How
+
+
+def _chosen_columns(labels: Sequence[str], quantity: Quantity) -> list[int]:
+    """Return the columns whose label is the header that a flag gives, with its unit or without, or their number."""
+    if not quantity.chosen:
+        return []
+    wanted = folded(quantity.chosen)
+    whole = [index for index, label in enumerate(labels) if label and folded(label) == wanted]
+    if whole:
+        return whole
+    if quantity.chosen.isdecimal() and 0 < int(quantity.chosen) <= len(labels):
+        return [int(quantity.chosen) - 1]
+    return [
+        index
+        for index, label in enumerate(labels)
+        if any(folded(words) == wanted and (is_unit(tail) or is_other_unit(tail)) for words, tail in label_parts(label))
+    ]
+
+
+def _units_in(label: str, name: str, quantity: Quantity) -> tuple[str, ...]:
+    """Return all that the label of a column which a flag chooses says of its unit, units of other quantities too.
+
+    Unless a flag gives the unit, a text in brackets counts as one, and so do a text behind a known word of the quantity
+    and what R writes for (%): they make a label that no flag chooses unknown.
+    """
+    units = tuple(_units_behind(label, name, quantity)) if quantity.units else ()
+    known = set(map(folded, (*quantity.words, *quantity.beside_unit)))
+    if units or not quantity.units or quantity.flag_unit or folded(label) in known:
+        return units
+    if in_brackets := _IN_BRACKETS.fullmatch(label.strip(" :;,")):
+        return (in_brackets[2].strip(),)
+    if dots := _SIGNS_BY_R.search(label):
+        return (dots[0],)
+    behind = (tail for words, tail in label_parts(label) if folded(words) in known and not tail.isdecimal())
+    return tuple(itertools.islice(behind, 1))
+
+
+def _units_behind(label: str, name: str, quantity: Quantity) -> Iterator[str]:
+    """Yield each unit at the end of a label, from the last on; the end of a name as F_l is that of its channel."""
+    channel = name.rpartition("_")[2] if "_" in name else ""
+    parts = [(words, tail) for words, tail in label_parts(label) if folded(tail).split(" ")[0] != channel]
+    tails = [tail for _, tail in parts]
+    others = [tail for tail in tails if is_other_unit(tail) and not unit_of(quantity, tail)]
+    of_quantity = [(words, tail) for words, tail in parts if unit_of(quantity, tail)]
+    others += [] if of_quantity else [tail for tail in tails if is_unit(tail)]
+    if others:
+        yield others[0]
+    elif of_quantity:
+        words, tail = of_quantity[0]
+        yield tail
+        yield from _units_behind(re.sub(r"\s(in|en|em)$", "", words), name, quantity)
+
+
+def label_parts(label: str) -> Iterator[tuple[str, str]]:
+    """Yield each way to part a label into words and a tail, brackets first, then the longest words."""
+    label = unicodedata.normalize("NFKC", label[:LONGEST_LABEL]).strip(" :;,\t")
+    if ".." in label or _WRITTEN_BY_R.fullmatch(label):
+        label = re.sub(r"[.]+", " ", label).strip()
+    in_brackets = _IN_BRACKETS.fullmatch(label)
+    if in_brackets:
+        yield in_brackets[1].strip(" _/,:;-"), in_brackets[2].strip()
+    separators = list(_SEPARATOR.finditer(label))
+    for separator in reversed(separators):
+        words, tail = label[: separator.start()], label[separator.end() :]
+        if words and tail:
+            yield words, re.sub(r"^(in|en|em) ", "", tail)
+    last = label.rstrip(")]}>")
+    opening = max(map(last.rfind, "([{<"))
+    if last != label and opening > 0:
+        yield last[:opening].strip(), last[opening + 1 :].strip()
+
+
+def folded(words: str) -> str:
+    """Return words without case, accents and marks, spaces for underscores and hyphens."""
+    letters = unicodedata.normalize("NFKD", words[:LONGEST_LABEL].replace("\u00df", "ss")).casefold()
+    plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
+    return re.sub(r"[\s_-]+", " ", plain).strip(" .:;,*#\"'")

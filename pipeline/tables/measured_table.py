@@ -1,0 +1,63 @@
+"""The one table of a file as numbers and texts."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.tables.table import only_table
+from pipeline.tables.units import Quantity
+from sensor.arrays import Floats
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeasuredTable:
+    """The columns of a table by the name of their quantity: texts, and numbers [mm, N, MPa or 1], shape (rows,).
+
+    `last_digits` is what one step of the last written digit of each number is worth; `lines` are those of the file, and
+    `header` is that of the header. `passed_over` are the labels of other columns. `understood` says in one line which
+    columns and rows were read.
+    """
+
+    source: str
+    header: int
+    lines: tuple[int, ...]
+    texts: Mapping[str, tuple[str, ...]]
+    numbers: Mapping[str, Floats]
+    last_digits: Mapping[str, Floats]
+    passed_over: tuple[str, ...] = ()
+    understood: str = ""
+
+
+def numbers_of(
+    source: Path | str, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
+) -> MeasuredTable:
+    """Return the rows of a file below its header as numbers and texts.
+
+    Raises InputError like `only_table`, and at the first cell that cannot be used.
+    """
+    table = only_table(source, quantities, needed, example)
+    rows = list(table.rows)
+    texts = {}
+    numbers = {}
+    last_digits = {}
+    for column in table.columns:
+        cells = tuple(column.cell(row) for row in rows)
+        if not column.factor:
+            texts[column.name] = cells
+            continue
+        numbers[column.name] = np.array([table.number(row, column) for row in rows])
+        exponents = [Decimal(table.plain(cell) or "0").as_tuple().exponent for cell in cells]
+        last_digits[column.name] = column.factor * 10.0 ** np.array(exponents, dtype=np.float64)
+    return MeasuredTable(
+        source=table.source,
+        header=table.header.line,
+        lines=tuple(row.line for row in rows),
+        texts=texts,
+        numbers=numbers,
+        last_digits=last_digits,
+        passed_over=tuple(table.passed_over),
+        understood=table.understood,
+    )

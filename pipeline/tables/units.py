@@ -1,0 +1,115 @@
+"""The units of measured quantities, and how tables spell them."""
+
+import difflib
+import math
+import re
+import unicodedata
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pipeline.tables.words import WORDS
+from sensor.quantity import STANDARD_GRAVITY, InputError, nearest, validation_error
+
+LONGEST_LABEL = 200
+SHOWN_LABEL = 60
+FORCE = {
+    "N": 1.0,
+    "kN": 1e3,
+    "mN": 1e-3,
+    "cN": 1e-2,
+    "daN": 10.0,
+    "kgf": STANDARD_GRAVITY,
+    "gf": 1e-3 * STANDARD_GRAVITY,
+    "lbf": 4.4482216152605,
+    "ozf": 4.4482216152605 / 16.0,
+    "kg": STANDARD_GRAVITY,
+    "g": 1e-3 * STANDARD_GRAVITY,
+    "lb": 4.4482216152605,
+    "oz": 4.4482216152605 / 16.0,
+}
+"""Newtons in one unit of force, or in the weight of one unit of mass; the pound-force is exact (NIST SP 811)."""
+LENGTH = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "nm": 1e-6, "in": 25.4, "mil": 25.4e-3, "ft": 304.8}
+"""Millimetres in one unit."""
+TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
+"""Seconds in one unit."""
+MODULUS = {"MPa": 1.0, "kPa": 1e-3, "GPa": 1e3}
+"""Megapascals in one unit."""
+_MEASURED = (FORCE, LENGTH, TIME, MODULUS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """What a column may hold: a number in one of some units, or a text where there are none.
+
+    `default` is the unit of a header that gives none; without it a unit must be given. `most` bounds the size of the
+    number in the unit whose factor is 1. `words` are other names that headers have for it. Those of `beside_unit` count
+    only with a unit of it, and if no other column has it. `flag_unit` is the unit that a flag gives, which a header may
+    leave out and not contradict. `chosen` is the header, or the number of a column from 1, that a flag gives. The clock
+    of a serial monitor may stand for it where it is `by_clock`.
+    """
+
+    units: Mapping[str, float]
+    default: str = ""
+    most: float = math.inf
+    words: tuple[str, ...] = ()
+    beside_unit: tuple[str, ...] = ()
+    flag_unit: str = ""
+    chosen: str = ""
+    by_clock: bool = False
+
+
+def _short(text: str) -> str:
+    return re.sub(r"[\s_.-]+", "", unicodedata.normalize("NFKC", text)).strip("()[]{}<>:;*'\"")
+
+
+_SPELLINGS = {
+    **{_short(name).casefold(): name for units in _MEASURED for name in units},
+    **{_short(word).casefold(): name for name, words in WORDS["units"].items() for word in words},
+}
+
+
+def unit_of(quantity: Quantity, text: str) -> str:
+    """Return the unit of a quantity that a text spells, "" for none; `ms`, `mN` and `MPa` keep their case."""
+    short = _short(text[:LONGEST_LABEL])
+    if short in quantity.units:
+        return short
+    # In another case a symbol may be another unit: Ms is no ms, mPa no MPa. Words as "Newton" have no such case.
+    unit = _SPELLINGS.get(short.casefold(), "")
+    is_symbol = unit.casefold() == short.casefold()
+    is_other = is_symbol and unit in ("m", "ms", "mN") and short[0] == "M"
+    is_milli = is_symbol and unit == "MPa" and short.startswith("mP")
+    return unit if unit in quantity.units and not is_other and not is_milli else ""
+
+
+_NAMES = {_short(word).casefold() for words in (*WORDS["others"].values(), WORDS["units"]["1"]) for word in words}
+_POWER = re.compile(r"(?<=[^\W\d_])\^?[23]")
+_PARTS = re.compile(r"[/*\u00b7.\s-]+")
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a text spells a unit of any quantity that is measured here."""
+    return any(unit_of(Quantity(units=units), text) for units in _MEASURED)
+
+
+def is_other_unit(text: str) -> bool:
+    """Return whether a text spells a unit that no table here is read in: V, %, counts, or a compound as N/mm."""
+    if _short(text).casefold() in _NAMES:
+        return True
+    plain, powers = _POWER.subn("", unicodedata.normalize("NFKC", text).strip("()[]{}<> "))
+    parts = _PARTS.split(plain)
+    return len(parts) + powers > 1 and all(map(is_unit, parts))
+
+
+def needed_unit(place: str, quantity: Quantity, text: str) -> str:
+    """Return the unit of a quantity that a text spells; raises InputError that names the place."""
+    unit = unit_of(quantity, text)
+    if not unit:
+        raise no_unit(place, quantity, text)
+    return unit
+
+
+def no_unit(place: str, quantity: Quantity, text: str) -> InputError:
+    """Return the error of a text that spells no unit of a quantity."""
+    near = difflib.get_close_matches(text.lower(), [unit.lower() for unit in quantity.units], n=1)
+    hint = f"did you mean {nearest(text, [*quantity.units])}?" if near else "correct it, or name another column"
+    return validation_error(place, text[:SHOWN_LABEL], "", f"in one of {', '.join(quantity.units)}", hint)

@@ -1,0 +1,162 @@
+"""A print that is off is found by weights and by its coupon; what it then reads, and how it is trimmed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from measured_units import read_press
+from stand_ins import default_housing
+
+from cad.parts.coupon import modulus_factor
+from instrument.calibrate.calibration import measured_print, modulus_of_coupon
+from instrument.calibrate.unit_table import level_press, unit_table
+from instrument.calibrate.weighing import weighed_springs
+from sensor.quantity import InputError
+from sensor.theory.leaf_spring import pair_length, pair_stiffness
+from solve.contact.poses import Pose
+
+THICKER = (1.19, 1.11)  # leaves of 0.8 and 1.2 mm that are 0.05 mm too thick
+GRAM = 9.80665e-3  # [N]
+
+
+@pytest.mark.parametrize("name", ["paper", "mango"])
+def test_table_of_a_unit_is_that_of_its_springs(name, request):
+    """The error is that of reading with each spring 1 % off; P is of the means of high and low tips."""
+    measured = request.getfixturevalue(name)
+    sensor = measured.measuring(percent=1.0)
+    thinner = measured.measuring(1.0 / np.array(measured.design.tips.each(*THICKER)))
+    rows = unit_table(sensor, thinner)
+    assert pytest.approx([0.5, 3.5]) == [rows[0].E, rows[-1].E]
+    row = rows[0]
+    low, high = ([row.forces[tip] for tip in kind] for kind in measured.design.tips.spring_groups)
+    assert pytest.approx(np.mean(high) / np.mean(low)) == row.P
+    press = level_press(sensor, row.E)
+    reading = read_press(sensor, press)
+    assert pytest.approx(1.0 + row.with_design, rel=5e-3) == read_press(thinner, press).E / reading.E
+    moved = []
+    for tip in range(len(row.forces)):
+        E = read_press(sensor.with_stiffness(tip, 1.001), press).E
+        moved.append(10.0 * (E / reading.E - 1.0))
+    assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.01)
+
+
+def test_table_of_a_unit_on_a_plate_counts_its_channels(mango):
+    """Springs exact, each channel 1 % off: the error is that of reading forces of which one is 1 % larger."""
+    sensor = mango.measuring(gain_percent=1.0)
+    sensor = replace(sensor, unit=replace(sensor.unit, calibrated_by="plate"))
+    row = unit_table(sensor, mango.measuring())[0]
+    press = level_press(sensor, row.E)
+    plain = read_press(sensor, press).E
+    moved = [10.0 * (read_press(sensor, press * (1.0 + 1e-3 * one)).E / plain - 1.0) for one in np.eye(4)]
+    assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.01)
+
+
+def test_springs_that_read_nothing_of_a_unit_leave_its_table_open(paper):
+    """The design's low spring is taken for stiffer than its high one: the forces belong to no modulus of it."""
+    sensor = paper.measuring()
+    assert {row.with_design for row in unit_table(sensor, sensor.with_stiffness(0, 30.0))} == {None}
+
+
+def test_weights_tell_the_springs_and_how_to_trim_them(paper, calibrate):
+    """A stiff spring is filed longer, a soft one clamped shorter, by what the beam formula needs; the zero is off."""
+    report = replace(paper.report, housing=default_housing())
+    stiffnesses = paper.K * (1.2, 0.9)
+    lines = ["tip,weight_g,deflection_mm"]
+    for tip, K in zip(report.tips, stiffnesses.tolist(), strict=True):
+        lines += [f"{tip.name},{grams},{grams * GRAM / K + 0.03:.9f}" for grams in (0, 20, 40)]
+    calibration = calibrate(report, "\n".join(lines))
+    assert calibration.unit.stiffnesses == pytest.approx(stiffnesses.tolist(), rel=1e-6)
+    assert [longer > 0.0 for longer in calibration.trims] == [True, False]
+    for longer, K, target, arm in zip(calibration.trims, stiffnesses, paper.K, report.housing.arms, strict=True):
+        leaf = arm.flexure
+        acting = K / pair_stiffness(1.0, leaf.depth, leaf.thickness, leaf.length)
+        trimmed = pair_stiffness(acting, leaf.depth, leaf.thickness, leaf.length + longer)
+        assert trimmed == pytest.approx(target, rel=1e-6)
+
+
+def test_no_cut_is_named_for_a_spring_whose_error_holds_its_target(paper, calibrate):
+    """A dial to 0.1 mm leaves K to tens of per cent; the same spring read to 1 um is known to be too stiff."""
+    report = replace(paper.report, housing=default_housing())
+    stiffnesses = paper.K * (1.05, 1.05)
+    for digits, known in ((1, False), (9, True)):
+        lines = ["tip,weight_g,deflection_mm"]
+        for tip, K in zip(report.tips, stiffnesses.tolist(), strict=True):
+            full = 0.3 * K / GRAM
+            lines += [f"{tip.name},{full * part:.6f},{0.3 * part:.{digits}f}" for part in (0.0, 1 / 3, 2 / 3, 1.0)]
+        assert [longer is not None for longer in calibrate(report, "\n".join(lines)).trims] == [known, known]
+
+
+def test_second_print_from_the_coupon_is_within_a_hundredth(rng, tmp_path, paper):
+    """A print whose material is 15 % softer: its coupon shows the modulus that makes the second print right."""
+    report = replace(paper.report, housing=default_housing())
+    modulus = 0.85 * report.design.process.E_MPa
+    lines = ["coupon;weight_g;deflection_mm"]
+    for arm in report.housing.arms:
+        for weight in (0, 5, 10, 15, 20):
+            sag = modulus_factor(arm.flexure) * weight * GRAM / modulus
+            lines.append(f"{arm.name};{weight};{sag * (1.0 + 0.005 * rng.normal()):.6f}")
+    path = tmp_path / "coupon.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    E = modulus_of_coupon(measured_print(path, report), report)
+    for arm, K in zip(report.housing.arms, paper.K, strict=True):
+        leaf = arm.flexure
+        length = pair_length(E.value, leaf.depth, leaf.thickness, K)
+        assert pair_stiffness(modulus, leaf.depth, leaf.thickness, length) == pytest.approx(K, rel=0.01)
+    assert 1e-4 * E.value < abs(modulus - E.value) <= 2.0 * E.error < 0.02 * E.value
+
+
+def test_level_forces_are_those_of_the_engine(mango, paper):
+    for measured, near in ((mango, 5e-3), (paper, 1e-6)):
+        for E in (0.5, 3.5):
+            expected = measured.forces([Pose(E=E, travel=measured.design.press.travel_mm)])[0]
+            assert level_press(measured.measuring(), E)[-1] == pytest.approx(expected, rel=near)
+
+
+def rows_of(path, report, text):
+    path.write_text("tip,weight_g,deflection_mm\n" + text, encoding="utf-8")
+    return measured_print(path, report)
+
+
+def test_dial_that_hides_the_scatter_widens_the_spring(paper, tmp_path):
+    """A dial of 0.1 mm shows 30 g and 60 g without scatter: the slope is as open as two rounded numbers leave it."""
+    rows = rows_of(tmp_path / "dial.csv", paper.report, "".join(f"low,{g},{0.01 * g:.1f}\n" for g in (0, 30, 60)))
+    ((low, _),) = weighed_springs(rows, "tip", ["low"])
+    assert low.value == pytest.approx(GRAM / 0.01)
+    spread = np.sqrt(2.0) * 30.0 * GRAM
+    assert low.relative == pytest.approx(0.1 / np.sqrt(12.0) / spread * low.value, rel=1e-6)
+
+
+def test_spring_of_few_rows_is_wider_by_student_s_t(paper, tmp_path):
+    """Residuals 1, -2, 1 um: three rows leave one degree of freedom, whose t is 12.71; 2 sigma hold 95 %."""
+    rows = rows_of(tmp_path / "few.csv", paper.report, "low,0,0.001000\nlow,50,0.498000\nlow,100,1.001000\n")
+    ((low, _),) = weighed_springs(rows, "tip", ["low"])
+    deviation = np.sqrt(6e-6) / (np.sqrt(2.0) * 50.0 * GRAM)
+    assert low.relative == pytest.approx(12.71 / 2.0 * deviation * low.value, rel=1e-4)
+
+
+TIPS = "tip,weight_g,deflection_mm\n"
+BAD = {
+    "one row each": (TIPS + "low,10,0.1\nhigh,10,0.1\n", ": compliance of low", 1),
+    "one weight": (TIPS + "low,10,0.1\n" * 4, ": compliance of low", 4),
+    "no deflection": ("tip,weight_g\nlow,1\n", ", line 1", "tip,weight_g"),
+    "unknown tip": (TIPS + "middle,1,0.1\n", ", line 2, column 'tip'", "middle"),
+    "spring that rises": (TIPS + "low,0,0.5\nlow,10,0.4\nlow,20,0.3\n", ": compliance of low", -1.0197),
+    "known to nothing": (TIPS + "low,0,0\nlow,10,3\nlow,20,0.1\n", ": compliance of low", 0.50986),
+    "nothing moves": (TIPS + "low,0,0\nlow,50000,1e-6\nlow,99999,2e-6\n", ": compliance of low", 2.0395e-9),
+    "nothing named": ("weight_g,deflection_mm\n1,2\n", ", line 1", "weight_g,deflection_mm"),
+    "two things": ("tip,coupon,weight_g,deflection_mm\nlow,a,1,1\n", ", line 1", "tip, coupon"),
+    "unknown column": ("tip,girth_g,deflection_mm\nlow,1,1\n", ", line 1", "tip,girth_g,deflection_mm"),
+    "counts of another sensor": ("tip,weight_g,deflection_mm,counts_1\nlow,1,1,1\n", ", line 1", "counts_1"),
+    "counts of one channel": ("tip,weight_g,deflection_mm,counts_l\nlow,1,1,1\n", ", line 1", "counts_l"),
+    "far too heavy": (TIPS + "low,1e308,1\n", ", line 2, column 'weight_g'", "1e308"),
+    "far too deep": (TIPS + "low,1,101\n", ", line 2, column 'deflection_mm'", "101"),
+}
+
+
+@pytest.mark.parametrize(("text", "place", "value"), BAD.values(), ids=BAD)
+def test_bad_table_is_an_error_that_says_where(text, place, value, paper, calibrate, tmp_path):
+    with pytest.raises(InputError) as caught:
+        calibrate(paper.report, text)
+    assert caught.value.field == f"{tmp_path / 'measured.csv'}{place}"
+    if value is not None:
+        assert caught.value.value == (pytest.approx(value, rel=1e-4) if isinstance(value, float) else value)

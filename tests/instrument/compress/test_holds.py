@@ -1,0 +1,116 @@
+"""Holds of compression tests: planted Prony series come back, whatever the speed; what tells nothing is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from stand_ins import specimen
+
+from instrument.compress import modulus
+from instrument.compress.bodies import Ellipsoid
+from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
+from instrument.compress.holds import held_relaxation, hold_of, loading_before
+from instrument.compress.modulus import measured_modulus
+from instrument.compress.summary import design_range, fruit_summaries, print_results, result_mapping
+from sensor.quantity import InputError
+
+GAP_MM = 0.4
+DEPTH_MM = 3.0
+ZERO_N = 0.3
+STIFFNESS = 20.0  # [N / mm^1.5] of Hertz's law at the first instant
+
+
+def held_curve(arms, loading_s=2.0, hold_s=60.0, noise=0.0, rate_Hz=20.0, retreat=0, seed=1):
+    """Return a test of flesh by Hertz's law whose force is the convolution of Lee and Radok, integrated finely."""
+    speed = DEPTH_MM / loading_s
+    start = GAP_MM / speed
+    time = np.arange(0.0, start + loading_s + hold_s, 1.0 / rate_Hz)
+    depth = np.clip((time - start) * speed, 0.0, DEPTH_MM)
+    s = np.linspace(0.0, loading_s, 2_001)
+    middles = 0.5 * (s[1:] + s[:-1])
+    steps = np.diff((speed * s) ** 1.5)
+    force = np.zeros_like(time)
+    for i, t in enumerate(time - start):
+        done = middles < t
+        left = 1.0 - sum(g * -np.expm1((middles[done] - t) / tau) for g, tau in arms)
+        force[i] = STIFFNESS * float(np.sum(left * steps[done]))
+    travel = GAP_MM + np.where(time < start, (time - start) * speed, depth)
+    if retreat:
+        back = np.arange(1, retreat + 1) / retreat
+        time = np.concatenate([time, time[-1] + back])
+        travel = np.concatenate([travel, travel[-1] * (1.0 - back)])
+        force = np.concatenate([force, force[-1] * (1.0 - back)])
+    force = force + ZERO_N + noise * force.max() * np.random.default_rng(seed).normal(size=len(force))
+    return specimen(travel, force, time=time)
+
+
+def found(test):
+    return held_relaxation(test, hold_of(test), GAP_MM, ZERO_N)
+
+
+@pytest.mark.parametrize(("loading_s", "retreat"), [(0.5, 0), (6.0, 30)])
+def test_two_planted_arms_come_back_whatever_the_speed(loading_s, retreat):
+    arms = ((0.25, 3.0), (0.2, 25.0))
+    told = found(held_curve(arms, loading_s=loading_s, hold_s=150.0, retreat=retreat))
+    assert [arm.share.value for arm in told.arms] == pytest.approx([g for g, _ in arms], rel=0.02)
+    assert [arm.time.value for arm in told.arms] == pytest.approx([tau for _, tau in arms], rel=0.02)
+    T = loading_s
+    s = np.linspace(0.0, T, 100_001)
+    lost = sum(g * np.trapezoid(-np.expm1((s - T) / tau) * 1.5 * (s / T) ** 0.5 / T, s) for g, tau in arms)
+    of_a_row = sum(g * 0.05 / tau for g, tau in arms)  # the stop lies between two rows of 0.05 s
+    assert told.lost_in_loading == pytest.approx(lost, abs=of_a_row)
+
+
+@pytest.mark.slow
+def test_noise_of_a_percent_leaves_the_arm_in_its_bar():
+    covered = []
+    for seed in range(20):
+        (arm,) = found(held_curve(((0.4, 8.0),), noise=0.01, rate_Hz=5.0, seed=seed)).arms
+        covered.append(abs(arm.share.value - 0.4) <= arm.share.error and abs(arm.time.value - 8.0) <= arm.time.error)
+    assert np.mean(covered) >= 0.8  # two sigma of each of two numbers, of 20 tests
+
+
+def test_curve_without_hold_or_time_has_none():
+    arms = ((0.4, 8.0),)
+    test = held_curve(arms)
+    ramp = test.time <= (GAP_MM + DEPTH_MM) / (DEPTH_MM / 2.0)
+    assert hold_of(specimen(test.travel[ramp], test.force[ramp], time=test.time[ramp])) is None
+    assert hold_of(specimen(test.travel, test.force)) is None
+    assert loading_before(test, None) is test
+    turned = held_curve(arms, hold_s=0.05, rate_Hz=400.0, retreat=200)  # a machine stands still before it turns back
+    assert hold_of(turned) is None
+
+
+def test_hold_that_is_shorter_than_its_loading_is_refused():
+    with pytest.raises(InputError) as refused:
+        found(held_curve(((0.4, 8.0),), loading_s=4.0, hold_s=3.0))
+    assert refused.value.field.endswith("hold")
+    assert "\n" not in str(refused.value)
+
+
+def test_signs_of_a_machine_that_counts_downwards_are_turned():
+    test = held_curve(((0.4, 8.0),))
+    turned = specimen(-test.travel, -test.force, time=test.time)
+    told = held_relaxation(turned, hold_of(turned), GAP_MM, ZERO_N)
+    assert told.arms[0].share.value == pytest.approx(0.4, rel=0.01)
+
+
+def test_modulus_tells_the_relaxation_of_a_hold_and_is_that_of_the_loading_alone(capsys, monkeypatch):
+    def law_of_the_curve(geometry):
+        law = hertz_law(geometry)
+        return replace(law, others={POISSON: (law,)})
+
+    monkeypatch.setattr(modulus, "solved_law", law_of_the_curve)
+    geometry = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
+    test = held_curve(((0.4, 8.0),), noise=0.002)
+    result = measured_modulus(test, geometry)
+    hold = hold_of(test)
+    alone = measured_modulus(loading_before(test, hold), geometry)
+    assert alone.relaxation is None
+    assert result.E_MPa == alone.E_MPa
+    assert result.relaxation.arms[0].share.value == pytest.approx(0.4, rel=0.03)
+    told = result_mapping(result, [])["relaxation"]
+    assert told["arms"][0]["time_s"] == result.relaxation.arms[0].time.value
+    assert "relaxation" not in result_mapping(alone, [])
+    print_results([result], fruit_summaries([result], by_folder=False), design_range([result]), [])
+    assert "fruit.relaxation = [[" in capsys.readouterr().out

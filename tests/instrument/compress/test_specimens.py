@@ -1,0 +1,276 @@
+"""Files of testing machines in every layout: the same curve comes out of each."""
+
+import numpy as np
+import pytest
+
+from instrument.compress.specimens import QUANTITIES, read_specimens
+from pipeline.tables.headers import ColumnFlags
+from sensor.quantity import InputError
+
+TRAVEL = np.array([0.0, 0.5, 1.0, 1.5])  # [mm]
+FORCE = np.array([0.25, 0.5, 4.0, 9.75])  # [N]
+PLAIN = "0.25,0.0\n0.5,0.5\n4.0,1.0\n9.75,1.5\n"
+SIDE_BY_SIDE = (
+    '"1 _ 1",,,"1 _ 2",,\n"Time","Force","Stroke","Time","Force","Stroke"\n"sec","N","mm","sec","N","mm"\n'
+    '"0","0.25","0","0","0.2","0"\n"0.1","0.5","0.5","0.1","0.4","0.5"\n"0.2","4.0","1.0",,,\n"0.3","9.75","1.5",,,\n'
+)
+SECTIONS = (
+    "Name,Max._Force\n,N\n1 _ 1,9.75\n\n"
+    "1 _ 1,,\nTime,Force,Stroke\nsec,N,mm\n0,0.25,0\n0.1,0.5,0.5\n0.2,4,1\n0.3,9.75,1.5\n\n"
+    "1 _ 2,,\nTime,Force,Stroke\nsec,kN,mm\n0,0.001,0\n0.1,0.002,0.5\n"
+)
+
+
+def read(tmp_path, content, columns=None, units=None):
+    path = tmp_path / "test.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return read_specimens(path, ColumnFlags(columns, units).applied(QUANTITIES))
+
+
+def assert_is_the_curve(specimen):
+    np.testing.assert_allclose(specimen.travel, TRAVEL, rtol=1e-12)
+    np.testing.assert_allclose(specimen.force, FORCE, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        f"force_N,travel_mm\n{PLAIN}",
+        f"\ufeffForce,Displacement\nN,mm\n{PLAIN}",
+        f"load N\tposition mm\n{PLAIN}".replace(",", "\t"),
+        "Kraft [N];Weg [mm]\n0,25;0\n0,5;0,5\n4;1\n9,75;1,5\n",
+        f"machine 7,\nspeed,5 mm/min\n\nForce (N),Distance (mm)\n{PLAIN}\n\nlargest,9.75\n",
+        # TA.XT with a row of units, and as it names them in its headers; Zwick in cp1252 with a micro sign
+        f'"Force","Distance"\n"N","mm"\n{PLAIN}',
+        "Force (g)\tDistance (mm)\tTime (sec)\n"
+        + "".join(f"{F / 9.80665e-3}\t{x}\t{x}\n" for F, x in zip(FORCE, TRAVEL, strict=True)),
+        "Prüfzeit;Standardweg;Standardkraft\ns;µm;N\n0;0;0,25\n1;500,0;0,5\n2;1000,0;4\n3;1500,0;9,75\n".encode(
+            "cp1252"
+        ),
+        SECTIONS.split("1 _ 2,,")[0],
+        SECTIONS.split("1 _ 2,,")[0].encode("cp932"),
+        SIDE_BY_SIDE,
+    ],
+)
+def test_every_layout_gives_the_same_curve(content, tmp_path):
+    specimen = read(tmp_path, content)[0]
+    assert_is_the_curve(specimen)
+    assert specimen.notes == ()
+
+
+def test_specimens_side_by_side_end_each_at_its_own_row(tmp_path):
+    first, second = read(tmp_path, SIDE_BY_SIDE)
+    assert (first.name, second.name) == ("1 _ 1", "1 _ 2")
+    assert_is_the_curve(first)
+    np.testing.assert_allclose(second.force, [0.2, 0.4])
+    np.testing.assert_allclose(second.time, [0.0, 0.1])
+    assert first.lines == (4, 5, 6, 7)
+
+
+def test_sections_are_specimens_with_their_own_units(tmp_path):
+    first, second = read(tmp_path, SECTIONS)
+    assert (first.name, second.name) == ("1 _ 1", "1 _ 2")
+    assert_is_the_curve(first)
+    np.testing.assert_allclose(second.force, [1.0, 2.0])
+
+
+def test_unit_that_is_assumed_is_noted_and_given_by_a_flag(tmp_path):
+    (assumed,) = read(tmp_path, f"force,travel\n{PLAIN}")
+    assert len(assumed.notes) == 2
+    (given,) = read(tmp_path, f"force,travel\n{PLAIN}", units="force=kN,travel=um")
+    assert given.notes == ()
+    np.testing.assert_allclose(given.force, 1e3 * FORCE)
+    np.testing.assert_allclose(given.travel, 1e-3 * TRAVEL)
+
+
+def test_headers_that_no_machine_has_are_named_by_a_flag(tmp_path):
+    (specimen,) = read(tmp_path, f"Last [kN],Pfad\n{PLAIN}", "force=Last [kN],travel=Pfad", "travel=um")
+    np.testing.assert_allclose(specimen.force, 1e3 * FORCE)
+    np.testing.assert_allclose(specimen.travel, 1e-3 * TRAVEL)
+
+
+@pytest.mark.parametrize(
+    ("content", "place", "value"),
+    [
+        ("1,2\n3,4\n", "line 1", "1,2"),
+        ("force_N,temperature_C\n1,2\n", "line 1", "force_N,temperature_C"),
+        ("force_N,travel_mm\n1,0\n2\n3,2\n", "line 3, column 'travel_mm'", ""),
+        ("force_N,travel_mm\n1,5,0,5\n", "line 2", 4),
+        ("force_N,travel_mm\n1,0\n\n2,1\n", "line 4", "2,1"),
+        ("force_N,stroke_mm,position_mm\n1,0,0\n", "line 1", "position_mm"),
+        ("force_N,travel_mm\n1,0\n2,1\nforce_N,travel_mm\n", "line 4", "force_N,travel_mm"),
+    ],
+)
+def test_wrong_file_is_refused_with_its_place(content, place, value, tmp_path):
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, content)
+    assert caught.value.field == f"{tmp_path / 'test.csv'}, {place}"
+    assert caught.value.value == value
+
+
+CURVE = [(round(0.1 * row, 1), round(0.5 * row**1.5, 3)) for row in range(30)]  # [mm, N]
+
+
+def lines_of(curve, form="{F},{x}"):
+    return "".join(form.format(F=F, x=x) + "\n" for x, F in curve)
+
+
+def unit_column(force, travel, header="Force,Unit,Travel,Unit"):
+    return f"{header}\n" + lines_of(CURVE, f"{{F}},{force},{{x}},{travel}")
+
+
+@pytest.mark.parametrize(
+    ("content", "columns", "force", "travel"),
+    [
+        (unit_column("gf", "in"), None, 9.80665e-3, 25.4),
+        (unit_column("kN", "um"), "force=Force,travel=Travel", 1e3, 1e-3),
+        (unit_column("lbf", "cm", "Force,,Travel,"), None, 4.4482216152605, 10.0),
+        (unit_column("kgf", "cm", "Force,Force unit,Travel,Unit (travel)"), None, 9.80665, 10.0),
+        (unit_column("N", "in", "Kraft,Einheit,Weg,Einheit"), None, 1.0, 25.4),
+        ("Force..kgf.,Displacement..cm.\n" + lines_of(CURVE), None, 9.80665, 10.0),
+        ("Force..kgf.,Displacement..cm.\n" + lines_of(CURVE), "force=Force..kgf.", 9.80665, 10.0),
+        ("Load unit: kN\nLoad,Travel (mm)\n" + lines_of(CURVE), None, 1e3, 1.0),
+        ("Load unit: kN\nChannel A,Travel (mm)\n" + lines_of(CURVE), "force=Channel A", 1e3, 1.0),
+        ("Load Cell (N),Extension from Preload (mm)\n" + lines_of(CURVE), None, 1.0, 1.0),
+    ],
+)
+def test_unit_is_read_wherever_the_file_says_it(content, columns, force, travel, tmp_path):
+    (specimen,) = read(tmp_path, content, columns)
+    np.testing.assert_allclose(specimen.force, [force * F for _, F in CURVE])
+    np.testing.assert_allclose(specimen.travel, [travel * x for x, _ in CURVE])
+    assert specimen.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("content", "columns", "value"),
+    [
+        ("Load (V),Travel (mm)\n", "force=Load (V)", "V"),
+        ("Load (V),Travel (mm)\n", "force=Load", "V"),
+        ("Load (V),Travel (mm)\n", "force=1,travel=2", "V"),
+        ("Load (counts),Travel (mm)\n", "force=Load (counts)", "counts"),
+        ("Load_raw,Travel (mm)\n", "force=Load_raw", "raw"),
+        ("Load (N),Strain (%)\n", "travel=Strain (%)", "%"),
+        ("Load (N),Strain....\n", "travel=Strain....", "...."),
+        ("Load (N),Speed mm/s\n", "travel=Speed mm/s", "mm/s"),
+        ("Load (N),Turns (rev)\n", "travel=Turns (rev)", "rev"),
+        ("Torque (N m),Travel\n", "force=Torque (N m)", "N m"),
+        ("Load (N),Weg_fathom\n", "travel=Weg_fathom", "fathom"),
+        ("Load unit: kN\nLoad (N),Travel (mm)\n", None, "kN"),
+        ("Load unit: V\nLoad,Travel (mm)\n", None, "V"),
+        ("Load cell: 5 kN\nLoad,Travel (mm)\n", None, "Load cell: 5 kN"),
+        ("Unit system: Imperial\nLoad,Travel\n", None, "Imperial"),
+        ("Load,Travel (mm),Peak load (kN)\n", None, "Peak load (kN)"),
+    ],
+)
+def test_unit_that_contradicts_or_is_of_another_quantity_is_refused(content, columns, value, tmp_path):
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, content + lines_of(CURVE, "{F},{x},0" if content.count(",") > 1 else "{F},{x}"), columns)
+    assert caught.value.value == value
+
+
+@pytest.mark.parametrize(
+    ("below", "value"),
+    [
+        ("\nForce unit: kN\n", "kN"),
+        ("\nLoad (kN),12.3\n", "Load (kN)"),
+        ("(kN),(mm)\n", "(kN)"),
+        ("Units,kN,mm\n", "kN"),
+    ],
+)
+def test_unit_below_a_table_without_one_is_not_passed_over(below, value, tmp_path):
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, "Force,Travel (mm)\n" + lines_of(CURVE) + below)
+    assert caught.value.value == value
+    with pytest.raises(InputError):
+        read(tmp_path, unit_column("N", "mm").replace("1.414,N", "1.414,kN"))
+
+
+RESULTS = "Specimen,Force (kN),Travel (mm)\n1,0.075,2.9\n"
+STATISTICS = "Mean,0.075,2.9\nS.D.,0,0\n"
+PLAIN_CURVE = "Force (N),Travel (mm)\n" + lines_of(CURVE)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        f"Results\n{RESULTS}\n{PLAIN_CURVE}",
+        f"Results\n{RESULTS}{STATISTICS}Raw data\n{PLAIN_CURVE}",
+        f"{PLAIN_CURVE}\nResults\n{RESULTS}{STATISTICS}",
+        f"{PLAIN_CURVE}{RESULTS}{STATISTICS}",
+        f"{RESULTS}{RESULTS.splitlines()[1]}\n" + "1,0.07,2.9\n" * 20 + STATISTICS + f"\n{PLAIN_CURVE}",
+    ],
+)
+def test_table_of_results_is_passed_over_and_said(content, tmp_path):
+    (specimen,) = read(tmp_path, content)
+    np.testing.assert_allclose(specimen.force, [F for _, F in CURVE])
+    assert "results" in specimen.understood
+
+
+@pytest.mark.parametrize("gap", ["", "\n", "\nSamples,10\n***End_of_Header***,\n"])
+@pytest.mark.parametrize("time", [False, True])
+def test_segments_of_one_test_are_one_specimen(gap, time, tmp_path):
+    header = "Force (N),Travel (mm)" + (",Time (s)" if time else "")
+    form = "{F},{x},{x}" if time else "{F},{x}"
+    parts = [f"{header}\n" + lines_of(CURVE[begin : begin + 10], form) for begin in (0, 10, 20)]
+    (specimen,) = read(tmp_path, gap.join(parts))
+    np.testing.assert_allclose(specimen.force, [F for _, F in CURVE])
+    assert len(specimen.lines) == 30
+    again = [f"{header}\n" + lines_of(CURVE, form)] * 2
+    assert len(read(tmp_path, "\n".join(again))) == 2
+    if time:  # which begins anew in a segment whose curve goes on
+        with pytest.raises(InputError) as caught:
+            read(tmp_path, "\n".join([parts[0], parts[1].replace(",1.0,1.0", ",1.0,0.0")]))
+        assert caught.value.field.endswith("column 'Time (s)'")
+
+
+def test_line_of_text_and_a_cut_last_line_are_left_out_and_named(tmp_path):
+    lines = PLAIN_CURVE.splitlines()
+    text = "\n".join([*lines[:15], "gauge not found", *lines[15:], "81.2"])
+    (specimen,) = read(tmp_path, text)
+    np.testing.assert_allclose(specimen.force, [F for _, F in CURVE])
+    assert "line 16, 'gauge not found', line 33, '81.2'" in specimen.understood
+    for cut in ("gauge not found", "82.1,"):  # is no number, nor the last line
+        with pytest.raises(InputError) as caught:
+            read(tmp_path, "\n".join([*lines[:15], cut.replace("gauge not found", "1,x"), *lines[15:]]))
+        assert "line 16" in caught.value.field
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["Travel: {x} mm, Force: {F} N", "force_N:{F},travel_mm:{x}", "Force={F} Travel={x}"],
+)
+def test_labels_in_each_line_are_refused(text, tmp_path):
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, lines_of(CURVE, text))
+    assert "line 1" in caught.value.field
+
+
+@pytest.mark.parametrize(("first", "unit"), [(2**32 - 1000, "ms"), (2**32 - 1000, "us"), (86399.5, "s of a day")])
+def test_clock_that_begins_anew_goes_on_and_is_said(first, unit, tmp_path):
+    worth = {"ms": 1e-3, "us": 1e-6}.get(unit, 1.0)
+    step = 0.04 / worth
+    times = [(first + step * row) % (2**32 if worth < 1.0 else 86400.0) for row in range(30)]
+    cells = [f"{t:.0f}" for t in times]
+    if worth == 1.0:
+        cells = [f"{t // 3600:02.0f}:{t % 3600 // 60:02.0f}:{t % 60:06.3f}" for t in times]
+    rows = "".join(f"{F},{x},{cell}\n" for (x, F), cell in zip(CURVE, cells, strict=True))
+    label = "Time" if worth == 1.0 else f"Time ({unit})"
+    (specimen,) = read(tmp_path, f"Force (N),Travel (mm),{label}\n{rows}")
+    np.testing.assert_allclose(np.diff(specimen.time), 0.04, atol=1e-6)
+    assert len(specimen.notes) == 1
+
+
+def test_time_that_runs_back_is_refused_with_the_time_before(tmp_path):
+    rows = [f"{F},{x},{row}" for row, (x, F) in enumerate(CURVE)]
+    rows[20] = rows[20].replace(",20", ",5")
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, "Force (N),Travel (mm),Time (s)\n" + "\n".join(rows))
+    assert (caught.value.field[-26:], caught.value.value) == ("line 22, column 'Time (s)'", 5.0)
+    assert "19 s" in caught.value.bound
+    assert "sort" not in str(caught.value).lower()
+
+
+def test_unit_of_flag_and_file_may_not_differ(tmp_path):
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, f"force_N,travel_mm\n{PLAIN}", units="force=kN")
+    assert caught.value.value == "N"

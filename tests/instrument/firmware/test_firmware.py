@@ -1,0 +1,250 @@
+"""Firmware compiled by the system's compiler, or run by the interpreter, reads as `pipeline read` does."""
+
+import math
+import runpy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from measured_units import MeasuredDesign, printed_by_header, read_log, with_heights
+
+from instrument.firmware.firmware import micropython
+from instrument.press.contrast_press import ContrastPress
+from instrument.press.fruit_reading import IN_FIRMWARE, flags_of_forces
+from solve.contact.poses import Pose
+
+AGREES = 1e-5
+FACTORS = {"mango": (1.19, 1.11, 1.15, 1.12), "paper": (1.19, 1.11)}
+MAIN = """
+#include <stdio.h>
+#include "unit.h"
+int main(void)
+{
+    float f[TWINTIP_TIPS];
+    BEFORE
+    while (fread(f, sizeof f, 1, stdin) == 1) {
+        EACH
+    }
+    AFTER
+    return 0;
+}
+"""
+PRINT = 'printf("%.9g %.9g %u\\n", (double)found.E, (double)found.E_reduced, (unsigned)found.flags);'
+PRESS = {
+    "BEFORE": "twintip_press press;\n twintip_begin(&press);",
+    "EACH": 'printf("0 0 %u\\n", (unsigned)twintip_add(&press, f));',
+    "AFTER": f"const twintip_reading found = twintip_end(&press);\n{PRINT}",
+}
+
+
+@pytest.fixture
+def in_c(tmp_path):
+    """Return a function that compiles the firmware of a unit and returns what it prints of a press of forces."""
+
+    def run(sensor, rows):
+        program = MAIN
+        for word, code in PRESS.items():
+            program = program.replace(word, code)
+        return printed_by_header(tmp_path, sensor, program, np.asarray(rows, dtype=np.float32))
+
+    return run
+
+
+def module_of(folder, sensor):
+    path = folder / "unit.py"
+    path.write_text(micropython(sensor), encoding="utf-8")
+    return runpy.run_path(str(path))
+
+
+def at_random(rng, tips):
+    """Return forces, many of them no sensible ones: NaN, infinite, negative, huge, zero."""
+    rows = rng.uniform(-0.2, 1.5, (1000, tips)) * 10.0 ** rng.uniform(-2.0, 0.5, (1000, tips))
+    odd = np.array([math.nan, math.inf, -math.inf, -1.0, 1e30, 0.0, -0.0])
+    chosen = rng.random(rows.shape) < 0.1
+    rows[chosen] = rng.choice(odd, chosen.sum())
+    return rows.astype(np.float32)
+
+
+def bits(flags):
+    return sum(1 << IN_FIRMWARE.index(flag) for flag in flags if flag in IN_FIRMWARE)
+
+
+def both(sensor, rows, tmp_path):
+    """Return what the command reads of a press, and what the MicroPython module does: E and flags."""
+    module = module_of(tmp_path, sensor)["Press"]()
+    for row in rows.astype(float):
+        module.add(row.tolist())
+    expected = read_log(sensor, rows)
+    E, _, flags = module.read()
+    return (expected.E, bits(expected.flags)), (E, flags)
+
+
+@pytest.mark.parametrize("samples", [pytest.param(10, marks=pytest.mark.slow), 1000])
+def test_press_of_a_square_agrees_sample_for_sample(samples, mango, rng, tmp_path, in_c):
+    """Random poses and heights, there and back, with noise and air beside; single precision over a thousand samples."""
+    sensor = mango.measuring(FACTORS["mango"])
+    travel = mango.design.press.travel_mm
+    flags = set()
+    for E in np.exp(rng.uniform(math.log(0.5), math.log(3.5), 4)).tolist():
+        x = np.concatenate([np.linspace(0.15, 1.0, samples), np.linspace(0.9, 0.5, 3)]) * travel
+        tilt = tuple(rng.uniform(-2.0, 2.0, 2))
+        steps = np.linspace(0.15, 1.0, 60) * travel
+        forces = mango.forces([Pose(E=E, travel=at, tilt_deg=tilt) for at in steps.tolist()], FACTORS["mango"])
+        rows = np.column_stack([np.interp(x, steps, row) for row in forces.T])
+        rows = rows + rng.normal(size=rows.shape) * sensor.noises
+        rows = np.concatenate([np.zeros((3, 4)), rows, np.zeros((3, 4))]).astype(np.float32)
+        higher = with_heights(sensor, rng.uniform(-0.03, 0.03, 4))
+        (expected, bit), module = both(higher, rows, tmp_path)
+        assert module == (pytest.approx(expected, rel=1e-9), bit)
+        found, reduced, found_bits = in_c(higher, rows)[-1].tolist()
+        assert (found, found_bits) == (pytest.approx(expected, rel=AGREES), bit)
+        assert reduced == pytest.approx(expected * higher.reduced(1.0), rel=AGREES)
+        flags.add(bit)
+    assert 0 in flags
+
+
+def test_of_two_touches_firmware_reads_the_deeper_one(mango, tmp_path, in_c):
+    """Whichever comes first, and with a long hold behind: as the command reads that press alone."""
+    sensor = mango.measuring(FACTORS["mango"])
+    travels = np.linspace(0.1, 1.0, 20) * mango.design.press.travel_mm
+    tilted, level = (
+        mango.forces([Pose(E=1.0, travel=x, tilt_deg=tilt) for x in (part * travels).tolist()], FACTORS["mango"])
+        for part, tilt in ((0.6, (2.0, 0.0)), (1.0, (0.0, 0.0)))
+    )
+    higher = with_heights(sensor, (0.03, 0.0, 0.03, 0.0))
+    lift = np.zeros((2, 4))
+    held = np.concatenate([level, np.repeat(level[-1:], 500, axis=0)])
+    for parts, alone in (((tilted, lift, level), level), ((level, lift, tilted), level), ((tilted, lift, held), held)):
+        rows = np.concatenate([lift, *parts]).astype(np.float32)
+        module = module_of(tmp_path, higher)["Press"]()
+        for row in rows.astype(float).tolist():
+            module.add(row)
+        (expected, bit), _ = both(higher, np.concatenate([lift, alone]).astype(np.float32), tmp_path)
+        assert bit == 0
+        assert pytest.approx(expected, rel=1e-12) == read_log(higher, rows).E
+        assert module.read()[::2] == (pytest.approx(expected, rel=1e-9), 0)
+        assert in_c(higher, rows)[-1, ::2].tolist() == [pytest.approx(expected, rel=AGREES), 0]
+
+
+def test_presses_that_tell_nothing_have_their_flags_in_firmware(mango, tmp_path, in_c):
+    sensor = mango.measuring()
+    travels = (np.linspace(0.1, 1.0, 40) * mango.design.press.travel_mm).tolist()
+    forces = mango.forces([Pose(E=1.0, travel=x) for x in travels])
+    for rows, bit in (
+        (forces[-5:], 32),
+        (np.repeat(forces[-1:], 30, axis=0), 64),
+        (forces[-9:], 64),
+        (forces[:, [1, 0, 3, 2]], 4),
+        (np.concatenate([forces[:3], np.zeros((1, 4)), forces[3:6]]), 32),
+    ):
+        rows = rows.astype(np.float32)
+        assert in_c(sensor, rows)[-1, 2] == bit
+        module = module_of(tmp_path, sensor)["Press"]()
+        for row in rows.tolist():
+            module.add(row)
+        assert module.read() == (None, None, bit)
+    loud = replace(sensor.report, read_out=replace(sensor.report.read_out, signal=None))
+    noisy = replace(sensor, report=loud, unit=sensor.unit)
+    noisy = replace(
+        noisy,
+        report=replace(loud, design=replace(loud.design, reading=replace(loud.design.reading, noise_percent=5.0))),
+    )
+    rows = forces.astype(np.float32)
+    (E, bit), module = both(noisy, rows, tmp_path)
+    assert (E, bit) == module == (None, 64)
+    assert in_c(noisy, rows)[-1, 2] == 64
+    assert in_c(sensor, np.zeros((3, 4), dtype=np.float32))[-1, 2] == 2
+    assert module_of(tmp_path, sensor)["Press"]().read() == (None, None, 2)
+
+
+def test_radii_that_are_told_are_in_the_firmware(mango, tmp_path, in_c):
+    plain = mango.measuring()
+    sensor = replace(plain, radii_mm=(35.0, 60.0))
+    travels = (np.linspace(0.1, 1.0, 30) * mango.design.press.travel_mm).tolist()
+    rows = mango.forces([Pose(E=1.0, travel=x) for x in travels]).astype(np.float32)
+    (expected, bit), module = both(sensor, rows, tmp_path)
+    assert abs(expected / both(plain, rows, tmp_path)[0][0] - 1.0) > 0.01
+    assert module == (pytest.approx(expected, rel=1e-9), bit)
+    assert in_c(sensor, rows)[-1, 0] == pytest.approx(expected, rel=AGREES)
+
+
+@pytest.mark.study
+def test_press_of_a_line_of_flat_tips_agrees(rng, tmp_path, in_c):
+    line = MeasuredDesign("docs/examples/fouly.toml", assessed=False)
+    sensor = line.measuring()
+    travels = (np.linspace(0.1, 1.0, 40) * line.design.press.travel_mm).tolist()
+    for E in (0.6, 3.0):
+        rows = line.forces([Pose(E=E, travel=x) for x in travels])
+        rows = (rows + rng.normal(size=rows.shape) * sensor.noises).astype(np.float32)
+        (expected, bit), module = both(sensor, rows, tmp_path)
+        assert module == (pytest.approx(expected, rel=1e-9), bit)
+        assert in_c(sensor, rows)[-1].tolist()[::2] == [pytest.approx(expected, rel=AGREES), bit]
+
+
+@pytest.fixture(scope="module")
+def curved():
+    """Return the pair on a round fruit."""
+    return MeasuredDesign("paper-on-mango", assessed=False)
+
+
+@pytest.fixture(params=["paper", "curved"])
+def pair(request):
+    return request.getfixturevalue(request.param)
+
+
+@pytest.mark.parametrize("samples", [10, pytest.param(1000, marks=pytest.mark.study)])
+def test_press_of_a_pair_agrees_sample_for_sample(samples, pair, rng, tmp_path, in_c):
+    """Random tilts, there and back, with noise and air beside; of tips that lean the part in which they are seated."""
+    sensor = pair.measuring(FACTORS["paper"])
+    travel = pair.design.press.travel_mm
+    flags = set()
+    seated = 0
+    for E in np.exp(rng.uniform(math.log(0.5), math.log(3.5), 4)).tolist():
+        x = np.concatenate([np.linspace(0.15, 1.0, samples), np.linspace(0.9, 0.5, 3)]) * travel
+        steps = np.linspace(0.15, 1.0, 30) * travel
+        tilt = (rng.uniform(-1.0, 1.0), 0.0)
+        forces = pair.forces([Pose(E=E, travel=at, tilt_deg=tilt) for at in steps.tolist()], FACTORS["paper"])
+        rows = np.column_stack([np.interp(x, steps, row) for row in forces.T])
+        rows = rows + 0.3 * rng.normal(size=rows.shape) * sensor.noises
+        rows = np.concatenate([np.zeros((3, 2)), rows, np.zeros((3, 2))]).astype(np.float32)
+        (expected, bit), module = both(sensor, rows, tmp_path)
+        assert module == (pytest.approx(expected, rel=1e-9), bit)
+        found, _, found_bits = in_c(sensor, rows)[-1].tolist()
+        assert (found, found_bits) == (pytest.approx(expected or math.nan, rel=AGREES, nan_ok=True), bit)
+        flags.add(bit)
+        touching = [row for row in rows.astype(float) if (row > sensor.least_forces).all()]
+        press = ContrastPress(sensor)
+        for row in touching:
+            press.add(row)
+        count = press.reading().samples
+        seated += count is not None and count < len(touching) - 4  # those on the way back and the first one
+    assert 0 in flags
+    assert seated or samples == 10
+
+
+@pytest.mark.parametrize("name", ["paper", "mango"])
+def test_flags_agree_on_odd_forces(name, request, rng, tmp_path, in_c):
+    """At once, with no delay between channels."""
+    measured = request.getfixturevalue(name)
+    sensor = measured.measuring(FACTORS[name])
+    at_once = replace(sensor.report, read_out=replace(sensor.report.read_out, signal=None))
+    sensor = replace(sensor, report=at_once)
+    rows = at_random(rng, len(measured.K))
+    expected = [bits(flags_of_forces(sensor, sensor.forces_of_channels(row))) for row in rows.astype(float)]
+    assert in_c(sensor, rows)[:-1, 2].tolist() == expected
+    press = module_of(tmp_path, sensor)["Press"]
+    assert [press().add(row) for row in rows.tolist()] == expected
+    assert in_c(sensor, rows[:0])[0, 2] == 2
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_firmware_of_few_level_rows_agrees(count, mango, tmp_path, in_c):
+    """One row shifts every modulus alike."""
+    sensor = mango.measuring()
+    read_out = replace(sensor.report.read_out, rise_level=sensor.report.read_out.rise_level[:count])
+    sensor = replace(sensor, report=replace(sensor.report, read_out=read_out))
+    travels = (np.linspace(0.1, 1.0, 30) * mango.design.press.travel_mm).tolist()
+    rows = mango.forces([Pose(E=1.0, travel=x) for x in travels]).astype(np.float32)
+    (expected, bit), module = both(sensor, rows, tmp_path)
+    assert module == (pytest.approx(expected, rel=1e-9), bit)
+    assert in_c(sensor, rows)[-1, 0] == pytest.approx(expected, rel=AGREES)

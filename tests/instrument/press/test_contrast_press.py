@@ -1,0 +1,293 @@
+"""A press of a square read by its rise: what noise makes is stated, what is the same in all samples drops out.
+
+Forces are those of the contact engine or of boundary elements, which know nothing of the means that are read.
+"""
+
+import copy
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from measured_units import read_press, stated_and_moved, with_heights
+from stored_presses import STORED
+
+from instrument.firmware.firmware import c_header, micropython
+from instrument.press.presses import readings_of
+from instrument.press.signals import Signal
+from pipeline.tables.rows import Rows
+from reference.ellipsoid_presses import press, random_fruits, square
+from sensor.quantity import InputError
+from sensor.theory.contrast_rise import RisingPress
+from solve.contact.poses import Pose
+from twintip.cli import main
+
+E = 1.0
+SHARES = np.linspace(0.05, 1.0, 30)
+TILT = (1.0, -0.5)
+DRAWS = 200
+
+
+@pytest.fixture(scope="module")
+def noisy(mango):
+    """Return the mango with noise of 0.5 % of full scale in place of its read-out's, which is a hundredth of that."""
+    noisy = copy.copy(mango)
+    noisy.report = replace(mango.report, read_out=replace(mango.report.read_out, signal=None))
+    return noisy
+
+
+@pytest.fixture(scope="module")
+def going_in(mango):
+    return forces_into_the_fruit(mango)
+
+
+@pytest.fixture(scope="module")
+def into_the_ball(ball):
+    return forces_into_the_fruit(ball)
+
+
+def forces_into_the_fruit(measured):
+    """Return the forces [N] at thirty travels, the last one full, where all tips touch."""
+    travel = measured.design.press.travel_mm
+    forces = measured.forces([Pose(E=E, travel=float(share) * travel, tilt_deg=TILT) for share in SHARES])
+    return forces[(forces > 0.02).all(axis=1)]
+
+
+@pytest.mark.parametrize("repeats", [(1, 4), pytest.param((1, 4, 16), marks=pytest.mark.study)])
+def test_noise_scatters_as_stated_and_falls_with_the_samples(repeats, noisy, going_in, rng):
+    """A scatter of 200 draws is known to 5 %, so that three deviations are 15 %; a mean, to four of its own."""
+    sensor = noisy.measuring()
+    plain = read_press(sensor, going_in).E
+    scatters = []
+    for each in repeats:
+        shares = np.linspace(0.0, len(going_in) - 1.0, len(going_in) * each)
+        forces = np.column_stack([np.interp(shares, range(len(going_in)), row) for row in going_in.T])
+        readings = [read_press(sensor, forces + sensor.noises * rng.normal(size=forces.shape)) for _ in range(DRAWS)]
+        moduli = np.array([reading.E for reading in readings]) / read_press(sensor, forces).E
+        scatters.append(moduli.std())
+        assert abs(moduli.mean() - 1.0) < 4.0 * moduli.std() / np.sqrt(DRAWS) + scatters[-1] ** 2
+        assert np.mean([reading.noise for reading in readings]) == pytest.approx(2.0 * moduli.std(), rel=0.2)
+        assert pytest.approx(plain, rel=2e-3) == read_press(sensor, forces).E
+    assert np.array(scatters[:-1]) / scatters[1:] == pytest.approx([2.0] * (len(repeats) - 1), rel=0.25)
+
+
+def test_gains_and_springs_do_not_fall_with_the_samples(noisy, going_in):
+    """A gain that is 2 % off is in what is left of the bar, whatever the number of samples."""
+    sensor = noisy.measuring(percent=1.0, gain_percent=2.0)
+    few, many = going_in, np.repeat(going_in, 100, axis=0)
+    plain = [read_press(sensor, forces) for forces in (few, many)]
+    assert plain[1].left == pytest.approx(plain[0].left, rel=0.1)
+    assert plain[1].noise == pytest.approx(0.1 * plain[0].noise, rel=0.1)
+    assert plain[1].u == pytest.approx(np.hypot(plain[1].noise, plain[1].left))
+    off = abs(read_press(sensor, many * [1.0, 1.02, 1.0, 1.0]).E / plain[1].E - 1.0)
+    assert 3.0 * plain[1].noise < off < plain[1].left
+
+
+@pytest.mark.parametrize("calibrated_by", ["weights", "plate"])
+@pytest.mark.parametrize("field", ["K_percent", "gain_percent"])
+def test_springs_and_gains_widen_the_bar_by_what_they_move(noisy, going_in, field, calibrated_by):
+    sensor = noisy.measuring()
+    sensor = replace(sensor, unit=replace(sensor.unit, calibrated_by=calibrated_by))
+    stated, moved = stated_and_moved(sensor, going_in, read_press, field, 1)
+    assert stated == pytest.approx(moved, rel=0.03)
+
+
+def test_zeros_that_are_off_or_drift_widen_the_bar_by_what_they_move(mango, going_in):
+    """Both by the drift that the read-out allows for, a bound over root three; its slope is known to a tenth."""
+    sensor = mango.measuring()
+    plain = read_press(sensor, going_in)
+    signal = sensor.report.read_out.signal
+    drift = np.array([0.0, 0.002, 0.0, 0.0])
+
+    def drifting(zero_drift):
+        read_out = replace(sensor.report.read_out, signal=replace(signal, zero_drift_N=zero_drift))
+        return replace(sensor, report=replace(sensor.report, read_out=read_out))
+
+    without = read_press(drifting((0.0,) * 4), going_in)
+    wider = read_press(drifting(tuple(drift.tolist())), going_in)
+    since = np.linspace(0.0, 1.0, len(going_in))
+    off = abs(read_press(sensor, going_in + drift).E / plain.E - 1.0)
+    moved = abs(read_press(sensor, going_in + np.outer(since, drift)).E / plain.E - 1.0)
+    assert np.sqrt(wider.u**2 - without.u**2) == pytest.approx(2.0 / math.sqrt(3.0) * math.hypot(off, moved), rel=0.12)
+
+
+def test_heights_and_the_offset_of_any_gaps_drop_out(mango, going_in):
+    """Heights that are told wrong by 0.05 mm move the offset by themselves."""
+    sensor = mango.measuring()
+    wrong = with_heights(sensor, (0.0, -0.05, 0.02, -0.03))
+    plain, moved = read_press(sensor, going_in), read_press(wrong, going_in)
+    # S alone takes the offset for a saddle: that moves E by a share of the offset
+    assert pytest.approx(plain.E, rel=0.015) == moved.E
+    # the high tips are nearer than told by the mean of 0.05 and 0.03, the low ones are farther by 0.01
+    assert moved.offset - plain.offset == pytest.approx(0.04 + 0.01, abs=2e-3)
+    assert moved.tilt == pytest.approx(math.hypot(*TILT), abs=1.0)
+
+
+def test_tilt_is_told_whatever_the_saddle(mango, going_in):
+    """An offset of the contrast is no plane."""
+    sensor = mango.measuring()
+    plain, moved = read_press(sensor, going_in), read_press(with_heights(sensor, (0.0, -0.05, 0.0, -0.05)), going_in)
+    assert (moved.tilt, moved.direction) == pytest.approx((plain.tilt, plain.direction), rel=0.01)
+    assert plain.tilt == pytest.approx(math.hypot(*TILT), rel=0.05)
+
+
+@pytest.mark.parametrize("case", STORED["presses"], ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
+def test_presses_on_ellipsoids_lie_in_the_bar(ball, case):
+    """Forces of boundary elements on a half-space, by a square whose fruit is told nowhere; then with its radii told.
+
+    The travels reach beyond those of the design; its body is 12 mm thick, which moves E by less than 1 %.
+    """
+    sensor = ball.measuring()
+    forces = np.array(case["forces"])
+    found = read_press(sensor, forces)
+    assert abs(found.E / case["E"] - 1.0) <= found.u < 0.35
+    told = read_press(replace(sensor, radii_mm=(case["R1"], case["R2"])), forces)
+    assert abs(told.E / case["E"] - 1.0) < min(0.04, told.u)
+    assert told.u < found.u
+
+
+@pytest.mark.study
+def test_sixty_presses_of_cheeks_lie_in_the_bar(ball):
+    """Own boundary elements: a mango's radii at any azimuth, tilts to 4 degrees, 0.9 mm from the first touch."""
+    sensor = ball.measuring()
+    errors, bars = [], []
+    for fruit in random_fruits(60, seed=44):
+        found = read_press(sensor, press(square(), fruit, np.linspace(0.03, 0.9, 30)))
+        errors.append(abs(found.E / fruit.E - 1.0))
+        bars.append(found.u)
+        assert found.tilt == pytest.approx(fruit.tilt, rel=0.2, abs=0.1)
+    assert np.mean(np.less_equal(errors, bars)) >= 0.95
+    assert max(np.divide(errors, bars)) < 2.0
+
+
+def test_radii_that_are_told_leave_the_bar(ball, into_the_ball):
+    """A ball of the design's own radius reads alike, with what the untold curvature adds taken off."""
+    sensor = ball.measuring()
+    untold, told = read_press(sensor, into_the_ball), read_press(replace(sensor, radii_mm=(35.0, 35.0)), into_the_ball)
+    assert pytest.approx(untold.E, rel=1e-9) == told.E
+    step = 1e-3
+    radius = 35.0 / (1.0 + step)
+    moved = abs(read_press(replace(sensor, radii_mm=(radius, radius)), into_the_ball).E / told.E - 1.0) / step
+    assert np.sqrt(untold.u**2 - told.u**2) == pytest.approx(2.0 * 0.25 * moved, rel=0.1)
+
+
+def test_radii_that_are_told_change_nothing_where_the_design_names_the_same_ones(mango, going_in):
+    """A design that names the radii that occur has what they move E by in the source of its pose."""
+    sensor = mango.measuring()
+    fruit = mango.design.fruit
+    told = read_press(replace(sensor, radii_mm=(fruit.radius_mm, fruit.radius_across_mm)), going_in)
+    untold = read_press(sensor, going_in)
+    assert (told.E, told.u) == pytest.approx((untold.E, untold.u), rel=1e-9)
+
+
+@pytest.fixture
+def command(ball, into_the_ball, monkeypatch, tmp_path, capsys):
+    """Return a function that runs `pipeline read` on a press of the ball, and returns its exit code and its answer."""
+    monkeypatch.setattr("pipeline.report.report.read_report", lambda _: ball.report)
+    lines = ["t_s,F_1_N,F_2_N,F_3_N,F_4_N"]
+    lines += [",".join(f"{value:.12g}" for value in (0.01 * k, *row)) for k, row in enumerate(into_the_ball.tolist())]
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join(lines), encoding="utf-8")
+
+    def run(*words):
+        code = main(["read", str(tmp_path), str(path), *words])
+        return code, capsys.readouterr()
+
+    return run
+
+
+def test_command_tells_the_offset_and_takes_radii(command):
+    answers = []
+    for words in ((), ("--radius", "35"), ("--radius", "47,110")):
+        code, answer = command("--json", *words)
+        assert code == 0
+        answers.append(json.loads(answer.out))
+    untold, ball, cheek = answers
+    assert untold.keys() >= {"offset_mm", "offset_u_mm"}
+    assert abs(untold["offset_mm"]) < untold["offset_u_mm"]
+    assert ball["E_MPa"] == pytest.approx(untold["E_MPa"], rel=1e-9)
+    assert cheek["E_MPa"] != pytest.approx(untold["E_MPa"], rel=1e-3)
+    code, answer = command()
+    assert (code, answer.out.count("high tips nearer")) == (0, 1)
+
+
+@pytest.mark.parametrize("text", ["0,35", "35,40,45", "35;40", "nan", "0.5", "1e7", ""])
+def test_radii_that_are_none_are_refused(command, text):
+    code, answer = command("--radius", text)
+    assert (code, answer.out) == (2, "")
+    assert answer.err.splitlines()[-1].startswith("pipeline: --radius")
+
+
+def test_way_out_of_the_fruit_does_not_count(noisy, going_in):
+    """A fruit that gives back nine tenths of its force on the way out reads as it did on the way in."""
+    sensor = noisy.measuring()
+    back = 0.9 * going_in[::-1]
+    assert read_press(sensor, np.concatenate([going_in, back])) == read_press(sensor, going_in)
+
+
+def test_a_press_that_tells_nothing_has_its_flag_and_no_number(mango, going_in):
+    sensor = mango.measuring()
+    for forces, flag in (
+        (going_in[-5:], "few_samples"),
+        (going_in[:0], "few_samples"),
+        (np.repeat(going_in[-1:], 100, axis=0), "no_rise"),
+        (going_in[-7:], "no_rise"),  # the last tip touches late
+        (going_in[:, [1, 0, 3, 2]], "out_of_range"),
+    ):
+        assert (read_press(sensor, forces).E, read_press(sensor, forces).flags) == (None, (flag,))
+
+
+def test_a_report_without_readings_of_presses_is_refused(mango):
+    sensor = mango.measuring()
+    old = replace(sensor.report, read_out=replace(sensor.report.read_out, rise_level=()))
+    sensor = replace(sensor, report=old)
+    signal = Signal(Rows(["t_s,F_1_N,F_2_N,F_3_N,F_4_N", "0,0,0,0,0"], "press.csv"), 4)
+    for work in (lambda: list(readings_of(sensor, signal)), lambda: c_header(sensor), lambda: micropython(sensor)):
+        with pytest.raises(InputError) as refused:
+            work()
+        assert refused.value.field == "read_out.rise_level"
+
+
+def test_a_signal_is_read_whole_once_a_press(noisy, going_in):
+    air = np.zeros((3, 4))
+    rows = np.concatenate([air, going_in, going_in[-2::-1], air, 0.9 * going_in, air])
+    lines = ["t_s,F_1_N,F_2_N,F_3_N,F_4_N"]
+    lines += [",".join(f"{value:.12g}" for value in (0.01 * k, *row)) for k, row in enumerate(rows.tolist())]
+    sensor = noisy.measuring()
+    first, second = readings_of(sensor, Signal(Rows(lines, "press.csv"), 4))
+    count = len(going_in)
+    assert pytest.approx(read_press(sensor, going_in).E, rel=1e-9) == first.E
+    assert pytest.approx(read_press(sensor, 0.9 * going_in).E, rel=1e-9) == second.E
+    # the first sample of a press serves the next one alone
+    assert [(reading.samples, reading.t) for reading in (first, second)] == [
+        (count - 1, pytest.approx(0.01 * (2 + count))),
+        (count - 1, pytest.approx(0.01 * (4 + 3 * count))),
+    ]
+    every = list(readings_of(sensor, Signal(Rows(lines, "press.csv"), 4), every_sample=True))
+    assert len(every) == 3 * count - 1
+    assert pytest.approx(first.E, rel=1e-12) == every[count - 1].E
+    assert (every[0].E, every[0].flags) == (None, ("few_samples",))
+
+
+@pytest.mark.parametrize("tip", range(4))
+@pytest.mark.parametrize("modulus", [0.5, 3.5])
+def test_a_zero_that_is_off_by_less_than_a_per_cent_is_no_touch(mango, tip, modulus):
+    """On a turned saddle, where the tips touch one after the other: E moves as the slope of zeros tells, to a half.
+
+    A slope is of first order, and the second is as large where a zero is a third of the force at the last touch. Taken
+    for a touch, the same zero moves 3.5 MPa by more than half.
+    """
+    design = mango.design
+    travels = np.linspace(0.0, design.press.travel_mm, 25)[1:].tolist()
+    saddle = {"radii_mm": (45.0, 110.0), "azimuth_deg": 30.0, "tilt_deg": (1.5, 1.0), "from_touch": True}
+    forces = mango.forces([Pose(E=modulus, travel=x, **saddle) for x in travels])
+    sensor = mango.measuring()
+    zero = 0.008 * np.array(sensor.report.read_out.full_scale_N)[tip]
+    told = RisingPress(sensor.rise_law, np.zeros(4), sensor.least_forces)
+    for row in forces:
+        told.add(row)
+    expected = told.reading().slopes.zeros[tip] * zero
+    moved = read_press(sensor, forces + zero * np.eye(4)[tip]).E / read_press(sensor, forces).E - 1.0
+    assert abs(expected) < 0.03
+    assert moved == pytest.approx(expected, rel=0.5, abs=1e-3)

@@ -1,0 +1,158 @@
+"""A press of a pair: the line reads through any tilt, the force ratio does not and is told apart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from measured_units import MeasuredDesign, read_press, stated_and_moved
+
+from instrument.press.pair_press import single_reading
+from instrument.press.presses import readings_of, refuse_out_of_scale
+from instrument.press.seating import seating_of
+from instrument.press.signals import Signal
+from pipeline.tables.rows import Rows
+from sensor.design.reading import Reading
+from sensor.quantity import InputError
+from sensor.theory.contrast_rise import RisingPress
+from solve.contact.poses import Pose
+
+TRAVELS = np.linspace(0.03, 0.6, 40)
+
+
+def press(paper, E, tilt=0.0, factors=1.0):
+    return paper.forces([Pose(E=E, travel=x, tilt_deg=(tilt, 0.0)) for x in TRAVELS.tolist()], factors)
+
+
+def read(sensor, forces):
+    """Return what a unit reads of the samples in which both tips touch."""
+    return read_press(sensor, forces[forces.min(axis=1) > 0.0])
+
+
+@pytest.mark.parametrize("E", [0.5, 1.3, 3.5])
+def test_level_press_is_exact_by_every_read_out(paper, E):
+    forces = press(paper, E)
+    reading = read(paper.measuring(), forces)
+    assert pytest.approx(E, rel=1e-3) == reading.E
+    assert reading.others == {"force_ratio": pytest.approx(E, rel=1e-3)}
+    assert reading.flags == ()
+    assert pytest.approx(E, rel=1e-3) == single_reading(paper.measuring(), forces[-1]).E
+
+
+@pytest.mark.parametrize(("E", "tilt"), [(0.5, 0.5), (3.5, 1.0), (0.5, 2.1), (3.5, -3.0)])
+def test_line_reads_through_a_tilt_that_the_force_ratio_does_not(paper, E, tilt):
+    reading = read(paper.measuring(), press(paper, E, tilt))
+    assert pytest.approx(E, rel=0.01) == reading.E
+    assert reading.tilt == pytest.approx(abs(tilt), rel=0.02)
+    assert reading.direction == (0.0 if tilt > 0.0 else 180.0)
+    assert "read_outs_disagree" in reading.flags
+    assert ("tilt_beyond_design" in reading.flags) == (reading.tilt > 2.0)
+    if "force_ratio" in reading.others:
+        assert abs(reading.others["force_ratio"] / E - 1.0) > 0.15
+
+
+def test_way_out_of_the_fruit_does_not_count(paper):
+    """A fruit that gives back nine tenths of its force on the way out reads as it did on the way in."""
+    forces = press(paper, 1.0)
+    there_and_back = np.concatenate([forces, 0.9 * forces[::-1]])
+    assert pytest.approx(1.0, rel=0.01) == read(paper.measuring(), there_and_back).E
+
+
+def test_swapped_channels_are_of_no_fruit(paper):
+    reading = read(paper.measuring(), press(paper, 2.0)[:, ::-1])
+    assert (reading.E, reading.flags) == (None, ("out_of_range",))
+
+
+def signal(rows):
+    text = "t_s,F_l_N,F_h_N\n" + "".join(f"{t},{soft},{stiff}\n" for t, (soft, stiff) in rows)
+    return Signal(Rows(text.splitlines(), "-"), 2)
+
+
+def test_each_press_of_a_signal_is_one_reading(paper):
+    air = np.zeros((20, 2))
+    forces = np.concatenate([air, press(paper, 0.8), air, press(paper, 3.0, 1.0), air])
+    times = 1e-3 * np.arange(len(forces))
+    rows = list(zip(times.tolist(), forces.tolist(), strict=True))
+    readings = list(readings_of(paper.measuring(), signal(rows)))
+    assert [reading.E for reading in readings] == [pytest.approx(0.8, rel=1e-3), pytest.approx(3.0, rel=0.01)]
+    assert [reading.t for reading in readings] == [pytest.approx(0.059), pytest.approx(0.119)]
+    every = list(readings_of(paper.measuring(), signal(rows), every_sample=True))
+    assert len(every) > 60
+    assert pytest.approx(readings[-1].E) == every[-1].E
+
+
+def test_signal_without_a_press_is_told(paper):
+    (reading,) = readings_of(paper.measuring(), signal([(0.0, (0.0, 0.0)), (1.0, (0.0, 0.001))]))
+    assert (reading.E, reading.flags) == (None, ("lift_off",))
+
+
+@pytest.mark.parametrize("tip", [0, 1])
+@pytest.mark.parametrize("field", ["K_percent", "gain_percent"])
+def test_springs_and_gains_move_the_reading_as_is_said(field, tip, paper):
+    """Of a press, and of one sample."""
+    forces = press(paper, 1.3)
+    for tell in (read, lambda unit, rows: single_reading(unit, rows[-1])):
+        stated, moved = stated_and_moved(paper.measuring(), forces, tell, field, tip)
+        assert stated == pytest.approx(moved, rel=0.02)
+
+
+def test_force_beyond_zero_or_the_scale_is_refused_at_its_tip(paper):
+    """Eight deviations of noise below zero, twice the least force of a touch, and twenty full scales are allowed."""
+    sensor = paper.measuring()
+    lowest, highest = -8.0 * sensor.noises, 20.0 * np.array(sensor.report.read_out.full_scale_N)
+    refuse_out_of_scale(sensor, [lowest[0], highest[1]], "{}".format)
+    for forces, name in (([1.01 * lowest[0], 0.1], "low"), ([0.1, 1.01 * highest[1]], "high")):
+        with pytest.raises(InputError) as caught:
+            refuse_out_of_scale(sensor, forces, ("low", "high").__getitem__)
+        assert caught.value.field == name
+        with pytest.raises(InputError) as caught:
+            list(readings_of(sensor, signal([(0.0, forces)])))
+        assert caught.value.field == f"-, line 2, column 'F_{name[0]}_N'"
+
+
+def test_tilt_that_a_design_allows_is_in_the_uncertainty_of_one_reading(paper):
+    """A tilt anywhere up to a bound has the bound over the root of three as deviation; its slope by the solver."""
+    forces = press(paper, 1.0)[-1]
+    level, tilted = (single_reading(paper.measuring(), row).E for row in (forces, press(paper, 1.0, 0.01)[-1]))
+    per_degree = abs(tilted / level - 1.0) / 0.01
+    u = []
+    for tilt in (1.0, 2.0):
+        asked = Reading(tilt_deg=tilt, off_centre_mm=0.0, radius_spread=0.0)
+        report = replace(paper.report, design=replace(paper.design, reading=asked))
+        u.append(single_reading(replace(paper.measuring(), report=report), forces).u)
+    assert np.sqrt(u[1] ** 2 - u[0] ** 2) == pytest.approx(2.0 * per_degree, rel=0.02)  # 4 - 1 degrees^2 over 3
+
+
+@pytest.fixture(scope="module")
+def curved():
+    """Return the pair on a round fruit, whose skin both tips meet with an edge first."""
+    return MeasuredDesign("paper-on-mango", assessed=False)
+
+
+def test_samples_before_flat_tips_are_seated_do_not_count(curved):
+    """By the contact solver: the whole press is read some per cent too firm, its seated part is not."""
+    sensor = curved.measuring()
+    travels = np.linspace(0.02, 1.0, 40) * curved.design.press.travel_mm
+    forces = curved.forces([Pose(E=0.5, travel=x, tilt_deg=(1.0, 0.0)) for x in travels.tolist()])
+    seated = read(sensor, forces)
+    assert pytest.approx(0.5, rel=1e-3) == seated.E
+    whole = RisingPress(sensor.rise_law, sensor.noises, sensor.least_forces)
+    for row in forces:
+        whole.add(row)
+    found = whole.reading()
+    assert found.E > 1.05 * 0.5
+    assert found.samples > seated.samples >= 10
+
+
+def test_a_load_seats_tips_and_none_seats_them_beyond_the_last(curved, paper, mango):
+    """Pressed in by the side times the lean: Johnson's 5.2 by hand, the lean of a level tip that of the skin."""
+    seating = seating_of(curved.measuring())
+    tips = curved.design.tips
+    lean = 0.05 / tips.spacing_mm + 0.5 * tips.spacing_mm / curved.design.fruit.radius_mm
+    needed = 0.5 * tips.side_mm * lean
+    load = seating.load(0.5, -0.05)
+    assert seating.loads[load - 1] < needed <= seating.loads[load]
+    depth = curved.contact.S.diagonal() * seating.least_forces[load] / 0.5
+    assert (depth >= tips.side_mm * lean * (1.0 - 1e-9)).all()
+    assert seating.load(1e3, 1.0) == len(seating.loads) - 1
+    assert seating_of(paper.measuring()).load(3.5, 0.0) == 0
+    assert len(seating_of(mango.measuring()).loads) == 1

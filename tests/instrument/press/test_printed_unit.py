@@ -1,0 +1,169 @@
+"""A unit comes back from its file; a file that is none, or of another design, is refused by field."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from instrument.press.printed_unit import (
+    design_digest,
+    digest_of_0_2,
+    nominal_unit,
+    read_unit,
+    unit_as_toml,
+)
+from instrument.press.ripeness import ripeness_classes
+from pipeline.options import load_design
+from sensor.design.parameters import Design
+from sensor.quantity import InputError
+
+MY_FRUIT = str(Path(__file__).parents[3] / "docs" / "examples" / "my-fruit.toml")
+
+
+@pytest.fixture
+def unit(paper):
+    return replace(
+        nominal_unit(paper.report),
+        K_N_per_m=(1078.0, 23120.0),
+        classes="ripe:0.8,unripe",
+        newtons_per_count=((1e-6, 0.0), (1e-8, 1e-5)),
+        zero_counts=(5.0, -7.0),
+        saturation_counts=99,
+        force_bend=(0.0, 0.1),
+        force_bend_per_N=(0.0, -0.05),
+    )
+
+
+@pytest.fixture
+def refused(tmp_path):
+    """Return a function that reads a text as a unit and returns the field of the error."""
+
+    def field(text, report):
+        path = tmp_path / "unit.toml"
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(InputError) as caught:
+            read_unit(path, report)
+        assert "\n" not in str(caught.value)
+        return caught.value.field
+
+    return field
+
+
+def test_unit_comes_back_as_it_was_written(unit, paper, tmp_path):
+    path = tmp_path / "unit.toml"
+    path.write_text(unit_as_toml(unit), encoding="utf-8")
+    assert read_unit(path, paper.report) == unit
+
+
+def test_unit_of_version_0_1_that_tells_heights_is_read(unit, paper, tmp_path):
+    path = tmp_path / "unit.toml"
+    heights = "height_mm = [0.0, 0.01]\nheight_error_mm = [1e-6, 1e-6]\n"
+    path.write_text(heights + unit_as_toml(unit), encoding="utf-8")
+    assert read_unit(path, paper.report) == unit
+
+
+def test_nominal_unit_is_as_uncertain_as_its_process_prints(paper):
+    process = paper.design.process
+    expected = []
+    for thickness in process.leaf_thicknesses_mm:
+        expected.append(100.0 * (process.E_scatter**2 + (1.5 * process.accuracy_mm / thickness) ** 2) ** 0.5)
+    assert nominal_unit(paper.report).K_percent == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("design", "digest"),
+    [
+        (Design(), "9279a9d7514dd03c4597188a5314cbb2346e47512d3ce2b7fa0b8f3eff27bc00"),
+        (load_design("mango"), "bda5b9192e0873d0effa44eaf3cbb47724167bb5609b0bbb2e50389f3abd6bd0"),
+        (
+            load_design(MY_FRUIT),
+            "7b532037446524a254668104b34048b186c82b7c544a30ed7361a6118cd37634",
+        ),
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_unit_of_version_0_2_is_one_of_its_design(design, digest):
+    """The digests that version 0.2 wrote into units of its default design, of a preset and of an example."""
+    assert digest_of_0_2(design) == digest
+    assert digest_of_0_2(replace(design, name="other")) != digest
+
+
+@pytest.mark.parametrize(
+    ("setting", "is_another"),
+    [
+        ("targets.NL=0.04", True),
+        ("fruit.E_max_MPa=4", True),
+        ("tips.side_mm=2.5", True),
+        ("press.travel_mm=0.5", True),
+        ("print.leaf_thickness_low_mm=1.2", True),
+        ("print.E_MPa=2100", True),
+        ("name=other", False),
+        ("press.attitude=side", False),
+        ("fruit.bruise_limit_MPa=0.4", False),
+        ("print.max_length_mm=200", False),
+    ],
+)
+def test_digest_is_of_what_sets_springs_tips_and_read_out(setting, is_another):
+    key, _, value = setting.partition("=")
+    assert (design_digest(load_design("paper", {key: value})) != design_digest(load_design("paper"))) == is_another
+
+
+def test_digest_is_of_the_read_out_and_not_of_its_temperatures():
+    warmer, noisier = (load_design("mango", {key: "2"}) for key in ("readout.drift_K", "readout.noise_um"))
+    assert design_digest(warmer) == design_digest(load_design("mango")) != design_digest(noisier)
+
+
+def test_unit_of_another_design_is_refused(unit, paper, mango, refused):
+    text = unit_as_toml(unit)
+    assert refused(text, mango.report) == "unit.design"
+    press = replace(paper.design.press, travel_mm=0.5)
+    assert refused(text, replace(paper.report, design=replace(paper.design, press=press))) == "unit.design"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [
+        ("K_N_per_m = [1078.0, 23120.0]", "", "--unit"),
+        ("1078.0", '"1078"', "--unit"),
+        ("method", "methods", "--unit"),
+        ("=", "", "--unit"),
+        ("1078.0", "-1.0", "unit.K_N_per_m"),
+        ("1078.0", "0.0", "unit.K_N_per_m"),
+        ("1078.0", "nan", "unit.K_N_per_m"),
+        ("[1078.0, 23120.0]", "[1078.0]", "unit.K_N_per_m"),
+        ("K_percent = [", "K_percent = [0.0, 0.0]#", "unit.K_percent"),
+        ("gain_percent = [", "gain_percent = [-0.1, 0.1]#", "unit.gain_percent"),
+        ("gain = [", "gain = [0.0, 1.0]#", "unit.gain"),
+        ("tips = [", 'tips = ["high", "low"]#', "unit.design"),
+        ("nominal", "*/ system(1); /*", "unit.method"),
+        ("zero_counts = [5.0, ", "zero_counts = [", "unit.newtons_per_count"),
+        ("saturation_counts = 99", "saturation_counts = 0", "unit.newtons_per_count"),
+        ("force_bend = [0.0, 0.1]", "", "unit.force_bend"),
+        ("force_bend_per_N = [0.0, -0.05]", "", "unit.force_bend_per_N"),
+        ("[0.0, -0.05]", "[0.0, inf]", "unit.force_bend_per_N"),
+        ("[0.0, -0.05]", "[0.0]", "unit.force_bend_per_N"),
+    ],
+)
+def test_damaged_unit_is_refused_by_its_field(unit, paper, old, new, field, refused):
+    assert refused(unit_as_toml(unit).replace(old, new), paper.report) == field
+
+
+def test_counts_that_firmware_cannot_hold_are_refused(unit):
+    counted = replace(
+        unit, newtons_per_count=((1.0, 0.0), (0.0, 1.0)), zero_counts=(0.0, 0.0), saturation_counts=2**31 - 1
+    )
+    for wrong in (0, 2**31, 10**30):
+        with pytest.raises(InputError):
+            replace(counted, saturation_counts=wrong)
+
+
+def test_classes_are_names_with_rising_limits():
+    classes = ripeness_classes("ripe:0.8,turning:1.6,unripe")
+    assert [classes.class_of(E) for E in (0.5, 0.8, 0.81, 9.0)] == ["ripe", "ripe", "turning", "unripe"]
+    for text in (
+        *("ripe:0.8", "ripe:2,turning:1,unripe", "ripe,unripe", "ripe:x,unripe", "ripe:-1,unripe", "ripe:0,unripe"),
+        *(":1,unripe", "ripe:1,turning:1,unripe", "ripe:nan,unripe", "ripe:inf,unripe"),
+    ):
+        with pytest.raises(InputError) as caught:
+            ripeness_classes(text)
+        assert caught.value.field == "--classes"

@@ -1,0 +1,238 @@
+"""`pipeline modulus` from the command line: tables, JSON, plot, the range as a design, one line for what is wrong."""
+
+import json
+import shlex
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from virtual_compression import VirtualTest
+
+from instrument.compress.bodies import Ellipsoid
+from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
+from pipeline.options import load_design
+from solve.linear import SolveError
+from twintip.cli import main
+
+SIZES = ["--height", "70", "--radius", "35"]
+BALL = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for E in (0.8, 2.0):
+        Path(f"fruit-{E}.csv").write_text(VirtualTest(E_MPa=E, noise_percent=0.2).csv(), encoding="utf-8")
+    return ["fruit-0.8.csv", "fruit-2.0.csv"]
+
+
+@pytest.fixture
+def law_of_hertz(monkeypatch):
+    """Put Hertz's law of a body, or of a ball where it has none, in the place of the solved one."""
+
+    def law(test):
+        apparent = hertz_law(test) or hertz_law(BALL)
+        return replace(apparent, others={POISSON: [apparent]})
+
+    monkeypatch.setattr("instrument.compress.modulus.solved_law", law)
+
+
+def test_json_is_a_list_with_the_contract_s_keys(files, capsys):
+    assert main(["modulus", *files, "--json", "--height", "70", "--radius", "35"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert [row["file"] for row in rows] == files
+    assert {"E_MPa", "E_hertz_MPa", "E_plate_MPa", "u_percent", "first_touch_mm"} <= rows[0].keys()
+    assert [row["E_MPa"] for row in rows] == pytest.approx([0.8, 2.0], rel=0.01)
+    assert rows[0]["E_over_1_minus_nu2_MPa"] == pytest.approx(rows[0]["E_MPa"] / 0.91)
+    assert sum("assumed" in note for note in rows[0]["notes"]) == 4  # plates, radius, area, nu
+
+
+@pytest.mark.parametrize(
+    ("words", "sizes"),
+    [
+        ("--radius 40", {"body": "ellipsoid", "height_mm": 80.0, "radius_across_mm": 40.0, "plate_area_mm2": 900.0}),
+        ("--height 70 --radius 35 --radius-across 30", {"height_mm": 70.0, "radius_across_mm": 30.0, "plates": 2}),
+        ("--body ball --radius 35 --support seat", {"plates": 1, "poisson": 0.3, "plunger": None}),
+        (
+            "--body cylinder-end --height 20 --radius 8 --support plate --poisson 0.45",
+            {"body": "cylinder-end", "height_mm": 20.0, "plate_area_mm2": pytest.approx(201.06, abs=0.01)},
+        ),
+        ("--body cylinder-side --radius 8 --length 30 --support table", {"length_mm": 30.0, "plates": 2}),
+        (
+            "--body block --height 20 --width 15 --length 10 --support plate",
+            {"width_mm": 15.0, "plate_area_mm2": 150.0},
+        ),
+        (
+            "--radius 35 --plunger ball --plunger-radius 8 --support table --plate-area 400",
+            {"plunger": {"radius_mm": 8.0, "ball": True}, "plate_area_mm2": 400.0},
+        ),
+    ],
+)
+@pytest.mark.usefixtures("law_of_hertz")
+def test_body_and_tools_are_what_the_flags_say(words, sizes, files, capsys):
+    assert main(["modulus", files[1], "--json", "--strain", "5", *words.split()]) == 0
+    (row,) = json.loads(capsys.readouterr().out)
+    assert {name: row["geometry"][name] for name in sizes} == sizes
+
+
+@pytest.mark.parametrize(
+    ("words", "field"),
+    [
+        ("", "--body"),
+        ("--height 70", "--body"),
+        ("--body ball", "--radius"),
+        ("--body ball --radius 35", "--support"),
+        ("--radius 35 --plunger flat --plunger-radius 5", "--support"),
+        ("--radius 35 --plunger flat --support table", "--plunger-radius"),
+        ("--radius 35 --plunger-radius 5", "--plunger"),
+        ("--body block --height 20 --width 10 --support plate", "--length"),
+        ("--body ball --radius 35 --length 10 --support plate", "--length"),
+        ("--body cylinder-end --height 20 --radius 8 --support seat", "body"),
+        ("--body block --height 20 --width 9 --length 9 --support plate --plunger flat --plunger-radius 2", "body"),
+        ("--body cylinder-side --length 20 --radius 8 --support plate --plunger flat --plunger-radius 2", "body"),
+        (
+            "--body cylinder-end --height 9 --radius 8 --support table --plunger flat --plunger-radius 7",
+            "plunger.radius",
+        ),
+    ],
+)
+def test_test_whose_body_or_tools_are_not_said_or_not_solved_is_refused(words, field, files, capsys):
+    assert main(["modulus", files[1], *words.split()]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert field in err
+
+
+def test_range_is_taken_by_a_design_as_flags_and_as_toml(files, capsys):
+    main(["modulus", *files, *SIZES])
+    lines = capsys.readouterr().out.splitlines()
+    start = lines.index("[fruit]")
+    table = tomllib.loads("\n".join(lines[start : start + 3]))["fruit"]
+    flags = shlex.split(" ".join(lines[start + 3 :]).partition("pipeline run ")[2])
+    settings = dict(text.split("=", 1) for text in flags if text != "--set")
+    design = load_design("paper", settings)
+    assert design.fruit.E_max_MPa == table["E_max_MPa"] == 2.2
+    assert list(design.fruit.E_MPa) == table["E_MPa"]
+
+
+def test_body_without_an_equilibrium_is_one_line(files, capsys, monkeypatch):
+    def unsolved(_):
+        msg = "compression: no equilibrium"
+        raise SolveError(msg)
+
+    monkeypatch.setattr("instrument.compress.modulus.solved_law", unsolved)
+    assert main(["modulus", *files, *SIZES]) == 2
+    assert capsys.readouterr().err.splitlines() == ["pipeline: compression: no equilibrium"]
+
+
+@pytest.mark.usefixtures("law_of_hertz")
+def test_plot_is_the_same_bytes_and_never_replaces_a_foreign_file(files):
+    plot = Path("plot.html")
+    assert main(["modulus", *files, *SIZES, "--plot", str(plot)]) == 0
+    first = plot.read_bytes()
+    assert main(["modulus", *files, *SIZES, "--plot", str(plot)]) == 0
+    assert plot.read_bytes() == first
+    plot.write_bytes(b"mine")
+    assert main(["modulus", *files, *SIZES, "--plot", str(plot)]) == 2
+    assert plot.read_bytes() == b"mine"
+    assert main(["modulus", *files, *SIZES, "--plot", str(plot), "--force"]) == 0
+    assert Path("plot.html.bak").read_bytes() == b"mine"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["none.csv"],
+        [],
+        ["fruit-2.0.csv", "--radius-across", "nan"],
+        ["fruit-2.0.csv", "--radius-across", "high"],
+        ["fruit-2.0.csv", "--strain", "five"],
+        ["fruit-2.0.csv", "--strain", "0"],
+        ["fruit-2.0.csv", "--strain", "5,1e-6"],
+        ["fruit-2.0.csv", "--units", "force=kN"],
+        ["fruit-2.0.csv", "--units", "travel=stone"],
+        ["fruit-2.0.csv", "--columns", "mass=M"],
+        ["fruit-2.0.csv", "--plot", "plot.gif"],
+        ["fruit-2.0.csv", "--poisson", "0.5"],
+        ["fruit-2.0.csv", "--high", "70"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_words_are_one_line_and_write_nothing(words, files, capsys):
+    assert main(["modulus", *words, *SIZES]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert sorted(path.name for path in Path().iterdir()) == files
+
+
+def moduli(capsys, *words):
+    assert main(["modulus", *words, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.usefixtures("law_of_hertz")
+def test_compliance_of_the_machine_is_taken_off_and_its_error_counts(files, capsys):
+    """A frame of 4 um/N under the force of the clean curve: the modulus is that of the clean curve."""
+    (clean,) = moduli(capsys, files[1], *SIZES)
+    header, *lines = Path(files[1]).read_text(encoding="utf-8").splitlines()
+    assert header == "travel_mm,force_N"
+    rows = [tuple(map(float, line.split(","))) for line in lines]
+    text = "".join(f"{travel + 4e-3 * force!r},{force!r}\n" for travel, force in rows)
+    Path("frame.csv").write_text(f"{header}\n{text}", encoding="utf-8")
+    (soft,) = moduli(capsys, "frame.csv", *SIZES)
+    assert soft["E_MPa"] < 0.97 * clean["E_MPa"]
+    shares = []
+    for error in ("0", "1"):
+        (mended,) = moduli(capsys, "frame.csv", *SIZES, "--compliance", "4", "--compliance-error", error)
+        assert mended["E_MPa"] == pytest.approx(clean["E_MPa"], rel=2e-3)  # the bar of its scatter
+        shares.append(mended["u_shares_percent"].get("machine compliance", 0.0))
+        assert mended["geometry"]["compliance_um_per_N"] == 4.0
+    (stiffer,) = moduli(capsys, "frame.csv", *SIZES, "--compliance", "5")
+    moved = 100.0 * (stiffer["E_MPa"] / mended["E_MPa"] - 1.0)
+    assert shares == [0.0, pytest.approx(moved, rel=0.1)]  # the range of travel may end elsewhere
+
+
+@pytest.mark.usefixtures("law_of_hertz")
+def test_sizes_are_those_of_each_specimen(files, capsys):
+    Path("sizes.csv").write_text(f"file;height;radius [cm]\n{files[0]};70;3,5\n{files[1]};60;3\n", encoding="utf-8")
+    first, second = moduli(capsys, "--sizes", "sizes.csv")
+    assert (first["geometry"]["height_mm"], first["geometry"]["radius_mm"]) == (70.0, 35.0)
+    assert (second["geometry"]["height_mm"], second["geometry"]["radius_mm"]) == (60.0, 30.0)
+    (alone,) = moduli(capsys, files[1], "--height", "60", "--radius", "30")
+    assert second["E_MPa"] == alone["E_MPa"]
+    (of_other_sizes,) = moduli(capsys, files[1], *SIZES)
+    assert second["E_MPa"] != of_other_sizes["E_MPa"]
+
+
+@pytest.mark.parametrize(
+    ("table", "words", "field"),
+    [
+        ("file,height,radius\nfruit-0.8.csv,70,35\n", ["fruit-2.0.csv"], "sizes.csv"),
+        ("file,height,radius\nfruit-0.8.csv,70,35\nfruit-0.8.csv,60,30\n", [], "sizes.csv, line 3"),
+        ("file,height,radius\nfruit-0.8.csv,70,wide\n", [], "sizes.csv, line 2, column 'radius'"),
+        ("file,height,radius\nfruit-0.8.csv,70,35\n", ["--radius", "35"], "sizes.csv, line 1, column 'radius'"),
+        ("height,radius\n70,35\n", ["fruit-0.8.csv"], "sizes.csv, line 1"),
+        ("file,height,radius\nnone.csv,70,35\n", [], "FILE"),
+        ("file,height\nfruit-0.8.csv,70\n", [], "--body"),
+    ],
+)
+@pytest.mark.usefixtures("files")
+def test_wrong_sizes_are_one_line(table, words, field, capsys):
+    Path("sizes.csv").write_text(table, encoding="utf-8")
+    assert main(["modulus", *words, "--sizes", "sizes.csv"]) == 2
+    assert f"pipeline: {field}" in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize("words", [["--compliance-error", "1"], ["--compliance", "-1"], ["--compliance", "1e4"]])
+def test_wrong_compliance_is_one_line(words, files, capsys):
+    assert main(["modulus", files[0], *SIZES, *words]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_what_was_understood_is_one_line_of_the_answer(files, capsys):
+    assert main(["modulus", files[0], *SIZES]) == 0
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("read: ")]
+    assert "travel = 'travel_mm' [mm], force = 'force_N' [N]; 600 rows, lines 2 to 601" in line

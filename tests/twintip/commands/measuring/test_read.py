@@ -1,0 +1,264 @@
+"""`pipeline read` and `calibrate` from the command line: forces, files, streams, firmware, and their exit codes."""
+
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from deadline import DEADLINE_S
+from stand_ins import CONTACT, result_of
+
+from pipeline.report.outputs import write_outputs
+from sensor.design.processes import PROCESSES
+from twintip.cli import main
+
+ROOT = Path(__file__).parents[4]
+GRAM = 9.80665e-3  # [N]
+
+
+class Printed:
+    """The folder of a sensor whose contact and springs stand in for solved ones, and its result."""
+
+    def __init__(self, folder, design):
+        folder.mkdir()
+        self.folder = str(folder)
+        self.result = result_of(design)
+        self.K = 1.0 / np.diag(self.result.springs.C)
+        write_outputs(self.result, folder)
+
+    def forces(self, E, travel=0.6, factor=1.0):
+        """Return the forces [N] of a unit whose springs are stiffer by a factor, on linear flesh."""
+        return np.linalg.solve(self.result.springs.C / factor + CONTACT.S / E, [travel, travel])
+
+    def press(self, E):
+        rows = [",".join(map(str, self.forces(E, x))) for x in np.linspace(0.02, 0.6, 30)]
+        return "t_s,F_l_N,F_h_N\n" + "".join(f"{0.001 * index},{row}\n" for index, row in enumerate(rows))
+
+    def weights(self, factor):
+        lines = ["tip,weight_g,deflection_mm"]
+        for name, K in zip(("low", "high"), self.K, strict=True):
+            lines += [f"{name},{g},{g * GRAM / K / factor}" for g in (0, 10, 30)]
+        return "\n".join(lines)
+
+
+@pytest.fixture(scope="module")
+def paper(tmp_path_factory):
+    return Printed(tmp_path_factory.mktemp("read") / "paper", None)
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Return a function that writes a table and returns its path."""
+
+    def path_of(text, name="table.csv"):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    return path_of
+
+
+def test_forces_of_a_pair(paper, capsys):
+    forces = ",".join(map(str, paper.forces(1.5)))
+    assert main(["read", paper.folder, "--forces", forces, "--json", "--classes", "ripe:0.8,unripe"]) == 0
+    reading = json.loads(capsys.readouterr().out)
+    assert reading.keys() >= {"E_MPa", "E_over_1_minus_nu2_MPa", "u_percent", "tilt_deg", "flags", "class"}
+    assert reading["E_MPa"] == pytest.approx(1.5, rel=1e-6)
+    assert (reading["class"], reading["flags"]) == ("unripe", ["uncertain"])  # springs as the process scatters them
+    assert reading["u_percent"] > 50.0
+
+
+def test_forces_that_tell_nothing_exit_with_one(paper, capsys):
+    assert main(["read", paper.folder, "--forces", "0,0.5"]) == 1
+    assert "lift_off" in capsys.readouterr().out
+
+
+def test_file_and_stream_read_alike(paper, capsys, monkeypatch, written):
+    text = paper.press(2.5)
+    assert main(["read", paper.folder, "--json", written(text)]) == 0
+    from_file = capsys.readouterr().out
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    assert main(["read", paper.folder, "-", "--json"]) == 0
+    assert capsys.readouterr().out == from_file
+    (line,) = from_file.splitlines()
+    assert json.loads(line)["E_MPa"] == pytest.approx(2.5, rel=1e-6)
+    assert main(["read", paper.folder, written(text), "--each"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) > 25
+
+
+@pytest.mark.parametrize("line", [b"0,\xff\xfe\n", b"0,1,\0\n", b"1" * 70_000], ids=["no text", "NUL", "endless"])
+def test_stream_that_is_no_text_is_one_line(line, paper, capsys, monkeypatch):
+    stream = io.BytesIO(b"t_s,F_l_N,F_h_N\n" + line)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(stream))
+    assert main(["read", paper.folder, "-"]) == 2
+    assert capsys.readouterr().err.splitlines()[-1].startswith("pipeline: -, line 2")
+
+
+def test_calibrated_unit_is_taken_with_its_classes(paper, capsys, tmp_path, written):
+    unit = str(tmp_path / "unit.toml")
+    weights = written(paper.weights(1.2))
+    assert main(["calibrate", paper.folder, weights, "--out", unit, "--classes", "ripe:0.8,unripe"]) == 1
+    capsys.readouterr()
+    assert main(["calibrate", paper.folder, weights, "--json"]) == 1
+    answer = json.loads(capsys.readouterr().out)
+    stiffer = 1.2 * answer["K_press_over_weighed"]
+    assert answer["K_press_over_weighed"] == pytest.approx(PROCESSES["fdm-petg"].creep.press_over_weighed(30.0, 3.0))
+    assert answer["table"][0]["with_design_stiffness_percent"] == pytest.approx(100.0 / stiffer - 100.0, abs=0.1)
+    assert answer["K_N_per_m"] == pytest.approx((1.2e3 * paper.K).tolist())
+    forces = ",".join(map(str, paper.forces(1.5, factor=1.2)))
+    assert main(["read", paper.folder, "--unit", unit, "--forces", forces, "--json"]) == 0
+    reading = json.loads(capsys.readouterr().out)
+    pressed = 1.5 * answer["K_press_over_weighed"]  # by springs that did not creep
+    assert (reading["E_MPa"], reading["class"]) == (pytest.approx(pressed, rel=1e-3), "unripe")
+    assert main(["calibrate", paper.folder, weights, "--out", unit]) == 2
+
+
+def test_time_of_the_weighing_is_taken_and_told(paper, capsys, written):
+    weights = written(paper.weights(1.2))
+    found = {}
+    for words in ([], ["--after", "30"], ["--after", "300"]):
+        assert main(["calibrate", paper.folder, weights, "--json", *words]) == 1
+        answer = json.loads(capsys.readouterr().out)
+        found[answer["weighed_after_s"]] = answer["K_press_over_weighed"]
+        assert answer["creep_of"] == "process"
+    assert found[300.0] / found[30.0] == pytest.approx(1.0 + PROCESSES["fdm-petg"].creep_per_decade)
+    assert main(["calibrate", paper.folder, weights]) == 1
+    assert "30 s after a weight was hung" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("table", ["coupon,weight_g,deflection_mm\n", "tip,weight_g,t_s,deflection_mm\nlow,0,5,0\n"])
+def test_a_time_that_has_no_place_is_refused(table, paper, capsys, written):
+    """Of a coupon, which tells no unit, and beside a column of times."""
+    rows = table + "low,10,5,0.1\nlow,20,5,0.2\nlow,30,5,0.3\n"
+    text = rows.replace(",5,", ",") if table.startswith("coupon") else rows
+    assert main(["calibrate", paper.folder, written(text), "--after", "20"]) == 2
+    assert capsys.readouterr().err.splitlines()[-1].startswith("pipeline: --after = ")
+
+
+def test_firmware_is_written_and_not_over_another_file(paper, capsys, tmp_path):
+    header, module = tmp_path / "unit.h", tmp_path / "unit.py"
+    words = ["read", paper.folder, "--c-header", str(header), "--micropython", str(module)]
+    assert main(words) == 0
+    assert capsys.readouterr().out.split() == [str(header), str(module)]
+    header.write_text("mine", encoding="utf-8")
+    assert main(words) == 2
+    assert header.read_text(encoding="utf-8") == "mine"
+    assert main([*words, "--force"]) == 0
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--micropython", "there.py", "--c-header", "new.h"],
+        ["--micropython", "new.h", "--c-header", "new.h"],
+        ["there.py", "--forces", "0.2,0.5", "--c-header", "new.h"],
+        ["nowhere.csv", "--c-header", "new.h"],
+        ["there.py", "--c-header", "new.h"],
+        ["--forces", "0.2,nan", "--c-header", "new.h"],
+        [],
+        ["--forces", "1,2,3"],
+        ["--forces=-1,0.2"],
+        ["--forces", "200,2000"],
+        ["--forces", "-0.5,1"],
+        ["--forces", "0.2,0.5", "--unit", "nowhere.toml"],
+        ["--forces", "0.2,0.5", "--classes", "ripe:0.8"],
+        ["--forces", "0.2,0.5", "--radius", "47,110"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_input_is_refused_and_writes_nothing(paper, tmp_path, monkeypatch, capsys, words):
+    monkeypatch.chdir(tmp_path)
+    Path("there.py").write_text("mine", encoding="utf-8")
+    assert main(["read", paper.folder, *words]) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["there.py"]
+    answer = capsys.readouterr()
+    assert answer.out == ""
+    assert answer.err.splitlines()[-1].startswith("pipeline: ")
+
+
+def test_reading_imports_no_solver(paper):
+    """A reading is instant: neither solids nor meshes nor solves are loaded."""
+    code = f"""
+import sys
+from twintip.cli import main
+assert main(["read", {paper.folder!r}, "--forces", "0.37,1.07"]) == 0
+print(sorted({{"cadquery", "OCP", "gmsh", "skfem", "pyvista", "scipy"}} & set(sys.modules)))
+"""
+    command = [sys.executable, "-c", code]
+    out = subprocess.run(
+        command, cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=DEADLINE_S
+    ).stdout
+    assert out.splitlines()[-1] == "[]"
+
+
+def rows_of(text):
+    header, *rows = text.splitlines()
+    return header, rows
+
+
+def test_weights_with_notes_and_other_headers_calibrate_alike(paper, capsys, written):
+    header, rows = rows_of(paper.weights(1.2))
+    tables = {
+        "plain": ("\n".join([header, *rows]), []),
+        "notes": ("\n".join([f"{header},note", *(f'{row},"ok, dry"' for row in rows)]), []),
+        "lines above": (
+            "\n".join(["Operator;Smith", "", header.replace(",", ";"), *(row.replace(",", ";") for row in rows)]),
+            [],
+        ),
+        "named": (
+            "\n".join(["tip,Gewicht,b", *rows]),
+            ["--columns", "force=Gewicht,deflection=3", "--units", "force=g,deflection=mm"],
+        ),
+        "no header": ("\n".join(rows), ["--columns", "tip=1,force=2,deflection=3", "--units", "force=g,deflection=mm"]),
+    }
+    answers = []
+    for text, flags in tables.values():
+        assert main(["calibrate", paper.folder, written(text), "--json", *flags]) == 1
+        out, err = capsys.readouterr()
+        assert sum("tip = " in line for line in err.splitlines()) == 1
+        answers.append(json.loads(out)["K_N_per_m"])
+    assert answers == [answers[0]] * len(tables)
+
+
+def test_press_of_a_board_reads_alike(paper, capsys, monkeypatch, written):
+    """The clock of a serial monitor is the time where no column is."""
+    text = paper.press(2.5)
+    header, rows = rows_of(text)
+    clocked = [f"12:34:{float(row.split(',')[0]):06.3f} -> {row.split(',', 1)[1]}" for row in rows]
+    presses = {
+        "plain": (text, []),
+        "banner": (f"boot\nHX711 ready\n\n{text}", []),
+        "other columns": ("\n".join([f"{header},note,Load rate", *(f"{row},a,1" for row in rows)]), []),
+        "clock": ("\n".join(["12:34:00.000 -> F_l_N,F_h_N", *clocked]), []),
+        "no header": ("\n".join(rows), ["--columns", "t=1,F_l=2,F_h=3"]),
+        "named": (
+            "\n".join(["Zeit [s];Kanal A (N);Kanal B (N)", *(row.replace(",", ";") for row in rows)]),
+            ["--columns", "F_l=Kanal A,F_h=3"],
+        ),
+    }
+    for name, (press, flags) in presses.items():
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(press.encode())))
+        for source in (written(press), "-"):
+            assert main(["read", paper.folder, source, "--json", *flags]) == 0, name
+            out, err = capsys.readouterr()
+            assert json.loads(out)["E_MPa"] == pytest.approx(2.5, rel=1e-6)
+            assert sum("F_l = " in line for line in err.splitlines()) == 1
+
+
+def test_code_of_counts_is_refused_where_there_are_none(paper, capsys, written):
+    press = written(paper.press(2.5))
+    for words in (["read", paper.folder, press], ["read", paper.folder, "--forces", "0.2,0.5"]):
+        assert main([*words, "--counts-as", "offset"]) == 2
+        assert capsys.readouterr().err.count("--counts-as = ") == 1
+    weights = written(paper.weights(1.0))
+    assert main(["calibrate", paper.folder, weights, "--counts-as", "offset"]) == 2
+    assert capsys.readouterr().err.count("--counts-as = ") == 1
+
+
+def test_flag_for_a_column_that_no_table_has_is_refused(paper, capsys, written):
+    for words in (["--columns", "mass=1"], ["--units", "force=stone"], ["--columns", "force=Gewicht"]):
+        assert main(["calibrate", paper.folder, written(paper.weights(1.0)), *words]) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1

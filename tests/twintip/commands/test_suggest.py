@@ -1,0 +1,156 @@
+"""`pipeline suggest` prints a table and a command that gives the design, and writes a design file where asked."""
+
+import json
+import re
+import shlex
+from contextlib import nullcontext
+
+import pytest
+
+from pipeline.options import load_design
+from pipeline.study.suggest import fruit_design
+from pipeline.study.suggest import suggestion as room
+from pipeline.study.suggest.suggestion import Suggestion
+from pipeline.verdicts.rules import margin_verdict
+from sensor.design.design_file import design_as_toml
+from sensor.quantity import Estimate
+from twintip.cli import main
+from twintip.commands import suggest
+
+BRUISED = ["suggest", "paper", "--set", "fruit.bruise_limit_MPa=0.29", "--nl", "0.04"]
+
+
+@pytest.fixture
+def found(monkeypatch, tmp_path):
+    """Put a suggestion in the place of the search; return how it was asked."""
+    monkeypatch.chdir(tmp_path)
+    asked = []
+
+    def stand_in(design, options, keep, _progress):
+        asked.append((design, options, keep))
+        return Suggestion(design=design, changes={"press.travel_mm": 0.07}, verdicts=(), reason="passes", runs=2)
+
+    monkeypatch.setattr(room, "suggestion", stand_in)
+    return asked
+
+
+def test_command_that_is_printed_gives_the_design(found, capsys):
+    assert main([*BRUISED, "--keep", "print.process"]) == 0
+    table = capsys.readouterr().out.splitlines()[1:3]
+    (design, _, keep) = found[0]
+    assert keep == {"print.process"}
+    assert [row.split() for row in table] == [["key", "from", "to"], ["press.travel_mm", "0.6", "0.07"]]
+    command = _command(main, capsys)
+    settings = dict(word.split("=", 1) for word in command if "=" in word)
+    changed = load_design("paper", settings)
+    assert (changed.press.travel_mm, changed.targets.NL) == (0.07, 0.04)
+    assert changed.fruit == design.fruit
+
+
+def _command(main_, capsys):
+    assert main_(BRUISED) == 0
+    return shlex.split(capsys.readouterr().out.splitlines()[-1])
+
+
+@pytest.mark.usefixtures("found")
+def test_json_says_what_changes(capsys):
+    assert main([*BRUISED, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["changes"] == [{"key": "press.travel_mm", "from": 0.6, "to": 0.07}]
+    assert data["design"]["press"]["travel_mm"] == 0.07
+    assert data["command"].endswith("--set press.travel_mm=0.07")
+
+
+@pytest.mark.usefixtures("found")
+def test_design_file_reads_back_as_the_design(tmp_path):
+    assert main([*BRUISED, "--out", "mended.toml"]) == 0
+    text = (tmp_path / "mended.toml").read_text(encoding="utf-8")
+    assert text.startswith("# pipeline run --design paper ")
+    assert design_as_toml(load_design(tmp_path / "mended.toml")) in text
+    assert main([*BRUISED, "--out", "mended.toml"]) == 2
+
+
+@pytest.fixture
+def fruits(monkeypatch):
+    """Put none found in the place of the search for a fruit; return how it was asked."""
+    asked = []
+
+    def stand_in(fruit, preset, keep, _progress):
+        asked.append((fruit, preset, keep))
+        failed = margin_verdict("reading.bias", Estimate(0.0519, 0.0008), 0.05, "at 2 MPa", at_most=True)
+        return Suggestion(design=preset, changes=None, verdicts=(failed,), reason="none found")
+
+    monkeypatch.setattr(fruit_design, "fruit_suggestion", stand_in)
+    return asked
+
+
+def test_fruit_starts_from_the_preset_most_like_it_and_is_told_what_it_lacks(fruits, capsys):
+    assert (
+        main(["suggest", "--fruit", "radius 26, E 0.3 to 2", "--set", "reading.tilt_deg=3", "--out", "ball.toml"]) == 1
+    )
+    ((fruit, preset, keep),) = fruits
+    assert fruit.E_max_MPa == 2.0
+    assert preset.fruit == load_design("peach").fruit
+    assert (preset.name, preset.reading.tilt_deg, keep) == ("ball", 3.0, {"reading.tilt_deg"})
+    line = capsys.readouterr().out.splitlines()[1]
+    assert re.findall(r"[\d.]+", line.partition(": ")[2])[:3] == ["5.190", "0.080", "5"]
+
+
+@pytest.mark.usefixtures("fruits")
+def test_progress_names_the_preset_and_not_the_new_design(monkeypatch):
+    told = []
+    monkeypatch.setattr(suggest, "showing_progress", lambda *_, **__: nullcontext(told.append))
+    assert main(["suggest", "--fruit", "radius 26, E 0.3 to 2", "--out", "ball.toml"]) == 1
+    (line,) = told
+    assert "peach" in line.split()
+
+
+def test_fruit_of_a_preset_is_known_by_its_name(fruits):
+    assert main(["suggest", "--fruit", "kiwi"]) == 1
+    assert main(["suggest", "--fruit", "kiwano"]) == 2
+    ((fruit, preset, _),) = fruits
+    kiwi = load_design("kiwi")
+    assert preset.tips == kiwi.tips
+    assert (fruit.thickness_mm, fruit.E_max_MPa) == (kiwi.reading.thickness_mm, kiwi.fruit.E_max_MPa)
+
+
+@pytest.mark.usefixtures("found")
+def test_columns_do_not_touch(monkeypatch, capsys):
+    long = {"fruit.bruise_limit_MPa": (0.05, 0.1, 0.2), "reading.uncertainty_limit": (0.1, 0.2)}
+
+    def stand_in(design, *_):
+        return Suggestion(design=design, changes=long, verdicts=(), reason="passes", runs=1)
+
+    monkeypatch.setattr(room, "suggestion", stand_in)
+    assert main(["suggest", "mango"]) == 0
+    head, *rows = capsys.readouterr().out.splitlines()[1:4]
+    starts = [head.index("from"), head.index("to")]
+    assert all(row[start - 2 : start] == "  " and row[start] != " " for row in rows for start in starts)
+
+
+def test_design_without_a_remedy_ends_with_1(monkeypatch, capsys):
+    def none(design, _options, _keep, _progress):
+        return Suggestion(design=design, changes=None, verdicts=(), reason="none found: of 3 designs none passes")
+
+    monkeypatch.setattr(room, "suggestion", none)
+    assert main(["suggest"]) == 1
+    assert capsys.readouterr().out == "paper: none found: of 3 designs none passes\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["--keep", "press.travel"],
+            "--keep = 'press.travel' must be a key of the design file. Did you mean press.travel_mm?",
+        ),
+        (["--keep", "print.leaves"], "print.leaves is gone since 0.3. "),
+        (["--out", "folder"], "--out = 'folder' must be a file that ends in .toml"),
+        (["--out", "/proc/x.toml"], "--out = '/proc/x.toml' must be a file in a place that can be written"),
+        (["--design", "mango"], "--design = 'mango' must be left out beside DESIGN"),
+    ],
+)
+def test_wrong_words_are_one_line(words, said, found, capsys):
+    assert main([*BRUISED, *words]) == 2
+    assert capsys.readouterr().err.startswith(f"pipeline: {said}")
+    assert found == []

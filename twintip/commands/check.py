@@ -1,0 +1,96 @@
+"""`pipeline check`: verdicts on what lies on the disk, a whole output folder or one file of any origin."""
+
+from argparse import ArgumentParser, Namespace
+from dataclasses import asdict
+from pathlib import Path
+
+from cad.parts.housing import Housing
+from pipeline.options import RunOptions, load_design
+from sensor.design.parameters import Design
+from sensor.design.processes import PROCESSES, Process
+from sensor.quantity import nearest, validation_error
+from sensor.verdict import all_passed
+from twintip.commands.console import (
+    FAILED,
+    PASSED,
+    add_json_flag,
+    answering,
+    print_json,
+    refusing_what_cannot_be_solved,
+    showing_progress,
+)
+
+PURPOSE = "judge the geometry of files, own or foreign"
+EXAMPLE = "pipeline check outputs/paper"
+DEFAULT_PROCESS = "fdm-petg"
+FILE_KINDS = (".step", ".stp", ".stl", ".3mf")
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add PATH, --design, --process and --json."""
+    parser.add_argument("path", metavar="PATH", type=Path, help="an output folder, or a STEP, STL or 3MF file [mm]")
+    words = "also compare a file with the part of this design, preset or file, that is most like it"
+    parser.add_argument("--design", metavar="NAME|FILE.toml", help=words)
+    help_text = f"process whose rules a file is judged by (default {DEFAULT_PROCESS}; a folder has its own)"
+    parser.add_argument("--process", metavar="NAME", help=help_text)
+    add_json_flag(parser)
+
+
+def execute(arguments: Namespace) -> int:
+    """Judge a folder or a file and print the verdicts; return 0 when all pass, else 1."""
+    from pipeline.report.check import check_path
+    from pipeline.report.verdict_table import print_verdicts
+
+    path: Path = arguments.path
+    named: str | None = arguments.design
+    process = _process(path, arguments.process, named)
+    with showing_progress(f"reads and judges {path.name}", quiet=arguments.json):
+        if named is None or process is None:
+            verdicts = check_path(path.absolute(), process)
+        else:
+            design = load_design(named)
+            verdicts = check_path(path.absolute(), design.process, (design, _housing(design, named)))
+    with answering():
+        if arguments.json:
+            print_json([asdict(verdict) for verdict in verdicts])
+        else:
+            print_verdicts(str(path), verdicts)
+    return PASSED if all_passed(verdicts) else FAILED
+
+
+def _housing(design: Design, named: str) -> Housing:
+    """Return the housing of a design, its leaves as a run finds them; raises InputError for one without a housing."""
+    from pipeline.evaluate import housed_sensor
+    from pipeline.storage.stopwatch import Stopwatch
+
+    with refusing_what_cannot_be_solved():
+        housing = housed_sensor(design, RunOptions(), Stopwatch()).springs.housing
+    if housing is None:
+        hint = f"see printable.* of pipeline run {named}"
+        raise validation_error("--design", named, "", "a design whose housing can be made", hint)
+    return housing
+
+
+def _process(path: Path, name: str | None, design: str | None) -> Process | None:
+    """Return the process whose rules a file is judged by, None for a folder; raises InputError."""
+    if name is not None and design is not None:
+        raise validation_error(
+            "--process", name, "", "left out beside --design", "leave it out: the design names the process"
+        )
+    if path.is_dir():
+        for flag, value in (("--process", name), ("--design", design)):
+            if value is not None:
+                hint = "leave it out: a folder has its design, which names the process"
+                raise validation_error(flag, value, "", "left out for a folder", hint)
+        return None
+    if not path.is_file():
+        hint = "name an output folder, or a STEP, STL or 3MF file"
+        raise validation_error("PATH", str(path), "", "an existing file or folder", hint)
+    if path.suffix.lower() not in FILE_KINDS:
+        kinds = ", ".join(FILE_KINDS)
+        raise validation_error("PATH", path.name, "", f"a file of kind {kinds}", "export the part as one of these")
+    name = name or DEFAULT_PROCESS
+    if name not in PROCESSES:
+        bound = f"one of {', '.join(PROCESSES)}"
+        raise validation_error("--process", name, "", bound, f"did you mean {nearest(name, [*PROCESSES])}?")
+    return PROCESSES[name]

@@ -1,0 +1,120 @@
+"""`pipeline doctor`: whether this machine has what the commands need, as one table and an exit code."""
+
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from twintip.commands.console import PASSED, WRONG_INPUT
+
+PURPOSE = "look whether this machine has what the commands need"
+EXAMPLE = "pipeline doctor"
+
+LOCK = Path(__file__).parents[2] / "requirements.lock"
+IMPORTS = ("numpy", "scipy", "skfem", "cadquery", "gmsh", "pyvista", "meshio", "trimesh", "manifold3d", "rtree")
+OPTIONAL_PROGRAMS = {
+    "ccx": "optional: CalculiX, a second solver for comparison",
+    "prusa-slicer": "optional: PrusaSlicer, slices the parts in the tests",
+}
+LEAST_MEMORY_GIB = 2.0  # resident; a run needs half of it
+_IMPORT_SECONDS = 120
+_COLOURS = {"ok": "green", "note": "yellow", "wrong": "red"}
+
+
+class Finding(NamedTuple):
+    """One line of the table: what was looked at, what was found, and what it means."""
+
+    name: str
+    found: str
+    status: Literal["ok", "note", "wrong"] = "ok"
+    remark: str = ""
+
+
+def add_arguments(_parser: ArgumentParser) -> None:
+    """Add nothing."""
+
+
+def execute(_arguments: Namespace) -> int:
+    """Print what this machine has; return 0, or 2 when something that every run needs is missing."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    rows = examination()
+    table = Table("what", "found", "", "remark", title="what this machine has")
+    for row in rows:
+        table.add_row(row.name, escape(row.found), f"[{_COLOURS[row.status]}]{row.status}[/]", escape(row.remark))
+    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    is_wrong = any(row.status == "wrong" for row in rows)
+    return WRONG_INPUT if is_wrong else PASSED
+
+
+def examination() -> list[Finding]:
+    """Return every row of the table."""
+    from pipeline.storage.cache import cache_folder
+
+    rows = [Finding("Python", platform.python_version()), *_packages(), *map(_import, IMPORTS), *_optional()]
+    GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    is_enough = GiB >= LEAST_MEMORY_GIB
+    remark = "" if is_enough else f"a run needs about {LEAST_MEMORY_GIB:g} GiB"
+    rows.append(Finding("memory", f"{GiB:.1f} GiB", "ok" if is_enough else "note", remark))
+    cache = cache_folder()
+    if cache is None:
+        rows.append(Finding("cache", "none", "note", "no home; set XDG_CACHE_HOME, or each run solves anew"))
+    else:
+        rows.append(folder_row("cache", cache))
+    rows.append(folder_row("outputs", Path.cwd() / "outputs"))
+    return rows
+
+
+def _packages() -> list[Finding]:
+    """Return a row for each package that every run needs."""
+    from pipeline.storage.versions import declared_packages, installed_version
+
+    text = LOCK.read_text(encoding="utf-8") if LOCK.is_file() else ""
+    locked = dict(re.findall(r"^([A-Za-z0-9._-]+)==([^\s;]+)", text, flags=re.MULTILINE))
+    return [package_row(name, installed_version(name), locked.get(name)) for name in declared_packages()]
+
+
+def package_row(name: str, found: str | None, locked: str | None) -> Finding:
+    """Return the row of a package; one that is missing is wrong, another version than the locked one worth a note."""
+    if found is None:
+        return Finding(name, "absent", "wrong", "run make setup")
+    if locked in (None, found):
+        return Finding(name, found)
+    return Finding(name, found, "note", f"locked at {locked}; tests ran with that one")
+
+
+def _import(name: str) -> Finding:
+    """Import a heavy package in a process of its own, which a missing system library can end."""
+    command = [sys.executable, "-W", "ignore", "-c", f"import {name}"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_IMPORT_SECONDS)
+    except subprocess.TimeoutExpired:
+        return Finding(f"import {name}", "fails", "wrong", f"took more than {_IMPORT_SECONDS} s")
+    if done.returncode == 0:
+        return Finding(f"import {name}", "ok")
+    *_, reason = done.stderr.splitlines() or ["the process ended"]
+    return Finding(f"import {name}", "fails", "wrong", f"{reason}; run make setup, it names missing system libraries")
+
+
+def _optional() -> list[Finding]:
+    """Return a row for each program that some tests or comparisons use: a note on its purpose where it is absent."""
+    return [
+        Finding(program, "present") if shutil.which(program) else Finding(program, "absent", "note", purpose)
+        for program, purpose in OPTIONAL_PROGRAMS.items()
+    ]
+
+
+def folder_row(name: str, folder: Path) -> Finding:
+    """Return the row on whether a folder, or the nearest one above it that exists, can be written; none is made."""
+    existing = next(path for path in (folder, *folder.parents) if path.exists())
+    if existing.is_dir() and os.access(existing, os.W_OK | os.X_OK):
+        return Finding(name, str(folder), "ok", "writable")
+    fault = "cannot be written" if existing.is_dir() else "is a file"
+    return Finding(name, str(folder), "wrong", f"{existing} {fault}; choose or free another folder")

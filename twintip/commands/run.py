@@ -1,0 +1,203 @@
+"""`pipeline run`: flags to a design and options, the run, its answer on one screen."""
+
+import json
+import time
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import NoReturn
+
+from cad.files.file_date import file_date
+from pipeline.options import (
+    DEFAULT_DESIGN,
+    DEFAULT_TOLERANCE,
+    FRUIT_STIFFNESSES,
+    ROUGH_TOLERANCE,
+    TOLERANCES,
+    RunOptions,
+    load_design,
+    refuse_unmakeable,
+    run_key,
+)
+from pipeline.storage.digests import Json
+from pipeline.storage.folder import refuse_unusable, whole_report
+from sensor.design.parameters import Design
+from sensor.quantity import InputError, validation_error, written_number
+from twintip.commands.console import (
+    FAILED,
+    PASSED,
+    add_force_flag,
+    add_json_flag,
+    answering,
+    print_error,
+    print_json,
+    refusing_what_cannot_be_solved,
+    showing_progress,
+)
+
+PURPOSE = "size, shape, mesh, solve and judge a sensor"
+EXAMPLE = "pipeline run --nl 0.05 --out outputs/mine"
+_POLL_S = 0.1
+_SETTING_OF = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.process"}
+
+
+def add_design_flags(parser: ArgumentParser) -> None:
+    """Add the flags that give a design."""
+    add = parser.add_argument
+    add("named", metavar="DESIGN", nargs="?", help=f"preset or file (default {DEFAULT_DESIGN})")
+    add("--nl", metavar="NL", help="target nonlinearity [fraction, 0.05 = 5 %%], greater than 0 and less than 0.5")
+    add("--p-max", metavar="P", help="target force ratio at the largest modulus [1], greater than 1 and at most 100")
+    add("--design", metavar="NAME|FILE.toml", default=DEFAULT_DESIGN, help="the same")
+    add("--process", metavar="NAME", help="print process, see pipeline design --list-processes")
+    words = "any key of the design file, unset where VALUE is left out; repeatable"
+    add("--set", metavar="TABLE.KEY=VALUE", action="append", default=[], help=words)
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the flags of a run, and those of a look in its place."""
+    add_run_flags(parser)
+    add = parser.add_argument
+    add("--look", action="store_true", help="answer and page to some 2 %%, without solids: in seconds")
+    add("--watch", metavar="FILE.toml", help="look at a design file again whenever it is written, until Ctrl-C")
+
+
+def add_run_flags(parser: ArgumentParser) -> None:
+    """Add the flags that give a design and the options of its run, with its files for fabrication left out."""
+    parser.set_defaults(look=False, watch=None, fabrication=False)
+    add = parser.add_argument
+    add_design_flags(parser)
+    add("--out", metavar="DIR", type=Path, help="the output folder itself (default outputs/NAME)")
+    add_force_flag(parser)
+    stiffnesses = "|".join(FRUIT_STIFFNESSES)
+    add("--fruit-stiffness", metavar=stiffnesses, default="contact", help="true contact, or the paper's (6)")
+    add("--tol", metavar="TOL", help=f"relative error allowed to both stiffnesses (default {DEFAULT_TOLERANCE:g})")
+    add("--fields", action="store_true", help="write displacement [mm] and stress [MPa] fields too (VTU)")
+    add("--verbose", action="store_true", help="print every verdict, error and note, not one screen")
+    add_json_flag(parser)
+
+
+def execute(arguments: Namespace) -> int:
+    """Run, look at or watch the design that the flags ask for, print the answer, return the exit code.
+
+    Where the folder holds just what this run would write, it is answered from its report and nothing is solved.
+    """
+    if arguments.watch is not None:
+        watch(arguments, arguments.watch)
+    design = load_design(named_design(arguments), settings_of(arguments))
+    folder = arguments.out or Path("outputs") / (f"{design.name}-look" if arguments.look else design.name)
+    options = _options(arguments, folder)
+    refuse_unmakeable(design, options)
+    file_date()  # refuses a date that no file can have
+    report = _kept_report(design, options, folder)
+    if report is None:
+        from pipeline import run
+        from pipeline.report.outputs import earlier_answer
+
+        before = earlier_answer(folder)
+        with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
+            report = run(design, options, progress=progress).report
+        lost = before.lost_files(folder, options.command)
+        if lost is not None:
+            print_error(f"note: {lost}")
+    from pipeline.report.answer import every_section, report_passed, summary
+    from pipeline.report.verdict_table import print_parts
+
+    with answering():
+        if arguments.json:
+            print_json(report)
+        else:
+            print_parts(every_section(report) if arguments.verbose else summary(report, folder))
+    return PASSED if report_passed(report) else FAILED
+
+
+def watch(arguments: Namespace, file: str) -> NoReturn:
+    """Look at a design file, and again whenever it is written; what is wrong with it then is one line.
+
+    Raises InputError where it is wrong from the start.
+    """
+    if arguments.design != DEFAULT_DESIGN or arguments.named is not None:
+        raise validation_error("--watch", file, "", "given without DESIGN", "give the design once")
+    if not file.endswith(".toml"):
+        raise validation_error("--watch", file, "", "a path that ends in .toml", "name the design file")
+    out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # the same where the name in the file changes
+    look = Namespace(**{**vars(arguments), "design": file, "out": out, "look": True, "watch": None})
+    seen = _stamp(file)
+    execute(look)
+    while True:
+        time.sleep(_POLL_S)
+        stamp = _stamp(file)
+        if stamp in (seen, None):  # an editor that writes aside leaves no file for a moment
+            continue
+        seen = stamp
+        try:
+            execute(look)
+        except (InputError, OSError) as error:
+            print_error(str(error))
+
+
+def _stamp(file: str) -> tuple[int, int] | None:
+    """Return the time and the size of a file, which change when it is written; None where there is none."""
+    try:
+        found = Path(file).stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
+def _options(arguments: Namespace, folder: Path) -> RunOptions:
+    """Return the options of a run into a folder; raises InputError."""
+    default = ROUGH_TOLERANCE if arguments.look else DEFAULT_TOLERANCE
+    tolerance = default if arguments.tol is None else written_number(arguments.tol)
+    if tolerance is None:
+        raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "write 0.001 for 0.1 %")
+    return RunOptions(
+        out=folder,
+        look=arguments.look,
+        fruit_stiffness=arguments.fruit_stiffness,
+        fields=arguments.fields,
+        fabrication=arguments.fabrication,
+        tolerance=tolerance,
+        force=arguments.force,
+    )
+
+
+def _kept_report(design: Design, options: RunOptions, folder: Path) -> Json | None:
+    """Return the report of a folder that a run with the same key left just as it is, None for any other.
+
+    Raises OutputError where the folder cannot be used.
+    """
+    content = whole_report(folder)
+    if content is None:
+        refuse_unusable(folder, force=options.force)
+        return None
+    report: Json = json.loads(content)
+    return report if report.get("key") == run_key(design, options) else None
+
+
+def named_design(arguments: Namespace) -> str:
+    """Return the preset or file that DESIGN or --design names; raises InputError where both do."""
+    if arguments.named is None:
+        return str(arguments.design)
+    if arguments.design != DEFAULT_DESIGN:
+        raise validation_error("--design", arguments.design, "", "left out beside DESIGN", "give the design once")
+    return str(arguments.named)
+
+
+def settings_of(arguments: Namespace) -> dict[str, str]:
+    """Return the keys of the design that flags set, by TABLE.KEY; raises InputError for one that is set twice."""
+    given = []
+    for flag, key in _SETTING_OF.items():
+        value = getattr(arguments, flag)
+        if value is not None:
+            given.append((key, value or '""'))  # an empty flag is an empty text, not a key that --set leaves unset
+    for text in arguments.set:
+        key, equals, value = text.partition("=")
+        if not equals:
+            raise validation_error("--set", text, "", "TABLE.KEY=VALUE", "write for instance --set tips.side_mm=1.5")
+        given.append((key.strip(), value.strip()))
+    settings: dict[str, str] = {}
+    for key, value in given:
+        if key in settings:
+            bound = f"given once; it is {settings[key]!r} already"
+            raise validation_error(key, value, "", bound, "keep one of the two")
+        settings[key] = value
+    return settings

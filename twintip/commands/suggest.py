@@ -1,0 +1,179 @@
+"""`pipeline suggest`: the nearest design that passes, as a command, a table and a design file."""
+
+import dataclasses
+import shlex
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
+from pipeline.storage.digests import Json
+from sensor.design.design_file import design_as_mapping, design_as_toml, every_key
+from sensor.design.parameters import Design
+from sensor.gone import refuse_gone
+from sensor.quantity import nearest, validation_error
+from sensor.verdict import Verdict
+from twintip.commands.console import (
+    FAILED,
+    PASSED,
+    add_force_flag,
+    add_json_flag,
+    answering,
+    print_json,
+    refusing_what_cannot_be_solved,
+    showing_progress,
+)
+from twintip.commands.run import add_design_flags, named_design, settings_of
+
+if TYPE_CHECKING:
+    from pipeline.study.suggest.fruit_range import FruitRange
+    from pipeline.study.suggest.suggestion import Suggestion
+
+PURPOSE = "find the nearest design that passes"
+EXAMPLE = r"""pipeline suggest --out mine.toml \
+         --fruit 'radius 45 to 52 by 90 to 130, flesh 9 to 18, E 0.5 to 3'"""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add DESIGN, the flags that give a design, --keep, --out and --json."""
+    add = parser.add_argument
+    add_design_flags(parser)
+    words = (
+        "find a sensor for this fruit from the preset most like it: 'radius 26, E 0.3 to 2' [mm, MPa], "
+        "kiwi or another preset, or a .json file"
+    )
+    add("--fruit", metavar="TEXT|NAME|FILE.json", help=f"{words} of pipeline modulus --json")
+    add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")
+    add("--out", metavar="FILE.toml", type=Path, help="write the design that passes there")
+    add_force_flag(parser)
+    add_json_flag(parser)
+
+
+def execute(arguments: Namespace) -> int:
+    """Search, prove and print; return 0 where a design passes, 1 where none was found."""
+    fruit, named = _start(arguments)
+    settings = settings_of(arguments)
+    design = load_design(named, settings)
+    _refuse_flags(arguments)
+    found = _found(arguments, design, fruit, named, frozenset(settings))
+    changes = _changes(found)
+    command = None if found.changes is None else _command(named, settings, changes)
+    if command is not None and arguments.out is not None:
+        from pipeline.storage.files import write_files
+
+        content = f"# {command}\n{design_as_toml(found.changed)}".encode()
+        write_files({arguments.out: content}, "--out", force=arguments.force)
+    with answering():
+        if arguments.json:
+            data = {"design": design_as_mapping(found.changed), "passes": command is not None, "changes": changes}
+            data |= {"command": command, "reason": found.reason, "tried": found.tried, "runs": found.runs}
+            print_json({**data, "verdicts": [dataclasses.asdict(verdict) for verdict in found.verdicts]})
+        else:
+            _print(found, changes)
+            if command is not None:
+                print(command if arguments.out is None else f"{command}\nwritten to {arguments.out}")
+    return FAILED if command is None else PASSED
+
+
+def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
+    """Return the fruit of `--fruit`, None without it, and the preset or file that the search starts from.
+
+    Raises InputError where both a fruit and a design are given.
+    """
+    named = named_design(arguments)
+    if arguments.fruit is None:
+        return None, named
+    from pipeline.study.suggest.fruit_design import PRESETS, fruit_of, most_alike
+    from pipeline.study.suggest.fruit_range import fruit_range
+
+    if named != DEFAULT_DESIGN:
+        hint = "give one of both: --fruit starts from the preset most like the fruit"
+        raise validation_error("DESIGN", named, "", "left out beside --fruit", hint)
+    is_preset = arguments.fruit in PRESETS
+    fruit = fruit_of(load_design(arguments.fruit)) if is_preset else fruit_range(arguments.fruit)
+    return fruit, most_alike(fruit)
+
+
+def _changes(found: "Suggestion") -> list[Json]:
+    """Return a row for each key that a suggestion changes: the key, its value before and its value after."""
+    from pipeline.study.suggest.changes import value_of
+
+    changes = found.changes or {}
+    return [{"key": key, "from": value_of(found.design, key), "to": value} for key, value in changes.items()]
+
+
+def _command(named: str, settings: dict[str, str], changes: list[Json]) -> str:
+    """Return the command that runs a suggestion: the design that it started from with all keys that are set."""
+    from pipeline.study.suggest.changes import setting_text
+
+    words = ["pipeline", "run", "--design", named]
+    for key, text in {**settings, **{row["key"]: setting_text(row["to"]) for row in changes}}.items():
+        words += ["--set", f"{key}={text}"]
+    return shlex.join(words)
+
+
+def _refuse_flags(arguments: Namespace) -> None:
+    """Raise InputError, before the search, for an unknown key and for a file that could not be written after it."""
+    from pipeline.storage.files import refuse_taken
+
+    refuse_gone(*arguments.keep)
+    for key in arguments.keep:
+        if key not in every_key():
+            hint = f"did you mean {nearest(key, every_key())}?"
+            raise validation_error("--keep", key, "", "a key of the design file", hint)
+    if arguments.out is None:
+        return
+    if arguments.out.suffix != ".toml":
+        bound = "a file that ends in .toml"
+        raise validation_error("--out", str(arguments.out), "", bound, "name a design file, not a folder")
+    refuse_taken([arguments.out], "--out", force=arguments.force)
+
+
+def _found(
+    arguments: Namespace, design: Design, fruit: "FruitRange | None", named: str, given: frozenset[str]
+) -> "Suggestion":
+    """Return the suggestion for a design, or for a fruit, which leaves the keys that are `given` as they are.
+
+    The design is that of the preset or file that is `named`.
+    """
+    from pipeline.study.suggest.fruit_design import fruit_suggestion
+    from pipeline.study.suggest.suggestion import suggestion
+
+    keep = frozenset(arguments.keep)
+    with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
+        if fruit is None:
+            return suggestion(design, RunOptions(), keep, progress)
+        progress(f"starts from the preset {named} in the size of the fruit")
+        name = design.name if arguments.out is None else arguments.out.stem
+        return fruit_suggestion(fruit, dataclasses.replace(design, name=name), keep | given, progress)
+
+
+def _print(found: "Suggestion", changes: list[Json]) -> None:
+    """Print the reason, then the table of changes, or where there are none the verdicts that do not pass."""
+    print(f"{found.design.name}: {found.reason}")
+    if found.changes is None:
+        for verdict in found.verdicts:
+            if verdict.passed is not True:
+                outcome = "undecided" if verdict.passed is None else "failed"
+                print(f"{outcome} {verdict.name}: {_numbers(verdict)}{verdict.reference}")
+    rows = [("key", "from", "to")] if changes else []
+    rows += [(row["key"], _formatted(row["from"]), _formatted(row["to"])) for row in changes]
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    for row in rows:
+        print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+
+
+def _numbers(verdict: Verdict) -> str:
+    """Return a value with its error bar and its limit; nothing without a number."""
+    from pipeline.report.verdict_rule import as_read, limit_text, measured
+
+    if verdict.value is None:
+        return ""
+    shown = as_read(verdict)
+    return f"{measured(shown)}, must be {limit_text(shown, shown.unit)}; "
+
+
+def _formatted(value: object) -> str:
+    if value is None:
+        return "not set"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
