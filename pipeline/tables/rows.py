@@ -8,8 +8,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.tables.files import LONGEST_LINE, lines_of_stream, place_of, texts_of
+from pipeline.tables.files import LONGEST_LINE, MOST_LINES, lines_of_stream, lines_of_text, place_of
 from pipeline.tables.numbers import is_number
+from pipeline.tables.workbook import cells_of_workbook
+from sensor.input_file import read_bytes
 from sensor.quantity import validation_error
 
 _MOST_JOINED = 5  # lines of a row with a quoted cell
@@ -107,14 +109,25 @@ class Rows:
 
 
 class WholeRows(Rows):
-    """The rows of a sheet of a file, all at hand."""
+    """The rows of a sheet, all at hand."""
 
-    def __init__(self, lines: Sequence[str], source: str) -> None:
-        """Part the lines; without the empty ones if every other line is empty."""
-        super().__init__(lines, source, delimiter_of(lines))
-        rows = list(super().__iter__())
+    def __init__(self, rows: Sequence[Row], source: str, delimiter: str) -> None:
+        """Take the rows; without the empty ones if every other row is empty."""
+        super().__init__((), source, delimiter)
         is_double_spaced = all(one.empty or other.empty for one, other in itertools.pairwise(rows))
-        self.rows = [row for row in rows if not row.empty] if is_double_spaced else rows
+        self.rows = [row for row in rows if not row.empty] if is_double_spaced else list(rows)
+
+    @classmethod
+    def of_lines(cls, lines: Sequence[str], source: str) -> "WholeRows":
+        """Return the rows of lines, which one delimiter parts."""
+        delimiter = delimiter_of(lines)
+        return cls(list(Rows(lines, source, delimiter)), source, delimiter)
+
+    @classmethod
+    def of_cells(cls, cells: Sequence[Sequence[str]], source: str) -> "WholeRows":
+        """Return the rows of a sheet of a workbook."""
+        rows = (_row_of_cells(number, row) for number, row in enumerate(cells, start=1))
+        return cls(list(filter(None, rows)), source, "\t")
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows."""
@@ -126,12 +139,20 @@ class WholeRows(Rows):
 
 def sheets_of(source: Path | str) -> list[WholeRows]:
     """Return each sheet of a file that holds anything; a text is one sheet; raises InputError for what is no table."""
-    sheets = [WholeRows(lines, name) for name, lines in texts_of(source)]
-    filled = [sheet for sheet in sheets if not all(row.empty for row in sheet.rows)]
-    if not filled:
+    sheets = [sheet for sheet in _every_sheet(source) if not all(row.empty for row in sheet.rows)]
+    if not sheets:
         bound = "a CSV file with a header and numbers, not an empty one"
         raise validation_error(str(source), "", "", bound, "export the table again")
-    return filled
+    return sheets
+
+
+def _every_sheet(source: Path | str) -> list[WholeRows]:
+    if str(source) == "-":
+        return [WholeRows.of_lines(list(itertools.islice(lines_of_stream(), MOST_LINES)), "-")]
+    content = read_bytes(source, "FILE")
+    if content.startswith(b"PK\x03\x04"):
+        return [WholeRows.of_cells(cells, name) for name, cells in cells_of_workbook(str(source), content)]
+    return [WholeRows.of_lines(lines_of_text(str(source), content), str(source))]
 
 
 def single_sheet(source: Path | str) -> WholeRows:
@@ -182,6 +203,15 @@ def row_of(delimiter: str, line: int, text: str) -> Row:
         cells = [rest]
         fault = str(error)
     return Row(line, tuple(_bare(cell) for cell in cells), clock, fault)
+
+
+def _row_of_cells(line: int, cells: Sequence[str]) -> Row | None:
+    """Return a row of a workbook; None if it is commented and has numbers, like such a line of a text."""
+    clock, first = _without_clock(cells[0] if cells else "")
+    comment = _COMMENT.match(first)
+    texts = (first[comment.end() :] if comment else first, *cells[1:])
+    row = Row(line, tuple(map(_bare, texts)), clock)
+    return None if comment and any(map(is_number, row.cells)) else row
 
 
 def _without_clock(text: str) -> tuple[str, str]:
