@@ -13,7 +13,7 @@ REPORT = "report.json"
 KEY = "digest"
 Json = dict[str, Any]
 """An object of JSON that was read back."""
-_BACKUP = re.compile(r"\.bak(\.[0-9]+)?$")
+_BACKUP = re.compile(r"(\.[0-9]+)?\.bak$")
 _KINDS = (
     (stat.S_ISDIR, "folder"),
     (stat.S_ISLNK, "link"),
@@ -67,13 +67,11 @@ def with_digest(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def keep_aside(path: Path, folder: Path) -> None:
-    """Move a file or folder into a folder as NAME.bak, or NAME.bak.1 and so on; one kept before keeps its name."""
-    name = path.name
-    if not _BACKUP.search(name):
-        name = os.fsdecode(os.fsencode(name)[:_LONGEST_NAME]) + ".bak"
-    first = re.sub(r"\.[0-9]+$", "", name)
-    count = 0
+    """Move a file or folder into a folder as NAME.bak, else NAME.2.bak and so on; one kept before keeps its name."""
+    first = os.fsdecode(os.fsencode(_BACKUP.sub("", path.name))[:_LONGEST_NAME])
+    name = path.name if _BACKUP.search(path.name) else f"{first}.bak"
+    count = 1
     while os.path.lexists(folder / name):
         count += 1
-        name = f"{first}.{count}"
+        name = f"{first}.{count}.bak"
     path.rename(folder / name)

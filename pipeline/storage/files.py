@@ -3,13 +3,14 @@
 The cache keeps the digest of each file that was written so.
 """
 
+import hashlib
 import os
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from pipeline.storage.cache import store, stored
-from pipeline.storage.digests import REPORT, file_digest, is_regular, keep_aside, kind_of
+from pipeline.storage.digests import REPORT, file_digest, has_digest, is_regular, keep_aside, kind_of
 from pipeline.storage.folder import written_beside
 from pipeline.storage.interrupts import interruptible
 from sensor.quantity import InputError, validation_error
@@ -20,11 +21,11 @@ Content = bytes | Callable[[Path], object]
 _WRITTEN = "written"
 
 
-def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False, renew: bool = False) -> None:
-    """Raise InputError, which names the flag, where something is in one of these places, or nothing can be.
+def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> None:
+    """Raise InputError, which names the flag, if a file cannot be written in one of these places.
 
-    With `renew`, a file that `write_files` wrote and nobody changed may be replaced. With `force`, any file may be, but
-    never a folder, a link, a pipe or a device. The output folder of a run takes no other file at all: its next run
+    What is there already must be a file that `write_files` wrote and nobody changed; with `force`, any file. A folder,
+    a link, a pipe or a device is never replaced. The output folder of a run takes no other file at all: its next run
     would refuse it.
     """
     for path in paths:
@@ -40,19 +41,20 @@ def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False, renew
         if os.path.lexists(path) and not is_regular(path):
             bound = f"a file, and a {kind_of(path)} is there"
             raise validation_error(flag, str(path), "", bound, f"name another place with {flag}")
-        if not force and os.path.lexists(path) and not (renew and is_ours(path)):
-            bound = "a new file, or an unchanged one of this command" if renew else "a file that is not there yet"
+        if os.path.lexists(path) and not force and not is_ours(path):
+            bound = "a new file, or one that a command wrote and nobody changed"
             hint = f"name another one with {flag}, or keep this one as NAME.bak with --force"
             raise validation_error(flag, str(path), "", bound, hint)
 
 
-def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False, renew: bool = False) -> list[Path]:
-    """Write each file aside and rename it; return their paths.
+def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False) -> list[Path]:
+    """Write each file aside and rename it; return their paths. A file that holds the same bytes already is left.
 
-    Raises InputError as `refuse_taken` before one is written; with `force` what is there is kept as NAME.bak instead.
+    Raises InputError as `refuse_taken` before one is written; with `force` the file of a person is kept as NAME.bak.
     """
-    refuse_taken(files, flag, force=force, renew=renew)
-    for path, content in files.items():
+    new = {path: content for path, content in files.items() if not _holds(path, content)}
+    refuse_taken(new, flag, force=force)
+    for path, content in new.items():
         try:
             with written_beside(path, flag) as folder:
                 part = folder / "part"
@@ -62,8 +64,8 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
                     else:
                         content(part)
                 digest = file_digest(part)
-                refuse_taken([path], flag, force=force, renew=renew)  # once more: the content may have taken long
-                if os.path.lexists(path) and not (renew and is_ours(path)):
+                refuse_taken([path], flag, force=force)  # once more: the content may have taken long
+                if os.path.lexists(path) and not is_ours(path):
                     keep_aside(path, path.parent)
                 part.replace(path)
         except OSError as error:
@@ -72,11 +74,16 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
     return list(files)
 
 
+def _holds(path: Path, content: Content) -> bool:
+    """Return whether a file holds the bytes that are to be written."""
+    return isinstance(content, bytes) and has_digest(path, hashlib.sha256(content).hexdigest())
+
+
 def _not_writable(path: Path, flag: str, error: OSError) -> InputError:
     bound = f"a file in a place that can be written ({error.strerror})"
     return validation_error(flag, str(path), "", bound, f"name another place with {flag}")
 
 
 def is_ours(path: Path) -> bool:
-    """Say whether a file has the content that `write_files` once wrote."""
+    """Return whether a file has the content that `write_files` once wrote."""
     return is_regular(path) and stored(_WRITTEN, file_digest(path), bool) is True

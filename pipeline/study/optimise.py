@@ -273,7 +273,7 @@ def refuse_occupied(study: Study, folder: Path, *, force: bool = False) -> None:
     """Raise InputError where a search could not write its results into its folder, before anything is solved."""
     for place in places(study, folder):
         refuse_unusable(place.run, force=force)
-        refuse_taken([place.design], "--out", force=force, renew=True)
+        refuse_taken([place.design], "--out", force=force)
     refuse_page(folder, force=force)
 
 
@@ -299,7 +299,7 @@ def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force:
     proof = first_proved(passing, design, RunOptions(out=place.run, tolerance=tolerance, force=force), len(passing))
     if proof is not None and proof.passed:
         text = design_as_toml(design(proof.candidate))
-        write_files({place.design: text.encode()}, "--out", force=force, renew=True)
+        write_files({place.design: text.encode()}, "--out", force=force)
     elif is_ours(place.design):  # that of a shorter search, and the place no longer holds its run
         place.design.unlink()
     return proof

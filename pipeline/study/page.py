@@ -50,7 +50,7 @@ def refuse_page(folder: Path, *, force: bool = False) -> None:
     """Raise InputError where the page of the study of a folder could not be written, before anything is solved."""
     designs = folder / _DESIGNS
     paths = [folder / PAGE, designs / _BASE, *designs.glob("point-*.toml")]
-    refuse_taken(paths, "--out", force=force, renew=True)
+    refuse_taken(paths, "--out", force=force)
 
 
 def write_page(
@@ -102,7 +102,7 @@ def write_page(
         messages=store.messages(),
     )
     path = store.path.parent / PAGE
-    write_files({**files, path: text.encode()}, "--out", force=force, renew=True)
+    write_files({**files, path: text.encode()}, "--out", force=force)
     return path
 
 

@@ -19,12 +19,12 @@ def refuse_export(path: Path, folder: Path, *, force: bool = False) -> None:
         raise validation_error(FLAG, str(path), "", "a file name that ends in .csv", "change its ending")
     if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
         raise validation_error(FLAG, str(path), "", "a file in a folder that is there", "make that folder first")
-    refuse_taken([path], FLAG, force=force, renew=True)
+    refuse_taken([path], FLAG, force=force)
 
 
 def export_table(store: StudyStore, study: Study, path: Path, *, force: bool = False) -> None:
     """Write the table of a study to a CSV file; raises InputError as `write_files`."""
-    write_files({path: partial(_write_csv, store, study)}, FLAG, force=force, renew=True)
+    write_files({path: partial(_write_csv, store, study)}, FLAG, force=force)
 
 
 def _write_csv(store: StudyStore, study: Study, path: Path) -> None:

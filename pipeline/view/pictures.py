@@ -82,7 +82,7 @@ def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False) -
     Raises InputError where the folder cannot be written, or has other files of these names and `force` does not keep
     them as NAME.bak.
     """
-    refuse_taken([folder / f"{picture.name}.png" for picture in drawn], FLAG, force=force, renew=True)
+    refuse_taken([folder / f"{picture.name}.png" for picture in drawn], FLAG, force=force)
     draw_without_display()
     files = {}
     with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
@@ -96,7 +96,7 @@ def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False) -
             finally:
                 plotter.close()
             files[folder / path.name] = path.read_bytes()
-    return write_files(files, FLAG, force=force, renew=True)
+    return write_files(files, FLAG, force=force)
 
 
 def draw_without_display() -> None:

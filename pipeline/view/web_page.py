@@ -26,14 +26,14 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     if path.suffix != ".html":
         hint = f"write {path.with_suffix('.html').name}"
         raise validation_error(FLAG, str(path), "", "a file name that ends in .html", hint)
-    refuse_taken([path], FLAG, force=force, renew=True)
+    refuse_taken([path], FLAG, force=force)
     report = read_report(folder)
     bodies = field_bodies(report, folder) + assembly_bodies(folder)
     if not bodies:
         bound = "an output folder with an assembly, or with fields"
         raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run --fields")
     page = render_page("scenes.html.j2", (*FIGURES, *BODIES, "scenes.js"), {"bodies": bodies}, name=report.design.name)
-    write_files({path: page.encode()}, FLAG, force=force, renew=True)
+    write_files({path: page.encode()}, FLAG, force=force)
     return path
 
 

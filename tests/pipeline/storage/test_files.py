@@ -11,36 +11,41 @@ from pipeline.storage.folder import OutputError, output_folder
 from sensor.quantity import InputError
 
 
-def test_unchanged_file_of_ours_is_replaced_where_it_may_be_and_a_changed_one_never(tmp_path):
+def test_unchanged_file_of_ours_is_replaced_and_a_changed_one_never(tmp_path):
     path = tmp_path / "sub" / "page.html"
     assert write_files({path: b"one"}, "--html") == [path]
-    with pytest.raises(InputError):
-        write_files({path: b"two"}, "--html")
-    write_files({path: b"two"}, "--html", renew=True)
+    write_files({path: b"two"}, "--html")
     path.write_bytes(b"mine")
     with pytest.raises(InputError) as refused:
-        write_files({path: b"three"}, "--html", renew=True)
+        write_files({path: b"three"}, "--html")
     assert (refused.value.field, refused.value.value, path.read_bytes()) == ("--html", str(path), b"mine")
-    write_files({path: b"three"}, "--html", force=True, renew=True)
-    write_files({path: b"four"}, "--html", force=True, renew=True)
+    write_files({path: b"three"}, "--html", force=True)
+    write_files({path: b"four"}, "--html", force=True)
+    for kept in (b"also mine", b"mine too"):
+        path.write_bytes(kept)
+        write_files({path: b"five"}, "--html", force=True)
     assert {each.name: each.read_bytes() for each in path.parent.iterdir()} == {
-        "page.html": b"four",
+        "page.html": b"five",
         "page.html.bak": b"mine",
+        "page.html.2.bak": b"also mine",
+        "page.html.3.bak": b"mine too",
     }
 
 
-def test_what_is_not_to_be_renewed_is_kept_by_force_though_it_is_ours(tmp_path):
-    write_files({tmp_path / "unit.toml": b"one"}, "--out")
-    write_files({tmp_path / "unit.toml": b"two"}, "--out", force=True)
-    assert (tmp_path / "unit.toml").read_bytes() == b"two"
-    assert (tmp_path / "unit.toml.bak").read_bytes() == b"one"
+def test_file_of_a_person_that_holds_the_same_bytes_is_left(tmp_path):
+    path = tmp_path / "unit.toml"
+    path.write_bytes(b"the same")
+    before = path.stat()
+    assert write_files({path: b"the same"}, "--out") == [path]
+    assert (path.stat().st_ino, path.stat().st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_of_several_files_none_is_written_where_one_is_taken(tmp_path):
     (tmp_path / "b.png").write_bytes(b"mine")
     files = {tmp_path / "a.png": b"1", tmp_path / "b.png": b"2"}
     with pytest.raises(InputError):
-        write_files(files, "--png", renew=True)
+        write_files(files, "--png")
     assert [path.name for path in tmp_path.iterdir()] == ["b.png"]
     write_files(files, "--png", force=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png", "b.png.bak"]
@@ -68,7 +73,7 @@ def test_what_is_no_file_is_never_moved_or_replaced(make, tmp_path, monkeypatch)
     monkeypatch.chdir(place)
     make(place / "b.png")
     before = (place / "b.png").lstat()
-    for options in ({}, {"renew": True}, {"force": True}, {"force": True, "renew": True}):
+    for options in ({}, {"force": True}):
         with pytest.raises(InputError):
             write_files({place / "a.png": b"1", place / "b.png": b"2"}, "--png", **options)
     with pytest.raises(InputError):
@@ -104,13 +109,13 @@ def test_what_a_kill_left_is_cleared_by_the_next_and_a_folder_of_a_person_is_not
     os.waitpid(child, 0)
     assert path.read_bytes() == b"old"
     assert sorted(each.name for each in tmp_path.iterdir()) == [".unit.toml.twintip", "unit.toml"]
-    write_files({path: b"new"}, "--out", renew=True)
+    write_files({path: b"new"}, "--out")
     assert [(each.name, each.read_bytes()) for each in tmp_path.iterdir()] == [("unit.toml", b"new")]
     mine = tmp_path / ".unit.toml.twintip" / "part"
     mine.parent.mkdir()
     mine.write_bytes(b"precious")
     with pytest.raises(InputError) as refused:
-        write_files({path: b"newer"}, "--out", renew=True)
+        write_files({path: b"newer"}, "--out")
     assert (refused.value.field, path.read_bytes(), mine.read_bytes()) == ("--out", b"new", b"precious")
 
 

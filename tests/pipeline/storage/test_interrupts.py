@@ -95,6 +95,8 @@ def test_signal_at_any_line_leaves_what_was_there_or_what_is_new(there, write, s
         place.mkdir()
         if there:
             write(place)
+            for mine in place.rglob("unit.toml"):
+                mine.write_bytes(b"mine")
         outcome = signalled_at(line, SIGNALS[line % 2], lambda place=place: write(place))
         assert outcome in (ENDED, WHOLE, SWALLOWED), f"line {line}"
         ended += outcome == ENDED

@@ -67,6 +67,8 @@ def test_design_file_reads_back_as_the_design(tmp_path):
     text = (tmp_path / "mended.toml").read_text(encoding="utf-8")
     assert text.startswith("# pipeline run --design paper ")
     assert design_as_toml(load_design(tmp_path / "mended.toml")) in text
+    assert main([*BRUISED, "--out", "mended.toml"]) == 0
+    (tmp_path / "mended.toml").write_text(f"{text}# mine\n", encoding="utf-8")
     assert main([*BRUISED, "--out", "mended.toml"]) == 2
 
 

@@ -92,7 +92,7 @@ def execute(arguments: Namespace) -> int:
         from pipeline.storage.files import write_files
 
         page = modulus_page(results)
-        write_files({arguments.plot: page.encode()}, "--plot", force=arguments.force, renew=True)
+        write_files({arguments.plot: page.encode()}, "--plot", force=arguments.force)
     with answering():
         if arguments.json:
             print_json([result_mapping(*pair) for pair in zip(results, assumed, strict=True)])

@@ -113,6 +113,8 @@ def test_calibrated_unit_is_taken_with_its_classes(paper, capsys, tmp_path, writ
     reading = json.loads(capsys.readouterr().out)
     pressed = 1.5 * answer["K_press_over_weighed"]  # by springs that did not creep
     assert (reading["E_MPa"], reading["class"]) == (pytest.approx(pressed, rel=1e-3), "unripe")
+    with (tmp_path / "unit.toml").open("a", encoding="utf-8") as file:
+        file.write("# mine\n")
     assert main(["calibrate", paper.folder, weights, "--out", unit]) == 2
 
 
