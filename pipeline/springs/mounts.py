@@ -1,4 +1,4 @@
-"""What holds a housing as the solver takes it: the layers of its mount, and those of other mounts."""
+"""What holds a housing as the solver takes it: the layers of its mount."""
 
 import functools
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from solve.housing.stiffness import lever_compliance
 
 # The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher.
 SKIN_MM = 0.02
-# Of the plate of a cover, which gives less than a strip as narrow as its rim: CalculiX on
+# Of the plate of a cover, which gives less than a bar as narrow as its rim: CalculiX on
 # tetrahedra of housing and cover.
 PLATE_FRACTION = 0.75
 COARSE_SCALE = 4.0  # of the mesh on which tips lean sideways
