@@ -48,7 +48,7 @@ class Evaluation(Record):
     readings: Readings | None
     reached: SceneTargets
     verdicts: tuple[Verdict, ...]
-    over_time: ReadingOverTime | None = None
+    over_time: ReadingOverTime | None
 
     def __repr__(self) -> str:
         """Return the design's name and how its verdicts ended: all numbers together fill many screens."""

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from deadline import DEADLINE_S
+from stand_ins import analysed
 
 from cad.parts.housing import Housing
 from instrument.firmware.firmware import c_header
@@ -19,7 +20,7 @@ from instrument.press.printed_unit import unit_of
 from instrument.press.signals import Sample
 from instrument.press.spikes import SpikeFilter
 from pipeline.options import RunOptions, load_design
-from pipeline.reading.analysis import error_analysis, reading_constants
+from pipeline.reading.analysis import reading_constants
 from pipeline.reading.read_out import ReadingConstants
 from pipeline.reading.sensor import Sensor
 from pipeline.report.of_result import contact_report, reading_report, tip_reports
@@ -99,7 +100,7 @@ class MeasuredDesign:
         ideal = ideal_springs(design, sizing)
         springs = SimpleNamespace(**{**vars(ideal), "C": self.C, "sideways": self.sideways, "creep": ideal.creep})
         self.sensor = Sensor(design=design, contact=self.contact, sizing=sizing, springs=springs)
-        readings = error_analysis(self.sensor, design.reading) if assessed and design.reading else None
+        readings = analysed(self.sensor) if assessed and design.reading else None
         level = self.forces([Pose(E=design.fruit.largest_E_MPa, travel=design.press.travel_mm)])
         press = SimpleNamespace(at_largest_E=SimpleNamespace(F=level[None]))
         read_out = reading_constants(self.sensor, press, readings)

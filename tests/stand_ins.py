@@ -14,7 +14,7 @@ from cad.parts.layout import housing_for
 from instrument.compress.specimens import Specimen
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import reading_constants
+from pipeline.reading.analysis import Readings, error_analysis, occurring_presses, reading_constants
 from pipeline.reading.over_time import reading_over_time
 from pipeline.reading.sensor import Sensor
 from pipeline.report.answer import every_section, summary
@@ -144,6 +144,12 @@ def with_compliance(
     return Sensor(design=design, contact=contact, sizing=None, springs=springs)
 
 
+def analysed(sensor: Sensor) -> Readings:
+    """Return the errors of the readings of a sensor whose design has a reading, without the pressures on the skin."""
+    reading = sensor.design.reading
+    return error_analysis(sensor, reading, occurring_presses(sensor, reading))
+
+
 def result_of(design: Design | None = None, options: RunOptions | None = None, *, made: bool = True) -> SensorResult:
     """Return the result of a run whose contact and springs were not solved and whose solid was not looked at."""
     return _kept_result(design or Design(), options or RunOptions(), made=made)
@@ -166,9 +172,10 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
         reached=reached,
         paper=paper_verdicts(sensor),
         readings=None,
+        over_time=None,
         read_out=reading_constants(sensor, press, None),
         verdicts=verdicts,
-        errors=sensor_errors(pair, reached, press, RunOptions()),
+        errors=sensor_errors(pair, reached, press, RunOptions(), None),
         seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),
     )
 

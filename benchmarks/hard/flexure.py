@@ -17,7 +17,7 @@ from mesh.quality import check_quality
 from pipeline.options import RunOptions
 from pipeline.response.contact import contact_compliance
 from pipeline.springs.fitted_springs import fit_springs
-from pipeline.springs.leaf_lengths import DEFAULT, MeshPair, solve_on
+from pipeline.springs.leaf_lengths import DEFAULT, HousingSolver, MeshPair
 from pipeline.springs.mounts import mount_layers
 from pipeline.springs.sizing import spring_sizing
 from reference.direct_fruit import direct_compliance
@@ -45,7 +45,8 @@ def stiffness_checks(
     reference = attempted(partial(_finer_stiffness, housing, E, poisson))
     every: list[ReferenceCheck] = []
     for pair in pairs:
-        stiffness = solve_on(pair, housing, E, poisson).stiffness
+        solver = HousingSolver(E, poisson)
+        stiffness = solver.fitted(housing, pair, solver.stiffness(housing, pair)).stiffness
         every += checks(BENCH.values, stiffness.K, stiffness.error, reference)
     return tuple(every)
 

@@ -32,7 +32,6 @@ from sensor.quantity import BOUNDED, Estimate
 from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseReading
-from solve.contact.poses import Pose
 from solve.halfspace.layered import base_compliance
 
 TILTS = 5
@@ -157,15 +156,14 @@ def occurring_presses(sensor: Sensor, reading: Reading) -> Presses:
     return sensor.presses(read_moduli(sensor.design.fruit), tuple(occurring(sensor.design, reading)))
 
 
-def error_analysis(sensor: Sensor, reading: Reading, presses: Presses | None = None) -> Readings:
+def error_analysis(sensor: Sensor, reading: Reading, presses: Presses) -> Readings:
     """Return how good the readings of a sensor are, of whole presses by the rise of their contrast.
 
-    `presses` are those of `occurring_presses`, which are solved where they are not given. Raises InputError where the
-    poses are outside the domain of contact, SolveError when a solve is not exact.
+    `presses` are those of `occurring_presses`. Raises InputError where the poses are outside the domain of contact,
+    SolveError when a solve is not exact.
     """
     design = sensor.design
     model = rise_model(sensor)
-    presses = presses or occurring_presses(sensor, reading)
     press_s = max(PRESS_S, fastest_press(sensor) or 0.0)  # no faster than its read-out allows
     channels = Channels(
         reading=reading,
@@ -396,29 +394,24 @@ def tilted_presses(sensor: Sensor, reading: Reading) -> Presses | None:
     return sensor.presses(read_moduli(sensor.design.fruit), placements)
 
 
-def skin_pressures(sensor: Sensor, presses: Presses | None = None) -> tuple[SkinPressure, ...]:
+def skin_pressures(sensor: Sensor, presses: Presses) -> tuple[SkinPressure, ...]:
     """Return the largest pressure at each modulus shown, at full travel; none where the fruit has no limit.
 
-    With a reading the sensor stands in all placements that occur: where they hold these moduli, the `presses` of
-    `occurring_presses` are not solved again. Raises as `pose_forces`.
+    The sensor stands in all placements of `occurring_presses`, whose `presses` are not solved again where they hold
+    these moduli. Raises as `pose_forces`.
     """
     design = sensor.design
     limits = design.fruit.bruise_limits_MPa
     if not limits:
         return ()
-    if presses is not None and set(design.fruit.E_MPa) <= set(presses.moduli):
-        placements: Sequence[Placement] = presses.placements
+    placements = presses.placements
+    if set(design.fruit.E_MPa) <= set(presses.moduli):
         at = [presses.moduli.index(E) for E in design.fruit.E_MPa]
         mean_pressure = presses.mean_pressure[at, :, -1]
         pressure_error = presses.pressure_error[at, :, -1]
     else:
-        placements = [Placement(tilt_deg=(design.press.tilt_deg, design.press.roll_deg))]
-        if design.reading is not None:
-            placements = list(occurring(design, design.reading))
-        poses: list[Pose] = []
-        for E in design.fruit.E_MPa:
-            poses += [placement.pressed(E, design.press.travel_mm) for placement in placements]
-        forces = sensor.in_poses(poses)
+        travel = design.press.travel_mm
+        forces = sensor.in_poses([each.pressed(E, travel) for E in design.fruit.E_MPa for each in placements])
         mean_pressure = forces.mean_pressure
         pressure_error = forces.pressure_error
     tips = mean_pressure.shape[-1]

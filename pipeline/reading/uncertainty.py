@@ -152,7 +152,7 @@ class LeftOpen:
     springs: Floats
     time_s: float
     on_plate: bool
-    creep: float = 0.0
+    creep: float
 
     def of_press(self, slopes: RiseSlopes) -> dict[str, float]:
         """Return what each cause leaves open of the modulus of a press [1], as a standard uncertainty.

@@ -60,7 +60,7 @@ def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
     )
 
 
-def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing] | None = None) -> tuple[Verdict, ...]:
+def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing] | None) -> tuple[Verdict, ...]:
     """Return the geometry verdicts on a STEP, STL or 3MF file [mm] by the rules of a process, and against a design."""
     from cad.checks.part_checks import check_file
     from cad.fabrication.file_shapes import part_as_designed

@@ -62,7 +62,7 @@ def number_text(value: float | str | None, unit: str = "", digits: int = 5) -> s
     return text if unit in ("", "1") or isinstance(value, str) else f"{text} {unit}"
 
 
-def limit_text(verdict: Verdict, unit: str = "") -> str:
+def limit_text(verdict: Verdict, unit: str) -> str:
     """Return the target or limit of a verdict with a unit, its sign before it where it bounds the value on one side."""
     return bound_sign(verdict) + number_text(verdict.limit, unit)
 

@@ -165,15 +165,6 @@ def _with_status(stiffness: HousingStiffness, status: str) -> HousingStiffness:
     return dataclasses.replace(stiffness, info=dataclasses.replace(stiffness.info, status=status))
 
 
-def solve_on(pair: MeshPair, housing: Housing, E: float, poisson: float) -> FittedHousing:
-    """Return the stiffness of a housing as it is [N/mm from mm, E in MPa] on one pair of meshes.
-
-    Raises MeshError or SolveError.
-    """
-    solver = HousingSolver(E, poisson)
-    return solver.fitted(housing, pair, solver.stiffness(housing, pair))
-
-
 def fit_lengths(
     housing: Housing, targets: Sequence[float], solver: HousingSolver, tolerance: float = TOLERANCE
 ) -> FittedHousing:

@@ -61,9 +61,7 @@ def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> C
     return clamped_half(mesh, E, poisson, mount_layers(housing))
 
 
-def sideways_give(
-    housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool = False
-) -> SidewaysGive:
+def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool) -> SidewaysGive:
     """Return the sideways compliance of the tips of a plate under forces that lean, E in MPa.
 
     It is that of the centres of the spheres of domes, or of flat faces, on a coarse mesh. Its error is how far that

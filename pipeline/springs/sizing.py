@@ -35,7 +35,7 @@ class SpringSizing:
     K_m_max: float
     K_m_max_contact: float
     K_m_at_largest_E: float
-    stiffening: tuple[float, ...] = ()
+    stiffening: tuple[float, ...]
     stiffness_ratio: float
     sizing_stiffness_ratio: float
     basis: Literal["contact", "hayes"]

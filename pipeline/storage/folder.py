@@ -57,7 +57,7 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
                     folder.rmdir()
 
 
-def refuse_unusable(path: Path, *, force: bool = False) -> None:
+def refuse_unusable(path: Path, *, force: bool) -> None:
     """Raise OutputError where `output_folder` would refuse this place; makes nothing and takes no lock."""
     refuse_unmanaged(_usable(path), force=force)
 
@@ -102,7 +102,7 @@ def unmanaged_files(folder: Path) -> list[str]:
     return sorted(names, key=lambda name: (name != REPORT, name))
 
 
-def refuse_unmanaged(folder: Path, *, force: bool = False) -> None:
+def refuse_unmanaged(folder: Path, *, force: bool) -> None:
     """Raise OutputError where a folder holds anything but the files of its report.json as they were written.
 
     With `force` other files are in nobody's way; a folder, a link, a pipe or a device always is.

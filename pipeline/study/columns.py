@@ -4,7 +4,7 @@ import math
 from array import array
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ class PointColumns:
 
     points: NDArray[np.int64]
     values: Mapping[str, Floats]
-    counts: Mapping[str, Mapping[str | bool, int]] = field(default_factory=dict)
+    counts: Mapping[str, Mapping[str | bool, int]]
 
     def differs(self, key: str) -> bool:
         """Say whether the values of a key are numbers that differ by more than round-off."""

@@ -269,7 +269,7 @@ def _verdict(name: str, values: Mapping[str, object]) -> Verdict:
     return Verdict(name=name, unit="", reference=str(values.get(REFUSED)), **told)
 
 
-def refuse_occupied(study: Study, folder: Path, *, force: bool = False) -> None:
+def refuse_occupied(study: Study, folder: Path, *, force: bool) -> None:
     """Raise InputError where a search could not write its results into its folder, before anything is solved."""
     for place in places(study, folder):
         refuse_unusable(place.run, force=force)

@@ -46,7 +46,7 @@ class ShownKey(NamedTuple):
     counts: tuple[tuple[str, int], ...] = ()
 
 
-def refuse_page(folder: Path, *, force: bool = False) -> None:
+def refuse_page(folder: Path, *, force: bool) -> None:
     """Raise InputError where the page of the study of a folder could not be written, before anything is solved."""
     designs = folder / _DESIGNS
     paths = [folder / PAGE, designs / _BASE, *designs.glob("point-*.toml")]

@@ -13,7 +13,7 @@ from sensor.quantity import validation_error
 FLAG = "--export"
 
 
-def refuse_export(path: Path, folder: Path, *, force: bool = False) -> None:
+def refuse_export(path: Path, folder: Path, *, force: bool) -> None:
     """Raise InputError where the table of the study of a folder, made later, cannot be written to a file."""
     if path.suffix != ".csv":
         raise validation_error(FLAG, str(path), "", "a file name that ends in .csv", "change its ending")

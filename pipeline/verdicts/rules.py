@@ -125,7 +125,7 @@ def _one_digit(value: float) -> float:
 
 
 def target_verdicts(
-    P_max: Estimate | None, NL: Estimate | None, targets: Targets, of_what: str = "", *, manufactured: bool = True
+    P_max: Estimate | None, NL: Estimate | None, targets: Targets, of_what: str, *, manufactured: bool = True
 ) -> tuple[Verdict, ...]:
     """Return the verdicts on P_max and NL [1], `of_what` in words.
 
@@ -184,7 +184,7 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
 # Springs
 
 
-def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool = True) -> Verdict:
+def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool) -> Verdict:
     """Return the verdict on one spring [N/m]; undecided when it was not made.
 
     One that is not of one piece, with pins glued on, may miss by more where it is not known to the tolerance.

@@ -60,13 +60,13 @@ class Suggestion:
 class Search:
     """Tries changes of a design with sized springs until a budget is spent; `tried` counts them."""
 
-    def __init__(self, base: SensorResult, fixed: frozenset[str] = frozenset(), budget: float = BUDGET) -> None:
+    def __init__(self, base: SensorResult, fixed: frozenset[str]) -> None:
         """Take a design that was run, and the keys that stay as they are."""
         self.tried = 0
         self.nearest_miss: Candidate | None = None
         self._base = base
         self._fixed = fixed
-        self._budget_left = budget
+        self._budget_left = BUDGET
 
     def passing(self, failed_verdicts: Sequence[Verdict]) -> list[Candidate]:
         """Return the candidates that pass where these verdicts do not, the nearest first.

@@ -51,7 +51,7 @@ class SensorErrors(Record):
 
 
 def sensor_errors(
-    sensor: LevelSensor, reached: SceneTargets, press: ScenePress, options: RunOptions, readings: Readings | None = None
+    sensor: LevelSensor, reached: SceneTargets, press: ScenePress, options: RunOptions, readings: Readings | None
 ) -> SensorErrors:
     """Return all errors of a sensor that reaches P_max and NL in its scene; raises as the solves of the scatter do.
 

@@ -8,11 +8,11 @@ import pytest
 from flat_square import linear_pose_forces, square_contact, square_design, square_springs
 from scipy.optimize import root
 from squares import GENTLE
-from stand_ins import with_compliance
+from stand_ins import analysed, with_compliance
 
 from cad.fabrication.signal_path import SignalPath
 from pipeline.reading import sensor as sensor_module
-from pipeline.reading.analysis import _by_poisson, error_analysis
+from pipeline.reading.analysis import _by_poisson
 from pipeline.reading.measurement import RiseModel, intervals_by_hand, rise_model
 from pipeline.reading.poses import Placement
 from pipeline.reading.sensor import RISE_TRAVELS
@@ -283,7 +283,7 @@ def test_flesh_of_another_ratio_moves_a_square_of_flat_tips_as_told(monkeypatch)
     design = square_design(tilt_deg=1.0)
     fruit = design.fruit
     sensor = with_compliance(design, square_contact(), square_springs())
-    told = error_analysis(sensor, design.reading)
+    told = analysed(sensor)
     other = fruit.poisson + 0.5 * fruit.poisson_spread  # the spread is two standard deviations
     softer = (1.0 - other**2) / (1.0 - fruit.poisson**2)
     model = rise_model(sensor)
@@ -321,7 +321,7 @@ def test_ratio_near_one_half_is_moved_down(monkeypatch):
     monkeypatch.setattr(sensor_module, "pose_forces", linear_pose_forces)
     design = square_design(tilt_deg=1.0)
     design = dataclasses.replace(design, fruit=dataclasses.replace(design.fruit, poisson=0.49))
-    told = error_analysis(with_compliance(design, square_contact(), square_springs()), design.reading)
+    told = analysed(with_compliance(design, square_contact(), square_springs()))
     expected = (1.0 - 0.49**2) / (1.0 - 0.465**2) - 1.0
     assert told.moduli[0].sources.contributions["poisson"] == pytest.approx(-expected, rel=1e-9)
 
@@ -338,7 +338,7 @@ def gentle():
     sensor = with_compliance(
         design, contact_compliance(design.fruit, design.tips), spring_compliance(0.3, 2.0, 0.3, 2.0)
     )
-    return sensor, error_analysis(sensor, design.reading)
+    return sensor, analysed(sensor)
 
 
 def bias_on(sensor, fruit, modulus):

@@ -14,7 +14,6 @@ from pipeline.springs.leaf_lengths import (
     HousingSolver,
     SecantModel,
     fit_lengths,
-    solve_on,
 )
 from sensor.quantity import InputError
 from solve.housing.stiffness import TipCompliance
@@ -62,7 +61,7 @@ def test_only_the_lengths_change_and_are_drawn_to_a_thousandth(fitted):
 
 @pytest.mark.slow
 def test_solving_the_fitted_housing_finds_the_same_numbers(fitted):
-    again = solve_on(DEFAULT, fitted.housing, *MATERIAL).stiffness
+    again = HousingSolver(*MATERIAL).stiffness(fitted.housing, DEFAULT)
     assert again.K == fitted.stiffness.K
     # The fit solves the coarse mesh one step before the last, 0.3 % of a length away, and carries it on.
     assert again.error == pytest.approx(fitted.stiffness.error, rel=0.02)
@@ -107,7 +106,7 @@ def test_cheapest_pair_of_meshes_that_meets_the_tolerance_is_chosen(tolerance, s
 @pytest.mark.parametrize("pair", MESH_PAIRS, ids=lambda pair: f"{pair.fine:g} by {pair.coarse:g}")
 def test_error_bar_is_the_share_of_the_step_between_meshes_and_the_floor_of_their_pair(pair, monkeypatch):
     plant(monkeypatch, 1e-3)
-    found = solve_on(pair, HOUSING, *MATERIAL).stiffness
+    found = HousingSolver(*MATERIAL).stiffness(HOUSING, pair)
     apart = (1.0 + 1e-3 * pair.coarse**2) / (1.0 + 1e-3 * pair.fine**2) - 1.0
     factors = (1.0 + 1.5 * 0.8 / 10.0, 1.0 + 1.5 * 1.2 / 10.0)
     assert found.error == pytest.approx([factor * pair.fraction * apart + pair.floor for factor in factors], rel=1e-9)

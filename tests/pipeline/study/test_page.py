@@ -80,7 +80,7 @@ def test_page_of_many_points_is_small_and_leads_to_the_best(written, tmp_path):
 def test_page_shows_what_varies_and_what_was_asked_for_alone(written):
     """The error, limit and outcome of a verdict stand beside its value; a unit stands where the key has none."""
     study = read_study(written(FRONT))
-    columns = PointColumns(points=np.arange(2), values={"press.travel_mm": np.array([0.3, 0.5])})
+    columns = PointColumns(points=np.arange(2), values={"press.travel_mm": np.array([0.3, 0.5])}, counts={})
     shown = shown_keys(study, columns)
     assert [one.key for one in shown if one.varies] == list(study.vary)
     asked = [f"verdicts.{name}.value" for name in study.goal.under]

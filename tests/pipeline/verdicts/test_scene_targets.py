@@ -32,7 +32,7 @@ def checked(design, height_offsets=()):
     springs = springs_of(design)
     press = press_scene(scene_of(design, height_offsets), CONTACT, springs.C)
     reached = reached_targets(sensor_of(design, springs), design.targets, press)
-    verdicts = target_verdicts(reached.P_max, reached.NL, design.targets)
+    verdicts = target_verdicts(reached.P_max, reached.NL, design.targets, "")
     return Checked(press, reached, {verdict.name: verdict for verdict in verdicts})
 
 

@@ -9,7 +9,7 @@ from random_designs import ROUGH, random_designs
 
 from pipeline.response.contact import fruit_compliance
 from pipeline.springs.fitted_springs import FittedSprings, fit_springs
-from pipeline.springs.leaf_lengths import DEFAULT, add_pin_compliance, solve_on
+from pipeline.springs.leaf_lengths import DEFAULT, HousingSolver, add_pin_compliance
 from pipeline.springs.sizing import spring_sizing
 
 
@@ -26,7 +26,7 @@ def compared(springs: FittedSprings) -> tuple[np.ndarray, np.ndarray]:
     housing = springs.fitted.housing
     rough = springs.fitted.stiffness
     E, poisson = springs.process.E_MPa, springs.process.poisson
-    fine = add_pin_compliance(solve_on(DEFAULT, housing, E, poisson).stiffness, housing, E, poisson)
+    fine = add_pin_compliance(HousingSolver(E, poisson).stiffness(housing, DEFAULT), housing, E, poisson)
     of_K = np.abs(np.array(rough.K) / fine.K - 1.0) / rough.error
     of_strain = np.abs(np.array(rough.strain_per_N) / fine.strain_per_N - 1.0) / rough.strain_error
     return of_K, of_strain

@@ -171,7 +171,7 @@ def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat
     assert "travel at most 0.05 mm" in text
     assert "<script>alert" not in page
     fillets = planted("geometry.fillets", value=3.0, limit=4.0, unit="mm")
-    assert [limit_text(one) for one in (unread, fillets, planted("K_l", tolerance=0.1))] == ["≤ 0.05", "≥ 4", "1"]
+    assert [limit_text(one, "") for one in (unread, fillets, planted("K_l", tolerance=0.1))] == ["≤ 0.05", "≥ 4", "1"]
 
 
 def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):

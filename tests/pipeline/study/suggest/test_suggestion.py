@@ -33,19 +33,18 @@ def few_steps(monkeypatch, request):
         monkeypatch.setattr(changes, "LARGER", (2.0, 10.0, 50.0))
 
 
-def search_of(design, fixed=frozenset(), budget=room.BUDGET):
+def search_of(design, fixed=frozenset()):
     base = result_of(Design())
     contact = base.contact if design.tips == Design().tips else sized_sensor(design, 0.02, parts=()).contact
     return Search(
         dataclasses.replace(base, sensor=dataclasses.replace(base.sensor, design=design, contact=contact)),
         fixed,
-        budget,
     )
 
 
-def searched(design, fixed=frozenset(), budget=room.BUDGET):
+def searched(design, fixed=frozenset()):
     """Return the search for a design, the names of its verdicts that fail with sized springs, and what passes."""
-    search = search_of(design, fixed, budget)
+    search = search_of(design, fixed)
     itself = search_of(design).trial({})
     names = [verdict.name for verdict in itself.failed]
     return search, names, search.passing(itself.failed)
@@ -97,8 +96,11 @@ def test_two_keys_are_changed_where_one_does_not_do():
     ("fixed", "budget"),
     [(frozenset({"press.travel_mm", "tips.side_mm", "tips.spacing_mm"}), 6000.0), (frozenset(), 0.0)],
 )
-def test_search_without_keys_or_without_budget_finds_nothing(fixed, budget):
-    search, _, passing = searched(BRUISED, fixed, budget)
+def test_search_without_keys_or_without_budget_finds_nothing(fixed, budget, monkeypatch):
+    failed = search_of(BRUISED).trial({}).failed
+    monkeypatch.setattr(room, "BUDGET", budget)
+    search = search_of(BRUISED, fixed)
+    passing = search.passing(failed)
     assert (passing, search.nearest_miss, search.tried) == ([], None, 0)
 
 

@@ -109,7 +109,7 @@ def test_every_number_says_all_three_shares(name, model, inputs, budgets):
 def test_numerical_error_is_the_bar_that_the_verdicts_use(budgets):
     springs = springs_of(Design())
     own = characteristic(CONTACT, sizing_of(Design()), springs.stiffnesses, springs.errors)
-    P, NL = target_verdicts(own.P_max(), own.NL(Targets()), Targets())
+    P, NL = target_verdicts(own.P_max(), own.NL(Targets()), Targets(), "")
     assert (budgets.K_l.numerical, budgets.K_h.numerical) == pytest.approx(ERRORS, rel=1e-12)
     assert budgets.P_max.numerical * P.value == pytest.approx(P.error, rel=1e-12)
     assert budgets.NL.numerical * NL.value == pytest.approx(NL.error, rel=1e-12)
