@@ -5,10 +5,11 @@
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
 from benchmarks.harness import section, write_section
 from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
@@ -19,9 +20,9 @@ from pipeline.evaluate import fitted_sensor
 from pipeline.options import ROUGH_TOLERANCE
 from pipeline.springs.mounts import coarse_half, discs_at, mount_layers
 from sensor.design.processes import PROCESSES
-from solve.housing.clamped_half import HOLES, with_layers
-from solve.housing.elastic_layer import ElasticLayer
-from solve.housing.stiffness import stiffness_of
+from solve.housing.clamped_half import HOLES, PRESS, ClampedHalf, with_symmetry
+from solve.housing.elastic_layer import ElasticLayer, layer_matrix
+from solve.housing.stiffness import displacements, tip_means, tip_stiffnesses
 
 SCREW_CORE_MM = 2.387  # core diameter of M3, ISO 724
 SPREAD = 0.5  # tangent of the cone in which the pressure of a screw spreads, VDI 2230
@@ -83,13 +84,26 @@ def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple
     Raises SolveError.
     """
     half = coarse_half(housing, E, poisson, rough=False)
-    own_K = np.array(stiffness_of(half))
+    own_K = np.array(_stiffness_of(half))
     mounts = {"screws so loose that they bend": (_bending_screws(housing, E, poisson),), **_other_layers(housing)}
     changes = {}
     for name, layers in mounts.items():
-        other_K = stiffness_of(with_layers(half, layers, E, poisson))
+        other_K = _stiffness_of(_with_layers(half, layers, E, poisson))
         changes[name] = tuple((other_K / own_K - 1.0).tolist())
     return changes
+
+
+def _stiffness_of(half: ClampedHalf) -> tuple[float, ...]:
+    """Return the stiffness of each tip of a clamped half along the press [N/mm]; raises SolveError."""
+    return tip_stiffnesses(tip_means(half.basis, PRESS).T @ displacements(half))
+
+
+def _with_layers(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> ClampedHalf:
+    """Return the same half in another mount, for a load along the press [N/mm from MPa, mm]."""
+    bare = half.matrix if half.ground is None else half.matrix - half.ground
+    ground = layer_matrix(half.basis, layers, E, poisson)
+    free = replace(half, matrix=csc_matrix(bare + ground), ground=ground, clamped=np.zeros(0, dtype=np.int64))
+    return with_symmetry(free, PRESS)
 
 
 def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:

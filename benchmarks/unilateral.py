@@ -16,11 +16,11 @@ import numpy as np
 from benchmarks.deck import Deck, LinearStep, SkfemMesh, boundary_sets, peer_elements
 from benchmarks.harness import OURS, Bench, Measurement, Reference, Solved, print_measurements, timed
 from benchmarks.peers import GETFEM, Peer, PeerTask, deck_task, peer_answer
-from cad.parts.fruit import curved_fruit
 from cad.parts.part import Part
 from mesh.volume import SizeField, volume_mesh
 from pipeline.options import CONTACT_FRACTION, DEFAULT_TOLERANCE, ROUGH_TOLERANCE
 from pipeline.response.contact import contact_compliance
+from reference.curved_fruit import curved_half
 from reference.direct_fruit import FACES, SIDE
 from reference.fruit_meshes import edge_size
 from sensor.design.fruit import Fruit
@@ -103,7 +103,7 @@ def product_rows() -> Iterator[Measurement]:
 
 def peer_rows() -> Iterator[Measurement]:
     """Yield GetFEM by augmented Lagrangian on one family."""
-    part = curved_fruit(FRUIT, TIPS, half=True)
+    part = curved_half(FRUIT, TIPS)
     for scale in SCALES:
         mesh, meshing = timed(partial(half_mesh, part, scale))
         deck, name = half_deck(mesh), f"edge {edge_size(TIPS, scale):.3g} mm"

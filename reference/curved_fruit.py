@@ -12,10 +12,10 @@ import cadquery as cq
 import numpy as np
 from skfem import ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet1, MeshTet2
 
-from cad.parts.fruit import curved_fruit
+from cad.parts.fruit import whole_fruit
 from cad.parts.part import Part, named_part, on_plane
 from mesh.volume import SizeField, volume_mesh
-from reference.fruit_meshes import edge_size, solved_block
+from reference.fruit_meshes import MIRROR_PLANES, edge_size, solved_block, tip_centres, top_faces
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
@@ -29,11 +29,27 @@ from solve.linear import factorise
 
 FACETED = 0.05  # of a volume or an area, before the midpoints of the edges are moved to the skin
 NEAR = 1e-6  # [mm]
+NEAR_BOX_MM = 1e-3  # the box about a curved face is wider than it
+
+
+def is_curved(face: cq.Face) -> bool:
+    """Return whether a face is of the skin."""
+    return face.geomType() != "PLANE"
+
+
+def curved_half(fruit: Fruit, tips: Tips) -> Part:
+    """Return the half y >= 0 of the solid [mm] with the faces base, top, low_tip, high_tip and symmetry_y."""
+    whole = whole_fruit(fruit, tips)
+    far = whole.BoundingBox().DiagonalLength
+    half = whole.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far)))
+    planes = {"base": on_plane(2, -fruit.depth_mm), "symmetry_y": MIRROR_PLANES["symmetry_y"]}
+    skin = top_faces(tips, tip_centres(tips), is_curved, NEAR_BOX_MM)
+    return named_part("half of a curved fruit", half, {**planes, **skin})
 
 
 def curved_quarter(fruit: Fruit, tips: Tips) -> Part:
     """Return the quarter x, y >= 0 of the solid [mm] with the faces base, top, high_tip, symmetry_x and symmetry_y."""
-    whole = curved_fruit(fruit, tips).shape
+    whole = whole_fruit(fruit, tips)
     far = whole.BoundingBox().DiagonalLength
     quarter = whole.intersect(cq.Solid.makeBox(far, far, 2.0 * far, cq.Vector(0.0, 0.0, -far))).Solids()[0]
     half_tip = 0.5 * tips.side_mm + 1e-3  # with room for the digits of the kernel
@@ -41,10 +57,10 @@ def curved_quarter(fruit: Fruit, tips: Tips) -> Part:
 
     def under_tip(face: cq.Face) -> bool:
         box = face.BoundingBox()
-        return face.geomType() != "PLANE" and start < box.xmin and box.xmax < end and box.ymax < half_tip
+        return is_curved(face) and start < box.xmin and box.xmax < end and box.ymax < half_tip
 
-    planes = {"base": on_plane(2, -fruit.depth_mm), "symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
-    top = {"high_tip": under_tip, "top": lambda face: face.geomType() != "PLANE" and not under_tip(face)}
+    planes = {"base": on_plane(2, -fruit.depth_mm), **MIRROR_PLANES}
+    top = {"high_tip": under_tip, "top": lambda face: is_curved(face) and not under_tip(face)}
     return named_part("quarter of a curved fruit", quarter, {**planes, **top})
 
 

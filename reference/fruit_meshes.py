@@ -1,12 +1,19 @@
 """Meshes of the fruit graded to the edges of the tips, three in a family whose error falls at a known rate."""
 
+from collections.abc import Mapping, Sequence
+
+import cadquery as cq
 from skfem import MeshTet1
 
-from cad.parts.fruit import HALF, QUARTER, fruit_block
-from cad.parts.part import Part
+from cad.parts.fruit import footprint
+from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, on_plane
 from mesh.volume import SizeField, volume_mesh
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Tips
+from sensor.design.tips import Tips, check_tips_on_fruit
+
+HALF = ("symmetry_y",)
+QUARTER = ("symmetry_x", "symmetry_y")
+MIRROR_PLANES = {"symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
 
 # Under a sharp tip u ~ r^1/2, so the energy error is first order in the size h at the edge; away from it
 # quadratic elements give h^4. Growth and largest size scaled with h^1/4 let both fall together, at rate 1 in h.
@@ -16,6 +23,52 @@ _GROWTH = 0.5  # of the size with the distance from an edge, on the coarsest mes
 # Largest size on the coarsest mesh: a third of the shortest side of the block, but at least a sixtieth of the longest.
 _ACROSS = 3.0
 _ALONG = 60.0
+
+
+def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
+    """Return the block [mm] with the faces base, top, low_tip and high_tip, or the part that stands for the whole.
+
+    `mirrors` name its planes of symmetry, which are faces of the part too. "symmetry_x" leaves x >= 0, which has no low
+    tip, and "symmetry_y" leaves y >= 0. Raises InputError when a tip stands beyond the fruit.
+    """
+    check_tips_on_fruit(fruit, tips)
+    right = 0.5 * fruit.length_mm
+    back = 0.5 * fruit.width_mm
+    left = 0.0 if "symmetry_x" in mirrors else -right
+    front = 0.0 if "symmetry_y" in mirrors else -back
+    corner = cq.Vector(left, front, -fruit.height_mm)
+    block = cq.Solid.makeBox(right - left, back - front, fruit.height_mm, corner)
+    centres = {face: x for face, x in tip_centres(tips).items() if x > left}
+    faces = {
+        "base": on_plane(2, -fruit.height_mm),
+        **{plane: MIRROR_PLANES[plane] for plane in mirrors},
+        **top_faces(tips, centres, on_plane(2, 0.0), NEAR_MM),
+    }
+    divided = block.split(*(footprint(tips, x) for x in centres.values()))
+    return named_part("fruit block", divided, faces)
+
+
+def tip_centres(tips: Tips) -> dict[str, float]:
+    """Return x of the centre of each footprint by face name [mm]."""
+    return dict(zip(("low_tip", "high_tip"), tips.centres_mm, strict=True))
+
+
+def top_faces(tips: Tips, centres: Mapping[str, float], on_top: FaceTest, near: float) -> dict[str, FaceTest]:
+    """Return the tests that pick by name the faces of the top: each one under a tip, and as "top" all others.
+
+    `centres` are x of the tips by name, `on_top` picks the whole top; a face may be `near` wider than its tip [mm].
+    """
+    reach = 0.5 * tips.side_mm + near
+
+    def under_tip(x: float) -> FaceTest:
+        def is_under(face: cq.Face) -> bool:
+            box = face.BoundingBox()
+            return on_top(face) and max(x - box.xmin, box.xmax - x, box.ymax) < reach
+
+        return is_under
+
+    footprints = {name: under_tip(x) for name, x in centres.items()}
+    return {"top": lambda face: on_top(face) and not any(test(face) for test in footprints.values()), **footprints}
 
 
 def solved_block(fruit: Fruit, tips: Tips) -> Part:

@@ -86,15 +86,6 @@ def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
     return np.concatenate([plane.all(component) for component in SYMMETRY[axis]])
 
 
-def with_layers(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> ClampedHalf:
-    """Return the same half in another mount, for a load along the press [N/mm from MPa, mm]."""
-    bare = half.matrix if half.ground is None else half.matrix - half.ground
-    ground = layer_matrix(half.basis, layers, E, poisson)
-    matrix = csc_matrix(bare + ground)
-    factor = factorise(matrix, _symmetry_dofs(half.basis, PRESS))
-    return replace(half, matrix=matrix, ground=ground, clamped=np.zeros(0, dtype=np.int64), factor=factor)
-
-
 def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
     """Return the same half with the components held on the plane y = 0 that a load along another axis asks for."""
     held = np.union1d(half.clamped, _symmetry_dofs(half.basis, axis))

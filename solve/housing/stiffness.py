@@ -245,11 +245,6 @@ def displacements(half: ClampedHalf) -> Floats:
     return u
 
 
-def stiffness_of(half: ClampedHalf) -> PerTip:
-    """Return the stiffness of each tip of a clamped half along the press [N/mm]; raises SolveError."""
-    return tip_stiffnesses(tip_means(half.basis, PRESS).T @ displacements(half))
-
-
 def tip_means(basis: CellBasis, axis: int) -> Floats:
     """Return the vectors (dofs, tips) whose products with displacements are the means along an axis over the tips."""
     return np.column_stack([face_mean(basis, tip_face(spring), axis) for spring in SPRINGS])

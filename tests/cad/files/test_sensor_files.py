@@ -13,7 +13,7 @@ from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
 from cad.parts.assembly import assembly_bodies, outwards
-from cad.parts.fruit import curved_fruit
+from cad.parts.fruit import whole_fruit
 from cad.parts.pose import print_pose, sensor_pose
 from cad.parts.sensor import NamedSolid
 from sensor.design.fruit import Fruit
@@ -56,7 +56,7 @@ def test_whole_ellipsoid_is_read_back_as_it_was(across, thickness, tmp_path):
     """Beyond its equator it was once read back as its lower part alone; volume by the integral of its sections."""
     radius = 35.0
     fruit = Fruit(shape="ellipsoid", radius_mm=radius, radius_across_mm=across, thickness_mm=thickness)
-    body = NamedSolid(name="fruit", shape=curved_fruit(fruit, Tips()).shape, colour=(0.5, 0.5, 0.5))
+    body = NamedSolid(name="fruit", shape=whole_fruit(fruit, Tips()), colour=(0.5, 0.5, 0.5))
     base = 1.0 - thickness / radius  # height of the base over the middle, in radii
     expected = math.pi * radius**2 * math.sqrt(radius * across) * (2.0 / 3.0 - base + base**3 / 3.0)
     assert export_step([body], tmp_path / "fruit.step").Volume() == pytest.approx(expected, rel=1e-3)

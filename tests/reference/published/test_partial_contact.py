@@ -15,8 +15,7 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 from skfem import ElementTetP2
 
-from cad.parts.fruit import HALF, fruit_block
-from reference.fruit_meshes import fruit_mesh
+from reference.fruit_meshes import HALF, fruit_block, fruit_mesh
 from sensor.design.tips import Press, Tips
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
