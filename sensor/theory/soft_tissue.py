@@ -1,6 +1,6 @@
 """What soft tissue under a tip does that linear elasticity and a slippery tip leave out, in closed form or by FE.
 
-Forces at large strain are read from large_strain.toml, as reference/flat_punch solves them.
+Forces at large strain are read from large_strain.toml.
 """
 
 import functools

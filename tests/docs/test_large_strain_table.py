@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from reference.flat_punch.two_springs import accuracy_rows
+from reference.deep_press import accuracy_rows
 
 ROOT = Path(__file__).parents[2]
 

@@ -40,7 +40,7 @@ def test_first_touch_is_linear_and_no_depth_is_beyond_the_limits(law, poisson):
     ],
 )
 def test_factors_are_those_of_an_independent_program(law, poisson, expected):
-    """That of tests/reference/programs/test_flat_punch.py; both errors are 0.4 %."""
+    """That of tests/reference/fits/test_flat_punch.py; both errors are 0.4 %."""
     found = [large_strain_factor(depth, poisson, law) for depth in (0.1, 0.3, 0.6)]
     assert found == pytest.approx(expected, abs=0.008)
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from reference.flat_punch.two_springs import DeepPress
+from reference.deep_press import DeepPress
 from sensor.theory.two_spring_law import Springs, force_ratio
 
 SPRINGS = Springs(K_l=0.906, K_h=20.83)
