@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from sensor.quantity import InputError
 
 _PRINTED = "Print the leaves; for springs that do not creep, set print.process = 'dmls-17-4ph'."
+_SURFACE = "Use verdicts.geometry.as_designed, which compares whole surfaces."
 _HALL = "Leave it out: [readout] has a Hall sensor at each shuttle."
 
 GONE = {
@@ -24,6 +25,14 @@ GONE = {
     "python -m pipeline": "Use python -m twintip, or the command pipeline.",
     "behaviour.modes": "Use behaviour.low.natural_frequency_Hz and behaviour.high.natural_frequency_Hz.",
     "stale": "A folder belongs to one answer: a new one replaces all its files.",
+    "verdicts.geometry.fillets": _SURFACE,
+    "verdicts.geometry.tips": _SURFACE,
+    "verdicts.geometry.sockets": _SURFACE,
+    "verdicts.geometry.plate_holes": _SURFACE,
+    "verdicts.geometry.cover_holes": _SURFACE,
+    "verdicts.geometry.mount_holes": _SURFACE,
+    "verdicts.geometry.step_round_trip": _SURFACE,
+    "verdicts.geometry.same_volume": _SURFACE,
     "preset fruit": "Take the preset of one fruit, or find a design by pipeline suggest --fruit.",
 }
 """What to use in place of each."""
@@ -31,6 +40,7 @@ ASKED_NOTHING = {"print.leaves": "printed", "print.gauges": "none", "readout.tra
 """Keys of a design file, each with the value of 0.2 that asked for nothing: it is read, and not written again."""
 REPORT_KEYS = (
     *("behaviour.modes", "stale"),
+    *(name for name in GONE if name.startswith("verdicts.")),
     *("housing.gauges", "behaviour.gauge_factor", "behaviour.gauge_grid_mm", "behaviour.gauges"),
     *(f"behaviour.{arm}.bridge_{key}" for arm in ("low", "high") for key in ("mV_per_V", "error_percent")),
     *(f"read_out.signal.{key}" for key in ("transducer", "mV_per_V", "self_heating_K", "self_heating_percent")),

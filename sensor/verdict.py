@@ -20,7 +20,6 @@ SENSES: dict[str, Sense] = {
     "geometry.stops_*": "at least",
     "geometry.deflected_gap_*": "at least",
     "geometry.as_designed": "at most",
-    "geometry.fillets": "at least",
     "geometry.plates": "at least",
     "geometry.tip_face": "at most",
     "geometry.min_wall": "at least",

@@ -1,22 +1,16 @@
-"""Thickness of the leaves and radius of their fillets, measured by lines through a solid or a mesh."""
+"""Thickness of the leaves, measured by lines through a solid or a mesh."""
 
 import itertools
-import math
 from collections.abc import Mapping
 
 from cad.checks.line_probe import UP, Lines, Vector
-from cad.parts.housing import Arm, Housing, fillet_corners
-from sensor.verdict import Verdict, at_least, equal, failed_verdict
+from cad.parts.housing import Arm, Housing
+from sensor.verdict import Verdict, equal, failed_verdict
 
 THICKNESS_TOLERANCE_MM = 1e-3  # a mesh file holds single precision, 4e-6 mm at 60 mm; the drawing rounds to 0.001
 _ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # shares of the straight part of a leaf
 _BESIDE_MIDDLE = 0.03  # share of the depth, not on the plane of symmetry, where triangles share an edge
 _ACROSS = (-0.42, _BESIDE_MIDDLE, 0.42)  # shares of the depth
-_RADIUS_TOLERANCE_MM = 0.02  # a chord of a mesh, 0.005 mm, moves the radius by 1 / (sqrt 2 - 1) of it
-_DIGITS = 9  # of a radius [mm]
-_INSIDE = 0.05  # [mm] behind the sharp corner, where there is material with or without a fillet
-_HALF = math.sqrt(0.5)
-_DIAGONALS = tuple((x, 0.0, z) for x in (-_HALF, _HALF) for z in (-_HALF, _HALF))
 
 
 def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Verdict, ...]:
@@ -55,27 +49,3 @@ def _leaf_points(housing: Housing, arm: Arm) -> list[Vector]:
         (start + along * straight, across * housing.depth, level)
         for level, along, across in itertools.product(arm.levels, _ALONG, _ACROSS)
     ]
-
-
-def fillet_verdict(housing: Housing, forms: Mapping[str, Lines]) -> Verdict:
-    """Return geometry.fillets: the least radius [mm] at the corners that the housing rounds.
-
-    The forms stand in the sensor frame. A corner without a fillet counts as radius 0.
-    """
-    corners = fillet_corners(housing)
-    beside_middle = _BESIDE_MIDDLE * housing.depth
-    radii = {}
-    for form, (x, z) in itertools.product(forms, corners):
-        radii[f"in the {form} at x = {x:.3f}, z = {z:.3f} mm"] = _radius(forms[form], (x, beside_middle, z))
-    place = min(radii, key=lambda place: round(radii[place], _DIGITS))  # the first of equal ones, whatever round-off
-    reference = f"diagonals through {len(corners)} corners; least {place}"
-    limit = housing.corner  # all corners of a housing have the fillet of its process
-    return at_least("geometry.fillets", radii[place], limit, _RADIUS_TOLERANCE_MM, unit="mm", reference=reference)
-
-
-def _radius(lines: Lines, corner: Vector) -> float:
-    """Return the radius [mm] of the arc that a diagonal meets where it leaves the material into the open quarter."""
-    exits = []
-    for diagonal in _DIAGONALS:
-        exits += [span.leave for span in lines(corner, diagonal) if span.enter < -_INSIDE < span.leave]
-    return max(0.0, min(exits, default=0.0)) / (math.sqrt(2.0) - 1.0)

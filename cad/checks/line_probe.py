@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -80,11 +79,3 @@ def _paired(crossings: Floats) -> tuple[Chord, ...]:
     if len(single) % 2:
         return ()
     return tuple(Chord(float(enter), float(leave)) for enter, leave in single.reshape(-1, 2))
-
-
-def open_ahead(lines: Lines, start: Vector, direction: Vector) -> float:
-    """Return the open distance from a point to the first material [mm]; nan inside material, inf without any."""
-    spans = lines(start, direction)
-    if any(span.enter <= 0.0 <= span.leave for span in spans):
-        return math.nan
-    return min((span.enter for span in spans if span.enter > 0.0), default=math.inf)

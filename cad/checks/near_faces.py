@@ -7,6 +7,7 @@ import numpy as np
 
 from sensor.arrays import Floats
 
+PLACE_TOLERANCE_MM = 1e-3  # of a distance or a wall that a limit bounds
 _ROUND_OFF = 1e-9  # [mm] of a box: a pair that is farther apart by this can be no nearer
 
 

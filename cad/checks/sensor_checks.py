@@ -4,11 +4,10 @@ from pathlib import Path
 
 from cad.checks.assembly_checks import plate_verdicts
 from cad.checks.clearance import clearance_verdicts, stop_verdicts
-from cad.checks.leaf_section import fillet_verdict, leaf_thickness_verdicts
+from cad.checks.leaf_section import leaf_thickness_verdicts
 from cad.checks.line_probe import Lines, mesh_lines, solid_lines
 from cad.checks.part_checks import check_solid, existing_file
 from cad.checks.seat_checks import pocket_verdicts
-from cad.checks.tip_checks import socket_verdicts, tip_verdict
 from cad.checks.triangle_checks import closed_verdicts
 from cad.files.sensor_files import FormsRead, read_forms
 from cad.parts.pose import sensor_pose
@@ -41,9 +40,6 @@ def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: 
         *_solid_verdicts(sensor),
         *closed_verdicts(stl),
         *leaf_thickness_verdicts(sensor.housing, forms),
-        fillet_verdict(sensor.housing, forms),
-        tip_verdict(sensor.part, sensor.housing),
-        *socket_verdicts(sensor.part, sensor.housing, sensor.tips),
         *pocket_verdicts(sensor),
         *clearance_verdicts(sensor),
         *stop_verdicts(sensor, deflections),

@@ -15,7 +15,7 @@ from cad.parts.hall_seats import POINT_MM, HallSeats
 from cad.parts.housing import Housing, fillet_corners, profile
 from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, round_upright_edges
 
-BALL_SHARE = 0.98  # of the radius, to which the cap of a whole half ball reaches: its poles lie beyond
+_BALL_SHARE = 0.98  # of the radius, to which the cap of a whole half ball reaches: its poles lie beyond
 _REACH = 1.0  # [mm] that a cut reaches beyond the plate
 _BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip or a face
 
@@ -65,7 +65,7 @@ def cut_domes(part: Part, housing: Housing) -> Part:
         return part
     width = housing.tip_side + 2.0 * _BESIDE_TIP
     depth = housing.depth + 2.0 * _BESIDE_TIP
-    height = min(BALL_SHARE * housing.dome_radius, housing.tip_height) + _BESIDE_TIP
+    height = min(_BALL_SHARE * housing.dome_radius, housing.tip_height) + _BESIDE_TIP
     poles_along_x = cq.Vector(1.0, 0.0, 0.0)  # away from the cap
     shape = part.shape
     for arm in housing.arms:

@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 import trimesh
 from random_housings import housed_designs
+from squares import hall_square
 
 from cad.checks.as_designed import NAME, as_designed_verdict, largest_distance
 from cad.fabrication.file_shapes import HOUSING_FILES, file_shapes, files_as_designed, part_as_designed
+from cad.fabrication.mount import mount_solid
 from cad.files.sensor_files import print_shape, write_sensor
 from cad.files.step import write_step
 from cad.files.stl import CHORD_MM, triangles, write_stl
 from cad.files.threemf import write_3mf
-from cad.parts.assembly import assembly_bodies, sensor_of
+from cad.parts.assembly import assembly_bodies, finished_part, sensor_of
+from cad.parts.cover_solid import cover_part
 from cad.parts.sensor import NamedSolid
 from sensor.design.parameters import Design
 
@@ -102,6 +105,51 @@ def test_a_changed_part_fails(named, fault, least, kind, tmp_path):
     verdict = judged(named, pose_of(fault(named), kind), kind, tmp_path)
     assert (verdict.name, verdict.passed, verdict.limit) == (NAME, False, pytest.approx(OWN_MM[kind]))
     assert verdict.value >= least - NEAR_MM
+
+
+def moved_bracket(_):
+    return mount_solid(hall_square()).translate(cq.Vector(0.1, 0, 0))
+
+
+def bracket_with_other_holes(step):
+    """Return a bracket with wider or narrower holes for the screws [mm]."""
+    square = hall_square()
+    diameter = square.housing.hole_diameter + step
+    return mount_solid(replace(square, housing=replace(square.housing, hole_diameter=diameter)))
+
+
+def cover_with(seats):
+    """Return the cover of the square with other windows."""
+    square = hall_square()
+    return cover_part(square.housing, None if seats is None else replace(square.seats, **seats)).shape
+
+
+def plate_with(seats):
+    """Return the plate of the square with other pockets for magnets."""
+    square = hall_square()
+    return finished_part(square.housing, None if seats is None else replace(square.seats, **seats)).shape
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "draw", "change", "least"),
+    [
+        ("mount.step", moved_bracket, None, 0.1),
+        ("mount.step", bracket_with_other_holes, -0.4, 0.2),
+        ("cover.step", cover_with, None, 0.7),  # the middle of a window is half of its slot from any surface
+        ("cover.step", cover_with, {"face_out": 2.7}, 0.2),
+        ("cover.step", cover_with, {"sensor": 8.0}, 0.2),
+        ("cover.step", cover_with, {"window_width": 4.0}, 0.05),
+        ("housing.step", plate_with, None, 1.0),
+        ("housing.step", plate_with, {"pocket_depth": 0.9}, 0.1),
+        ("housing.step", plate_with, {"upper_disc": 9.0}, 0.1),
+    ],
+)
+def test_holes_and_seats_of_another_place_or_size_fail(name, draw, change, least, tmp_path):
+    """What a screw, a magnet or a Hall sensor needs is as far from its place as it was moved, or its walls are."""
+    write(draw(change), tmp_path / name)
+    verdict = files_as_designed(hall_square(), tmp_path, [name])
+    assert (verdict.passed, verdict.value >= least - NEAR_MM) == (False, True)
 
 
 def test_part_as_written_passes(named, tmp_path):

@@ -10,7 +10,6 @@ from cad.checks.assembly_checks import cover_verdicts, plate_verdicts
 from cad.parts.cover import RECESS_MM
 from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
-from cad.parts.housing_solid import housing_part, named_housing
 from sensor.design.processes import PROCESSES
 
 KERNEL = 1e-6
@@ -44,18 +43,13 @@ def test_rim_that_a_shuttle_reaches_at_its_stop_fails(sensor):
     assert "low arm" in verdict.reference
 
 
-def test_cover_of_a_longer_housing_and_without_enough_recess_fails(sensor):
-    """Half a turn is about the middle of the housing: the front cover is then off by as much, the other way."""
-    longer = replace(sensor.housing, low=replace(sensor.housing.low, length=25.4))
-    corner = cq.Vector(sensor.housing.left + 9.5, 0.5 * longer.depth + 0.2, longer.cover_level)
+def test_cover_without_enough_recess_fails(sensor):
+    """A filling on the inner face of the recess leaves 0.2 mm beside the leaves, on the front as on the back."""
+    housing = sensor.housing
+    corner = cq.Vector(housing.left + 9.5, 0.5 * housing.depth + 0.2, housing.cover_level)
     filling = cq.Solid.makeBox(10.0, 1.0, 20.0, corner)
-    verdicts = checked_cover(sensor, cover_part(longer).shape.fuse(filling))
-    holes, clearance = verdicts["cover_holes"], verdicts["cover_clearance"]
-    assert (holes.passed, holes.value) == (False, pytest.approx(0.4, abs=KERNEL))
-    assert (clearance.passed, clearance.value) == (False, pytest.approx(0.2, abs=KERNEL))
-    blank = cq.Solid.makeBox(1.0, 1.0, 1.0, cq.Vector(0.0, 10.0, 40.0))
-    holes = checked_cover(sensor, blank)["cover_holes"]
-    assert (holes.passed, holes.value) == (False, None)
+    verdict = checked_cover(sensor, cover_part(housing).shape.fuse(filling))["cover_clearance"]
+    assert (verdict.passed, verdict.value) == (False, pytest.approx(0.2, abs=KERNEL))
 
 
 def test_single_plate_has_no_verdict_on_two(sensor):
@@ -67,7 +61,6 @@ def test_plates_of_a_square_pass_and_keep_twice_their_pads_apart(square):
     covers = checked_cover(square, cover_part(square.housing).shape, RESIN)
     assert all(verdict.passed for verdict in (*verdicts.values(), *covers.values()))
     assert verdicts["plates"].value == pytest.approx(2.0 * square.housing.pad_height, abs=KERNEL)
-    assert verdicts["plate_holes"].value == pytest.approx(0.0, abs=KERNEL)
 
 
 @pytest.mark.parametrize(
@@ -100,18 +93,4 @@ def test_shuttle_that_stands_out_of_its_plate_fails(square):
     rib = cq.Solid.makeBox(2.0, 0.3, 2.0, corner)
     ribbed = replace(square, part=replace(square.part, shape=square.part.shape.fuse(rib)))
     verdict = checked_plates(ribbed)["plates"]
-    assert (verdict.passed, verdict.value) == (False, pytest.approx(0.1, abs=KERNEL))
-
-
-def test_missing_and_misplaced_dowel_holes_fail(square):
-    """One of the two holes is drilled 0.1 mm farther out: its partner comes to stand as far on the other side."""
-    blank = replace(square.housing, dowel_hole=0.0)
-    plate = housing_part(blank)
-    verdict = checked_plates(replace(square, part=plate))["plate_holes"]
-    assert (verdict.passed, verdict.value) == (False, None)
-    (x, z), (other_x, _) = square.housing.dowels
-    drill = cq.Workplane("XZ", origin=(0.0, 10.0, 0.0)).pushPoints([(x - 0.1, z), (other_x, z)])
-    holes = drill.circle(0.5 * square.housing.dowel_hole).extrude(20.0).findSolid()
-    misplaced = named_housing(plate.shape.cut(holes), blank)
-    verdict = checked_plates(replace(square, part=misplaced))["plate_holes"]
     assert (verdict.passed, verdict.value) == (False, pytest.approx(0.1, abs=KERNEL))

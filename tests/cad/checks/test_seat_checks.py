@@ -14,6 +14,7 @@ from cad.checks.seat_checks import pocket_verdicts, window_verdicts
 from cad.fabrication.mount import mount_solid
 from cad.files.stl import write_stl
 from cad.parts.assembly import sensor_of
+from cad.parts.cover import RECESS_MM
 from cad.parts.cover_solid import cover_part, turn_cover
 from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.pose import print_pose
@@ -26,17 +27,6 @@ PETG = PROCESSES["fdm-petg"]
 CLEARANCE = 2.0 * RESIN.accuracy_mm
 K_TOLERANCE = 1e-3  # of K_l and K_h, relative
 FLOOR_MM = 1.5  # 2.5 mm from the magnets less the recess of 1 mm
-
-
-def window_verdict(sensor, cover):
-    verdicts = {verdict.name: verdict for verdict in cover_verdicts(sensor, cover, PETG)}
-    assert all(verdict.passed for name, verdict in verdicts.items() if name != "geometry.sensor_windows")
-    return verdicts["geometry.sensor_windows"]
-
-
-def windows_alone(sensor, cover):
-    (verdict,) = window_verdicts(sensor, turn_cover(cover, sensor.housing))
-    return verdict
 
 
 def near_square():
@@ -56,7 +46,7 @@ def test_only_a_read_out_has_seats():
     assert sensor_of(replace(design, readout=Readout()), housing).seats is not None
     plain = square_sensor()
     assert pocket_verdicts(plain) == ()
-    assert window_verdicts(plain, cover_part(plain.housing).shape) == ()
+    assert window_verdicts(plain) == ()
 
 
 @pytest.mark.parametrize("kind", ["square", pytest.param("pair", marks=pytest.mark.slow)])
@@ -68,7 +58,8 @@ def test_pockets_and_windows_pass_with_their_walls(kind, pair):
     assert pockets.passed is True
     assert pockets.value == pytest.approx(PROBE.magnets_apart_mm - PROBE.magnet_mm - clearance, abs=1e-6)
     assert pockets.limit == process.min_wall_mm
-    windows = window_verdict(sensor, cover_part(sensor.housing, sensor.seats).shape)
+    (windows,) = window_verdicts(sensor)
+    assert windows in cover_verdicts(sensor, cover_part(sensor.housing, sensor.seats).shape, process)
     between = sensor.housing.spacing - PROBE.package_width_mm - clearance
     assert windows.passed is True
     assert windows.value == pytest.approx(min(FLOOR_MM, between), abs=1e-6)
@@ -113,62 +104,37 @@ def test_one_window_takes_two_sensors_that_stand_too_near():
     housing, seats = sensor.housing, sensor.seats
     assert housing.spacing - PROBE.package_width_mm - CLEARANCE < RESIN.min_wall_mm
     cover = cover_part(housing, seats).shape
-    verdict = windows_alone(sensor, cover)
+    (verdict,) = window_verdicts(sensor)
     assert (verdict.passed, verdict.value) == (True, pytest.approx(FLOOR_MM, abs=1e-6))
     assert pocket_verdicts(sensor)[0].passed is True
     height = PROBE.package_height_mm + CLEARANCE
     width = housing.spacing + PROBE.package_width_mm + CLEARANCE
     taken = cover_part(housing).shape.Volume() - cover.Volume()
     assert taken == pytest.approx(width * (0.5 * height + FLOOR_MM * (height - 2.0 * LEDGE_MM)), rel=1e-6)
-    crowded = replace(sensor, housing=replace(housing, spacing=0.99 * PROBE.package_width_mm))
-    assert windows_alone(crowded, cover).passed is False
 
 
-def filled(part, *, fraction=1.0):
-    """Return a shape with its first pocket filled from the front to a fraction of its depth."""
-    sensor = hall_square()
-    housing, seats = sensor.housing, sensor.seats
-    middle = cq.Vector(housing.arms[0].centre, -0.5 * housing.depth, housing.top_level - seats.upper_disc)
-    start = middle + cq.Vector(0.0, (1.0 - fraction) * seats.pocket_depth, 0.0)
-    plug = cq.Solid.makeCylinder(0.5 * seats.pocket_diameter, 3.0, start, cq.Vector(0.0, 1.0, 0.0))
-    return replace(part, shape=part.shape.fuse(plug))
+THIN = 0.9 * RESIN.min_wall_mm
+SHUTTLE = PLATE = 5.6  # [mm] width of a shuttle and depth of a plate of the gentle square
+SPACING = 6.0  # [mm] of its tips
 
 
-def test_planted_faults_of_pockets_fail():
+@pytest.mark.parametrize(
+    ("judge", "housing", "seats", "value"),
+    [
+        (pocket_verdicts, {}, {"pocket_diameter": PROBE.magnets_apart_mm - THIN}, THIN),
+        (pocket_verdicts, {}, {"pocket_diameter": SHUTTLE - 2.0 * THIN, "lower_disc": 50.0}, THIN),
+        (pocket_verdicts, {}, {"pocket_depth": PLATE - THIN, "is_pointed": False}, THIN),
+        (window_verdicts, {}, {"face_out": RECESS_MM + THIN}, THIN),
+        (window_verdicts, {}, {"window_width": SPACING - THIN}, THIN),
+        (window_verdicts, {"spacing": 0.99 * PROBE.package_width_mm, "shuttle_width": 3.0, "tip_side": 3.0}, {}, None),
+    ],
+)
+def test_wall_thinner_than_the_process_prints_fails(judge, housing, seats, value):
     square = hall_square()
-    assert pocket_verdicts(replace(square, part=square_sensor().part))[0].passed is False
-    for fraction in (1.0, 0.1):
-        (verdict,) = pocket_verdicts(replace(square, part=filled(square.part, fraction=fraction)))
-        assert (verdict.passed, verdict.value) == (False, None)
-    shifted = replace(square, seats=replace(square.seats, upper_disc=square.seats.upper_disc + 0.1))
-    assert pocket_verdicts(shifted)[0].passed is False
-    wide = replace(square.seats, pocket_diameter=PROBE.magnets_apart_mm - 0.9 * RESIN.min_wall_mm)
-    thin = sensor_with(square, wide)
-    (verdict,) = pocket_verdicts(thin)
-    assert (verdict.passed, verdict.value) == (False, pytest.approx(0.9 * RESIN.min_wall_mm, abs=1e-6))
-
-
-def sensor_with(sensor, seats):
-    """Return a sensor whose part has other seats."""
-    from cad.parts.assembly import finished_part
-
-    return replace(sensor, part=finished_part(sensor.housing, seats), seats=seats)
-
-
-def test_planted_faults_of_windows_fail():
-    """A ledge that is thinner than the process prints, a window that is not there, is shut, or lies elsewhere."""
-    square = hall_square()
-    housing, seats = square.housing, square.seats
-    deep = replace(seats, face_out=1.0 + 0.9 * seats.least_wall)
-    verdict = windows_alone(replace(square, seats=deep), cover_part(housing, deep).shape)
-    assert (verdict.passed, verdict.value) == (False, pytest.approx(0.9 * seats.least_wall, abs=1e-6))
-    shallow = cover_part(housing, replace(seats, face_out=seats.face_out + 0.2)).shape
-    for wrong in (cover_part(housing).shape, shallow):
-        verdict = windows_alone(square, wrong)
-        assert (verdict.passed, verdict.value) == (False, None)
-    for change in ({"sensor": seats.sensor + 0.1}, {"window_width": seats.window_width - 0.1}):
-        verdict = windows_alone(square, cover_part(housing, replace(seats, **change)).shape)
-        assert verdict.passed is False
+    assert (square.housing.shuttle_width, square.housing.depth) == (SHUTTLE, PLATE)
+    changed = replace(square.housing, **housing)
+    (verdict,) = judge(replace(square, housing=changed, seats=replace(square.seats, **seats)))
+    assert (verdict.passed, verdict.value) == (False, None if value is None else pytest.approx(value, abs=1e-9))
 
 
 @pytest.mark.slow

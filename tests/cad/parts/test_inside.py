@@ -151,16 +151,29 @@ of_housing = functools.partial(of, Housing)
 of_seats = functools.partial(of, HallSeats)
 
 
-def hole_moved(patch, _):
-    """Drill one of the four holes 0.1 mm beside its place."""
-    right = Housing.holes.fget
-    step = np.array([[0.1, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
-    patch.setattr(Housing, "holes", property(lambda housing: tuple(map(tuple, np.add(right(housing), step).tolist()))))
+def beside(name):
+    """Return a fault: the first of the holes for screws, or for dowels, is drilled 0.1 mm beside its place."""
+
+    def plant(patch, _):
+        right = getattr(Housing, name).fget
+
+        def moved(housing):
+            (x, z), *others = right(housing)
+            return ((x + 0.1, z), *others)
+
+        patch.setattr(Housing, name, property(moved))
+
+    return plant
 
 
 def hole_left_out(patch, _):
     right = Housing.holes.fget
     patch.setattr(Housing, "holes", property(lambda housing: right(housing)[:3]))
+
+
+def left_out(name):
+    """Return a fault: a function that cuts a part returns it as it is."""
+    return lambda patch, module: patch.setattr(module, name, lambda part, *_: part)
 
 
 def one_corner_sharp(patch, module):
@@ -178,7 +191,7 @@ def gable_down(patch, module):
     patch.setattr(module, "gable_side", lambda housing: -right(housing))
 
 
-SOLID, PUT_TOGETHER = cad.parts.housing_solid, cad.parts.assembly
+SOLID, PUT_TOGETHER, COVER = cad.parts.housing_solid, cad.parts.assembly, cad.parts.cover_solid
 POCKETS = "cut_magnet_pockets"
 FAULTS = {
     "shuttle too high": ("pair", "housing", SOLID, changed("profile", of_housing(low_top_level=0.05))),
@@ -186,13 +199,26 @@ FAULTS = {
     "one corner sharp": ("pair", "housing", SOLID, one_corner_sharp),
     "smaller fillets": ("pair", "coupon", cad.parts.coupon_solid, smaller_fillets),
     "neck of another slope": ("pair", "housing", SOLID, changed("_beside_tips", of_housing(neck_level=-0.3))),
-    "hole beside its place": ("pair", "housing", None, hole_moved),
+    "tips at another spacing": ("pair", "housing", PUT_TOGETHER, changed("housing_part", of_housing(spacing=0.1))),
+    "hole beside its place": ("pair", "housing", None, beside("holes")),
+    "hole of a cover beside its place": ("pair", "cover", None, beside("holes")),
+    "hole of a bracket beside its place": ("square", "mount", None, beside("holes")),
     "hole left out": ("pair", "cover", None, hole_left_out),
+    "pocket left out": ("pair", "housing", PUT_TOGETHER, left_out(POCKETS)),
+    "wider pocket": ("pair", "housing", PUT_TOGETHER, changed(POCKETS, of_seats(pocket_diameter=0.1))),
     "magnet beside its place": ("pair", "housing", PUT_TOGETHER, changed(POCKETS, of_seats(lower_disc=0.1))),
     "pocket too deep": ("square", "housing", PUT_TOGETHER, changed(POCKETS, of_seats(pocket_depth=0.1))),
-    "window without ledges": ("pair", "cover", cad.parts.cover_solid, constant("LEDGE_MM", 0.0)),
+    "window beside its place": ("pair", "cover", COVER, changed("_windows", of_seats(sensor=0.1))),
+    "narrower window": ("square", "cover", COVER, changed("_windows", of_seats(window_width=-0.1))),
+    "thicker ledge": ("pair", "cover", COVER, changed("_windows", of_seats(face_out=0.2))),
+    "window without ledges": ("pair", "cover", COVER, constant("LEDGE_MM", 0.0)),
     "gable on the lower side": ("pins", "housing", cad.parts.pin_socket, gable_down),
+    "no socket": ("pins", "housing", PUT_TOGETHER, left_out("cut_pin_sockets")),
+    "wider socket": ("pins", "housing", PUT_TOGETHER, changed("cut_pin_sockets", of_housing(pocket_side=0.2))),
+    "shallower socket": ("pins", "housing", PUT_TOGETHER, changed("cut_pin_sockets", of_housing(pocket_depth=-0.1))),
+    "flat tip where a dome is": ("square", "housing", PUT_TOGETHER, left_out("cut_domes")),
     "dome of another radius": ("square", "housing", PUT_TOGETHER, changed("cut_domes", of_housing(dome_radius=0.5))),
+    "dowel beside its place": ("square", "housing", None, beside("dowels")),
     "wider dowel hole": ("square", "housing", PUT_TOGETHER, changed("_with_pads", of_housing(dowel_hole=0.1))),
     "lower pad": ("square", "housing", PUT_TOGETHER, changed("_with_pads", of_housing(pad_height=-0.1))),
     "flange of M5": ("pair", "mount", cad.fabrication.mount, constant("FLANGE_HOLE_MM", 5.5)),

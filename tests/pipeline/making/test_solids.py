@@ -113,7 +113,7 @@ def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(tmp
     folder.mkdir()
     verdicts = write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), folder)
     assert [verdict.name for verdict in verdicts if verdict.passed is not True] == []
-    assert {"geometry.plates", "geometry.plate_holes"} <= {verdict.name for verdict in verdicts}
+    assert {"geometry.plates", "geometry.as_designed"} <= {verdict.name for verdict in verdicts}
     assert len(read_step(folder / "housing.step").Solids()) == 1
     text = (folder / "assembly.step").read_text(encoding="ascii")
     named = ("plate 1", "plate 2", "front cover", "back cover", "screw 4", "nut 4", "dowel 1", "dowel 2", "fruit")

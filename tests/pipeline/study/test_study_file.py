@@ -31,6 +31,7 @@ def test_study_file_is_read(written):
         ("samples", "sampels", "sampels", "sampels"),
         ('"targets.P_max"', '"targets.P_mx"', "vary targets.P_mx", "targets.P_mx"),
         ("springs.K_l_N_per_m", "behaviour.modes.0.frequency_Hz", "behaviour.modes", None),
+        ("springs.K_l_N_per_m", "verdicts.geometry.tips.passed", "verdicts.geometry.tips", None),
         ('"targets.P_max"', '"print.leaves"', "print.leaves", None),
         ('"targets.P_max"', '"print.gauges"', "print.gauges", None),
         ("springs.K_l_N_per_m", "springs.K_low", "wanted", "springs.K_low"),

@@ -153,9 +153,9 @@ def test_first_tile_is_that_of_a_verdict_that_failed(flat_page):
 def test_closest_to_its_limit():
     """Of one-sided limits the one that is taken most: 0.9 of at most, 0.8 of at least; no target, no failure."""
     bias = planted("reading.bias", value=0.045, limit=0.05, passed=True)
-    fillets = planted("geometry.fillets", value=5.0, limit=4.0, passed=True)
+    wall = planted("geometry.min_wall", value=5.0, limit=4.0, passed=True)
     others = [planted("bruise", passed=False), planted("K_l", value=1.0, tolerance=0.1, passed=True)]
-    found = closest_to_limit([*others, fillets, bias])
+    found = closest_to_limit([*others, wall, bias])
     assert found is not None
     assert (found.verdict, found.fraction) == (bias, pytest.approx(0.9))
     assert closest_to_limit(others) is None
@@ -170,8 +170,8 @@ def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat
     assert "≤ 5 %" in text
     assert "travel at most 0.05 mm" in text
     assert "<script>alert" not in page
-    fillets = planted("geometry.fillets", value=3.0, limit=4.0, unit="mm")
-    assert [limit_text(one, "") for one in (unread, fillets, planted("K_l", tolerance=0.1))] == ["≤ 0.05", "≥ 4", "1"]
+    wall = planted("geometry.min_wall", value=3.0, limit=4.0, unit="mm")
+    assert [limit_text(one, "") for one in (unread, wall, planted("K_l", tolerance=0.1))] == ["≤ 0.05", "≥ 4", "1"]
 
 
 def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):

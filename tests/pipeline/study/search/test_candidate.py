@@ -41,9 +41,9 @@ def test_shortfall_is_the_distance_over_the_limit(value, limit, tolerance, passe
     [
         ("reading.bias", 3.0, False, MARGIN + 0.6),
         ("reading.bias", 1.9, None, MARGIN + 0.05),
-        ("geometry.fillets", 1.0, False, MARGIN + 0.6),
-        ("geometry.fillets", 2.1, None, MARGIN + 0.05),
-        ("geometry.fillets", 3.0, True, 0.0),
+        ("geometry.min_wall", 1.0, False, MARGIN + 0.6),
+        ("geometry.min_wall", 2.1, None, MARGIN + 0.05),
+        ("geometry.min_wall", 3.0, True, 0.0),
     ],
 )
 def test_shortfall_of_a_limit_on_one_side_is_how_far_the_bar_reaches_beyond_it(name, value, passed, off):
