@@ -13,12 +13,19 @@ from pipeline.options import load_design
 from sensor.design.parameters import Design
 from sensor.quantity import InputError
 
+DRAWN = 20  # settings for each design; some three in ten are refused
+
 
 def housed_designs(seed: int, count: int) -> Iterator[tuple[Design, SensorSolids]]:
-    """Yield designs with their sensors, every third with the seats of a Hall read-out."""
+    """Yield designs with their sensors, every third with the seats of a Hall read-out.
+
+    Raises RuntimeError if nearly all settings are refused.
+    """
     rng = np.random.default_rng(seed)
     made = 0
-    while made < count:
+    for _ in range(DRAWN * count):
+        if made == count:
+            return
         keys = settings(rng)
         if made % 3 == 0:
             keys["readout.amplifier"] = "ADS1220"
@@ -32,3 +39,6 @@ def housed_designs(seed: int, count: int) -> Iterator[tuple[Design, SensorSolids
             continue
         made += 1
         yield design, sensor
+    if made < count:
+        msg = f"only {made} of {DRAWN * count} random settings were taken"
+        raise RuntimeError(msg)
