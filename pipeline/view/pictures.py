@@ -1,6 +1,7 @@
-"""Pictures of an output folder: the printed part, the assembly, and every scene with its fields."""
+"""Pictures of an output folder, as files or in a window: part, assembly, and every scene with its fields."""
 
 import os
+import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,6 +33,7 @@ FLAG = "--png"
 SIZE = (1600, 1000)
 _PRINTED_DIRECTION = Vector(0.35, -0.75, 1.0)
 _HOUSING_AND_FRUIT = 2
+_COLUMNS = 3  # of pictures in a window
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +101,31 @@ def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False) -
     return write_files(files, FLAG, force=force)
 
 
+def show_pictures(drawn: list[Picture], name: str) -> None:
+    """Show pictures in one window until it is closed; raises InputError where no window can open."""
+    if sys.platform == "linux" and not _has_display():
+        raise validation_error("display", None, "", "one that can open a window", "write pictures instead: --png DIR")
+    window_of(drawn, name).show()
+
+
+def window_of(drawn: list[Picture], name: str) -> Plotter:
+    """Return the window with every picture drawn that it shows, not yet open."""
+    placed = [picture for picture in drawn if picture.in_window]
+    columns = min(_COLUMNS, len(placed))
+    rows = -(-len(placed) // columns)
+    plotter: Plotter = pv.Plotter(shape=(rows, columns), title=f"twintip: {name}", window_size=list(SIZE))
+    for index, picture in enumerate(placed):
+        plotter.subplot(index // columns, index % columns)
+        plotter.set_background("white")
+        picture.draw(plotter)
+    return plotter
+
+
 def draw_without_display() -> None:
     """Let VTK draw off screen where there is no display; called before the first plotter is made."""
-    if not os.environ.get("DISPLAY") and not os.environ.get("WAYLAND_DISPLAY"):
+    if not _has_display():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+
+
+def _has_display() -> bool:
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -24,8 +24,7 @@ def execute(arguments: Namespace) -> int:
 
     written_data(arguments.folder)  # refuses another folder before anything heavy is loaded
     if arguments.png is None and arguments.html is None:
-        from pipeline.view.pictures import pictures
-        from pipeline.view.window import show_pictures
+        from pipeline.view.pictures import pictures, show_pictures
 
         show_pictures(pictures(arguments.folder), arguments.folder.name)
         return 0

@@ -9,8 +9,7 @@ from view_stand_ins import change_report, half_beam, write_output_folder
 from pipeline.report.outputs import write_outputs
 from pipeline.storage.vtu import write_vtu
 from pipeline.view import pictures as viewer
-from pipeline.view.pictures import pictures, write_pictures
-from pipeline.view.window import show_pictures, window_of
+from pipeline.view.pictures import pictures, show_pictures, window_of, write_pictures
 from sensor.quantity import InputError
 from twintip.cli import main
 
