@@ -8,14 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from cad.parts.coupon import modulus_factor
-from instrument.calibrate.channels import ChannelCalibration, saturation_of, weighed_channels
 from instrument.calibrate.creep import Weighing, weighing
 from instrument.calibrate.fruit_presses import ScaleFit, scale_of_presses
-from instrument.calibrate.line_checks import LackOfFit
+from instrument.calibrate.lines import LackOfFit, Line
 from instrument.calibrate.plate import pressed_springs
 from instrument.calibrate.unit_table import UnitRow, error_sources, trims, unit_table
 from instrument.calibrate.unit_verdicts import unit_verdicts
-from instrument.calibrate.weighing import WeighedSpring, weighed_springs
+from instrument.calibrate.weights import (
+    DEFLECTION,
+    ChannelCalibration,
+    saturation_of,
+    spring_of,
+    weighed_channels,
+    weighed_lines,
+)
 from instrument.press.count_codes import refuse_without_counts, with_signed_counts
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.printed_unit import WEIGHED_AFTER, PrintedUnit, nominal_unit, unit_of
@@ -130,10 +136,13 @@ def calibrate_unit(
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighed = weighing(table, report, after_s)
     table = weighed.table
-    on_weights = weighed_springs(table, "tip", [tip.name for tip in report.tips])
-    springs = [spring.K for spring in on_weights]
+    names = [tip.name for tip in report.tips]
+    counts = [key for key in count_keys(len(names)) if key in table.numbers]
+    lines = weighed_lines(table, names, counts, table.numbers["force"])
+    deflections = [lines[name, DEFLECTION] for name in names]
+    springs = [spring_of(line) for line in deflections]
     _refuse_unlike_design(table, springs, as_designed)
-    channels = weighed_channels(table, report)
+    channels = weighed_channels(table, report, lines, table.numbers["force"])
     unit = unit_of(
         report,
         stiffnesses=[spring.value for spring in springs],
@@ -141,7 +150,7 @@ def calibrate_unit(
         method="weights and deflections",
     )
     unit = replace(unit, weighed_after_s=weighed.after_s)
-    unit = _with_bent_deflections(unit, [spring.bend.lack_of_fit for spring in on_weights])
+    unit = _with_bent_deflections(unit, [line.bend.lack_of_fit for line in deflections])
     if weighed.own:
         unit = replace(unit, creep_per_decade=weighed.creep.per_decade, creep_error=weighed.creep.error)
     if channels is not None:
@@ -154,7 +163,7 @@ def calibrate_unit(
         by_weights = unit
         unit = _on_plate(unit, plate, table, channels, springs, report)
         assumed += _worse_on_plate(unit, by_weights, plate)
-    assumed += _bent(table, report, on_weights, channels)
+    assumed += _bent(table, report, deflections, channels)
     sensor = MeasuringUnit(report=report, unit=unit)
     nominal = as_designed.unit.stiffnesses
     try:
@@ -234,13 +243,13 @@ def _with_bent_deflections(unit: PrintedUnit, lacks_of_fit: Sequence[LackOfFit])
 
 
 def _bent(
-    table: MeasuredTable, report: Report, springs: Sequence[WeighedSpring], channels: ChannelCalibration | None
+    table: MeasuredTable, report: Report, deflections: Sequence[Line], channels: ChannelCalibration | None
 ) -> list[str]:
     """Return a note for each column of a tip that is bent by more than `KNOWN_WELL_PERCENT` to either side."""
-    shown = {f"deflection of {tip.name}": spring.bend for tip, spring in zip(report.tips, springs, strict=True)}
-    changes = {name: 100.0 * bend.told_change for name, bend in shown.items()}
+    shown = zip(report.tips, deflections, strict=True)
+    changes = {f"deflection of {tip.name}": 100.0 * line.bend.told_change for tip, line in shown}
     if channels is not None:
-        changes |= zip(count_keys(len(springs)), channels.bend_percent, strict=True)
+        changes |= zip(count_keys(len(deflections)), channels.bend_percent, strict=True)
     return [
         f"{table.source}: the slope of {name} over the weights changes by {change:+.2g} % from none to the largest. "
         "The bars of readings hold that; weights no larger than the forces of a press make it smaller."
@@ -262,14 +271,14 @@ def _on_plate(
         columns = ", ".join(count_keys(len(unit.tips)))
         bound = "a table with the counts of each channel where --plate is given"
         raise validation_error(table.source, "weights alone", "", bound, f"add the columns {columns}")
-    springs, left_percent, lacks_of_fit = pressed_springs(plate, channels, weighed, report)
+    springs = pressed_springs(plate, channels, weighed, report)
     return replace(
-        _with_bent_deflections(unit, lacks_of_fit),
+        _with_bent_deflections(unit, [spring.lack_of_fit for spring in springs]),
         method="counts of weights, and a hard plate",
         calibrated_by="plate",
-        K_N_per_m=tuple(1e3 * spring.value for spring in springs),
-        K_percent=tuple(spring.percent for spring in springs),
-        gain_percent=_drifted(left_percent, report),
+        K_N_per_m=tuple(1e3 * spring.K.value for spring in springs),
+        K_percent=tuple(spring.K.percent for spring in springs),
+        gain_percent=_drifted([spring.left_percent for spring in springs], report),
     )
 
 
@@ -290,7 +299,9 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
         raise validation_error("coupon", None, "", "a coupon of a design with a housing", hint)
     every = report.housing.arms
     arms = [arm for arm in every if arm.name in table.texts["coupon"]] or list(every)
-    springs = [_anywhere_on(spring) for spring in weighed_springs(table, "coupon", [arm.name for arm in arms])]
+    names = [arm.name for arm in arms]
+    lines = weighed_lines(table, names, [], table.numbers["force"])
+    springs = [_anywhere_on(lines[name, DEFLECTION]) for name in names]
     factors = np.array([modulus_factor(arm.flexure) for arm in arms])
     moduli = factors * [spring.value for spring in springs]
     weights = np.array([spring.relative for spring in springs]) ** -2.0
@@ -299,7 +310,8 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     return Estimate(E, E * math.sqrt((scatter + 1.0) / float(weights.sum())), "MPa")
 
 
-def _anywhere_on(spring: WeighedSpring) -> Estimate:
+def _anywhere_on(deflection: Line) -> Estimate:
     """Return the stiffness of a leaf [N/mm] under any of its weights, within the change of its slope to either side."""
-    bound = BOUNDED * 0.5 * spring.bend.told_change
-    return replace(spring.K, error=math.hypot(spring.K.error, bound * spring.K.value))
+    K = spring_of(deflection)
+    bound = BOUNDED * 0.5 * deflection.bend.told_change
+    return replace(K, error=math.hypot(K.error, bound * K.value))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from instrument.calibrate.line_checks import ROUNDED
+from instrument.calibrate.lines import ROUNDED
 from instrument.press.signals import count_keys
 from pipeline.report.report import Report
 from pipeline.tables.files import place_of

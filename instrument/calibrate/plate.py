@@ -7,12 +7,12 @@ flattens of each dome, as Hertz has it.
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from instrument.calibrate.channels import ChannelCalibration, counts_of, saturation_of
-from instrument.calibrate.line_checks import LEAST_SPAN, LackOfFit, bend_of, odd_row
-from instrument.calibrate.weighing import FEWEST, LEAST_ERROR, line_through
+from instrument.calibrate.lines import FEWEST, LEAST_SPAN, LackOfFit, Line, fitted
+from instrument.calibrate.weights import LEAST_ERROR, ChannelCalibration, counts_of, saturation_of
 from instrument.press.count_codes import with_signed_counts
 from instrument.press.signals import COUNTS, count_keys
 from pipeline.report.report import Report
@@ -46,16 +46,26 @@ def measured_plate(
     return with_signed_counts(table, keys, counts_as, saturation_of(report))
 
 
+class PressedSpring(NamedTuple):
+    """A spring on a plate: K is its force over its deflection [N/mm].
+
+    `left_percent` is the standard deviation of the deflection that its channel shows. `lack_of_fit` is that of the
+    compliance over the force. Errors are standard deviations.
+    """
+
+    K: Estimate
+    left_percent: float
+    lack_of_fit: LackOfFit
+
+
 def pressed_springs(
     table: MeasuredTable, channels: ChannelCalibration, weighed: Sequence[Estimate], report: Report
-) -> tuple[list[Estimate], list[float], list[LackOfFit]]:
-    """Return the stiffness of each spring [N/mm], its force over its deflection on a plate of glass.
+) -> list[PressedSpring]:
+    """Return each spring on a plate of glass; all tips stand on it in every row.
 
-    Beside them are the standard deviation of each channel's deflection [%], and the lack of fit of each compliance over
-    its force. All tips stand on the plate in every row.
-    `weighed` are the stiffnesses from weights and dial [N/mm]; the error of each is its standard deviation, as that of
-    those returned. Raises InputError for fewer than three different travels, for saturated counts, and for stiffnesses
-    that are not those from weights.
+    `weighed` are the stiffnesses from weights and dial [N/mm]. Raises InputError for fewer than three different
+    travels, for a row that does not fit, for a tip that touches late, and for stiffnesses that are not those from
+    weights.
     """
     travel = table.numbers["travel"]
     travels = len(set(travel.tolist()))
@@ -63,78 +73,74 @@ def pressed_springs(
         within = f"travels within {np.ptp(travel):.2g} mm"
         raise validation_error(table.source, travels, within, f"at least {FEWEST}", "press in five equal steps")
     keys = count_keys(len(weighed))
-    counts = counts_of(table, keys) - channels.zero_counts
-    forces = counts @ np.array(channels.newtons_per_count).T
+    forces = (counts_of(table, keys) - channels.zero_counts) @ np.array(channels.newtons_per_count).T
     flattened = np.column_stack([flattening(report, force) for force in forces.T])
     deflections = travel[:, None] - flattened
 
-    for key, deflection, force in zip(keys, deflections.T, forces.T, strict=True):
-        _refuse_bad_row(table, deflection, force, key)
-    lines = [np.polyfit(deflection, force, 1) for deflection, force in zip(deflections.T, forces.T, strict=True)]
-    stiffnesses = np.array([line[0] for line in lines])
-    ratios = stiffnesses / [spring.value for spring in weighed]
-    mean_ratio = float(ratios.mean())
+    digits = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])  # [N]
+    steps = np.ptp(forces, axis=0) / np.ptp(deflections, axis=0) * table.last_digits["travel"][:, None]  # [N]
+    columns = zip(deflections.T, forces.T, np.hypot(digits, steps).T, strict=True)
+    lines = [fitted(*column) for column in columns]
+    K = np.array([line.slope.value for line in lines])
+    ratios = K / [spring.value for spring in weighed]
+    _refuse_bad_rows(table, lines, forces)
     _refuse_unlike(table, ratios, weighed, report)
-    lacks_of_fit = []
-    bends = _bends(table, deflections, forces, channels)
-    for of_force, of_deflection, (stiffness, zero) in zip(channels.lacks_of_fit, bends, lines, strict=True):
-        # The same over the force that the channel shows. What force and deflection share leaves the compliance right.
-        per_N = of_deflection.per_x / stiffness
-        at_zero = of_deflection.at_zero - per_N * zero
-        lacks_of_fit.append(LackOfFit(at_zero=of_force.at_zero - at_zero, per_x=of_force.per_x - per_N))
+    _refuse_bent(table, lines)
+
     # A travel that is read wrong is so for all tips: what all channels show alike beside their lines is its error.
-    shown = (forces - [line[1] for line in lines]) / stiffnesses
+    shown = (forces - [line.zero for line in lines]) / K
     read_wrong = (shown - deflections).mean(axis=1)
-    of_travel = line_through(f"{table.source}: travel", travel, travel + read_wrong, table.last_digits["travel"], "1")
+    of_travel = fitted(travel, travel + read_wrong, table.last_digits["travel"])
+    of_channels = zip((shown + flattened).T, np.abs(digits / K).T, strict=True)
+    left = np.array([fitted(travel + read_wrong, *column).slope.error for column in of_channels])
+    # The modulus of a print scatters, and the flattening is proportional to its power of two thirds.
+    by_modulus = 2.0 / 3.0 * report.design.process.E_scatter * np.ptp(flattened, axis=0) / np.ptp(travel)
+    left = np.maximum(np.hypot(left, by_modulus), LEAST_ERROR)
 
-    springs = []
-    left_percent = []
-    for tip, key in enumerate(keys):
-        last_digit = channels.newtons_per_count[tip][tip] / stiffnesses[tip] * table.last_digits[key]
-        field = f"{table.source}: deflection of {report.tips[tip].name}"
-        line = line_through(field, travel + read_wrong, shown[:, tip] + flattened[:, tip], np.abs(last_digit), "1")
-        # The modulus of a print scatters, and the flattening is proportional to its power of two thirds.
-        by_modulus = 2.0 / 3.0 * report.design.process.E_scatter * float(np.ptp(flattened[:, tip]) / np.ptp(travel))
-        left_percent.append(100.0 * max(float(np.hypot(line.slope.error, by_modulus)), LEAST_ERROR))
-        # Springs count as off apart, by the root of their squares; the travel moves all of them.
-        by_travel = _STEEPEST * np.sqrt(len(keys)) * of_travel.slope.error
-        by_scale = _STEEPEST * np.sqrt(len(keys)) * (BOUNDED * abs(mean_ratio - 1.0))
-        causes = [0.01 * channels.gain_percent[tip], 0.01 * left_percent[tip], by_travel, by_scale]
-        # Within this bound it may lie anywhere (JCGM 100:2008, 4.3.7).
-        causes.append(BOUNDED * abs(ratios[tip] / mean_ratio - 1.0))
-        error = float(np.linalg.norm(causes))
-        springs.append(Estimate(float(stiffnesses[tip]), float(stiffnesses[tip]) * error, "N/mm"))
-    return springs, left_percent, lacks_of_fit
+    mean_ratio = float(ratios.mean())
+    # Springs count as off apart, by the root of their squares; travel and balance move all of them.
+    alike = _STEEPEST * np.sqrt(len(keys)) * np.hypot(of_travel.slope.error, BOUNDED * abs(mean_ratio - 1.0))
+    # Within the difference from the weights a spring lies anywhere (JCGM 100:2008, 4.3.7).
+    apart = BOUNDED * np.abs(ratios / mean_ratio - 1.0)
+    causes = [0.01 * np.array(channels.gain_percent), left, np.full(len(keys), alike), apart]
+    errors = K * np.linalg.norm(causes, axis=0)
+    return [
+        PressedSpring(Estimate(*spring, "N/mm"), 100.0 * rest, _lack_of_compliance(line, lack))
+        for spring, rest, line, lack in zip(
+            zip(K.tolist(), errors.tolist(), strict=True), left.tolist(), lines, channels.lacks_of_fit, strict=True
+        )
+    ]
 
 
-def _refuse_bad_row(table: MeasuredTable, deflection: Floats, force: Floats, key: str) -> None:
+def _refuse_bad_rows(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
     """Raise InputError, which names its line, for a row that does not fit the straight line of a channel."""
-    step = table.last_digits["travel"] * np.ptp(force) / np.ptp(deflection)
-    found = odd_row(deflection, force, step, float(np.ptp(force)))
-    if found is not None:
-        row = found.index
-        place = place_of(table.source, table.lines[row], key)
-        bound = f"about {found.expected:.4g} N, where the line of the other rows is"
-        hint = "check that all tips stand on the plate in that row, and its travel; or leave the row out"
-        raise validation_error(place, float(f"{force[row]:.4g}"), "N by its counts", bound, hint)
+    for line, force, key in zip(lines, forces.T, count_keys(len(lines)), strict=True):
+        found = line.odd_row(float(np.ptp(force)))
+        if found is not None:
+            place = place_of(table.source, table.lines[found.index], key)
+            bound = f"about {found.expected:.4g} N, where the line of the other rows is"
+            hint = "check that all tips stand on the plate in that row, and its travel; or leave the row out"
+            raise validation_error(place, float(f"{force[found.index]:.4g}"), "N by its counts", bound, hint)
 
 
-def _bends(table: MeasuredTable, deflections: Floats, forces: Floats, channels: ChannelCalibration) -> list[LackOfFit]:
-    """Return the lack of fit of each channel over its deflection [mm].
-
-    Raises InputError for a channel whose slope changes by more than a tenth: its tip touched late.
-    """
-    bends = []
-    for tip, key in enumerate(count_keys(forces.shape[1])):
-        stiffness = np.ptp(forces[:, tip]) / np.ptp(deflections[:, tip])
-        digit = channels.newtons_per_count[tip][tip] * table.last_digits[key]
-        bend = bend_of(deflections[:, tip], forces[:, tip], np.hypot(digit, stiffness * table.last_digits["travel"]))
-        if bend.excess > _MOST_BENT:
+def _refuse_bent(table: MeasuredTable, lines: Sequence[Line]) -> None:
+    """Raise InputError for a channel whose slope changes by more than a tenth: its tip touched late."""
+    for line, key in zip(lines, count_keys(len(lines)), strict=True):
+        if line.bend.excess > _MOST_BENT:
             field = f"{table.source}: change of the slope of {key} from the first row to the last"
             hint = "leave out the rows before all tips stand on the plate, and hold plate and sensor still"
-            raise validation_error(field, float(f"{bend.change:.3g}"), "", f"within +-{_MOST_BENT:g}", hint)
-        bends.append(bend.lack_of_fit)
-    return bends
+            raise validation_error(field, float(f"{line.bend.change:.3g}"), "", f"within +-{_MOST_BENT:g}", hint)
+
+
+def _lack_of_compliance(line: Line, of_force: LackOfFit) -> LackOfFit:
+    """Return the lack of fit of a compliance over the force, by the line of a force over its deflection.
+
+    `of_force` is the lack of fit of the force itself. What force and deflection share leaves the compliance right.
+    """
+    of_deflection = line.bend.lack_of_fit
+    per_N = of_deflection.per_x / line.slope.value
+    at_zero = of_deflection.at_zero - per_N * line.zero
+    return LackOfFit(at_zero=of_force.at_zero - at_zero, per_x=of_force.per_x - per_N)
 
 
 def _refuse_unlike(table: MeasuredTable, ratios: Floats, weighed: Sequence[Estimate], report: Report) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bad_tables import COUNTS_PER_N, FAULTS, GRAM, PlantedUnit, outcomes
 
-from instrument.calibrate.line_checks import bend_of, odd_row
+from instrument.calibrate.lines import fitted
 from sensor.quantity import InputError
 
 COUNTS = "tip,weight_g,deflection_mm,counts_l,counts_h\n"
@@ -112,16 +112,16 @@ def test_an_odd_row_is_that_off_the_line_of_the_others(rng):
     x = np.repeat(np.linspace(0.0, 1.0, 6), 2)
     digits = np.full(len(x), 1e-6)
     for _ in range(200):
-        assert odd_row(x, x + 0.003 * rng.normal(size=len(x)), digits, 1.0) is None
+        assert fitted(x, x + 0.003 * rng.normal(size=len(x)), digits).odd_row(1.0) is None
     shown = x + 1e-4 * rng.normal(size=len(x))
     for index in range(len(x)):
-        found = odd_row(x, shown + 0.05 * np.eye(len(x))[index], digits, 1.0)
+        found = fitted(x, shown + 0.05 * np.eye(len(x))[index], digits).odd_row(1.0)
         assert found is not None
         assert (found.index, found.expected) == (index, pytest.approx(x[index], abs=1e-3))
-    bend = bend_of(x, x + 0.1 * x**2 + 1e-5 * rng.normal(size=len(x)), digits)
+    bend = fitted(x, x + 0.1 * x**2 + 1e-5 * rng.normal(size=len(x)), digits).bend
     assert bend.change == pytest.approx(0.2 / 1.1, rel=0.02)
     assert bend.excess > 0.15
-    assert bend_of(x, shown, digits).excess < 0.01
+    assert fitted(x, shown, digits).bend.excess < 0.01
 
 
 def test_the_planted_unit_counts_its_forces(unit):

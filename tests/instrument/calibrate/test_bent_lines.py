@@ -7,8 +7,7 @@ import pytest
 from measured_units import elastic, read_press
 from scipy.special import stdtr, stdtrit
 
-from instrument.calibrate.line_checks import bend_of
-from instrument.calibrate.weighing import line_through
+from instrument.calibrate.lines import fitted
 from instrument.press.measuring import MeasuringUnit
 from solve.contact.poses import Pose
 
@@ -22,7 +21,7 @@ def test_lack_of_fit_is_that_of_a_line_through_a_parabola(rng):
         p0, p1, p2 = rng.normal(size=3) * (1.0, 0.0, 0.05) + (0.0, 1.0, 0.0)
         weights = np.sort(rng.uniform(0.0, 4.0, 9))
         press = rng.uniform(0.0, rng.uniform(0.5, 4.0), 20)
-        lack = bend_of(weights, p0 + p1 * weights + p2 * weights**2, np.zeros(9)).lack_of_fit
+        lack = fitted(weights, p0 + p1 * weights + p2 * weights**2, np.zeros(9)).bend.lack_of_fit
         of_weights, of_press = (np.polyfit(F, p0 + p1 * F + p2 * F**2, 1)[0] for F in (weights, press))
         middle = 0.5 * np.cov(press, press**2)[0, 1] / press.var(ddof=1)
         assert lack.at_zero + lack.per_x * middle == pytest.approx(of_press / of_weights - 1.0, abs=1e-9)
@@ -38,7 +37,7 @@ def test_straight_noisy_lines_keep_their_bars_as_often_as_student_says(count, rn
     told = 0
     for _ in range(draws):
         shown = x + 0.01 * rng.normal(size=count)
-        line = line_through("x", x, shown, np.zeros(count), "1")
+        line = fitted(x, shown, np.zeros(count))
         is_told = any(line.bend.lack_of_fit)
         told += is_told
         residuals = shown - np.polyval(np.polyfit(x, shown, 1), x)

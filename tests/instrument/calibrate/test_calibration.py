@@ -10,7 +10,6 @@ from stand_ins import default_housing
 from cad.parts.coupon import modulus_factor
 from instrument.calibrate.calibration import measured_print, modulus_of_coupon
 from instrument.calibrate.unit_table import level_press, unit_table
-from instrument.calibrate.weighing import weighed_springs
 from sensor.quantity import InputError
 from sensor.theory.leaf_spring import pair_length, pair_stiffness
 from solve.contact.poses import Pose
@@ -112,29 +111,32 @@ def test_level_forces_are_those_of_the_engine(mango, paper):
             assert level_press(measured.measuring(), E)[-1] == pytest.approx(expected, rel=near)
 
 
-def rows_of(path, report, text):
-    path.write_text("tip,weight_g,deflection_mm\n" + text, encoding="utf-8")
-    return measured_print(path, report)
-
-
-def test_dial_that_hides_the_scatter_widens_the_spring(paper, tmp_path):
-    """A dial of 0.1 mm shows 30 g and 60 g without scatter: the slope is as open as two rounded numbers leave it."""
-    rows = rows_of(tmp_path / "dial.csv", paper.report, "".join(f"low,{g},{0.01 * g:.1f}\n" for g in (0, 30, 60)))
-    ((low, _),) = weighed_springs(rows, "tip", ["low"])
-    assert low.value == pytest.approx(GRAM / 0.01)
-    spread = np.sqrt(2.0) * 30.0 * GRAM
-    assert low.relative == pytest.approx(0.1 / np.sqrt(12.0) / spread * low.value, rel=1e-6)
-
-
-def test_spring_of_few_rows_is_wider_by_student_s_t(paper, tmp_path):
-    """Residuals 1, -2, 1 um: three rows leave one degree of freedom, whose t is 12.71; 2 sigma hold 95 %."""
-    rows = rows_of(tmp_path / "few.csv", paper.report, "low,0,0.001000\nlow,50,0.498000\nlow,100,1.001000\n")
-    ((low, _),) = weighed_springs(rows, "tip", ["low"])
-    deviation = np.sqrt(6e-6) / (np.sqrt(2.0) * 50.0 * GRAM)
-    assert low.relative == pytest.approx(12.71 / 2.0 * deviation * low.value, rel=1e-4)
-
-
 TIPS = "tip,weight_g,deflection_mm\n"
+HIGH = "high,0,0.0004\nhigh,100,0.0426\nhigh,200,0.0851\nhigh,300,0.1277\n"
+
+
+def low_spring(calibrate, report, rows):
+    """Return the stiffness [N/mm] of the low spring and its relative error, by rows of weights [g] and deflections."""
+    table = TIPS + "".join(f"low,{row}\n" for row in rows) + HIGH
+    unit = calibrate(report, table).unit
+    return unit.stiffnesses[0], 0.01 * unit.K_percent[0]
+
+
+def test_dial_that_hides_the_scatter_widens_the_spring(paper, calibrate):
+    """A dial of 0.1 mm shows 30 g and 60 g without scatter: the slope is as open as two rounded numbers leave it."""
+    K, relative = low_spring(calibrate, paper.report, [f"{g},{0.01 * g:.1f}" for g in (0, 30, 60)])
+    assert pytest.approx(GRAM / 0.01) == K
+    spread = np.sqrt(2.0) * 30.0 * GRAM
+    assert relative == pytest.approx(0.1 / np.sqrt(12.0) / spread * K, rel=1e-6)
+
+
+def test_spring_of_few_rows_is_wider_by_student_s_t(paper, calibrate):
+    """Residuals 1, -2, 1 um: three rows leave one degree of freedom, whose t is 12.71; 2 sigma hold 95 %."""
+    K, relative = low_spring(calibrate, paper.report, ["0,0.001000", "50,0.498000", "100,1.001000"])
+    deviation = np.sqrt(6e-6) / (np.sqrt(2.0) * 50.0 * GRAM)
+    assert relative == pytest.approx(12.71 / 2.0 * deviation * K, rel=1e-4)
+
+
 BAD = {
     "one row each": (TIPS + "low,10,0.1\nhigh,10,0.1\n", ": compliance of low", 1),
     "one weight": (TIPS + "low,10,0.1\n" * 4, ": compliance of low", 4),

@@ -1,0 +1,212 @@
+"""Straight lines through what a column shows over a load: slope, zero, error, the bend, and the row that does not fit.
+
+**Lack of fit.** A channel that bends shows c = p0 + p1 F + p2 F^2 of a force F, and a deflection does likewise. The
+straight line through its weights has the slope s = cov(F, c) / var(F) = p1 + 2 p2 m, with the middle of the weights
+m = cov(F, F^2) / (2 var F). A press reads by co-moments with its instrument u, so it sees the slope p1 + 2 p2 m', with
+the middle of its samples m' = cov(u, F^2) / (2 cov(u, F)). One moment sees the chord from zero, where m' = F / 2. What
+is shown in a press is thus wrong by the fraction
+
+    e = k (m' - m),    k = 2 p2 / s,
+
+which is a straight line over m': its value at m' = 0, -k m, and its slope k determine it for any press. It is an error
+of known sign, which moves E by e times the slope of ln E over a gain or a compliance. It is not corrected, so its size
+adds to the half width (JCGM 100:2008, F.2.4.5).
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import stdtrit
+
+from sensor.arrays import Floats
+from sensor.quantity import COVERAGE, Estimate
+
+FEWEST = 3
+"""Points of a line whose scatter is known."""
+LEAST_SPAN = 1e-6
+"""[N] or [mm]: below, a table has one load or one travel."""
+ROUNDED = 12.0**-0.5
+"""Standard deviation of a rounded number, over its last digit (JCGM 100:2008, F.2.2.1)."""
+_LEVELS = 3  # of x, which a parabola needs
+_UNLIKELY = 1e-4  # probability by which some row of a table without a fault is farther from the line
+_LEAST_WIDTH = 0.1  # of the rows that draw a line, over the width of all
+_BEYOND_SCATTER = 3.0  # deviations: of straight lines a bend is found in three of a thousand
+_LEAST_RESIDUAL = 0.01  # of the span of a line: less moves a slope by less than its bar
+_TABULATED = 15  # degrees of freedom
+
+
+class LackOfFit(NamedTuple):
+    """The error of the slope of a straight line, over the slope [1], if it is bent: at x = 0, and per unit of x."""
+
+    at_zero: float
+    per_x: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bend:
+    """The change of a slope from the first point of a line to the last, over the slope [1], and its deviation.
+
+    `middle` is where the parabola has the slope of the straight line, `span` the distance of the first point from the
+    last. `scatter` is the standard deviation of what is shown about the parabola, wider for few points by Student's t.
+    """
+
+    change: float = 0.0
+    deviation: float = 0.0
+    middle: float = 0.0
+    span: float = 1.0
+    scatter: float = 0.0
+
+    @property
+    def excess(self) -> float:
+        """Return the part of the change [1] that scatter does not explain."""
+        return max(0.0, abs(self.change) - _BEYOND_SCATTER * self.deviation)
+
+    @property
+    def told_change(self) -> float:
+        """Return the change [1]; 0 if scatter explains it."""
+        return self.change if self.excess > 0.0 else 0.0
+
+    @property
+    def lack_of_fit(self) -> LackOfFit:
+        """Return the lack of fit of the straight line; none if scatter explains the bend."""
+        per_x = self.told_change / self.span
+        return LackOfFit(at_zero=0.0 - per_x * self.middle, per_x=per_x)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OddRow:
+    """The row, by its index, that the others contradict most, and what their line expects there.
+
+    `residual` is the distance from that line, of which `likely` is the largest that scatter explains.
+    """
+
+    index: int
+    expected: float
+    residual: float
+    likely: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """A straight line by least squares: its slope with one standard deviation, its value at x = 0, and its bend."""
+
+    slope: Estimate
+    zero: float
+    bend: Bend
+    suspect: OddRow | None
+
+    def odd_row(self, span: float) -> OddRow | None:
+        """Return the row that does not fit the line of the others; a residual counts from a hundredth of a span on."""
+        if self.suspect is None or self.suspect.residual <= max(self.suspect.likely, _LEAST_RESIDUAL * abs(span)):
+            return None
+        return self.suspect
+
+
+def student(freedom: int, holds: float = 0.975) -> float:
+    """Return the deviation below which Student's t lies with a probability, here at the upper end of 95 %."""
+    return float(stdtrit(freedom, holds))
+
+
+def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None = None) -> Line:
+    """Return the line of what is shown over x; a wrong zero does not move its slope.
+
+    There are at least `FEWEST` points, of two x. Three different `levels` determine a bend; without them they are x.
+    The scatter is about a parabola if the line is bent. Each number has, beside its scatter, the standard deviation of
+    its rounding to a last digit: the bar takes the finest one, and what is refused or found bent the coarsest one.
+    """
+    points = _Points.of(x, shown, last_digits)
+    bend = points.bend(len(set((x if levels is None else levels).tolist())))
+    freedom = len(x) - 2
+    scatter = _tabulated(freedom) / COVERAGE * float(np.linalg.norm(points.left)) / freedom**0.5
+    by_rounding = ROUNDED * float(last_digits.min())
+    error = float(np.hypot(bend.scatter if bend.excess else scatter, by_rounding)) / (points.width * points.span)
+    if bend.excess:
+        error = float(np.hypot(error, 0.5 * bend.deviation * points.slope))  # at either end of the line
+    slope = points.slope
+    zero = float(shown.mean() - slope * x.mean())
+    return Line(slope=Estimate(slope, error), zero=zero, bend=bend, suspect=points.suspect())
+
+
+def _tabulated(freedom: int) -> float:
+    """Return Student's t to the digits of printed tables, which end at 15 degrees of freedom."""
+    return round(student(freedom), 2) if freedom <= _TABULATED else COVERAGE
+
+
+class _Points(NamedTuple):
+    """Points of a line, and the QR decomposition of the columns 1, p and p^2 of its parabola, p = (x - mean) / span.
+
+    `along` are the components along the columns of Q of what is shown, less its mean. `left` are its residuals about
+    the straight line.
+    """
+
+    x: Floats
+    shown: Floats
+    last_digit: float
+    span: float
+    Q: Floats
+    R: Floats
+    along: Floats
+    left: Floats
+
+    @classmethod
+    def of(cls, x: Floats, shown: Floats, last_digits: Floats) -> "_Points":
+        """Return points with their decomposition."""
+        span = float(np.ptp(x))
+        part = (x - x.mean()) / span
+        Q, R = np.linalg.qr(np.column_stack([np.ones(len(x)), part, part**2]))
+        above = shown - shown.mean()
+        along = Q.T @ above
+        left = above - Q[:, :2] @ along[:2]
+        return cls(x, shown, float(last_digits.max()), span, Q, R, along, left)
+
+    @property
+    def width(self) -> float:
+        """Return the root of the sum of squares of x about its mean, over the span [1]."""
+        return abs(float(self.R[1, 1]))
+
+    @property
+    def slope(self) -> float:
+        """Return the slope of the straight line."""
+        return 0.0 + float(self.along[1] / self.R[1, 1]) / self.span  # a level line has 0, not -0
+
+    def bend(self, levels: int) -> Bend:
+        """Return the bend of the parabola; none of a level line, of three points, or of two levels of x."""
+        freedom = len(self.x) - 3
+        over_span = self.slope * self.span
+        if freedom < 1 or levels < _LEVELS or over_span == 0.0:
+            return Bend()
+        squares = float(np.sum((self.left - self.along[2] * self.Q[:, 2]) ** 2)) / freedom
+        rounding = ROUNDED * self.last_digit
+        deviation = float(np.sqrt(squares + rounding**2) / abs(self.R[2, 2]))
+        wider = student(freedom) / COVERAGE
+        return Bend(
+            change=2.0 * float(self.along[2] / self.R[2, 2]) / over_span,
+            deviation=2.0 * wider * deviation / abs(over_span),
+            middle=float(self.x.mean() + 0.5 * self.R[1, 2] / self.R[1, 1] * self.span),
+            span=self.span,
+            scatter=wider * squares**0.5,
+        )
+
+    def suspect(self) -> OddRow | None:
+        """Return the row without which the others scatter least; none if too few others draw a line.
+
+        By leverages: R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.2.
+        """
+        freedom = len(self.x) - 3  # of a line through the others
+        drawn = [float(np.ptp(np.delete(self.x, row))) >= _LEAST_WIDTH * self.span for row in range(len(self.x))]
+        if freedom < 1 or not any(drawn):
+            return None
+        apart = np.where(drawn, 1.0 - np.sum(self.Q[:, :2] ** 2, axis=1), 1.0)
+        residuals = self.left / apart  # about the line of the others
+        removed = self.left * residuals  # from the sum of squares, without each row
+        index = int(np.argmax(np.where(drawn, removed, -1.0)))
+        squares = max(0.0, float(self.left @ self.left - removed[index])) / freedom
+        # Any of the rows may be the suspect, so the probability is shared by all.
+        wider = student(freedom, 1.0 - 0.5 * _UNLIKELY / len(self.x)) / float(apart[index]) ** 0.5
+        return OddRow(
+            index=index,
+            expected=float(self.shown[index] - residuals[index]),
+            residual=abs(float(residuals[index])),
+            likely=wider * float(np.sqrt(squares + (ROUNDED * self.last_digit) ** 2)),
+        )

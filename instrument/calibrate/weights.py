@@ -1,0 +1,218 @@
+"""Weights on one tip after the other: straight lines through what each column shows give springs and channels."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from instrument.calibrate.lines import FEWEST, LEAST_SPAN, LackOfFit, Line, fitted
+from instrument.press.signals import count_keys
+from pipeline.report.report import Report
+from pipeline.tables.files import place_of
+from pipeline.tables.measured_table import MeasuredTable
+from sensor.arrays import Floats
+from sensor.quantity import BOUNDED, COVERAGE, Estimate, validation_error
+
+LEAST_ERROR = 1e-4
+"""Of a stiffness: no dial and no weight is better."""
+USUAL_SATURATION = 2**23 - 1
+"""The largest count of a converter of 24 bits."""
+DEFLECTION = "deflection"
+_LEAST_COMPLIANCE = 1e-6  # [mm/N] of a spring: below, nothing moved
+_WORST_CONDITION = 100.0  # of gains, each over its own channel's: beyond it channels do not tell the tips apart
+
+Lines = Mapping[tuple[str, str], Line]
+"""The line of each column over the weights on each tip, or on each leaf of a coupon, by both names."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelCalibration:
+    """The channels as weights show them, in the order of the tips.
+
+    `counts_per_N` (channels, tips) are slopes, `gain_percent` the standard deviation of the force of each tip.
+    `bend_percent` is the change of the slope of each channel from no weight to the largest, 0 if scatter explains it;
+    `lacks_of_fit` are the errors that it causes. `crosstalk_percent` is the largest slope of a channel over a tip that
+    is not its own, over its own one. `hysteresis_percent` is the largest distance between readings of one weight.
+    `drift_percent` is the distance of the last reading without weight from the first. Both are relative to the counts
+    of the largest weight.
+    """
+
+    counts_per_N: Floats
+    zero_counts: Floats
+    saturation: int
+    gain_percent: tuple[float, ...]
+    lacks_of_fit: tuple[LackOfFit, ...]
+    bend_percent: tuple[float, ...]
+    crosstalk_percent: tuple[float, ...]
+    hysteresis_percent: tuple[float, ...]
+    drift_percent: tuple[float, ...]
+
+    @property
+    def newtons_per_count(self) -> tuple[tuple[float, ...], ...]:
+        """Return the matrix from counts above tare to forces [N], (tips, channels)."""
+        return tuple(map(tuple, np.linalg.inv(self.counts_per_N).tolist()))
+
+
+def saturation_of(report: Report) -> int:
+    """Return the largest count of the converter of a design, of 24 bits if it has no read-out."""
+    signal = report.read_out.signal
+    return USUAL_SATURATION if signal is None else signal.saturation_counts
+
+
+def counts_of(table: MeasuredTable, keys: Sequence[str]) -> Floats:
+    """Return the counts of all channels, (rows, channels)."""
+    return np.column_stack([table.numbers[key] for key in keys])
+
+
+def weighed_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[str], forces: Floats) -> Lines:
+    """Return the lines of the deflection and of other columns over the weights on each name.
+
+    `forces` [N] are those of the rows as of one time, as `Weighing` has them. Raises InputError for an unknown name,
+    for one without at least three rows of two weights, for a deflection that does not fit, and for a spring that its
+    deflection does not show.
+    """
+    ((column, weighed),) = table.texts.items()
+    for line, name in zip(table.lines, weighed, strict=True):
+        if name not in names:
+            place = place_of(table.source, line, column)
+            raise validation_error(place, name, "", f"one of {', '.join(names)}", "take the names in report.json")
+    lines = {}
+    for name in names:
+        rows = _rows_of(table, name)
+        loads = table.numbers["force"][rows]
+        _refuse_few_weights(table, name, loads)
+        for shown in (DEFLECTION, *columns):
+            digits = table.last_digits[shown][rows]
+            lines[name, shown] = fitted(forces[rows], table.numbers[shown][rows], digits, levels=loads)
+        _refuse_bad_deflection(table, name, lines[name, DEFLECTION])
+    return lines
+
+
+def spring_of(deflection: Line) -> Estimate:
+    """Return the stiffness [N/mm] by the line of a deflection [mm] over forces [N], with its standard deviation."""
+    K = 1.0 / deflection.slope.value
+    return Estimate(K, max(deflection.slope.relative, LEAST_ERROR) * K, "N/mm")
+
+
+def weighed_channels(table: MeasuredTable, report: Report, lines: Lines, forces: Floats) -> ChannelCalibration | None:
+    """Return the channels of a table of weights, tare first; None if it has no counts.
+
+    `forces` are as in `weighed_lines`. Raises InputError for a tip whose first row has a weight, for a row that does
+    not fit, and for channels that do not tell the tips apart.
+    """
+    names = [tip.name for tip in report.tips]
+    keys = count_keys(len(names))
+    if keys[0] not in table.numbers:
+        return None
+    _refuse_bad_channels(table, names, keys, lines)
+    own_lines = [lines[own] for own in zip(names, keys, strict=True)]
+    counts_per_N = np.array([[lines[name, key].slope.value for name in names] for key in keys])
+    hysteresis, drift = [], []
+    for name, key, line in zip(names, keys, own_lines, strict=True):
+        rows = _rows_of(table, name)
+        loads = table.numbers["force"][rows]
+        shown = table.numbers[key][rows] - line.slope.value * (forces[rows] - loads)  # as of one time
+        full_percent = 100.0 / (abs(line.slope.value) * float(np.ptp(loads)))
+        without = shown[loads == 0.0]
+        hysteresis.append(full_percent * max(float(np.ptp(shown[loads == load])) for load in set(loads.tolist())))
+        drift.append(full_percent * float(without[-1] - without[0]))
+    gains = zip(own_lines, hysteresis, strict=True)
+    return ChannelCalibration(
+        counts_per_N=counts_per_N,
+        zero_counts=counts_of(table, keys)[table.numbers["force"] == 0.0].mean(axis=0),
+        saturation=saturation_of(report),
+        # A channel that comes back otherwise lies anywhere within its width (JCGM 100:2008, 4.3.7).
+        gain_percent=tuple(math.hypot(line.slope.percent, BOUNDED * 0.5 * width) for line, width in gains),
+        lacks_of_fit=tuple(line.bend.lack_of_fit for line in own_lines),
+        bend_percent=tuple(100.0 * line.bend.told_change for line in own_lines),
+        crosstalk_percent=_crosstalk_percent(table, names, keys, counts_per_N),
+        hysteresis_percent=tuple(hysteresis),
+        drift_percent=tuple(drift),
+    )
+
+
+def _rows_of(table: MeasuredTable, name: str) -> NDArray[np.intp]:
+    """Return the indices of the rows of a table that have a weight on a name."""
+    (weighed,) = table.texts.values()
+    return np.flatnonzero(np.array(weighed) == name)
+
+
+def _refuse_few_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
+    """Raise InputError for few loads [N], and for loads of one weight, which cannot tell zero from slope."""
+    weights = len(set(loads.tolist()))
+    if len(loads) < FEWEST or weights == 1 or not np.ptp(loads) > LEAST_SPAN:
+        within = np.ptp(loads) if weights else 0.0
+        unit = f"rows, of {weights} different weights within {within:.2g} N"
+        bound = f"at least {FEWEST}, of 2 weights; one weight cannot tell a wrong zero from a wrong slope"
+        field = f"{table.source}: compliance of {name}"
+        raise validation_error(field, len(loads), unit, bound, "add a row without weight")
+
+
+def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
+    """Raise InputError for a row that does not fit the line of a deflection, and for a line that shows no spring."""
+    span = float(np.ptp(table.numbers[DEFLECTION][_rows_of(table, name)]))
+    _refuse_odd_row(table, name, DEFLECTION, line, span)  # first: one wrong row spoils the line of all
+    field = f"{table.source}: compliance of {name}"
+    compliance = line.slope
+    if not compliance.value > _LEAST_COMPLIANCE:
+        hint = "swap columns, turn the sign, or mend a unit"
+        raise validation_error(field, compliance.value, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
+    if compliance.error > compliance.value:
+        bound = f"known to 200 %, not ± {COVERAGE * compliance.error:.2g} mm/N"
+        raise validation_error(field, compliance.value, "mm/N", bound, "weigh again")
+
+
+def _refuse_odd_row(table: MeasuredTable, name: str, column: str, line: Line, span: float) -> None:
+    """Raise InputError, which names its line, for a row that does not fit the straight line of the others."""
+    found = line.odd_row(span)
+    if found is not None:
+        row = int(_rows_of(table, name)[found.index])
+        place = place_of(table.source, table.lines[row], column)
+        unit = "mm" if column == DEFLECTION else "counts"
+        bound = f"about {found.expected:.6g}, where the line of the other rows is"
+        hint = "measure that row again, or leave it out"
+        raise validation_error(place, float(table.numbers[column][row]), unit, bound, hint)
+
+
+def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[str], lines: Lines) -> None:
+    """Raise InputError for a missing tare, a row that does not fit, and a channel that does not know its own tip."""
+    spans = {}
+    for name, key in zip(names, keys, strict=True):
+        rows = _rows_of(table, name)
+        loads = table.numbers["force"][rows]
+        if loads[0] != 0.0:
+            place = place_of(table.source, table.lines[int(rows[0])], "tip")
+            raise validation_error(place, float(loads[0]), "N", "0 in the first row of a tip", "tare first")
+        slope = lines[name, key].slope
+        spans[key] = float(slope.value * np.ptp(loads))
+        _refuse_odd_row(table, name, key, lines[name, key], float(np.ptp(table.numbers[key][rows])))
+        if not COVERAGE * slope.error < abs(slope.value):
+            field = f"{table.source}: {key} over the weight on {name}"
+            bound = f"known to 100 %, not ± {COVERAGE * slope.error:.2g} counts/N"
+            raise validation_error(field, slope.value, "counts/N", bound, "check the channel and its wires")
+    # A channel shows little of another tip: its rows are judged over the span of its own tip.
+    for name in names:
+        for key in keys:
+            _refuse_odd_row(table, name, key, lines[name, key], spans[key])
+
+
+def _crosstalk_percent(
+    table: MeasuredTable, names: Sequence[str], keys: Sequence[str], counts_per_N: Floats
+) -> tuple[float, ...]:
+    """Return the largest slope of each channel over another tip, over its own one [%].
+
+    Raises InputError for channels that do not tell the tips apart.
+    """
+    relative = counts_per_N / np.diag(counts_per_N)[:, None]
+    others = np.abs(relative - np.eye(len(names))).max(axis=1)
+    if not others.max() < 1.0:
+        channel = int(others.argmax())
+        field = f"{table.source}: largest counts/N of {keys[channel]} by another tip, over that of {names[channel]}"
+        bound = "below 1: each channel responds most to its own tip"
+        raise validation_error(field, float(f"{others[channel]:.4g}"), "", bound, "check order and wires")
+    if not np.linalg.cond(relative) < _WORST_CONDITION:
+        bound = "a table in which each channel responds most to its own tip"
+        raise validation_error(table.source, float(np.linalg.cond(relative)), "", bound, "check order and wires")
+    return tuple((100.0 * others).tolist())
