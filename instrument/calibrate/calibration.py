@@ -135,14 +135,13 @@ def calibrate_unit(
     """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighed = weighing(table, report, after_s)
-    table = weighed.table
     names = [tip.name for tip in report.tips]
     counts = [key for key in count_keys(len(names)) if key in table.numbers]
-    lines = weighed_lines(table, names, counts, table.numbers["force"])
+    lines = weighed_lines(table, names, counts, weighed.forces)
     deflections = [lines[name, DEFLECTION] for name in names]
     springs = [spring_of(line) for line in deflections]
     _refuse_unlike_design(table, springs, as_designed)
-    channels = weighed_channels(table, report, lines, table.numbers["force"])
+    channels = weighed_channels(table, report, lines, weighed.forces)
     unit = unit_of(
         report,
         stiffnesses=[spring.value for spring in springs],

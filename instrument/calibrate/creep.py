@@ -1,8 +1,9 @@
-"""Weights that were read some time after they were hung: the creep of a unit, and readings as of one time.
+"""Weights that were read some time after they were hung: the creep of a unit, and forces as of one time.
 
-Springs that creep sink by d = zero + C F (t / t0)^n under a weight F that has hung for t. Readings of one weight at
-several times tell n, for the dial and for the counts of each tip. The method is Gauss-Newton on d over F (t / t0)^n and
-its slope over n. All springs of a print have one n, the mean of what they tell.
+Springs that creep sink by d = zero + C F (t / t0)^n under a weight F that has hung for t. So F (t / t0)^n is the force
+that shows as much after t0, over which the readings lie on a straight line. Readings of one weight at several times
+determine n, for the dial and for the counts of each tip. The method is Gauss-Newton on d over F (t / t0)^n and its
+slope over n. All springs of a print have one n, the mean of what their columns show.
 """
 
 import math
@@ -16,7 +17,7 @@ from instrument.press.signals import count_keys
 from pipeline.report.report import Report
 from pipeline.tables.files import place_of
 from pipeline.tables.measured_table import MeasuredTable
-from sensor.arrays import Flags, Floats
+from sensor.arrays import Floats
 from sensor.design.reading import WEIGHED_AFTER_S
 from sensor.quantity import COVERAGE, Estimate, validation_error
 from sensor.theory.creep import CreepLaw
@@ -35,12 +36,13 @@ An assumption: how much prints differ is halved, for the slope over the logarith
 
 @dataclass(frozen=True, kw_only=True)
 class Weighing:
-    """A table of weights as if all had been read `after_s` [s] after they were hung, and the creep of the unit.
+    """The weights of a table as if all had been read `after_s` [s] after they were hung, and the creep of the unit.
 
-    `own` says whether the table told that creep; else it is that of the process.
+    `forces` [N] are those that show as much at that time as each row does at its own, (rows,). `own` says whether the
+    table determined the creep; else it is that of the process.
     """
 
-    table: MeasuredTable
+    forces: Floats
     after_s: float
     creep: CreepLaw
     own: bool
@@ -53,16 +55,17 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
     Raises InputError for times that are none, for both of them, and for a compliance that falls with time.
     """
     creep = report.creep
+    forces = table.numbers["force"]
     if "t" not in table.numbers:
         after = WEIGHED_AFTER_S if after_s is None else after_s
-        return Weighing(table=table, after_s=after, creep=creep, own=False)
+        return Weighing(forces=forces, after_s=after, creep=creep, own=False)
     if after_s is not None:
         bound = "left out beside a column t_s, which has the times"
         raise validation_error("--after", after_s, "s", bound, "give one of both")
     refuse_bad_times(table)
-    loaded = table.numbers["force"] != 0.0
+    loaded = forces != 0.0
     if not loaded.any():
-        return Weighing(table=table, after_s=WEIGHED_AFTER_S, creep=creep, own=False)
+        return Weighing(forces=forces, after_s=WEIGHED_AFTER_S, creep=creep, own=False)
     after = float(np.exp(np.log(table.numbers["t"][loaded]).mean()))
     own = None if report.design.process.is_metal else _own_creep(table, report, after)
     note = ""
@@ -73,8 +76,8 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
             own = None
         else:
             creep = replace(own, error=math.hypot(own.error, _UNSEEN * creep.error))
-    at_one_time = _as_read_at(table, report, after, creep.exponent)
-    return Weighing(table=at_one_time, after_s=after, creep=creep, own=own is not None, note=note)
+    at_one_time = forces * (table.numbers["t"] / after) ** creep.exponent
+    return Weighing(forces=at_one_time, after_s=after, creep=creep, own=own is not None, note=note)
 
 
 def refuse_bad_times(table: MeasuredTable) -> None:
@@ -153,24 +156,3 @@ def _exponent(forces: Floats, since: Floats, shown: Floats, rounding: Floats) ->
         deviation = float(np.linalg.norm(inverse[2] * np.sqrt(scatter + rounding**2)) / abs(compliance))
         exponent = float(np.clip(exponent + slope / compliance, -1.0, 1.0))
     return Estimate(exponent, deviation)
-
-
-def _as_read_at(table: MeasuredTable, report: Report, after: float, exponent: float) -> MeasuredTable:
-    """Return a table whose deflections and counts are those of one time [s], by creep of an exponent [1]."""
-    tips = np.array(table.texts["tip"])
-    forces, times = table.numbers["force"], table.numbers["t"]
-    grown = forces * (times / after) ** exponent
-    numbers = dict(table.numbers)
-    for column in ("deflection", *count_keys(len(report.tips))):
-        if column in numbers:
-            shown = numbers[column].copy()
-            for name in set(tips.tolist()):
-                rows = tips == name
-                shown[rows] -= _slope(grown, shown, rows) * (grown - forces)[rows]
-            numbers[column] = shown
-    return replace(table, numbers=numbers)
-
-
-def _slope(forces: Floats, shown: Floats, rows: Flags) -> float:
-    """Return the slope of what some rows show over forces [N]; 0 where they have one force alone."""
-    return float(np.polyfit(forces[rows], shown[rows], 1)[0]) if np.ptp(forces[rows]) > 0.0 else 0.0

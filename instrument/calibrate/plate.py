@@ -105,10 +105,12 @@ def pressed_springs(
     causes = [0.01 * np.array(channels.gain_percent), left, np.full(len(keys), alike), apart]
     errors = K * np.linalg.norm(causes, axis=0)
     return [
-        PressedSpring(Estimate(*spring, "N/mm"), 100.0 * rest, _lack_of_compliance(line, lack))
-        for spring, rest, line, lack in zip(
-            zip(K.tolist(), errors.tolist(), strict=True), left.tolist(), lines, channels.lacks_of_fit, strict=True
+        PressedSpring(
+            K=Estimate(float(K[tip]), float(errors[tip]), "N/mm"),
+            left_percent=100.0 * float(left[tip]),
+            lack_of_fit=_lack_of_compliance(lines[tip], channels.lacks_of_fit[tip]),
         )
+        for tip in range(len(keys))
     ]
 
 

@@ -161,6 +161,18 @@ def test_a_dead_channel_and_a_spring_that_stays_are_named_beside_times(paper, ca
         assert name in caught.value.field
 
 
+@pytest.mark.parametrize(("line", "column", "name"), [(8, 3, "deflection"), (11, 4, "counts_l")])
+def test_a_row_that_does_not_fit_is_named_with_its_number_as_written(line, column, name, paper, calibrate, tmp_path):
+    lines = table(paper, 0.025, counts=True).splitlines()
+    cells = lines[line - 1].split(",")
+    cells[column] = "7"
+    lines[line - 1] = ",".join(cells)
+    with pytest.raises(InputError) as caught:
+        calibrate(paper.report, "\n".join(lines))
+    assert caught.value.field == f"{tmp_path / 'measured.csv'}, line {line}, column {name!r}"
+    assert caught.value.value == 7.0
+
+
 def test_unit_of_an_earlier_version_creeps_as_its_process(paper, calibrate, tmp_path):
     unit = calibrate(paper.report, table(paper, 0.03)).unit
     path = tmp_path / "unit.toml"
