@@ -1,4 +1,4 @@
-"""Write design-file.md, words.md and the tables of report-json.md from the program's own data.
+"""Write design-file.md, words.md and the tables of keys in other pages from the program's own data.
 
 `python docs/pages.py` writes them. The meaning of a key stands beside its field.
 """
@@ -14,6 +14,7 @@ DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS.parent))
 
 
+from instrument.press.fruit_reading import FruitReading  # noqa: E402
 from pipeline.report.explain.entries import entries  # noqa: E402
 from pipeline.report.keys import report_keys  # noqa: E402
 from sensor.design.design_file import TABLE_TYPES  # noqa: E402
@@ -259,6 +260,26 @@ def key_table(found: re.Match[str]) -> str:
     return f"{found[1]}{table(('key', 'unit', 'meaning'), rows)}\n"
 
 
+_ANSWER = re.compile(r"(<!-- answer: (\w+) -->\n)(?:\|.*\n)*")
+ANSWERS = {"read": FruitReading}
+"""The records that commands print, by the name of the command."""
+
+
+def page_on_reading() -> str:
+    """Return the page on readings with the table of their keys."""
+    return _ANSWER.sub(answer_table, (DOCS / "read-a-fruit.md").read_text(encoding="utf-8"))
+
+
+def answer_table(found: re.Match[str]) -> str:
+    """Return the comment of a table with the keys of the answer that it names."""
+    rows = []
+    for item in dataclasses.fields(ANSWERS[found[2]]):
+        key = item.metadata.get("key", item.name)
+        name = key if "inline" in item.metadata else f"`{key}`"
+        rows.append((name, item.metadata["unit"], item.metadata["meaning"]))
+    return f"{found[1]}{table(('key of `--json`', 'unit', 'meaning'), rows)}\n"
+
+
 def first_sentence(text: str) -> str:
     """Return a text up to the end of its first sentence or question."""
     return re.split(r"(?<=[.?]) ", text, maxsplit=1)[0]
@@ -268,6 +289,7 @@ PAGES = {
     "design-file.md": design_page,
     "words.md": words_page,
     "report-json.md": report_page,
+    "read-a-fruit.md": page_on_reading,
 }
 
 

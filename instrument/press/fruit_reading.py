@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from instrument.press.measuring import MeasuringUnit
 from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
-from sensor.quantity import BOUNDED, COVERAGE, Estimate
+from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, with_bar
 
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
 IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise", "too_fast")
@@ -17,48 +17,181 @@ UNCERTAIN = 0.5
 ZERO_AFTER_S = 1.0
 """Time after the lift of a press at which the zero that it leaves is told [s]."""
 
+FEELS_AS_TOUCH = 0.5
+"""Of the least force of a touch: a smaller zero that a press leaves is told as data only."""
+
+
+def _tilt_text(reading: "FruitReading") -> str:
+    """Return how the sensor stood on the skin, and where to if the layout shows it."""
+    towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
+    return f"tilt {reading.tilt:.2g} deg{towards}"
+
+
+def _zero_text(reading: "FruitReading") -> str:
+    """Return the zero that a press leaves, if it may be taken for a touch."""
+    if (reading.zero_left_of_touch or 0.0) <= FEELS_AS_TOUCH:
+        return ""
+    left = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
+    return f"leaves a zero of up to {left} {ZERO_AFTER_S:g} s after its lift"
+
+
+def _firmness_text(firmness: Estimate) -> str:
+    """Return what another instrument would show, with the half width that holds 95 % of fruit."""
+    value = with_bar(firmness.value, COVERAGE * firmness.error, firmness.unit, in_percent=True)
+    return f"firmness {value} (95 %)"
+
+
+def _flags_text(reading: "FruitReading") -> str:
+    """Return the flags, and what one of them means for E."""
+    hardly = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
+    return f"flags: {', '.join(reading.flags)}{hardly}"
+
+
+def _noise_data(reading: "FruitReading") -> Plain:
+    """Return the part of the half width that is due to noise, and the rest [%]."""
+    parts = {"u_noise_percent": reading.noise, "u_left_percent": reading.left}
+    return {key: None if part is None else 100.0 * part for key, part in parts.items()}
+
+
+def _firmness_data(firmness: Estimate) -> Plain:
+    """Return what another instrument would show, under a key with its unit."""
+    return {f"firmness_{firmness.unit}": firmness.value, "firmness_u_percent": COVERAGE * firmness.percent}
+
 
 @dataclass(frozen=True, kw_only=True)
 class FruitReading:
-    """What forces tell of a fruit: E and E / (1 - nu^2) [MPa] with the half width `u` [1] that holds 95 %.
+    """What forces tell of a fruit: E [MPa] and its half width `u` [1], both None if they tell no modulus.
 
-    All are None where the forces tell no modulus. `tilt` and `direction` [deg] are how the sensor stood on the skin,
-    None where the layout does not tell. `others` are moduli [MPa] by other read-outs of the same forces. `t` [s] is the
-    time of the reading in a signal. `relaxation` [1] is the apparent modulus late in the hold over that at its start,
-    None where the flesh is not said to relax. `firmness` is what another instrument would show of this fruit [N or
-    MPa], with its standard uncertainty, where the unit has that instrument's scale. `samples` is how many of a press
-    were weighed. `noise` [1] is the part of `u` that falls with their number, None where it is not told apart. `bend`
-    [1] is what `u` holds for lines of the calibration that are bent.
-
-    `offset` [mm] is by how much the high tips stand nearer to the skin than the low ones, beyond what design and
-    calibration say. `offset_u` [mm] is the half width that holds 95 %. A press of a line or a square tells them.
-
-    `lines_left_out` are those of samples of the signal that contradict their press, at most some of them.
-
-    `zero_left` [N] is the most that springs which creep show a second after the lift. It is of the tip where it is the
-    largest fraction of the least force of a touch, and `zero_left_of_touch` is that fraction [1]. Both are None where
-    springs show none.
+    Each field is a key of the answer; fractions [1] are told in per cent. `others` are moduli [MPa] by other read-outs
+    of the same forces. `noise` is None if it is unknown, `firmness` if the unit has no scale. `zero_left` is that of
+    the tip where it is the largest fraction of the least force of a touch.
     """
 
-    E: float | None = None
-    reduced: float | None = None
-    u: float | None = None
-    tilt: float | None = None
-    direction: float | None = None
-    flags: tuple[str, ...] = ()
-    ripeness: str | None = None
-    t: float | None = None
-    samples: int | None = None
-    noise: float | None = None
-    bend: float = 0.0
-    offset: float | None = None
-    offset_u: float | None = None
-    lines_left_out: tuple[int, ...] = ()
-    others: dict[str, float] = field(default_factory=dict)
-    relaxation: float | None = None
-    firmness: Estimate | None = None
-    zero_left: float | None = None
-    zero_left_of_touch: float | None = None
+    t: float | None = report_field(
+        "s",
+        "time of the deepest sample of a press",
+        key="t_s",
+        left_out=True,
+        default=None,
+        line=lambda it: f"t {it.t:.3f} s",
+    )
+    samples: int | None = report_field("1", "how many samples of the press count in E", left_out="t", default=None)
+    noise: float | None = report_field(
+        "%",
+        "the part of `u_percent` due to noise, which falls with the samples, and the rest; their squares add",
+        key="`u_noise_percent`, `u_left_percent`",
+        inline=_noise_data,
+        left_out="t",
+        default=None,
+        line=lambda it: f"of it noise {100.0 * it.noise:.2g} % over {it.samples} samples",
+    )
+    bend: float = report_field(
+        "%",
+        "the part of `u_percent` that is added for [lines that bend](#lines-that-bend); left out where none does",
+        key="u_bend_percent",
+        times=100.0,
+        left_out=True,
+        default=0.0,
+        line=lambda it: f"of it {100.0 * it.bend:.2g} % by bent channels and springs",
+    )
+    E: float | None = report_field(
+        "MPa",
+        "the modulus at the Poisson's ratio of the design; between 0.3 and 0.45 it moves E by 14 %",
+        key="E_MPa",
+        default=None,
+        line=lambda it: f"E {with_bar(it.E, it.u * it.E, 'MPa', in_percent=True)} (95 %)",
+        absent="no modulus",
+    )
+    reduced: float | None = report_field(
+        "MPa",
+        "the modulus that the forces depend on, whatever Poisson's ratio is",
+        key="E_over_1_minus_nu2_MPa",
+        default=None,
+        line=lambda it: f"E/(1 - nu^2) {it.reduced:.4g} MPa",
+    )
+    u: float | None = report_field(
+        "%",
+        "half width that holds the true E in 95 of 100 readings; the same percentage holds for E/(1 - nu^2)",
+        key="u_percent",
+        times=100.0,
+        default=None,
+    )
+    tilt: float | None = report_field(
+        "deg",
+        "how the sensor stood on the skin; of a line and a pair the tilt along the tips only",
+        key="tilt_deg",
+        default=None,
+        line=_tilt_text,
+    )
+    direction: float | None = report_field(
+        "deg", "where its lower side points, from +x towards +y", key="tilt_direction_deg", default=None
+    )
+    offset: float | None = report_field(
+        "mm",
+        "of a press by a square or a line: by how much the high tips stand nearer to the skin than the low ones, "
+        "beyond the design. A saddle of the skin does this, or heights that are off",
+        key="offset_mm",
+        left_out=True,
+        default=None,
+        line=lambda it: f"high tips nearer to the skin by {with_bar(it.offset, it.offset_u, 'mm')}",
+    )
+    offset_u: float | None = report_field(
+        "mm", "half width of `offset_mm` at 95 %", key="offset_u_mm", left_out=True, default=None
+    )
+    flags: tuple[str, ...] = report_field(
+        "", "what speaks against the reading, in the next table", default=(), line=_flags_text
+    )
+    lines_left_out: tuple[int, ...] = report_field(
+        "",
+        "lines of the file whose samples contradict their press and do not count",
+        left_out=True,
+        default=(),
+        line=lambda it: f"left out line {', '.join(map(str, it.lines_left_out))}",
+    )
+    ripeness: str | None = report_field(
+        "",
+        "ripeness, by `--classes` or by the unit; limits are moduli [MPa]",
+        key="class",
+        default=None,
+        line=lambda it: f"class {it.ripeness}",
+    )
+    firmness: Estimate | None = report_field(
+        "N or MPa, %",
+        "the number of the other instrument, by the scale of the unit, and the half width that holds 95 % of fruit",
+        key="`firmness_N` or `firmness_MPa`, `firmness_u_percent`",
+        inline=lambda it: _firmness_data(it.firmness),
+        left_out=True,
+        default=None,
+        line=lambda it: _firmness_text(it.firmness),
+    )
+    others: dict[str, float] = report_field(
+        "MPa",
+        "[another way to read a pair](#which-modulus-of-a-pair), or the modulus at the moment of the reading of "
+        "[flesh that relaxes](#flesh-that-relaxes)",
+        key="`E_force_ratio_MPa`, `E_apparent_MPa`",
+        inline=lambda it: {f"E_{name}_MPa": E for name, E in it.others.items()},
+        default_factory=dict,
+        line=lambda it: "  ".join(f"by {name.replace('_', ' ')} {E:.4g} MPa" for name, E in it.others.items()),
+    )
+    relaxation: float | None = report_field(
+        "1",
+        "of [flesh that relaxes](#flesh-that-relaxes): the apparent modulus late in the hold over that at its start",
+        key="relaxation_ratio",
+        left_out=True,
+        default=None,
+        line=lambda it: f"relaxes to {it.relaxation:.3g}",
+    )
+    zero_left: float | None = report_field(
+        "N",
+        "of springs that creep: the largest force that a tip shows a second after the lift",
+        key="zero_left_N",
+        left_out=True,
+        default=None,
+        line=_zero_text,
+    )
+    zero_left_of_touch: float | None = report_field(
+        "1", "`zero_left_N` divided by the least force of a touch", left_out=True, default=None
+    )
 
     def with_flag(self, flag: str) -> "FruitReading":
         """Return this reading with one flag more."""
@@ -95,44 +228,11 @@ class FruitReading:
         return math.sqrt(max(self.u**2 - self.noise**2, 0.0))
 
 
-def reading_as_mapping(reading: FruitReading) -> Plain:
-    """Return a reading as JSON data, keys with their unit."""
-    of_press: Plain = {}
-    if reading.t is not None:
-        of_press = {
-            "t_s": reading.t,
-            "samples": reading.samples,
-            "u_noise_percent": None if reading.noise is None else 100.0 * reading.noise,
-            "u_left_percent": None if reading.left is None else 100.0 * reading.left,
-        }
-    if reading.bend:
-        of_press = {**of_press, "u_bend_percent": 100.0 * reading.bend}
-    offset: Plain = {}
-    if reading.offset is not None:
-        offset = {"offset_mm": reading.offset, "offset_u_mm": reading.offset_u}
-    zero: Plain = {}
-    if reading.zero_left is not None:
-        zero = {"zero_left_N": reading.zero_left, "zero_left_of_touch": reading.zero_left_of_touch}
-    firmness: Plain = {}
-    if reading.firmness is not None:
-        firmness[f"firmness_{reading.firmness.unit}"] = reading.firmness.value
-        firmness["firmness_u_percent"] = COVERAGE * reading.firmness.percent
-    return {
-        **of_press,
-        "E_MPa": reading.E,
-        "E_over_1_minus_nu2_MPa": reading.reduced,
-        "u_percent": None if reading.u is None else 100.0 * reading.u,
-        "tilt_deg": reading.tilt,
-        "tilt_direction_deg": reading.direction,
-        **offset,
-        "flags": list(reading.flags),
-        **({"lines_left_out": list(reading.lines_left_out)} if reading.lines_left_out else {}),
-        "class": reading.ripeness,
-        **firmness,
-        **{f"E_{name}_MPa": value for name, value in reading.others.items()},
-        **({} if reading.relaxation is None else {"relaxation_ratio": reading.relaxation}),
-        **zero,
-    }
+LINE = (
+    *("t", "reduced", "E", "noise", "bend", "tilt", "offset", "others", "relaxation", "zero_left", "firmness"),
+    *("ripeness", "lines_left_out", "flags"),
+)
+"""The fields of a reading on the screen: first the modulus, last what speaks against it."""
 
 
 def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:

@@ -13,15 +13,16 @@ from pathlib import Path
 from typing import Any, get_origin, get_type_hints
 
 import numpy as np
-from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
+from cattrs.gen import make_dict_structure_fn
 
 from cad.parts.housing import Housing
 from pipeline.reading.read_out import Matrix, ReadingConstants
 from pipeline.springs.arm_behaviour import ArmBehaviour
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
+from pipeline.storage.told import as_data
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
-from sensor.design.design_file import design_as_mapping, design_from_mapping
+from sensor.design.design_file import design_from_mapping
 from sensor.design.parameters import Design
 from sensor.gone import REPORT_KEYS
 from sensor.quantity import InputError, report_field, validation_error
@@ -538,36 +539,10 @@ def _structure_hook(kind: Any) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - t
     return structure_complete
 
 
-def _unstructure_hook(kind: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - the class of any record
-    """Return the function with which cattrs makes JSON data of a record.
-
-    Keys that may be left out are so where they have their default; all others keep the order of the fields.
-    """
-    names = [item.name for item in fields(kind)]
-    options: dict[str, Any] = {
-        item.name: override(omit_if_default=True) for item in fields(kind) if item.metadata.get("left_out")
-    }
-    unstructure = make_dict_unstructure_fn(kind, _CONVERTER, **options)
-
-    def in_order(record: Any) -> Plain:  # noqa: ANN401 - the record
-        data = unstructure(record)  # cattrs puts keys that may be left out behind the others
-        return {name: data[name] for name in names if name in data}
-
-    return in_order if options else unstructure
-
-
 _CONVERTER = strict_converter()
 _CONVERTER.register_structure_hook_factory(is_dataclass, _structure_hook)
-_CONVERTER.register_unstructure_hook_factory(is_dataclass, _unstructure_hook)
 _CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(data))
-_CONVERTER.register_unstructure_hook(Design, design_as_mapping)
 _CONVERTER.register_structure_hook(ScatterBands | LeftOut, lambda data, _: _CONVERTER.structure(data, ScatterBands))
-
-
-def as_data(record: object) -> Plain:
-    """Return a part of a report as JSON data."""
-    data: Plain = _CONVERTER.unstructure(record)
-    return data
 
 
 def report_data(report: Report) -> Plain:

@@ -14,11 +14,11 @@ import twintip
 from instrument.compress import modulus
 from instrument.compress.force_law import POISSON, hertz_law
 from instrument.compress.summary import result_mapping
-from instrument.press.fruit_reading import reading_as_mapping
 from instrument.press.printed_unit import unit_as_toml
 from pipeline import study
 from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import write_outputs
+from pipeline.storage.told import as_data
 from sensor.quantity import STANDARD_GRAVITY
 from twintip.cli import main
 
@@ -88,7 +88,7 @@ def test_presses_of_a_pair_are_read_as_by_the_command(tmp_path, capsys):
     file.write_text(presses(), encoding="utf-8")
     readings = twintip.read_press(twintip.read_report(out), file)
     assert len(readings) == 2
-    assert [reading_as_mapping(reading) for reading in readings] == printed_lines(["read", out, file, "--json"], capsys)
+    assert [as_data(reading) for reading in readings] == printed_lines(["read", out, file, "--json"], capsys)
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +155,7 @@ def test_press_of_the_examples_is_read_as_by_the_command(tmp_path, capsys):
     file = EXAMPLES / "press.csv"
     readings = twintip.read_press(twintip.read_report(out), file, unit)
     by_command = printed_lines(["read", out, file, "--unit", unit, "--json"], capsys)
-    assert [reading_as_mapping(reading) for reading in readings] == by_command
+    assert [as_data(reading) for reading in readings] == by_command
     assert readings[0].ripeness == "turning"
 
 

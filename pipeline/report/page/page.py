@@ -10,7 +10,7 @@ from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, flexure_body, loaded_half
 from pipeline.report.page.tables import page_tables
 from pipeline.report.page.template import BODIES, FIGURES, load_templates, pack_bytes, render_page
-from pipeline.report.report import Report, as_data, report_data
+from pipeline.report.report import Report, report_data
 from pipeline.report.verdict_rule import (
     ERRORS_IN_WORDS,
     UNREAD,
@@ -22,6 +22,7 @@ from pipeline.report.verdict_rule import (
 )
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
+from pipeline.storage.told import as_data
 from sensor.quantity import COVERAGE
 from solve.linear import SolveError
 

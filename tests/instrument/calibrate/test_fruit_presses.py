@@ -7,10 +7,10 @@ import pytest
 from measured_units import MeasuredDesign, random_pose, read_press
 
 from instrument.calibrate.fruit_presses import fitted_scale, measured_fruit, scale_of_presses
-from instrument.press.fruit_reading import reading_as_mapping
 from instrument.press.fruit_scale import FruitScale
 from instrument.press.printed_unit import read_unit, unit_as_toml
 from pipeline.response.scene_press import scene_of
+from pipeline.storage.told import as_data
 from sensor.quantity import COVERAGE, InputError
 from solve.contact.poses import Pose, pose_forces
 
@@ -183,7 +183,7 @@ def test_reading_tells_the_scale_and_where_it_ends(mango, tmp_path):
     travels = (np.linspace(0.1, 1.0, 20) * mango.design.press.travel_mm).tolist()
     half, beyond = (mango.forces([Pose(E=E, travel=x) for x in travels]) for E in (1.0, 3.0))
     assert "beyond_scale" not in read_press(sensor, beyond).flags
-    data = reading_as_mapping(read_press(scaled, half))
+    data = as_data(read_press(scaled, half))
     E = data["E_MPa"]
     assert data["firmness_N"] == pytest.approx(10.0 * 3.0 ** (np.log(E / 0.5) / np.log(4.0)), rel=1e-6)
     assert data["firmness_u_percent"] == pytest.approx(10.0)

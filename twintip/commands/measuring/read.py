@@ -6,14 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sensor.quantity import COVERAGE, validation_error, with_bar, written_number
+from sensor.quantity import validation_error, written_number
 from twintip.commands.console import FAILED, PASSED, add_counts_flag, add_force_flag, answering, print_error
 
 if TYPE_CHECKING:
     from instrument.press.fruit_reading import FruitReading
     from instrument.press.measuring import MeasuringUnit
 
-FEELS_AS_TOUCH = 0.5  # of the least force of a touch: a zero that is off by less is told in JSON alone
 LEAST_RADIUS_MM = 1.0
 LARGEST_RADIUS_MM = 1e6
 PURPOSE = "read the modulus and ripeness of a fruit from forces"
@@ -209,49 +208,8 @@ def _print_reading(reading: "FruitReading", *, indent: int | None, as_json: bool
     """Print a reading on one line, or as JSON."""
     import json
 
-    from instrument.press.fruit_reading import reading_as_mapping
+    from instrument.press.fruit_reading import LINE
+    from pipeline.storage.told import as_data, as_line
 
-    if as_json:
-        print(json.dumps(reading_as_mapping(reading), indent=indent, allow_nan=False), flush=True)
-        return
-    parts = _parts(reading)
-    if reading.ripeness is not None:
-        parts.append(f"class {reading.ripeness}")
-    if reading.lines_left_out:
-        parts.append(f"left out line {', '.join(map(str, reading.lines_left_out))}")
-    if reading.flags:
-        parts.append(f"flags: {', '.join(reading.flags)}")
-    hardly = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
-    print("  ".join(parts) + hardly, flush=True)
-
-
-def _parts(reading: "FruitReading") -> list[str]:
-    """Return what a reading tells, one text for each thing."""
-    from instrument.press.fruit_reading import ZERO_AFTER_S
-
-    parts = [] if reading.t is None else [f"t {reading.t:.3f} s"]
-    if reading.E is None or reading.u is None:
-        parts.append("no modulus")
-    else:
-        parts.append(f"E/(1 - nu^2) {reading.reduced:.4g} MPa")
-        parts.append(f"E {with_bar(reading.E, reading.u * reading.E, 'MPa', in_percent=True)} (95 %)")
-    if reading.t is not None and reading.noise is not None:
-        parts.append(f"of it noise {100.0 * reading.noise:.2g} % over {reading.samples} samples")
-    if reading.bend:
-        parts.append(f"of it {100.0 * reading.bend:.2g} % by bent channels and springs")
-    if reading.tilt is not None:
-        towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
-        parts.append(f"tilt {reading.tilt:.2g} deg{towards}")
-    if reading.offset is not None and reading.offset_u is not None:
-        parts.append(f"high tips nearer to the skin by {with_bar(reading.offset, reading.offset_u, 'mm')}")
-    parts += [f"by {name.replace('_', ' ')} {value:.4g} MPa" for name, value in reading.others.items()]
-    if reading.relaxation is not None:
-        parts.append(f"relaxes to {reading.relaxation:.3g}")
-    if reading.zero_left is not None and (reading.zero_left_of_touch or 0.0) > FEELS_AS_TOUCH:
-        left = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
-        parts.append(f"leaves a zero of up to {left} {ZERO_AFTER_S:g} s after its lift")
-    if reading.firmness is not None:
-        firmness = reading.firmness
-        value = with_bar(firmness.value, COVERAGE * firmness.error, firmness.unit, in_percent=True)
-        parts.append(f"firmness {value} (95 %)")
-    return parts
+    text = json.dumps(as_data(reading), indent=indent, allow_nan=False) if as_json else as_line(reading, LINE)
+    print(text, flush=True)
