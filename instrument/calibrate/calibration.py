@@ -11,7 +11,7 @@ from cad.parts.coupon import modulus_factor
 from instrument.calibrate.creep import Weighing, weighing
 from instrument.calibrate.fruit_presses import ScaleFit, scale_of_presses
 from instrument.calibrate.lines import LackOfFit, Line
-from instrument.calibrate.plate import pressed_springs
+from instrument.calibrate.plate import PressedSpring, pressed_springs
 from instrument.calibrate.unit_table import UnitRow, error_sources, trims, unit_table
 from instrument.calibrate.unit_verdicts import unit_verdicts
 from instrument.calibrate.weights import (
@@ -24,7 +24,7 @@ from instrument.calibrate.weights import (
 )
 from instrument.press.count_codes import refuse_without_counts, with_signed_counts
 from instrument.press.measuring import MeasuringUnit
-from instrument.press.printed_unit import WEIGHED_AFTER, PrintedUnit, nominal_unit, unit_of
+from instrument.press.printed_unit import WEIGHED_AFTER, PrintedUnit, design_digest, nominal_unit
 from instrument.press.signals import COUNTS, count_keys
 from pipeline.report.report import Report
 from pipeline.tables.files import place_of
@@ -32,6 +32,7 @@ from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
 from pipeline.tables.words import WORDS
+from sensor.design.reading import Reading
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, InputError, validation_error
 from sensor.theory.contrast_law import ReadingError
 from sensor.verdict import Verdict
@@ -99,26 +100,27 @@ def measured_print(
         bound = f"the counts of all channels, {', '.join(counts)}, or of none"
         text = ", ".join([*counted, *others])
         raise validation_error(place, text, "", bound, f"for instance {','.join([_EXAMPLE, *counts])}")
-    table = replace(table, texts={"tip": _names_of_tips(table, [tip.name for tip in report.tips])})
+    table = _with_names(table, [tip.name for tip in report.tips])
     if not counted:
         refuse_without_counts(counts_as, table.source)
         return table
     return with_signed_counts(table, counts, counts_as, saturation_of(report))
 
 
-def _names_of_tips(table: MeasuredTable, names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of tips in a table as the design has them; an initial that only one has stands for it.
+def _with_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable:
+    """Return a table that names tips or leaves as the design does; an initial that only one has stands for it.
 
     Raises InputError for another name.
     """
+    ((column, texts),) = table.texts.items()
     initials = [name[0].casefold() for name in names]
     known = {name.casefold(): name for name in names}
     known |= {initial: name for initial, name in zip(initials, names, strict=True) if initials.count(initial) == 1}
-    for line, text in zip(table.lines, table.texts["tip"], strict=True):
+    for line, text in zip(table.lines, texts, strict=True):
         if text.casefold() not in known:
-            place = place_of(table.source, line, "tip")
+            place = place_of(table.source, line, column)
             raise validation_error(place, text, "", f"one of {', '.join(names)}", "take the names in report.json")
-    return tuple(known[text.casefold()] for text in table.texts["tip"])
+    return replace(table, texts={column: tuple(known[text.casefold()] for text in texts)})
 
 
 def calibrate_unit(
@@ -133,41 +135,29 @@ def calibrate_unit(
     `plate` is a press on a hard plate, as `measured_plate` has it. Each weight was read `after_s` [s] after it was
     hung, where the table has no times. Raises InputError, also for springs that read nothing.
     """
-    as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
+    designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighed = weighing(table, report, after_s)
     names = [tip.name for tip in report.tips]
     counts = [key for key in count_keys(len(names)) if key in table.numbers]
     lines = weighed_lines(table, names, counts, weighed.forces)
     deflections = [lines[name, DEFLECTION] for name in names]
     springs = [spring_of(line) for line in deflections]
-    _refuse_unlike_design(table, springs, as_designed)
+    _refuse_unlike_design(table, springs, designed)
     channels = weighed_channels(table, report, lines, weighed.forces)
-    unit = unit_of(
-        report,
-        stiffnesses=[spring.value for spring in springs],
-        percent=[spring.percent for spring in springs],
-        method="weights and deflections",
-    )
-    unit = replace(unit, weighed_after_s=weighed.after_s)
-    unit = _with_bent_deflections(unit, [line.bend.lack_of_fit for line in deflections])
-    if weighed.own:
-        unit = replace(unit, creep_per_decade=weighed.creep.per_decade, creep_error=weighed.creep.error)
-    if channels is not None:
-        unit = _with_channels(unit, channels, report)
-    reading = report.design.reading
-    counts_on_plate = reading is not None and reading.calibrated_by == "plate"
-    assumed = [WITHOUT_PLATE] if counts_on_plate and plate is None else []
-    assumed += [weighed.note] if weighed.note else []
+    assumed = [weighed.note] if weighed.note else []
+    pressed = None
     if plate is not None:
-        by_weights = unit
-        unit = _on_plate(unit, plate, table, channels, springs, report)
-        assumed += _worse_on_plate(unit, by_weights, plate)
+        pressed = _on_plate(plate, table, channels, springs, report)
+        assumed += _worse_on_plate(pressed, springs, names, plate)
+    elif (report.design.reading or Reading()).calibrated_by == "plate":
+        assumed = [WITHOUT_PLATE, *assumed]
     assumed += _bent(table, report, deflections, channels)
+    unit = _printed_unit(report, weighed, deflections, channels, pressed)
     sensor = MeasuringUnit(report=report, unit=unit)
-    nominal = as_designed.unit.stiffnesses
+    nominal = designed.unit.stiffnesses
     try:
         scale = None if fruit is None else scale_of_presses(fruit, sensor)
-        shown = unit_table(sensor, as_designed)
+        shown = unit_table(sensor, designed)
         verdicts = unit_verdicts(sensor, shown)
         error_by = error_sources(sensor)
     except ReadingError as error:
@@ -189,6 +179,64 @@ def calibrate_unit(
     )
 
 
+def _printed_unit(
+    report: Report,
+    weighed: Weighing,
+    deflections: Sequence[Line],
+    channels: ChannelCalibration | None,
+    pressed: Sequence[PressedSpring] | None,
+) -> PrintedUnit:
+    """Return the unit by the lines of its deflections under weights, by its channels, and by a press on a plate.
+
+    A plate has the say on springs and deflections; then `gain_percent` is that of the deflection of each channel.
+    """
+    if pressed is not None:
+        method = "counts of weights, and a hard plate"
+        springs = [spring.K for spring in pressed]
+        left_percent: Sequence[float] = [spring.left_percent for spring in pressed]
+        of_deflections = [spring.lack_of_fit for spring in pressed]
+    else:
+        method = "weights and deflections" + (", counts of the same weights" if channels else "")
+        springs = [spring_of(line) for line in deflections]
+        gain_percent = (report.design.reading or Reading()).gain_percent
+        left_percent = channels.gain_percent if channels else len(springs) * [gain_percent]
+        of_deflections = [line.bend.lack_of_fit for line in deflections]
+    signal = report.read_out.signal
+    drifts = len(springs) * [0.0] if signal is None else signal.gain_drift_percent
+    force_bend, force_bend_per_N = _columns_of(channels.lacks_of_fit if channels else ())
+    deflection_bend, deflection_bend_per_N = _columns_of(of_deflections)
+    return PrintedUnit(
+        design=report.design.name,
+        design_sha256=design_digest(report.design),
+        tips=tuple(tip.name for tip in report.tips),
+        method=method,
+        K_N_per_m=tuple(1e3 * spring.value for spring in springs),
+        K_percent=tuple(spring.percent for spring in springs),
+        gain=(1.0,) * len(springs),
+        # The drift of a gain lies anywhere within its bound.
+        gain_percent=tuple(math.hypot(*each) for each in zip(left_percent, BOUNDED * np.array(drifts), strict=True)),
+        newtons_per_count=channels.newtons_per_count if channels else (),
+        zero_counts=tuple(channels.zero_counts.tolist()) if channels else (),
+        saturation_counts=channels.saturation if channels else 0,
+        calibrated_by="weights" if pressed is None else "plate",
+        weighed_after_s=weighed.after_s,
+        creep_per_decade=weighed.creep.per_decade if weighed.own else None,
+        creep_error=weighed.creep.error if weighed.own else None,
+        force_bend=force_bend,
+        force_bend_per_N=force_bend_per_N,
+        deflection_bend=deflection_bend,
+        deflection_bend_per_N=deflection_bend_per_N,
+    )
+
+
+def _columns_of(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
+    """Return the lack of fit of all tips at no force, and per newton; None for both if all lines fit."""
+    if not any(map(any, lacks_of_fit)):
+        return None, None
+    at_zero, per_N = zip(*lacks_of_fit, strict=True)
+    return at_zero, per_N
+
+
 def _refuse_unlike_design(table: MeasuredTable, springs: Sequence[Estimate], designed: MeasuringUnit) -> None:
     """Raise InputError for a spring that is none of its design: no print is three times too stiff or too soft."""
     nominal = designed.unit.stiffnesses
@@ -200,45 +248,36 @@ def _refuse_unlike_design(table: MeasuredTable, springs: Sequence[Estimate], des
             raise validation_error(field, float(f"{ratio:.3g}"), "", bound, "check names of tips, and the units")
 
 
-def _worse_on_plate(unit: PrintedUnit, by_weights: PrintedUnit, plate: MeasuredTable) -> list[str]:
-    """Return a note where a press on a plate leaves springs much less well known than the weights did."""
-    worst = max(range(len(unit.tips)), key=lambda tip: unit.K_percent[tip] / by_weights.K_percent[tip])
-    on_plate, before = (COVERAGE * each.K_percent[worst] for each in (unit, by_weights))
+def _on_plate(
+    plate: MeasuredTable,
+    table: MeasuredTable,
+    channels: ChannelCalibration | None,
+    weighed: Sequence[Estimate],
+    report: Report,
+) -> list[PressedSpring]:
+    """Return the springs on a plate; raises InputError without counts of weights, and as `pressed_springs`."""
+    if channels is None:
+        columns = ", ".join(count_keys(len(weighed)))
+        bound = "a table with the counts of each channel where --plate is given"
+        raise validation_error(table.source, "weights alone", "", bound, f"add the columns {columns}")
+    return pressed_springs(plate, channels, weighed, report)
+
+
+def _worse_on_plate(
+    pressed: Sequence[PressedSpring], weighed: Sequence[Estimate], names: Sequence[str], plate: MeasuredTable
+) -> list[str]:
+    """Return a note if a plate leaves a spring much less well known than the weights did."""
+    known = [(on_plate.K.percent, before.percent) for on_plate, before in zip(pressed, weighed, strict=True)]
+    worst = max(range(len(known)), key=lambda tip: known[tip][0] / known[tip][1])
+    on_plate, before = (COVERAGE * percent for percent in known[worst])
     if on_plate <= max(2.0 * before, KNOWN_WELL_PERCENT):
         return []
     step = float(plate.last_digits["travel"].min())
     return [
-        f"the plate tells the spring of {unit.tips[worst]} to ± {on_plate:.2g} %, the weights to ± {before:.2g} %. "
+        f"the plate tells the spring of {names[worst]} to ± {on_plate:.2g} %, the weights to ± {before:.2g} %. "
         f"Its travel is taken as read to {step:g} mm, the last digit written. Write all that the dial shows, "
         "press farther and oftener, or leave --plate out."
     ]
-
-
-def _with_channels(unit: PrintedUnit, channels: ChannelCalibration, report: Report) -> PrintedUnit:
-    """Return a unit with the channels that weights told: what they leave of the gains, and what drifts beside it."""
-    at_zero, per_N = _columns_of(channels.lacks_of_fit)
-    return replace(
-        unit,
-        method=f"{unit.method}, counts of the same weights",
-        newtons_per_count=channels.newtons_per_count,
-        zero_counts=tuple(channels.zero_counts.tolist()),
-        saturation_counts=channels.saturation,
-        gain_percent=_drifted(channels.gain_percent, report),
-        force_bend=at_zero,
-        force_bend_per_N=per_N,
-    )
-
-
-def _columns_of(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
-    """Return what lines lack at no force, and per newton, of all tips each; None for both where all fit."""
-    at_zero, per_N = (tuple(column) for column in zip(*lacks_of_fit, strict=True))
-    return (at_zero, per_N) if any(map(any, lacks_of_fit)) else (None, None)
-
-
-def _with_bent_deflections(unit: PrintedUnit, lacks_of_fit: Sequence[LackOfFit]) -> PrintedUnit:
-    """Return a unit whose compliances lack fit."""
-    at_zero, per_N = _columns_of(lacks_of_fit)
-    return replace(unit, deflection_bend=at_zero, deflection_bend_per_N=per_N)
 
 
 def _bent(
@@ -257,37 +296,6 @@ def _bent(
     ]
 
 
-def _on_plate(
-    unit: PrintedUnit,
-    plate: MeasuredTable,
-    table: MeasuredTable,
-    channels: ChannelCalibration | None,
-    weighed: Sequence[Estimate],
-    report: Report,
-) -> PrintedUnit:
-    """Return a unit whose channels tell deflections, by a press on a plate; raises InputError as `pressed_springs`."""
-    if channels is None:
-        columns = ", ".join(count_keys(len(unit.tips)))
-        bound = "a table with the counts of each channel where --plate is given"
-        raise validation_error(table.source, "weights alone", "", bound, f"add the columns {columns}")
-    springs = pressed_springs(plate, channels, weighed, report)
-    return replace(
-        _with_bent_deflections(unit, [spring.lack_of_fit for spring in springs]),
-        method="counts of weights, and a hard plate",
-        calibrated_by="plate",
-        K_N_per_m=tuple(1e3 * spring.K.value for spring in springs),
-        K_percent=tuple(spring.K.percent for spring in springs),
-        gain_percent=_drifted([spring.left_percent for spring in springs], report),
-    )
-
-
-def _drifted(percent: Sequence[float], report: Report) -> tuple[float, ...]:
-    """Return what is left of each channel [%] with the drift of its gain, which lies anywhere within its bound."""
-    signal = report.read_out.signal
-    drifts = [0.0] * len(percent) if signal is None else signal.gain_drift_percent
-    return tuple(math.hypot(left, BOUNDED * drift) for left, drift in zip(percent, drifts, strict=True))
-
-
 def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     """Return the modulus of a print [MPa] with its standard deviation, by the leaves of its coupon; raises InputError.
 
@@ -296,11 +304,10 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
     if report.housing is None:
         hint = "run pipeline design with springs that print"
         raise validation_error("coupon", None, "", "a coupon of a design with a housing", hint)
-    every = report.housing.arms
-    arms = [arm for arm in every if arm.name in table.texts["coupon"]] or list(every)
-    names = [arm.name for arm in arms]
-    lines = weighed_lines(table, names, [], table.numbers["force"])
-    springs = [_anywhere_on(lines[name, DEFLECTION]) for name in names]
+    table = _with_names(table, [arm.name for arm in report.housing.arms])
+    arms = [arm for arm in report.housing.arms if arm.name in table.texts["coupon"]]
+    lines = weighed_lines(table, [arm.name for arm in arms], [], table.numbers["force"])
+    springs = [_anywhere_on(lines[arm.name, DEFLECTION]) for arm in arms]
     factors = np.array([modulus_factor(arm.flexure) for arm in arms])
     moduli = factors * [spring.value for spring in springs]
     weights = np.array([spring.relative for spring in springs]) ** -2.0

@@ -69,15 +69,10 @@ def counts_of(table: MeasuredTable, keys: Sequence[str]) -> Floats:
 def weighed_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[str], forces: Floats) -> Lines:
     """Return the lines of the deflection and of other columns over the weights on each name.
 
-    `forces` [N] are those of the rows as of one time, as `Weighing` has them. Raises InputError for an unknown name,
-    for one without at least three rows of two weights, for a deflection that does not fit, and for a spring that its
-    deflection does not show.
+    `forces` [N] are those of the rows as of one time, as `Weighing` has them. Raises InputError for a name without at
+    least three rows of two weights, for a deflection that does not fit, and for a spring that its deflection does not
+    show.
     """
-    ((column, weighed),) = table.texts.items()
-    for line, name in zip(table.lines, weighed, strict=True):
-        if name not in names:
-            place = place_of(table.source, line, column)
-            raise validation_error(place, name, "", f"one of {', '.join(names)}", "take the names in report.json")
     lines = {}
     for name in names:
         rows = _rows_of(table, name)

@@ -104,6 +104,26 @@ def test_second_print_from_the_coupon_is_within_a_hundredth(rng, tmp_path, paper
     assert 1e-4 * E.value < abs(modulus - E.value) <= 2.0 * E.error < 0.02 * E.value
 
 
+COUPON = ("low,0,0", "low,5,0.733", "low,10,1.464", "high,0,0", "high,50,0.383", "high,100,0.765")
+
+
+def coupon(rows, report, path):
+    path.write_text("\n".join(["coupon,weight_g,deflection_mm", *rows]), encoding="utf-8")
+    return modulus_of_coupon(measured_print(path, report), report)
+
+
+def test_leaves_of_a_coupon_are_named_as_tips_are(tmp_path, paper):
+    report = replace(paper.report, housing=default_housing())
+    plain = coupon(COUPON, report, tmp_path / "coupon.csv")
+    initials = [row.replace("low", "L").replace("high", "High") for row in COUPON]
+    assert coupon(initials, report, tmp_path / "coupon.csv") == plain
+    one = coupon(COUPON[:3], report, tmp_path / "coupon.csv")
+    assert one.value == pytest.approx(plain.value, rel=0.01)
+    with pytest.raises(InputError) as caught:
+        coupon([*COUPON, "arm,0,0"], report, tmp_path / "coupon.csv")
+    assert (caught.value.field, caught.value.value) == (f"{tmp_path / 'coupon.csv'}, line 8, column 'coupon'", "arm")
+
+
 def test_level_forces_are_those_of_the_engine(mango, paper):
     for measured, near in ((mango, 5e-3), (paper, 1e-6)):
         for E in (0.5, 3.5):
