@@ -7,6 +7,7 @@ import dataclasses
 import re
 import sys
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS.parent))
 
 
+from instrument.compress.modulus import CompressionResult  # noqa: E402
 from instrument.press.fruit_reading import FruitReading  # noqa: E402
 from pipeline.report.explain.entries import entries  # noqa: E402
 from pipeline.report.keys import report_keys  # noqa: E402
@@ -261,13 +263,13 @@ def key_table(found: re.Match[str]) -> str:
 
 
 _ANSWER = re.compile(r"(<!-- answer: (\w+) -->\n)(?:\|.*\n)*")
-ANSWERS = {"read": FruitReading}
+ANSWERS = {"read": FruitReading, "modulus": CompressionResult}
 """The records that commands print, by the name of the command."""
 
 
-def page_on_reading() -> str:
-    """Return the page on readings with the table of their keys."""
-    return _ANSWER.sub(answer_table, (DOCS / "read-a-fruit.md").read_text(encoding="utf-8"))
+def answer_page(name: str) -> str:
+    """Return a page with the tables of the keys that commands print, each behind a comment that names the command."""
+    return _ANSWER.sub(answer_table, (DOCS / name).read_text(encoding="utf-8"))
 
 
 def answer_table(found: re.Match[str]) -> str:
@@ -275,8 +277,9 @@ def answer_table(found: re.Match[str]) -> str:
     rows = []
     for item in dataclasses.fields(ANSWERS[found[2]]):
         key = item.metadata.get("key", item.name)
-        name = key if "inline" in item.metadata else f"`{key}`"
-        rows.append((name, item.metadata["unit"], item.metadata["meaning"]))
+        name = key if "`" in key else f"`{key}`"  # a field with several keys writes them itself
+        if item.metadata.get("told", True):
+            rows.append((name, item.metadata["unit"], item.metadata["meaning"]))
     return f"{found[1]}{table(('key of `--json`', 'unit', 'meaning'), rows)}\n"
 
 
@@ -289,7 +292,8 @@ PAGES = {
     "design-file.md": design_page,
     "words.md": words_page,
     "report-json.md": report_page,
-    "read-a-fruit.md": page_on_reading,
+    "read-a-fruit.md": partial(answer_page, "read-a-fruit.md"),
+    "modulus.md": partial(answer_page, "modulus.md"),
 }
 
 

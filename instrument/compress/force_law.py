@@ -2,11 +2,12 @@
 
 import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from instrument.compress.bodies import POINT_CONTACT, CompressedBody, Plunger
+from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
 from sensor.quantity import Bounds, check_fields, quantity
 from sensor.theory.hertz import force_factor
@@ -56,6 +57,21 @@ class TestGeometry:
     def height_mm(self) -> float:
         """Return the height of the body [mm]."""
         return 2.0 * self.body.section.half_height
+
+
+def geometry_data(test: TestGeometry) -> Plain:
+    """Return the body and the tools of a test as the data of an answer, the sizes of the body beside the rest."""
+    return {
+        **vars(test.body),
+        "poisson": test.poisson,
+        "plate_area_mm2": test.plate_area_mm2,
+        "plates": test.plates,
+        "poisson_error": test.poisson_error,
+        "compliance_um_per_N": test.compliance_um_per_N,
+        "compliance_error_um_per_N": test.compliance_error_um_per_N,
+        "body": test.body.kind,
+        "plunger": None if test.plunger is None else asdict(test.plunger),
+    }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

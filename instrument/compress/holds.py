@@ -11,7 +11,7 @@ from instrument.compress.bodies import POINT_CONTACT
 from instrument.compress.loading import upwards
 from instrument.compress.specimens import LEAST_ROWS, Specimen
 from sensor.arrays import Floats
-from sensor.quantity import COVERAGE, Estimate, validation_error
+from sensor.quantity import COVERAGE, Estimate, report_field, validation_error
 
 STILL = 2e-3  # of the travel, within which it counts as held
 DWELL = 0.05  # of the time of loading: a machine that turns back stands still for less
@@ -22,8 +22,16 @@ MOST_ARMS = 3
 class RelaxationArm:
     """One arm of a Prony series: its fraction [1] of the force at the first instant and its time [s], each at 95 %."""
 
-    share: Estimate
-    time: Estimate
+    share: Estimate = report_field(
+        "1",
+        "share of the force at the first instant",
+        inline=lambda it: {"share": it.share.value, "u_share_percent": it.share.percent},
+    )
+    time: Estimate = report_field(
+        "s",
+        "time in which it falls",
+        inline=lambda it: {"time_s": it.time.value, "u_time_percent": it.time.percent},
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +44,9 @@ class HeldRelaxation:
 
     arms: tuple[RelaxationArm, ...]
     hold_s: float
-    lost_in_loading: float
+    lost_in_loading: float = report_field(
+        "%", "share of the force that was lost in the loading", key="lost_in_loading_percent", times=100.0
+    )
 
 
 def hold_of(specimen: Specimen) -> slice | None:

@@ -1,20 +1,19 @@
 """The modulus of a fruit from one compression test: by its force law, and as force over plate area over strain."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from instrument.compress.force_law import POISSON, ForceLaw, TestGeometry, hertz_law, solved_law
+from instrument.compress.force_law import POISSON, ForceLaw, TestGeometry, geometry_data, hertz_law, solved_law
 from instrument.compress.holds import HeldRelaxation, held_relaxation, hold_of, loading_before
-from instrument.compress.law_fit import fit_law
+from instrument.compress.law_fit import LawFit, fit_law
 from instrument.compress.loading import Loading, first_loading, loading, upwards, without_frame
 from instrument.compress.range_choice import RangeFit, choose_range
 from instrument.compress.specimens import Specimen
 from sensor.design.fruit import USUAL_MODULI
-from sensor.quantity import Bounds, validation_error
+from sensor.quantity import Bounds, report_field, validation_error
 
 COVERAGE = 1.96
 """Standard errors to each side that hold 95 %."""
@@ -41,41 +40,53 @@ class PlateModulus:
 
 @dataclass(frozen=True, kw_only=True)
 class CompressionResult:
-    """What one specimen says: `E_MPa` with `u_percent` at 95 %, and the moduli that literature has beside it.
+    """The moduli of one specimen with their errors at 95 %; each field but the last two is a key of the answer.
 
-    `shares_percent` are the parts of the error. Scatter, force curve and Poisson's ratio add in the root of their
-    squares. The others add to that, as bounds that a test may well reach together. `E_hertz_MPa` is the apparent
-    modulus of ASAE S368, None where Hertz's law cannot be fitted; `follows_hertz` says whether the curve follows it.
-    `relaxation` is what a hold tells, None where the curve has none.
+    Scatter, force curve and Poisson's ratio add in the root of their squares. The other shares add to that, as bounds
+    that a test may well reach together.
     """
 
-    specimen: Specimen
-    geometry: TestGeometry
-    curve: Loading
-    chosen: RangeFit
-    E_MPa: float
-    u_percent: float
-    shares_percent: Mapping[str, float]
-    E_hertz_MPa: float | None
-    follows_hertz: bool
-    secants: tuple[PlateModulus, ...]
-    notes: tuple[str, ...]
-    relaxation: HeldRelaxation | None = None
+    file: str = report_field("", "file, with the name of its sheet")
+    specimen: str = report_field("", "name of the specimen in the file")
+    read_as: str = report_field("", "what was read: headers, units, lines and columns that were passed over")
+    E_MPa: float = report_field("MPa", "modulus of the flesh")
+    E_hertz_MPa: float | None = report_field(
+        "MPa", "apparent modulus of ASAE S368; null if Hertz's law cannot be fitted"
+    )
+    E_over_1_minus_nu2_MPa: float = report_field("MPa", "the modulus that the forces of a sensor depend on")
+    E_plate_MPa: float = report_field("MPa", "the paper's modulus: force over plate area, over travel over height")
+    u_percent: float = report_field("%", "half width of the error bar of E")
+    shares_percent: dict[str, float] = report_field(
+        "%", "the parts of this error by their cause", key="u_shares_percent"
+    )
+    u_plate_percent: float = report_field("%", "half width of the error bar of `E_plate_MPa`")
+    reads_low: float = report_field("1", "`E_MPa` divided by `E_plate_MPa`", key="plate_reads_low_by")
+    first_touch_mm: float = report_field("mm", "travel at the first touch")
+    force_rises_from_mm: float = report_field("mm", "travel from which the fitted force rises")
+    range_end_mm: float = report_field("mm", "travel at the end of the range that is fitted")
+    failure_mm: float | None = report_field("mm", "travel at which the force fell; null if it did not")
+    zero_N: float = report_field("N", "fitted force before the touch")
+    drift_N_per_mm: float = report_field("N/mm", "fitted drift of this zero over the travel")
+    noise_N: float = report_field("N", "standard deviation of the noise of the force")
+    follows_law: bool = report_field("", "whether the curve follows the force of such a body within its noise")
+    follows_hertz: bool = report_field("", "whether it follows Hertz's law")
+    secants: tuple[PlateModulus, ...] = report_field(
+        "", "secant and tangent of force over plate area, over travel over height, at each strain", key="at_strain"
+    )
+    geometry: TestGeometry = report_field(
+        "", "body and tools of the test", inline=lambda it: {"geometry": geometry_data(it.geometry)}
+    )
+    notes: tuple[str, ...] = report_field("", "what was assumed, and what to look at")
+    relaxation: HeldRelaxation | None = report_field(
+        "", "what [a hold](#how-flesh-relaxes) shows; left out for a curve without a hold", left_out=True, default=None
+    )
+    curve: Loading = field(metadata={"told": False})
+    fit: LawFit = field(metadata={"told": False})
 
     @property
     def name(self) -> str:
         """Return the name of the modulus in an answer."""
-        return f"{Path(self.specimen.file).name} {self.specimen.name}"
-
-    @property
-    def E_plate_MPa(self) -> float:
-        """Return the paper's modulus: force over plate area, over travel over height [MPa]."""
-        return self.secants[0].E_secant_MPa
-
-    @property
-    def reads_low(self) -> float:
-        """Return by which factor the paper's modulus lies below that of the flesh [1]."""
-        return self.E_MPa / self.E_plate_MPa
+        return f"{Path(self.file).name} {self.specimen}"
 
 
 def measured_modulus(
@@ -120,19 +131,34 @@ def measured_modulus(
         frame = 1e-3 * geometry.compliance_um_per_N * (upwards(specimen.force) - curve.zero)
         fruit = replace(specimen, travel=upwards(specimen.travel) - frame) if frame.any() else specimen
         relaxation = held_relaxation(fruit, hold, chosen.touch.value, zero)
+    E_plate = secants[0].E_secant_MPa
     return CompressionResult(
-        specimen=specimen,
-        geometry=geometry,
-        curve=curve,
-        chosen=chosen,
+        file=specimen.file,
+        specimen=specimen.name,
+        read_as=specimen.understood,
         E_MPa=E,
+        E_hertz_MPa=hertz.modulus.value if hertz else None,
+        E_over_1_minus_nu2_MPa=E / (1.0 - geometry.poisson**2),
+        E_plate_MPa=E_plate,
         u_percent=u_percent,
         shares_percent={name: 100.0 * share for name, share in shares.items()},
-        E_hertz_MPa=hertz.modulus.value if hertz else None,
+        u_plate_percent=secants[0].u_secant_percent,
+        reads_low=E / E_plate,
+        first_touch_mm=chosen.touch.value,
+        force_rises_from_mm=chosen.fit.onset,
+        range_end_mm=chosen.last,
+        failure_mm=curve.failure,
+        zero_N=chosen.fit.parameters.offset,
+        drift_N_per_mm=chosen.fit.parameters.drift,
+        noise_N=curve.noise,
+        follows_law=chosen.follows,
         follows_hertz=bool(hertz and hertz.follows),
         secants=tuple(secants),
+        geometry=geometry,
         notes=(*specimen.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
         relaxation=relaxation,
+        curve=curve,
+        fit=chosen.fit,
     )
 
 

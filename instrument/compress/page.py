@@ -16,8 +16,8 @@ _STEPS = 100
 
 def modulus_page(results: Sequence[CompressionResult]) -> str:
     """Return the page of all results."""
-    files = Counter(result.specimen.file for result in results)
-    tests = [_test(result, alone=files[result.specimen.file] == 1) for result in results]
+    files = Counter(result.file for result in results)
+    tests = [_test(result, alone=files[result.file] == 1) for result in results]
     return render_page("modulus.html.j2", (*FIGURES, "modulus.js"), {"tests": tests}, results=results)
 
 
@@ -27,23 +27,22 @@ def _test(result: CompressionResult, *, alone: bool) -> Plain:
     A test that is `alone` in its file has the name of the file.
     """
     curve = result.curve
-    chosen = result.chosen
     geometry = result.geometry
     shown = np.unique(np.linspace(0, len(curve.travel) - 1, _MOST_POINTS).astype(int))
     travel = curve.travel[shown]
     force = curve.force[shown]
-    fitted = np.linspace(float(curve.travel[0]), chosen.last, _STEPS)
+    fitted = np.linspace(float(curve.travel[0]), result.range_end_mm, _STEPS)
     secant = result.secants[0]
-    stem = Path(result.specimen.file).stem
+    stem = Path(result.file).stem
     return {
-        "name": stem if alone else f"{stem} {result.specimen.name}",
+        "name": stem if alone else f"{stem} {result.specimen}",
         "travel": travel.tolist(),
         "force": force.tolist(),
-        "law": {"travel": fitted.tolist(), "force": chosen.fit.force(fitted, float(curve.force.max())).tolist()},
-        "touch": chosen.touch.value,
-        "failure": curve.failure,
-        "strain": (100.0 * (travel - chosen.touch.value) / geometry.height_mm).tolist(),
-        "stress": ((force - chosen.fit.zero_line(travel)) / geometry.plate_area_mm2).tolist(),
+        "law": {"travel": fitted.tolist(), "force": result.fit.force(fitted, float(curve.force.max())).tolist()},
+        "touch": result.first_touch_mm,
+        "failure": result.failure_mm,
+        "strain": (100.0 * (travel - result.first_touch_mm) / geometry.height_mm).tolist(),
+        "stress": ((force - result.fit.zero_line(travel)) / geometry.plate_area_mm2).tolist(),
         "secant": {"strain": secant.strain_percent, "E": secant.E_secant_MPa},
         "E": result.E_MPa,
         "u_percent": result.u_percent,

@@ -3,7 +3,7 @@
 import math
 import statistics
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +42,7 @@ def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) ->
     """Return one summary for each file, whose specimens are tests of one fruit, or for each folder of such files."""
     tests_of: dict[str, list[CompressionResult]] = {}
     for result in results:
-        path = Path(result.specimen.file)
+        path = Path(result.file)
         tests_of.setdefault(str(path.parent if by_folder else path), []).append(result)
     return [_summary(name, tests) for name, tests in tests_of.items()]
 
@@ -84,66 +84,8 @@ def _two_digits(value: float, rounded: Callable[[float], int]) -> float:
     return step * rounded(round(value / step, 9))
 
 
-def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[str, object]:
-    """Return one specimen's numbers, their units in the keys; `assumed` says what the flags left open."""
-    chosen = result.chosen
-    test = result.geometry
-    mapping: dict[str, object] = {
-        "file": result.specimen.file,
-        "specimen": result.specimen.name,
-        "read_as": result.specimen.understood,
-        "E_MPa": result.E_MPa,
-        "E_hertz_MPa": result.E_hertz_MPa,
-        "E_over_1_minus_nu2_MPa": result.E_MPa / (1.0 - test.poisson**2),
-        "E_plate_MPa": result.E_plate_MPa,
-        "u_percent": result.u_percent,
-        "u_shares_percent": dict(result.shares_percent),
-        "u_plate_percent": result.secants[0].u_secant_percent,
-        "plate_reads_low_by": result.reads_low,
-        "first_touch_mm": chosen.touch.value,
-        "force_rises_from_mm": chosen.fit.onset,
-        "range_end_mm": chosen.last,
-        "failure_mm": result.curve.failure,
-        "zero_N": chosen.fit.parameters.offset,
-        "drift_N_per_mm": chosen.fit.parameters.drift,
-        "noise_N": result.curve.noise,
-        "follows_law": chosen.follows,
-        "follows_hertz": result.follows_hertz,
-        "at_strain": [asdict(secant) for secant in result.secants],
-        "geometry": {
-            **vars(test.body),
-            "poisson": test.poisson,
-            "plate_area_mm2": test.plate_area_mm2,
-            "plates": test.plates,
-            "poisson_error": test.poisson_error,
-            "compliance_um_per_N": test.compliance_um_per_N,
-            "compliance_error_um_per_N": test.compliance_error_um_per_N,
-            "body": test.body.kind,
-            "plunger": None if test.plunger is None else asdict(test.plunger),
-        },
-        "notes": [*assumed, *result.notes],
-    }
-    if result.relaxation is not None:
-        arms = []
-        for arm in result.relaxation.arms:
-            share = {"share": arm.share.value, "u_share_percent": arm.share.percent}
-            arms.append({**share, "time_s": arm.time.value, "u_time_percent": arm.time.percent})
-        lost_percent = 100.0 * result.relaxation.lost_in_loading
-        mapping["relaxation"] = {
-            "arms": arms,
-            "hold_s": result.relaxation.hold_s,
-            "lost_in_loading_percent": lost_percent,
-        }
-    return mapping
-
-
-def print_results(
-    results: Sequence[CompressionResult], fruit: Sequence[FruitSummary], design: DesignRange, assumed: Sequence[str]
-) -> None:
+def print_results(results: Sequence[CompressionResult], fruit: Sequence[FruitSummary], design: DesignRange) -> None:
     """Print each specimen, each fruit as in the paper's Table I, and the range for the design file."""
-    notes = list(assumed)
-    for result in results:
-        notes += result.notes
     shares: dict[str, float] = {}
     for result in results:
         shares |= {name: max(share, shares.get(name, 0.0)) for name, share in result.shares_percent.items()}
@@ -155,5 +97,5 @@ def print_results(
         rigid=any(result.geometry.compliance_um_per_N == 0.0 for result in results),
         summaries=[*fruit, overall_modulus(fruit)],
         design=design,
-        notes=dict.fromkeys(notes),
+        notes=dict.fromkeys(note for result in results for note in result.notes),
     )

@@ -68,7 +68,7 @@ def test_page_is_reached_from_the_readme(page):
     assert f"docs/{page.name}" in linked | beyond
 
 
-@pytest.mark.parametrize("name", ["design-file.md", "words.md", "report-json.md", "read-a-fruit.md"])
+@pytest.mark.parametrize("name", ["design-file.md", "words.md", "report-json.md", "read-a-fruit.md", "modulus.md"])
 def test_generated_page_is_up_to_date(name):
     """Else run `python docs/pages.py`."""
     assert text_of(ROOT / "docs" / name) == generator().PAGES[name]()

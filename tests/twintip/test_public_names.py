@@ -13,7 +13,6 @@ import pipeline
 import twintip
 from instrument.compress import modulus
 from instrument.compress.force_law import POISSON, hertz_law
-from instrument.compress.summary import result_mapping
 from instrument.press.printed_unit import unit_as_toml
 from pipeline import study
 from pipeline.report.of_result import report_of_result
@@ -173,5 +172,5 @@ def test_compression_test_is_evaluated_as_by_the_command(file, capsys, monkeypat
     capsys.readouterr()
     assert main(["modulus", str(EXAMPLES / file), "--height", "70", "--radius", "35", "--json"]) == 0
     by_command = json.loads(capsys.readouterr().out)
-    numbers = [json.loads(json.dumps(result_mapping(result, ()))) for result in results]
+    numbers = [json.loads(json.dumps(as_data(result))) for result in results]
     assert [{**row, "notes": None} for row in numbers] == [{**row, "notes": None} for row in by_command]

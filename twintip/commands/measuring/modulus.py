@@ -61,9 +61,12 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Print the moduli of every specimen in the files; return exit code 0."""
+    from dataclasses import replace
+
     from instrument.compress.modulus import measured_modulus
     from instrument.compress.specimens import QUANTITIES, read_specimens
-    from instrument.compress.summary import design_range, fruit_summaries, print_results, result_mapping
+    from instrument.compress.summary import design_range, fruit_summaries, print_results
+    from pipeline.storage.told import as_data
     from pipeline.tables.headers import ColumnFlags
     from solve.linear import SolveError
 
@@ -75,16 +78,13 @@ def execute(arguments: Namespace) -> int:
     told: tuple[TestGeometry, list[str]] | None = None if sizes else _geometry(arguments)
     quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
     results = []
-    assumed: list[list[str]] = []
     try:
         for file in dict.fromkeys(files):
             for specimen in read_specimens(file, quantities):
                 given = {} if sizes is None else sizes.sizes_of(specimen)
-                geometry, sentences = told or _geometry(Namespace(**{**vars(arguments), **given}))
-                results.append(
-                    measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative)
-                )
-                assumed.append(sentences)
+                geometry, assumed = told or _geometry(Namespace(**{**vars(arguments), **given}))
+                found = measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative)
+                results.append(replace(found, notes=(*assumed, *found.notes)))
     except SolveError as error:
         raise InputError(str(error)) from error
     if arguments.plot is not None:
@@ -95,11 +95,10 @@ def execute(arguments: Namespace) -> int:
         write_files({arguments.plot: page.encode()}, "--plot", force=arguments.force)
     with answering():
         if arguments.json:
-            print_json([result_mapping(*pair) for pair in zip(results, assumed, strict=True)])
+            print_json(as_data(results))
         else:
             fruit = fruit_summaries(results, by_folder=arguments.per == "folder")
-            sentences = list(dict.fromkeys(sentence for each in assumed for sentence in each))
-            print_results(results, fruit, design_range(results), sentences)
+            print_results(results, fruit, design_range(results))
     return PASSED
 
 
