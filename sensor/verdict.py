@@ -111,11 +111,6 @@ def failed_verdict(name: str, limit: float | str, *, unit: str, reference: str) 
     return Verdict(name=name, value=None, unit=unit, limit=limit, tolerance=0.0, reference=reference, passed=False)
 
 
-def readable(reference: str) -> Verdict:
-    """Return the passed verdict geometry.readable; the reference says how a file was read."""
-    return Verdict(name=READABLE, value=None, unit="1", limit=_A_FILE, tolerance=0.0, passed=True, reference=reference)
-
-
 def unreadable(reason: str) -> Verdict:
     """Return the failed verdict geometry.readable with the reason why a file cannot be read."""
     return failed_verdict(READABLE, _A_FILE, unit="1", reference=reason)

@@ -16,17 +16,15 @@ from cad.checks.triangle_checks import (
     body_verdict,
     closed_verdicts,
     printability_verdicts,
-    self_intersection_verdict,
-    shells_of,
     size_verdicts,
-    without_spare_triangles,
+    without_collapsed,
 )
 from cad.files.step import read_step
-from cad.files.stl import scan_stl, triangles
+from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
 from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import validation_error
-from sensor.verdict import Verdict, equal, readable, unreadable
+from sensor.verdict import Verdict, equal, unreadable
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
 KINDS = (".step", ".stp", ".stl", ".3mf")
@@ -49,12 +47,13 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
 
 
 def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
-    """Return every verdict on triangles [mm]: closed, one body, simple, size, wall, gap, overhang.
+    """Return every verdict on triangles [mm]: closed, one body, size, wall, gap, overhang.
 
     Only what still has a meaning is measured on a mesh that is not closed.
     """
+    mesh = without_collapsed(mesh)
     closed = closed_verdicts(mesh)
-    verdicts = (*closed, body_verdict(mesh), self_intersection_verdict(mesh), *size_verdicts(mesh, process))
+    verdicts = (*closed, body_verdict(mesh), *size_verdicts(mesh, process))
     if any(verdict.passed is not True for verdict in closed):
         return verdicts
     return (*verdicts, *printability_verdicts(mesh, process, poses))
@@ -74,8 +73,7 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
     existing_file(path)
     try:
         if kind == ".stl":
-            content = scan_stl(path)
-            return _check_triangles(content.mesh, process, passed_over=content.passed_over)
+            return check_mesh(read_stl(path), process, [AS_IT_STANDS])
         if kind == ".3mf":
             return _check_3mf(path, process)
         return _check_step(path, process)
@@ -97,8 +95,7 @@ def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:
         held = f"{len(shape.Edges())} edges and {len(shape.Vertices())} points"
         msg = f"STEP: {path.name} holds {held} but no face; export the solid"
         raise ValueError(msg)
-    mesh, _ = without_spare_triangles(triangles(shape))
-    of_mesh = check_mesh(mesh, process, POSES)
+    of_mesh = check_mesh(triangles(shape), process, POSES)
     return (*check_solid(shape), *(verdict for verdict in of_mesh if verdict.name != "geometry.one_solid"))
 
 
@@ -108,23 +105,4 @@ def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
     faults = [f"{count} x {fault}" for fault, count in Counter(package.faults).items()]
     reference = "; ".join([f"faults against the standard, which slicers tolerate; objects {names}", *faults])
     strict = equal("geometry.3mf_strict", float(len(package.faults)), 0.0, 0.0, unit="1", reference=reference)
-    return (strict, *_check_triangles(package.mesh, process))
-
-
-def _check_triangles(
-    mesh: trimesh.Trimesh, process: Process, *, passed_over: tuple[str, ...] = ()
-) -> tuple[Verdict, ...]:
-    """Return every verdict on the triangles of a file in print pose.
-
-    Before them stands geometry.readable, where slicers pass something over: what the file had, or what is found here.
-    """
-    used, spare = without_spare_triangles(mesh)
-    notes = [*passed_over]
-    if spare:
-        notes.append(f"triangles of no area are left out, {spare} of {len(mesh.faces)}")
-    if cavities := shells_of(used).cavities:
-        notes.append(f"sets of triangles that are walls of cavities: {cavities}")
-    verdicts = check_mesh(used, process, [AS_IT_STANDS])
-    if not notes:
-        return verdicts
-    return (readable(f"read as slicers do: {'; '.join(notes)}"), *verdicts)
+    return (strict, *check_mesh(package.mesh, process, [AS_IT_STANDS]))

@@ -1,4 +1,4 @@
-"""Verdicts on triangles of any origin: closed, simple, thick enough, open enough, carried, of a plausible size."""
+"""Verdicts on triangles of any origin: closed, thick enough, open enough, carried, of a plausible size."""
 
 from __future__ import annotations
 
@@ -25,13 +25,10 @@ POSES = {
     "-x up": (-1.0, 0.0, 0.0), "+y up": (0.0, 1.0, 0.0), "-y up": (0.0, -1.0, 0.0),
 }  # fmt: skip
 _FACES_OF_AN_EDGE = 2
-_HALF_A_TURN = 0.5
-_SINGLE_PRECISION = 1e-6  # of a mesh file: the height of a triangle over its longest side, below which it has no area
 _SAMPLES = 2000
 _OPPOSITE = -0.75  # cosine between two faces of one wall; the faces of a 45 degree wedge are no wall
 _FARTHEST_MM = 16.0  # far more than any wall or gap that matters
 _OFF_SURFACE_MM = 1e-5  # so that a ray does not meet the triangle that it starts from
-_TOUCH = 1e-9  # fraction of an edge or of a triangle: what is nearer to its end or its side touches it
 _BED_MM = 0.05
 _SPREAD_DEG = 0.5  # a facet of a round or 45 degree face is this much off
 
@@ -72,72 +69,21 @@ def enclosed_volume(mesh: trimesh.Trimesh) -> float:
 
 
 def body_verdict(mesh: trimesh.Trimesh) -> Verdict:
-    """Return geometry.one_solid: the number of connected sets of triangles, without the walls of cavities."""
-    shells = shells_of(mesh)
-    reference = "connected sets of triangles"
-    if shells.cavities:
-        reference += f"; {shells.cavities} more are walls of cavities within them"
-    return equal("geometry.one_solid", float(shells.bodies), 1.0, 0.0, unit="1", reference=reference)
+    """Return geometry.one_solid: the number of connected sets of triangles."""
+    bodies = float(mesh.body_count)
+    return equal("geometry.one_solid", bodies, 1.0, 0.0, unit="1", reference="connected sets of triangles")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Shells:
-    """How many connected sets of triangles are bodies, and how many are cavities in one."""
-
-    bodies: int
-    cavities: int
-
-
-def shells_of(mesh: trimesh.Trimesh) -> Shells:
-    """Return the numbers of bodies and cavities: a set that faces inward is a cavity where it lies in material."""
-    edges = np.asarray(mesh.edges_unique)
-    count = len(mesh.vertices)
-    of_vertex = trimesh.graph.connected_component_labels(edges, node_count=count)  # type: ignore[no-untyped-call]
-    of_face = of_vertex[mesh.faces[:, 0]]
-    corners = np.asarray(mesh.triangles)
-    volumes = np.bincount(of_face, weights=np.linalg.det(corners - corners[0, 0]) / 6.0)
-    cavities = 0
-    for shell in np.flatnonzero(volumes < 0.0):
-        is_of_shell = of_face == shell
-        point = corners[is_of_shell][0, 0]
-        cavities += int(_turns_around(point, corners[~is_of_shell]) > _HALF_A_TURN)
-    return Shells(bodies=len(np.unique(of_face)) - cavities, cavities=cavities)
-
-
-def _turns_around(point: Floats, corners: Floats) -> float:
-    """Return the winding number of triangles (n, 3, 3) about a point [1]: 1 inside of a body, 0 outside.
-
-    A. van Oosterom, J. Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 30, 1983.
-    """
-    a, b, c = (corners - point).transpose(1, 0, 2)
-    length_a, length_b, length_c = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
-    cosines = length_a * length_b * length_c
-    cosines += np.einsum("ij,ij->i", a, b) * length_c
-    cosines += np.einsum("ij,ij->i", b, c) * length_a
-    cosines += np.einsum("ij,ij->i", c, a) * length_b
-    return float(np.arctan2(triple, cosines).sum() / (2.0 * np.pi))
-
-
-def without_spare_triangles(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, int]:
-    """Return a mesh without its triangles of no area, and their number.
-
-    A triangle with two equal corners always goes. One whose corners lie on a line stays where the mesh would be open
-    without it: it joins one long edge to two short ones.
-    """
+def without_collapsed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Return a mesh without its triangles that have two equal corners: a kernel writes some at the poles of a ball."""
     faces = np.asarray(mesh.faces)
     is_collapsed = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
-    longest = np.linalg.norm(mesh.triangles - np.roll(mesh.triangles, 1, axis=1), axis=2).max(axis=1)
-    is_line = is_collapsed | (2.0 * mesh.area_faces <= _SINGLE_PRECISION * longest**2)
-    for is_spare in (is_line, is_collapsed):
-        if not is_spare.any():
-            return mesh, 0
-        left = mesh.copy()
-        left.update_faces(~is_spare)
-        left.remove_unreferenced_vertices()
-        if len(left.faces) and all(verdict.passed for verdict in closed_verdicts(left)):
-            break
-    return left, int(is_spare.sum())
+    if not is_collapsed.any():
+        return mesh
+    left = mesh.copy()
+    left.update_faces(~is_collapsed)
+    left.remove_unreferenced_vertices()
+    return left
 
 
 def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...]:
@@ -172,48 +118,6 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
             reference=f"solid {process.material}, {density:g} g/cm^3",
         ),
     )
-
-
-def self_intersection_verdict(mesh: trimesh.Trimesh) -> Verdict:
-    """Return geometry.self_intersection: the number of pairs of triangles that pass through each other."""
-    pairs = crossing_pairs(mesh)
-    reference = "pairs of triangles that pass through each other"
-    if len(pairs):
-        reference += f"; the first near {_point(mesh.triangles_center[pairs[0, 0]])} mm"
-    return equal("geometry.self_intersection", float(len(pairs)), 0.0, 0.0, unit="1", reference=reference)
-
-
-def crossing_pairs(mesh: trimesh.Trimesh) -> Indices:
-    """Return the pairs (n, 2) of triangles without a common corner of which an edge of one passes through the other."""
-    corners = np.asarray(mesh.triangles)
-    near, counts = mesh.triangles_tree.intersection_v(corners.min(axis=1), corners.max(axis=1))
-    first = np.repeat(np.arange(len(corners)), counts.astype(np.int64))
-    pairs = np.stack([first, near.astype(np.int64)], axis=1)
-    pairs = pairs[pairs[:, 0] < pairs[:, 1]]
-    first_faces, second_faces = mesh.faces[pairs.T]
-    has_common_corner = (first_faces[:, :, None] == second_faces[:, None, :]).any(axis=(1, 2))
-    pairs = pairs[~has_common_corner]
-    first_corners, second_corners = corners[pairs.T]
-    return np.asarray(pairs[_pierces(first_corners, second_corners) | _pierces(second_corners, first_corners)])
-
-
-def _pierces(edged: Floats, pierced: Floats) -> npt.NDArray[np.bool_]:
-    """Say of each pair of triangles whether an edge of the first passes through the inside of the second.
-
-    Edge and triangle meet where start + t (end - start) = a + u (b - a) + v (c - a). T. Moller, B. Trumbore, Fast,
-    minimum storage ray-triangle intersection, J. Graphics Tools 2, 1997.
-    """
-    a, b, c = pierced.transpose(1, 0, 2)
-    crosses = np.zeros(len(edged), dtype=bool)
-    for start, end in zip(edged.transpose(1, 0, 2), np.roll(edged, -1, axis=1).transpose(1, 0, 2), strict=True):
-        directions = np.stack([start - end, b - a, c - a], axis=2)
-        lengths = np.linalg.norm(directions, axis=1)
-        is_parallel = np.abs(np.linalg.det(directions)) <= _TOUCH * lengths.prod(axis=1)
-        directions[is_parallel] = np.eye(3)
-        t, u, v = np.linalg.solve(directions, (start - a)[:, :, None])[:, :, 0].T
-        least = np.min([t, 1.0 - t, u, v, 1.0 - u - v], axis=0)
-        crosses |= ~is_parallel & (least > _TOUCH)
-    return crosses
 
 
 def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:

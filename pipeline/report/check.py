@@ -67,7 +67,7 @@ def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing]
     from cad.parts.assembly import sensor_of
 
     verdicts = check_file(path, process)
-    if designed is None or any(verdict.name == READABLE and not verdict.passed for verdict in verdicts):
+    if designed is None or any(verdict.name == READABLE for verdict in verdicts):
         return verdicts
     return (part_as_designed(sensor_of(*designed), path), *verdicts)
 
