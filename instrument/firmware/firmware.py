@@ -1,10 +1,13 @@
 """The read-out of a unit as source code for a microcontroller: a C99 header, or a MicroPython module."""
 
+import inspect
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from instrument.firmware import press_core
+from instrument.firmware.press_core import Unit
 from instrument.press.fruit_reading import AT_THE_EDGE
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import TARE_SAMPLES
@@ -26,19 +29,40 @@ def c_header(sensor: MeasuringUnit) -> str:
 
     Raises InputError where the design has fruit.relaxation.
     """
-    return render_template("firmware/firmware.h.j2", _single, **_constants(sensor))
+    return render_template("firmware/firmware.h.j2", _single, **_about(sensor), **_constants(sensor))
 
 
 def micropython(sensor: MeasuringUnit) -> str:
-    """Return the read-out of a unit as a MicroPython module that imports math alone.
+    """Return the read-out of a unit as a MicroPython module that imports math alone: press_core.py with its constants.
 
     Raises InputError where the design has fruit.relaxation.
     """
-    return render_template("firmware/firmware.py.j2", repr, **_constants(sensor))
+    core = inspect.getsource(press_core).partition("\nimport math\n")[2]
+    constants = {name: repr(value) for name, value in _constants(sensor).items() if name in Unit.__annotations__}
+    return render_template("firmware/board.py.j2", core=core.strip(), constants=constants, **_about(sensor))
+
+
+def _about(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return what the templates say of a unit, its channels and its board."""
+    signal = sensor.report.read_out.signal
+    return {
+        "design": sensor.design.name,
+        "method": sensor.unit.method,
+        "radii": " and ".join(f"{radius:g}" for radius in sensor.radii_mm or ()),
+        "tips": [tip.name for tip in sensor.report.tips],
+        "pair": sensor.is_pair,
+        "calibrated": bool(sensor.unit.newtons_per_count),
+        "staggered": signal is not None and bool(signal.delays),
+        "tare_samples": TARE_SAMPLES,
+        "amplifier": "" if signal is None else signal.amplifier,
+        "board": "" if signal is None else signal.board,
+        "rate": 0.0 if signal is None or not signal.time_deviation else signal.rate_Hz,
+        "inputs": _inputs(sensor),
+    }
 
 
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return what the templates name: forces [N], lengths [mm], moduli [MPa].
+    """Return the constants of a unit: forces [N], lengths [mm], moduli [MPa]; `press_core.Unit` says what they are.
 
     Raises InputError for flesh that relaxes, which is read by a press with its hold.
     """
@@ -47,29 +71,22 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         raise validation_error("fruit.relaxation", "given", "", bound, "read a press with pipeline read")
     least, largest = sensor.range_MPa
     signal = sensor.report.read_out.signal
+    later = [] if signal is None else list(signal.delays)
     return {
-        "design": sensor.design.name,
-        "method": sensor.unit.method,
-        "radii": " and ".join(f"{radius:g}" for radius in sensor.radii_mm or ()),
-        "tips": [tip.name for tip in sensor.report.tips],
-        "gains": sensor.unit.gain,
+        "gains": [*sensor.unit.gain],
         "newtons": [slope for row in sensor.unit.newtons_per_count for slope in row],
         "saturation": sensor.unit.saturation_counts,
-        "tare_samples": TARE_SAMPLES,
-        "amplifier": "" if signal is None else signal.amplifier,
-        "board": "" if signal is None else signal.board,
         "least_forces": sensor.least_forces.tolist(),
         "lowest_forces": sensor.lowest_forces.tolist(),
         "largest_forces": sensor.largest_forces.tolist(),
+        "later": later,
+        "several": 2 if later else 1,
+        "time_deviation": 0.0 if signal is None else signal.time_deviation,
+        "largest_by_time": LARGEST_BY_TIME,
         "least_E": least * (1.0 - AT_THE_EDGE),
         "largest_E": largest * (1.0 + AT_THE_EDGE),
         "reduced": sensor.reduced(1.0),
-        "later": [] if signal is None else list(signal.delays),
-        "rate": 0.0 if signal is None or not signal.time_deviation else signal.rate_Hz,
-        "time_deviation": 0.0 if signal is None else signal.time_deviation,
-        "largest_by_time": LARGEST_BY_TIME,
-        "inputs": _inputs(sensor),
-        "level": _level(sensor.level, sensor.press_over_weighed()),
+        **_level(sensor.level, sensor.press_over_weighed()),
         **_contrast_constants(sensor, sensor.rise_law),
         **_spike_constants(sensor),
         **_seating_constants(sensor),
@@ -94,9 +111,9 @@ def _level(rows: Sequence[LevelReading], stiffened: float) -> dict[str, object]:
         rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]
     by_creep = math.log(stiffened)
     return {
-        "logs": [math.log(row.read_MPa) - by_creep for row in rows],
-        "shifts": [math.log(row.E_MPa / row.read_MPa) + by_creep for row in rows],
-        "factor": stiffened * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
+        "level_logs": [math.log(row.read_MPa) - by_creep for row in rows],
+        "level_shifts": [math.log(row.E_MPa / row.read_MPa) + by_creep for row in rows],
+        "level_factor": stiffened * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
     }
 
 
@@ -116,7 +133,12 @@ def _spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return what tells samples that contradict their press: forces [N], the contrast [mm]."""
     line = press_line(sensor)
     return {
-        "line": line,
+        "linear": [*line.linear],
+        "line_domes": [*line.domes],
+        "errors": [*line.errors],
+        "least_slope": line.least,
+        "most_slope": line.most,
+        "of_whole": line.of_whole,
         "others": OTHERS,
         "beside": BESIDE,
         "slack": SLACK * (line.most - line.least),
@@ -135,8 +157,8 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
     """Return what the formulas of a contrast need: forces [N], lengths [mm], moduli [MPa]."""
     sensor.refuse_without_rise_level()
     weights, C, S = law.contrast.arrays
-    constants = {
-        "pair": sensor.is_pair,
+    domes = law.rolling
+    return {
         "springs": (weights @ C).tolist(),
         "fruit": (weights @ S).tolist(),
         "domes": (law.contrast.hertz * weights).tolist(),
@@ -146,20 +168,14 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
         "latest_touch": LARGEST_TOUCH_FORCE,
         "least_rise": LEAST_RISE * float(np.linalg.norm(sensor.noises)),
         "largest_noise": LARGEST_NOISE,
-        "rolling": law.rolling is not None,
-        "saddle_steps": SADDLE_STEPS if law.rolling is not None else 1,
+        "saddle_steps": 1 if domes is None else SADDLE_STEPS,
         "settled": SETTLED,
-    }
-    if law.rolling is None:
-        return constants
-    domes = law.rolling
-    return {
-        **constants,
         "weights": weights.tolist(),
-        "places": [along for place in domes.positions for along in place],
-        "dome_radius": domes.dome_radius,
-        "rolled": domes.rolling_factor,
-        "felt": domes.contrast_of_xy,
-        "body": (1.0 - domes.poisson**2) / math.pi,
-        "still": (weights @ (S - domes.S())).tolist(),  # what the body adds to a half-space
+        "places": [] if domes is None else [along for place in domes.positions for along in place],
+        "dome_radius": 0.0 if domes is None else domes.dome_radius,
+        "rolled": 1.0 if domes is None else domes.rolling_factor,
+        "felt": 1.0 if domes is None else domes.contrast_of_xy,
+        "body": 0.0 if domes is None else (1.0 - domes.poisson**2) / math.pi,
+        # what the body adds to a half-space
+        "still": [] if domes is None else (weights @ (S - domes.S())).tolist(),
     }

@@ -1,14 +1,18 @@
 """Firmware compiled by the system's compiler, or run by the interpreter, reads as `pipeline read` does."""
 
+import ast
 import math
 import runpy
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from measured_units import MeasuredDesign, printed_by_header, read_log, with_heights
 
+from instrument.firmware import press_core
 from instrument.firmware.firmware import micropython
+from instrument.firmware.press_core import Unit
 from instrument.press.contrast_press import ContrastPress
 from instrument.press.fruit_reading import IN_FIRMWARE, flags_of_forces
 from solve.contact.poses import Pose
@@ -248,3 +252,15 @@ def test_firmware_of_few_level_rows_agrees(count, mango, tmp_path, in_c):
     (expected, bit), module = both(sensor, rows, tmp_path)
     assert module == (pytest.approx(expected, rel=1e-9), bit)
     assert in_c(sensor, rows)[-1, 0] == pytest.approx(expected, rel=AGREES)
+
+
+@pytest.mark.parametrize("design", ["mango", "paper"])
+def test_a_unit_has_every_constant_that_the_core_declares(design, request, tmp_path):
+    given = module_of(tmp_path, request.getfixturevalue(design).measuring())["UNIT"]
+    assert vars(given).keys() - {"size"} == Unit.__annotations__.keys()
+
+
+def test_core_imports_what_a_board_has():
+    tree = ast.parse(Path(press_core.__file__).read_text(encoding="utf-8"))
+    imported = [node for node in tree.body if isinstance(node, ast.Import | ast.ImportFrom)]
+    assert [[alias.name for alias in node.names] for node in imported] == [["math"]]

@@ -92,7 +92,7 @@ def test_a_level_table_of_firmware_has_the_creep_in_it(mango, tmp_path):
     _, sensor = weighed(mango)
     path = tmp_path / "unit.py"
     path.write_text(micropython(sensor), encoding="utf-8")
-    corrected = runpy.run_path(str(path))["corrected"]
+    corrected = runpy.run_path(str(path))["UNIT"].corrected
     for read in (0.4, 0.9, 2.2, 4.0):
         assert corrected(read) == pytest.approx(sensor.corrected(read), rel=1e-12)
     assert sensor.corrected(sensor.read_as(1.7)) == pytest.approx(1.7, rel=1e-3)

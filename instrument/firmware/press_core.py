@@ -1,0 +1,653 @@
+"""The reading of presses in the Python that MicroPython has too: `pipeline read --micropython` copies this file.
+
+Forces in N, lengths in mm, moduli in MPa; lists have one value for each tip. Only math is imported, annotations are
+builtin, and the memory of a press does not grow. The C header reads alike, and `pipeline read` by arrays.
+"""
+
+import math
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+BAD_FORCE = 1  # no number, below zero by more than noise, or far beyond full scale
+LIFT_OFF = 2  # a tip is off the fruit
+OUT_OF_RANGE = 4  # no modulus, or one outside the range of the design
+SATURATED = 8  # counts at the end of the converter's range
+NOT_TARED = 16  # no counts of the free sensor were given before
+FEW_SAMPLES = 32  # a press of too few samples with all tips on the fruit
+NO_RISE = 64  # a press that hardly rises after the last tip touched
+TOO_FAST = 128  # a press so fast that the times of the channels leave E open by 2 %, and more
+
+
+class Unit:
+    """The constants of a unit."""
+
+    gains: list[float]  # force over channel [1]
+    newtons: list[float]  # channels over counts [N], tip by tip; empty if counts are not calibrated
+    saturation: int  # of the counts, which are at most so large
+    least_forces: list[float]  # of a tip on the fruit
+    lowest_forces: list[float]  # below, a force is bad
+    largest_forces: list[float]
+    later: list[float]  # how much later a channel is converted than the first one [of a sample]; empty if at once
+    several: int  # samples that one bad conversion is part of
+    time_deviation: float  # standard deviation of the times of the channels [of a sample]
+    largest_by_time: float
+    least_E: float
+    largest_E: float
+    reduced: float  # E / (1 - nu^2) over E
+    level_logs: list[float]  # logarithms of the moduli that a level sensor reads
+    level_shifts: list[float]  # logarithms of the true moduli over these
+    springs: list[float]  # weights of the contrast [mm/N]
+    fruit: list[float]  # [mm/N MPa]
+    domes: list[float]  # [mm/N^(2/3) MPa^(2/3)]
+    gap: float
+    noises: list[float]
+    fewest: int
+    latest_touch: float  # of the whole force [1]
+    least_rise: float
+    largest_noise: float  # of ln E
+    weights: list[float]  # these seven of domes that roll on a saddle; places are empty otherwise
+    places: list[float]
+    dome_radius: float
+    rolled: float
+    felt: float
+    body: float
+    still: list[float]
+    saddle_steps: int
+    settled: float
+    linear: list[float]  # the contrast for spikes [mm/N], [mm/N^(2/3)]
+    line_domes: list[float]
+    errors: list[float]
+    least_slope: float  # of this contrast over the whole force [mm/N]
+    most_slope: float
+    of_whole: float  # variance of the whole force [N^2]
+    slack: float
+    others: int
+    beside: int
+    firm: float
+    largest_residual: float  # [standard deviations]
+    loads: list[float]
+    load_forces: list[float]
+    per_offset: float
+    by_skin: float
+    rounds: int
+
+    def __init__(self, constants: dict[str, object]) -> None:
+        """Take all constants by their names."""
+        for name in constants:
+            setattr(self, name, constants[name])
+        self.size = len(self.gains)
+
+    def forces_of(self, channels: list[float]) -> tuple[list[float], int]:
+        """Return the forces [N] of channels [N], and what is wrong with them."""
+        forces = []
+        flags = 0
+        for tip in range(self.size):
+            force = self.gains[tip] * channels[tip]
+            if not self.lowest_forces[tip] <= force <= self.largest_forces[tip]:
+                flags |= BAD_FORCE
+            if not force > self.least_forces[tip]:
+                flags |= LIFT_OFF
+            forces.append(force)
+        return forces, flags
+
+    def channels_of(self, above: list[float]) -> list[float]:
+        """Return the channels [N] of counts above tare."""
+        rows = [self.newtons[tip * self.size : (tip + 1) * self.size] for tip in range(self.size)]
+        return [dot(row, above) for row in rows]
+
+    def saturated(self, counts: list[int]) -> bool:
+        """Return whether counts are at the end of the converter's range."""
+        return max(abs(count) for count in counts) >= self.saturation
+
+    def judged(self, E: float) -> tuple[float, float, int]:
+        """Return E, E / (1 - nu^2) [MPa] and the flags."""
+        outside = not self.least_E <= E <= self.largest_E
+        return E, self.reduced * E, OUT_OF_RANGE if outside else 0
+
+    def corrected(self, read: float) -> float:
+        """Return the modulus [MPa] that a level sensor reads as this: fruit's shape and skin, and creep of springs."""
+        logs = self.level_logs
+        shifts = self.level_shifts
+        if not logs:
+            return read
+        if len(logs) == 1:
+            return read * math.exp(shifts[0])
+        at = math.log(read)
+        row = 1
+        while row < len(logs) - 1 and logs[row] < at:
+            row += 1
+        share = min(max((at - logs[row - 1]) / (logs[row] - logs[row - 1]), 0.0), 1.0)
+        return read * math.exp(shifts[row - 1] + share * (shifts[row] - shifts[row - 1]))
+
+    def fruit_on(self, offset: float) -> list[float]:
+        """Return how the fruit moves the contrast by forces, times E [1/mm], if its saddle makes an offset [mm].
+
+        Domes roll on it, so that their contacts are nearer to each other than their axes.
+        """
+        if not self.places:
+            return self.fruit
+        tall = 2.0 * self.dome_radius * offset / self.felt * self.rolled
+        across = tall * self.rolled / (1.0 + math.sqrt(1.0 + tall * tall))
+        area = self.rolled * self.rolled - across * across
+        fruit = []
+        for tip in range(self.size):
+            total = self.still[tip]
+            for other in range(self.size):
+                if other != tip:
+                    x = self.places[2 * other] - self.places[2 * tip]
+                    y = self.places[2 * other + 1] - self.places[2 * tip + 1]
+                    along = self.rolled * x - across * y
+                    beside = self.rolled * y - across * x
+                    distance = math.sqrt(along * along + beside * beside)
+                    total += self.weights[other] * self.body * area / distance
+            fruit.append(total)
+        return fruit
+
+    def point_of(self, forces: list[float]) -> tuple[float, float, float, float]:
+        """Return a sample as whole force [N], contrast [mm], variance of the contrast, covariance of both."""
+        contrast = variance = covariance = 0.0
+        for tip in range(self.size):
+            cube_root = forces[tip] ** (1.0 / 3.0)
+            slope = self.linear[tip] + self.line_domes[tip] / 1.5 / cube_root
+            error = self.errors[tip]
+            contrast += self.linear[tip] * forces[tip] + self.line_domes[tip] * cube_root * cube_root
+            variance += (slope * error) ** 2
+            covariance += slope * error * error
+        return sum(forces), contrast, variance, covariance
+
+    def variance_off(self, variance: float, covariance: float, slope: float) -> float:
+        """Return the variance of the distance of a point from a line of a slope [mm^2]."""
+        return variance - slope * (2.0 * covariance - slope * self.of_whole)
+
+    def are_firm(self, forces: list[float]) -> list[bool]:
+        """Return for each tip whether its force [N] is of a touch that noise does not end."""
+        return [force > self.firm * least for force, least in zip(forces, self.least_forces)]
+
+
+def dot(weights: list[float], values: list[float]) -> float:
+    """Return the sum of products."""
+    return sum(weight * value for weight, value in zip(weights, values))
+
+
+def root(rigid: float, dome: float, body: float) -> float | None:
+    """Return the smallest root z = E^(-1/3) of rigid + dome z^2 + body z^3 = 0, None if there is none."""
+    end = -2.0 * dome / (3.0 * body) if body else 0.0
+    if not end > 0.0:
+        ends = [abs(rigid / dome) ** 0.5] if dome else []
+        ends += [abs(rigid / body) ** (1.0 / 3.0)] if body else []
+        end = 2.0 * min(ends) if ends else 0.0
+    if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
+        return None
+    start = 0.0
+    for _ in range(60):
+        middle = 0.5 * (start + end)
+        if rigid * (rigid + middle * middle * (dome + body * middle)) > 0.0:
+            start = middle
+        else:
+            end = middle
+    return end
+
+
+class UnitTare:
+    """The counts of the free sensor, and counts above them."""
+
+    def __init__(self, unit: Unit) -> None:
+        """Begin without a sample."""
+        self.unit = unit
+        self.samples = 0
+        self.sums = [0] * unit.size
+
+    def add(self, counts: list[int]) -> int:
+        """Take counts of the free sensor in, unless one is saturated; return its flag."""
+        if self.unit.saturated(counts):
+            return SATURATED
+        self.sums = [a + b for a, b in zip(self.sums, counts)]
+        self.samples += 1
+        return 0
+
+    def above(self, counts: list[int]) -> tuple[list[float], int]:
+        """Return counts above tare, and what is wrong with the counts, which are then none."""
+        if not self.samples:
+            return [], NOT_TARED
+        if self.unit.saturated(counts):
+            return [], SATURATED
+        return [(count * self.samples - total) / self.samples for count, total in zip(counts, self.sums)], 0
+
+
+class Rising:
+    """The samples of one press as running sums: those that follow samples with all forces above the least ones [N]."""
+
+    def __init__(self, unit: Unit, least: list[float]) -> None:
+        """Begin a press."""
+        self.unit = unit
+        self.least = least
+        self.deepest = 0.0  # largest whole force [N]
+        self.begin_sums()
+        self.keep()
+
+    def begin_sums(self) -> None:
+        """Begin the sums of a press, also after a lift: what comes after it is another press."""
+        size = self.unit.size
+        self.break_off()
+        self.touch = 0.0  # whole force of the first sample with all tips on the fruit [N]
+        self.count = 0
+        self.instrument = 0.0  # mean of the whole force before [N]
+        self.spread = 0.0  # its co-moment with itself [N^2]
+        self.means = [(0.0, 0.0, 0.0)] * size  # of F, F^(2/3) and F^(-1/3) of each tip
+        self.rising = [(0.0, 0.0)] * size  # co-moments of the instrument with F and F^(2/3)
+        self.steps = [0.0] * size  # means of the forces less those of the sample before [N]
+        self.rising_steps = [0.0] * size  # co-moments of the instrument with these [N^2]
+
+    def keep(self) -> None:
+        """Keep the sums up to here as those up to the deepest sample."""
+        self.to_deepest = (self.count, self.touch, self.spread, self.means, self.rising, self.rising_steps)
+
+    def break_off(self) -> None:
+        """Forget the samples before, that the next one does not follow."""
+        self.before = [0.0] * self.unit.several  # whole forces of the samples before [N], the earliest first, 0 if none
+
+    def add(self, forces: list[float], steps: list[float]) -> None:
+        """Take forces [N] in, each above 0, and their differences from the sample before [N]."""
+        if self.before[0]:
+            self.count_in(forces, steps)
+        if all(force > least for force, least in zip(forces, self.least)):
+            self.before = self.before[1:]
+            self.before.append(sum(forces))
+        else:
+            self.begin_sums()
+
+    def count_in(self, forces: list[float], steps: list[float]) -> None:
+        """Take forces [N] into the sums."""
+        before = self.before[0]
+        whole = sum(forces)
+        if not self.count:
+            self.touch = before
+        self.count += 1
+        step = before - self.instrument
+        self.instrument += step / self.count
+        self.spread += step * (before - self.instrument)
+        means = []
+        rising = []
+        for force, mean, moment in zip(forces, self.means, self.rising):
+            power = force ** (2.0 / 3.0)
+            new = (
+                mean[0] + (force - mean[0]) / self.count,
+                mean[1] + (power - mean[1]) / self.count,
+                mean[2] + (force ** (-1.0 / 3.0) - mean[2]) / self.count,
+            )
+            means.append(new)
+            rising.append((moment[0] + step * (force - new[0]), moment[1] + step * (power - new[1])))
+        self.means = means
+        self.rising = rising
+        self.steps = [a + (b - a) / self.count for a, b in zip(self.steps, steps)]
+        self.rising_steps = [a + step * (b - c) for a, b, c in zip(self.rising_steps, steps, self.steps)]
+        if whole >= self.deepest:
+            self.deepest = whole
+            self.keep()
+
+    def read(self, *, whole: bool) -> tuple[float | None, float, int]:
+        """Return E [MPa], the offset of the contrast [mm] and flags, by the rise of the contrast.
+
+        rigid + dome z^2 + body z^3 = 0 of co-moments with the whole force before, z = E^(-1/3). Gaps under the tips,
+        the same in all samples, have none. A `whole` press must rise far.
+        """
+        unit = self.unit
+        count, touch, spread, means, rising, rising_steps = self.to_deepest
+        if count < unit.fewest:
+            return None, 0.0, FEW_SAMPLES
+        rise = (self.deepest - touch) / math.sqrt(12.0)
+        if whole and (touch / self.deepest > unit.latest_touch or not rise > unit.least_rise):
+            return None, 0.0, NO_RISE
+        moments = [moment[0] for moment in rising]
+        forces = [mean[0] for mean in means]
+        rigid = dot(unit.springs, moments)
+        dome = dot(unit.domes, [moment[1] for moment in rising])
+        mean_rigid = unit.gap + dot(unit.springs, forces)
+        mean_dome = dot(unit.domes, [mean[1] for mean in means])
+        z = offset = moved = 0.0
+        fruit = unit.fruit
+        for _ in range(unit.saddle_steps):
+            fruit = unit.fruit_on(offset)
+            found = root(rigid, dome, dot(fruit, moments))
+            if found is None:
+                return None, 0.0, OUT_OF_RANGE
+            z = found
+            before = offset
+            offset = -(mean_rigid + z * z * (mean_dome + dot(fruit, forces) * z))
+            moved = abs(offset - before)
+        if unit.places and not moved <= unit.settled * abs(mean_rigid):
+            return None, 0.0, OUT_OF_RANGE
+        falling = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0
+        variance = 0.0
+        by_times = 0.0
+        for tip in range(unit.size):
+            of_dome = unit.domes[tip] / 1.5 * z * z * means[tip][2]
+            by_force = unit.springs[tip] + fruit[tip] * z * z * z + of_dome
+            variance += (by_force * unit.noises[tip]) ** 2
+            by_times += (by_force * rising_steps[tip]) ** 2
+        if math.sqrt(variance * spread) > unit.largest_noise * abs(falling):
+            return None, 0.0, NO_RISE
+        too_fast = unit.time_deviation * math.sqrt(by_times) > unit.largest_by_time * abs(falling)
+        return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
+
+
+class Line:
+    """The line of the contrast [mm] over the whole force [N] through points: their means, moments and squares."""
+
+    def __init__(self, unit: Unit, points: list[tuple[float, float, float, float]]) -> None:
+        """Take points, each a whole force, a contrast, the variance of that and its covariance with the force."""
+        self.unit = unit
+        self.whole = sum(point[0] for point in points) / len(points)
+        self.contrast = sum(point[1] for point in points) / len(points)
+        self.variance = sum(point[2] for point in points) / len(points)
+        self.covariance = sum(point[3] for point in points) / len(points)
+        apart = [(point[0] - self.whole, point[1] - self.contrast) for point in points]
+        self.spread = sum(u * u for u, _ in apart)
+        self.moment = sum(u * y for u, y in apart)
+        slope = self.moment / self.spread if self.spread > 0.0 else 0.0
+        self.slope = min(max(slope, unit.least_slope), unit.most_slope) if self.spread > 0.0 else 0.0
+        self.squares = sum((y - self.slope * u) ** 2 for u, y in apart)
+
+    def variance_off(self, slope: float) -> float:
+        """Return the mean variance of the distance of a point from a line of a slope [mm^2]."""
+        return self.unit.variance_off(self.variance, self.covariance, slope)
+
+    def residual_of(self, point: tuple[float, float, float, float], slope: float) -> float:
+        """Return the distance of a sample from a line of a slope in standard deviations."""
+        variance = self.unit.variance_off(point[2], point[3], slope) + self.variance_off(slope) / self.unit.others
+        return (point[1] - self.contrast - slope * (point[0] - self.whole)) / math.sqrt(variance)
+
+
+class Sample:
+    """One sample of a touch: its forces [N], its point, its number, and whether it still waits for a decision."""
+
+    def __init__(self, unit: Unit, forces: list[float], number: int) -> None:
+        """Take the forces [N]."""
+        self.forces = forces
+        self.point = unit.point_of(forces)
+        self.number = number
+        self.waits = True
+
+
+class Row:
+    """The last samples of a touch; those that contradict their press are left out."""
+
+    def __init__(self, unit: Unit, take: "Callable[[list[float], int], None]") -> None:
+        """Begin without a touch; `take` is called with the forces [N] of each sample that counts, and its number."""
+        self.unit = unit
+        self.take = take
+        self.length = unit.several + unit.others
+        self.left_out = 0
+        self.number = 0
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin a touch."""
+        self.row: list[Sample] = []
+        self.off = 0
+        self.squares = 0.0
+        self.rows = 0
+        self.released = 0
+        self.whole = 0.0
+        self.contrast = 0.0
+
+    def lifts(self, forces: list[float]) -> bool:
+        """Take forces [N] of a sample in which a tip is off; return whether that is a lift."""
+        self.number += 1
+        if self.row:
+            self.off += 1
+        return not self.row or self.off > self.unit.several or (self.off > 1 and not any(self.unit.are_firm(forces)))
+
+    def lost(self, forces: list[float]) -> bool:
+        """Return whether samples with a tip off lie between firm touches, the second of forces [N], and are no lift."""
+        unit = self.unit
+        if unit.several > 1:  # a bad conversion is part of two samples, so the second touch need not be firm
+            return any(all(unit.are_firm(sample.forces)) for sample in self.row[-unit.several :])
+        return all(unit.are_firm(forces)) and all(unit.are_firm(self.row[-1].forces))
+
+    def add(self, forces: list[float]) -> None:
+        """Take forces [N] of a touch."""
+        self.number += 1
+        self.left_out += self.off
+        self.off = 0
+        self.row = self.row[1 - self.length :]
+        self.row.append(Sample(self.unit, forces, self.number))
+        if len(self.row) == self.length:
+            self.judge(self.unit.beside + 1)
+            self.release(len(self.row) - self.unit.several - (self.unit.beside - 1))
+
+    def close(self) -> None:
+        """Decide on all samples that wait: the touch is over, or the press is."""
+        if len(self.row) == self.length:
+            self.judge(len(self.row))
+        self.release(len(self.row))
+        self.begin()
+
+    def release(self, count: int) -> None:
+        """Give on the first samples of the row, those that wait."""
+        for sample in self.row[: max(count, 0)]:
+            if sample.waits:
+                sample.waits = False
+                self.released += 1
+                self.whole += (sample.point[0] - self.whole) / self.released
+                self.contrast += (sample.point[1] - self.contrast) / self.released
+                self.take(sample.forces, sample.number)
+
+    def slopes(self, line: Line, scale: float) -> tuple[float, float]:
+        """Return the least and the largest slope that a line, the press before it and the moduli allow."""
+        unit = self.unit
+        least = unit.least_slope
+        most = unit.most_slope
+        variance = scale * max(line.variance_off(least), line.variance_off(most))
+        noise = unit.largest_residual * math.sqrt(variance)
+        if line.spread > 0.0:
+            slope = line.moment / line.spread
+            error = noise / math.sqrt(line.spread)
+            least = max(least, slope - error)
+            most = min(most, slope + error)
+            if least > most:
+                least = slope - error
+                most = slope + error
+        if self.released and line.whole != self.whole:
+            chord = (line.contrast - self.contrast) / (line.whole - self.whole)
+            distance = abs(line.whole - self.whole)
+            error = noise * math.sqrt(1.0 / unit.others + 1.0 / self.released) / distance + unit.slack
+            if max(least, chord - error) <= min(most, chord + error):
+                return max(least, chord - error), min(most, chord + error)
+        return least, most
+
+    def judge(self, decided: int) -> None:
+        """Leave those samples out that lie off every line that the others allow, if they are to be decided."""
+        unit = self.unit
+        points = [sample.point for sample in self.row]
+        lines = [Line(unit, points[:first] + points[first + unit.several :]) for first in range(unit.others + 1)]
+        squares = [line.squares for line in lines]
+        first = squares.index(min(squares))
+        line = lines[first]
+        scale = max(1.0, self.squares / self.rows) if self.rows else 1.0
+        least, most = self.slopes(line, scale)
+        residual = 0.0
+        for point in points[first : first + unit.several]:
+            a = line.residual_of(point, least)
+            b = line.residual_of(point, most)
+            residual = max(residual, 0.0 if a * b < 0.0 else min(abs(a), abs(b)))
+        self.squares += line.squares / line.variance_off(line.slope)
+        self.rows += 1
+        if first < decided and residual > unit.largest_residual * math.sqrt(scale):
+            spike = range(first, first + unit.several)
+            kept = [sample for place, sample in enumerate(self.row) if place not in spike or not sample.waits]
+            self.left_out += len(self.row) - len(kept)
+            self.row = kept
+
+
+class UnitPress:
+    """The samples of one press, summed from each load on, in a memory that does not grow."""
+
+    def __init__(self, unit: Unit, last: list[float] | None = None) -> None:
+        """Begin a press, after the last sample as it came if there was one."""
+        self.unit = unit
+        self.last = last
+        self.touched = False
+        self.over = False  # whether the tips were lifted after a press that noise does not end
+        self.firm = 0  # samples in a row in which all tips touched firmly
+        self.row = Row(unit, self.take)
+        self.forces = [0.0] * unit.size  # of the sample before [N]
+        self.number = 0
+        size = unit.size
+        self.rising = [
+            Rising(unit, unit.load_forces[size * load : size * (load + 1)]) for load in range(len(unit.loads))
+        ]
+
+    def add(self, channels: list[float]) -> int:
+        """Take a sample of channels [N] in, unless something is wrong with it; return its flags."""
+        _, flags = self.unit.forces_of(channels)
+        if flags & BAD_FORCE and self.unit.later:
+            return self.lost(flags)
+        at_one_time = self.at_one_time(channels)
+        return self.add_at_one_time(at_one_time) if at_one_time else flags
+
+    def add_counts(self, tare: UnitTare, counts: list[int]) -> int:
+        """Take a sample of counts in, unless something is wrong with it; return its flags."""
+        above, flags = tare.above(counts)
+        if flags:
+            return self.lost(flags) if self.unit.later else flags
+        _, flags = self.unit.forces_of(self.unit.channels_of(above))
+        if flags & BAD_FORCE and self.unit.later:
+            return self.lost(flags)
+        at_one_time = self.at_one_time(above)
+        return self.add_at_one_time(self.unit.channels_of(at_one_time)) if at_one_time else flags
+
+    def at_one_time(self, sample: list[float]) -> list[float]:
+        """Return a sample at the time of its first conversion; empty if the sample before is not known."""
+        if not self.unit.later:
+            return sample
+        last = self.last
+        self.last = sample
+        if last is None:
+            return []
+        return [value - later * (value - before) for value, later, before in zip(sample, self.unit.later, last)]
+
+    def lost(self, flags: int) -> int:
+        """Forget the last sample: a bad one, between which and the next there is no line; return its flags."""
+        self.last = None
+        self.break_off()
+        return flags
+
+    def add_at_one_time(self, channels: list[float]) -> int:
+        """Take a sample in whose channels [N] have one time, unless something is wrong with it; return its flags."""
+        forces, flags = self.unit.forces_of(channels)
+        self.touched = self.touched or not flags
+        if flags & BAD_FORCE:
+            self.row.number += 1
+            self.break_off()
+        elif flags:
+            if self.row.lifts(forces):
+                self.lift()
+        else:
+            if self.row.off and not self.row.lost(forces):
+                self.lift()
+            self.row.add(forces)
+        return flags
+
+    def break_off(self) -> None:
+        """Forget the samples before, that the next one does not follow."""
+        self.row.close()
+        for rising in self.rising:
+            rising.break_off()
+
+    def lift(self) -> None:
+        """Begin the sums anew: what comes after a lift is another press."""
+        self.row.close()
+        for rising in self.rising:
+            rising.begin_sums()
+        self.over = self.over or self.firm > self.unit.several
+        self.firm = 0
+
+    @property
+    def left_out(self) -> int:
+        """Return how many samples contradict the press, and do not count."""
+        return self.row.left_out
+
+    def take(self, forces: list[float], number: int) -> None:
+        """Take forces [N] of a sample by its number into the sums."""
+        if all(self.unit.are_firm(forces)):
+            self.firm += 1
+        elif self.firm <= self.unit.several:
+            self.firm = 0
+        steps = [(force - before) / (number - self.number) for force, before in zip(forces, self.forces)]
+        self.forces = forces
+        self.number = number
+        for rising in self.rising:
+            rising.add(forces, steps)
+
+    def read(self) -> tuple[float | None, float | None, int]:
+        """Return E, E / (1 - nu^2) [MPa] and flags of that part of a press in which flat tips are seated."""
+        self.row.close()
+        if not self.touched:
+            return None, None, LIFT_OFF
+        unit = self.unit
+        load = 0
+        E, offset, flags = self.rising[0].read(whole=True)
+        for _ in range(unit.rounds):
+            if E is None:
+                break
+            needed = E * (unit.per_offset * abs(offset) + unit.by_skin)
+            seated = sum(each < needed for each in unit.loads[:-1])
+            if seated == load:
+                break
+            load = seated
+            E, offset, flags = self.rising[load].read(whole=not load)
+            while E is None and load:
+                load -= 1
+                E, offset, flags = self.rising[load].read(whole=not load)
+        if E is None:
+            return None, None, flags
+        E, reduced, outside = unit.judged(unit.corrected(E))
+        return E, reduced, outside | flags
+
+
+def readings_of(
+    unit: Unit, rows: "Iterable[list[int]]", tare_samples: int
+) -> "Iterator[tuple[float | None, float | None, int]]":
+    """Yield E, E / (1 - nu^2) [MPa] and flags of each press in rows of counts, the first ones of a free sensor.
+
+    A press ends if a tip is lifted, or with counts that are wrong, whose flags follow. A signal without a press gives
+    the reading of its last touch.
+    """
+    tare = UnitTare(unit)
+    press = UnitPress(unit)
+    told = False
+    for counts in rows:
+        if tare.samples < tare_samples:
+            flags = tare.add(counts)
+            if flags:
+                yield None, None, flags
+            continue
+        flags = press.add_counts(tare, counts)
+        wrong = flags and flags != LIFT_OFF
+        if press.over or (wrong and press.touched):
+            told = True
+            yield press.read()
+            press = UnitPress(unit, press.last)
+        if wrong:
+            yield None, None, flags
+    reading = press.read()
+    if press.firm > unit.several or (press.touched and not told):
+        yield reading
+
+
+def recorded_counts(path: str, size: int) -> "Iterator[list[int]]":
+    """Yield rows of counts of a file with a line for each sample: numbers with commas between, the last of each count.
+
+    Lines without a number for each count are left out, as headers are.
+    """
+    with open(path, "rb") as lines:
+        for line in lines:
+            try:
+                counts = [int(cell) for cell in line.strip().split(b",")[-size:]]
+            except ValueError:
+                continue
+            if len(counts) == size:
+                yield counts
