@@ -333,7 +333,7 @@ class Rising:
         return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
 
 
-class Line:
+class ContrastLine:
     """The line of the contrast [mm] over the whole force [N] through points: their means, moments and squares."""
 
     def __init__(self, unit: Unit, points: list[tuple[float, float, float, float]]) -> None:
@@ -360,7 +360,7 @@ class Line:
         return (point[1] - self.contrast - slope * (point[0] - self.whole)) / math.sqrt(variance)
 
 
-class Sample:
+class TouchSample:
     """One sample of a touch: its forces [N], its point, its number, and whether it still waits for a decision."""
 
     def __init__(self, unit: Unit, forces: list[float], number: int) -> None:
@@ -371,7 +371,7 @@ class Sample:
         self.waits = True
 
 
-class Row:
+class Touch:
     """The last samples of a touch; those that contradict their press are left out."""
 
     def __init__(self, unit: Unit, take: "Callable[[list[float], int], None]") -> None:
@@ -385,7 +385,7 @@ class Row:
 
     def begin(self) -> None:
         """Begin a touch."""
-        self.row: list[Sample] = []
+        self.row: list[TouchSample] = []
         self.off = 0
         self.squares = 0.0
         self.rows = 0
@@ -413,7 +413,7 @@ class Row:
         self.left_out += self.off
         self.off = 0
         self.row = self.row[1 - self.length :]
-        self.row.append(Sample(self.unit, forces, self.number))
+        self.row.append(TouchSample(self.unit, forces, self.number))
         if len(self.row) == self.length:
             self.judge(self.unit.beside + 1)
             self.release(len(self.row) - self.unit.several - (self.unit.beside - 1))
@@ -435,7 +435,7 @@ class Row:
                 self.contrast += (sample.point[1] - self.contrast) / self.released
                 self.take(sample.forces, sample.number)
 
-    def slopes(self, line: Line, scale: float) -> tuple[float, float]:
+    def slopes(self, line: ContrastLine, scale: float) -> tuple[float, float]:
         """Return the least and the largest slope that a line, the press before it and the moduli allow."""
         unit = self.unit
         least = unit.least_slope
@@ -462,7 +462,7 @@ class Row:
         """Leave those samples out that lie off every line that the others allow, if they are to be decided."""
         unit = self.unit
         points = [sample.point for sample in self.row]
-        lines = [Line(unit, points[:first] + points[first + unit.several :]) for first in range(unit.others + 1)]
+        lines = [ContrastLine(unit, points[:first] + points[first + unit.several :]) for first in range(unit.others + 1)]
         squares = [line.squares for line in lines]
         first = squares.index(min(squares))
         line = lines[first]
@@ -492,7 +492,7 @@ class UnitPress:
         self.touched = False
         self.over = False  # whether the tips were lifted after a press that noise does not end
         self.firm = 0  # samples in a row in which all tips touched firmly
-        self.row = Row(unit, self.take)
+        self.row = Touch(unit, self.take)
         self.forces = [0.0] * unit.size  # of the sample before [N]
         self.number = 0
         size = unit.size
