@@ -104,29 +104,35 @@ def largest_distance(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> Farthest
     Points lie 0.4 mm apart, on every corner too. What both have triangle for triangle is not measured: it lies within
     1e-4 mm.
     """
-    return _largest_distance(_Surface(mesh), _Surface(design))
+    return _largest_distance(_surface_of(mesh), _surface_of(design))
 
 
 def _largest_distance(file: _Surface, designed: _Surface) -> Farthest:
     found = [Farthest(0.0, file.corners[0, 0], "file")]
-    for owner, here, there in (("file", file, designed), ("design", designed, file)):
-        is_shared = np.array([key in there.keys for key in here.keys_in_order])
-        points, _ = _points_on(here.corners[~is_shared])
-        if len(points):
+    own, other = file.without(designed), designed.without(file)
+    for owner, here, beside, there in (("file", own, other, designed), ("design", other, own, file)):
+        points, _ = _points_on(here.corners)
+        # As written, they lie on what the other surface divides in other triangles: few points show that.
+        is_part = 0 < len(beside.corners) < len(there.corners)
+        if len(points) and not (is_part and _farthest(points, beside)[0] == 0.0):
             found.append(Farthest(*_farthest(points, there), owner))
     return max(found, key=lambda each: each.distance)
 
 
+def _surface_of(mesh: trimesh.Trimesh) -> _Surface:
+    return _Surface(np.asarray(mesh.triangles))
+
+
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """The triangles of a body, and points on them that are drawn at the first query of a distance."""
+    """Triangles by their corners [mm], shape (n, 3, 3), and points on them that are drawn at the first query."""
 
-    mesh: trimesh.Trimesh
+    corners: Floats
 
-    @functools.cached_property
-    def corners(self) -> Floats:
-        """Return the corners of the triangles [mm], shape (n, 3, 3)."""
-        return np.asarray(self.mesh.triangles)
+    def without(self, other: _Surface) -> _Surface:
+        """Return the triangles that another surface does not have."""
+        is_shared = np.array([key in other.keys for key in self.keys_in_order])
+        return _Surface(self.corners[~is_shared])
 
     @functools.cached_property
     def keys_in_order(self) -> list[bytes]:
@@ -238,13 +244,13 @@ def _explanations(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) 
             yield f"the file is in {unit}: all is {factor:g} times as small"
             mesh = mesh.copy()
             mesh.apply_transform(np.diag([factor, factor, factor, 1.0]))
-    designed = _Surface(design)
+    designed = _surface_of(design)
     for motion in [np.eye(4), *_motions(mesh, design)]:
         moved = mesh.copy()
         moved.apply_transform(motion)
         corners = np.asarray(moved.vertices)
         few = corners[:: max(1, len(corners) // _TRIED)]
-        if _bounds(few, designed).max() <= limit and _largest_distance(_Surface(moved), designed).distance <= limit:
+        if _bounds(few, designed).max() <= limit and _largest_distance(_surface_of(moved), designed).distance <= limit:
             yield from _words(motion, mesh)
             return
 
