@@ -33,7 +33,7 @@ from skfem.refdom import RefTet, RefTri
 
 from mesh.session import element_nodes, gmsh_session, used_nodes
 from reference.ellipsoid_presses import Fruit, Sensor, Slope
-from reference.pressed_domes import EDGES, flesh, shapes
+from reference.flesh_elements import EDGES, flesh, shapes
 from sensor.arrays import Floats, Ints
 
 Place = tuple[Floats, Floats]  # the axis up the sensor (3,), and the centres of the domes (tips, 3) [mm]

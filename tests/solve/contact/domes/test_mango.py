@@ -10,7 +10,7 @@ from squares import BALL
 from pipeline.options import load_design
 from pipeline.response.contact import contact_compliance
 from pipeline.response.scene_press import scene_of
-from reference.pressed_domes import Press, extrapolated_forces
+from reference.stored import stored
 from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
@@ -72,48 +72,31 @@ def test_tip_that_is_lifted_most_is_within_its_bar(mango):
     assert found.F_error[0, 3] < 0.03 * found.F[0, 3]
 
 
-ACROSS_HIGH = (1.0, -1.0)  # from the middle to the high tip that is lowered
-ACROSS_LOW = (1.0, 1.0)
+PRESSES = {press["name"]: press for press in stored("pressed_domes")}
+OF_TIPS = {  # the diagonal of a press, and its solved tips
+    "level": ((1.0, -1.0), [1, 0]),  # from the middle to the high tip that is lowered
+    "lifted by tilt and place": ((1.0, -1.0), [1, 0, 3]),
+    "tilted to its own side": ((1.0, -1.0), [1, 0, 3]),
+    "low tip lifted from soft flesh": ((1.0, 1.0), [2, 1, 0]),
+}
 OWN = 1e-3  # of a force: what two meshes leave; level at 1 MPa they find 5e-4 less than the other code
 
 
-@pytest.mark.study
-@pytest.mark.parametrize(
-    ("diagonal", "solved", "press"),
-    [
-        pytest.param(ACROSS_HIGH, [1, 0], Press(E=1.0, K=(HIGH, LOW)), id="level"),
-        pytest.param(
-            ACROSS_HIGH,
-            [1, 0, 3],
-            Press(E=1.0, K=(HIGH, LOW), radius=28.0, tilt_deg=4.0, off_centre=-1.0),
-            id="lifted by tilt and place",
-        ),
-        pytest.param(
-            ACROSS_HIGH,
-            [1, 0, 3],
-            Press(E=3.5, K=(HIGH, LOW), radius=28.0, tilt_deg=4.0, off_centre=1.0),
-            id="tilted to its own side",
-        ),
-        pytest.param(
-            ACROSS_LOW,
-            [2, 1, 0],
-            Press(E=0.5, K=(LOW, HIGH), radius=42.0, tilt_deg=4.0, off_centre=-1.0),
-            id="low tip lifted from soft flesh",
-        ),
-    ],
-)
-def test_forces_in_poses_are_those_of_solids(mango, diagonal, solved, press):
+@pytest.mark.parametrize("name", PRESSES)
+def test_forces_in_poses_are_those_of_solids(mango, name):
     """With the level forces at 0.5 and 3.5 MPa these are six poses; every tip is compared."""
     design, compliance = mango
+    diagonal, solved = OF_TIPS[name]
+    press = PRESSES[name]["press"]
     x, y = np.sqrt(0.5) * np.array(diagonal)
     pose = Pose(
-        E=press.E,
-        travel=press.travel,
-        radii_mm=None if press.radius is None else (press.radius, press.radius),
-        tilt_deg=(press.tilt_deg * x, press.tilt_deg * y),
-        off_centre_mm=(press.off_centre * x, press.off_centre * y),
+        E=press["E"],
+        travel=press["travel"],
+        radii_mm=(press["radius"], press["radius"]),
+        tilt_deg=(press["tilt_deg"] * x, press["tilt_deg"] * y),
+        off_centre_mm=(press["off_centre"] * x, press["off_centre"] * y),
     )
     found = pose_forces(scene_of(design), compliance, SPRINGS, [pose])
-    expected = extrapolated_forces(press)
+    expected = np.array(PRESSES[name]["extrapolated_N"])
     off = np.abs(found.F[0, solved] - expected)
     assert np.all(off < found.F_error[0, solved] + OWN * expected)
