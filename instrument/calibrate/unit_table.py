@@ -10,7 +10,7 @@ import numpy as np
 from instrument.press.measuring import MeasuringUnit
 from sensor.arrays import Floats
 from sensor.design.reading import PRESS_SAMPLES
-from sensor.quantity import COVERAGE
+from sensor.quantity import COVERAGE, report_field
 from sensor.theory.contrast_law import ContrastLaw, ReadingError
 from sensor.theory.contrast_rise import RiseReading, RiseSlopes, RisingPress
 from solve.contact.linear_response import travels
@@ -31,11 +31,16 @@ class UnitRow:
     design [1], None where they read none.
     """
 
-    E: float
-    forces: tuple[float, ...]
-    P: float
-    u: float
-    with_design: float | None
+    E: float = report_field("MPa", "modulus of the fruit", key="E_MPa")
+    forces: tuple[float, ...] = report_field("N", "force of each tip", key="F_N")
+    P: float = report_field("1", "force ratio")
+    u: float = report_field("%", "half width of the error bar of E", key="u_percent", times=100.0)
+    with_design: float | None = report_field(
+        "%",
+        "error of E with the stiffnesses of the design",
+        key="with_design_stiffness_percent",
+        times=100.0,
+    )
 
 
 def error_sources(sensor: MeasuringUnit) -> str:

@@ -280,14 +280,6 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
 
 def unit_as_toml(unit: PrintedUnit) -> str:
     """Return a unit as TOML text that reads back as the same unit."""
-    keys = to_plain(unit)
-    scale = keys.pop("scale")
-    lines = ["# A printed unit, written by pipeline calibrate; pipeline read --unit takes it."]
-    # Texts, numbers and lists of them are written alike in JSON and in TOML.
-    no_counts = {"newtons_per_count": [], "zero_counts": [], "saturation_counts": 0}
-    for key, value in keys.items():
-        if value is not None and (key not in no_counts or value != no_counts[key]):
-            lines.append(f"{key} = {json.dumps(value)}")
-    if scale is not None:
-        lines += ["", "[scale]", *(f"{key} = {json.dumps(value)}" for key, value in scale.items())]
-    return "\n".join(lines) + "\n"
+    left_out = () if unit.zero_counts else ("newtons_per_count", "zero_counts", "saturation_counts")
+    given = {key: value for key, value in to_plain(unit).items() if value is not None and key not in left_out}
+    return f"# A printed unit, written by pipeline calibrate; pipeline read --unit takes it.\n{tables_as_toml(given)}"

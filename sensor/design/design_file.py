@@ -165,9 +165,9 @@ def design_as_toml(design: Design) -> str:
 
 
 def tables_as_toml(data: Mapping[str, Any]) -> str:
-    """Return the tables of a design, with its name, as TOML text."""
-    tables = dict(data)
-    lines = [f"name = {_toml(tables.pop('name'))}"]
+    """Return keys and tables, as those of a design, as TOML text: first the keys that are in no table."""
+    lines = [f"{key} = {_toml(value)}" for key, value in data.items() if not isinstance(value, Mapping)]
+    tables = {name: values for name, values in data.items() if isinstance(values, Mapping)}
     for table, values in tables.items():
         inner = {f"{table}.{key}": value for key, value in values.items() if isinstance(value, Mapping)}
         plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}

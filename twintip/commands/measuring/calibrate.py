@@ -131,20 +131,9 @@ def _tell_tables(*tables: "MeasuredTable | None") -> None:
 def _as_mapping(calibration: "Calibration") -> dict[str, object]:
     """Return a calibration as the data of `--json`; each key ends in its unit."""
     from pipeline.storage.plain import to_plain
+    from pipeline.storage.told import as_data
 
     unit = to_plain(calibration.unit)
-    table = []
-    for row in calibration.table:
-        with_design = None if row.with_design is None else 100.0 * row.with_design
-        table.append(
-            {
-                "E_MPa": row.E,
-                "F_N": row.forces,
-                "P": row.P,
-                "u_percent": 100.0 * row.u,
-                "with_design_stiffness_percent": with_design,
-            }
-        )
     trims = zip(unit["tips"], calibration.trims, strict=False)  # there are no trims where no housing is made
     data: dict[str, object] = {
         **{key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)},
@@ -155,8 +144,8 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
         "creep_error": calibration.weighing.creep.error,
         "press_s": calibration.press_s,
         "K_press_over_weighed": calibration.stiffened,
-        "table": table,
-        "verdicts": to_plain(calibration.verdicts),
+        "table": as_data(calibration.table),
+        "verdicts": as_data(calibration.verdicts),
         "trims": [{"tip": tip, "leaf_longer_mm": longer} for tip, longer in trims],
     }
     if calibration.channels is not None:
