@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import isotonic_regression
-from scipy.special import stdtrit
 
+from instrument.calibrate.lines import student
 from instrument.press.contrast_press import ContrastPress
 from instrument.press.first_touch import FirstTouch
 from instrument.press.fruit_reading import FruitReading
@@ -33,7 +33,6 @@ from sensor.quantity import validation_error
 FEWEST_FRUIT = 6
 PARAMETERS = 2  # of the freedom of a band: those of a power
 _ROUND_OFF = 1e-9  # of a logarithm
-_HOLDS = 0.975  # of a distribution below the upper end of what holds 95 %
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +122,7 @@ def fitted_scale(source: str, names: tuple[str, ...], read: Floats, firmness: Fl
         name = f"{source}: error of fruit left out"
         raise validation_error(name, 100.0 * deviation, "%", bound, "press fruit from softest to firmest")
     points = _CURVES[chosen](means, ends)
-    half_width = math.expm1(float(stdtrit(len(of_fruit) - PARAMETERS, _HOLDS)) * deviation)
+    half_width = math.expm1(student(len(of_fruit) - PARAMETERS) * deviation)
     scale = FruitScale(
         unit=unit,
         curve=chosen,

@@ -89,16 +89,24 @@ class OddRow:
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """A straight line by least squares: its slope with one standard deviation, its value at x = 0, and its bend."""
+    """A straight line by least squares: its slope with one standard deviation, its value at x = 0, and its bend.
+
+    `span` is the largest difference of what is shown, `suspect` the row that the others contradict most.
+    """
 
     slope: Estimate
     zero: float
     bend: Bend
+    span: float
     suspect: OddRow | None
 
-    def odd_row(self, span: float) -> OddRow | None:
-        """Return the row that does not fit the line of the others; a residual counts from a hundredth of a span on."""
-        if self.suspect is None or self.suspect.residual <= max(self.suspect.likely, _LEAST_RESIDUAL * abs(span)):
+    def odd_row(self, span: float | None = None) -> OddRow | None:
+        """Return the row that does not fit the line of the others.
+
+        Its residual is at least a hundredth of a span, here of its own one.
+        """
+        least = _LEAST_RESIDUAL * (self.span if span is None else span)
+        if self.suspect is None or self.suspect.residual <= max(self.suspect.likely, least):
             return None
         return self.suspect
 
@@ -123,9 +131,13 @@ def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None 
     error = float(np.hypot(bend.scatter if bend.excess else scatter, by_rounding)) / (points.width * points.span)
     if bend.excess:
         error = float(np.hypot(error, 0.5 * bend.deviation * points.slope))  # at either end of the line
-    slope = points.slope
-    zero = float(shown.mean() - slope * x.mean())
-    return Line(slope=Estimate(slope, error), zero=zero, bend=bend, suspect=points.suspect())
+    return Line(
+        slope=Estimate(points.slope, error),
+        zero=float(shown.mean() - points.slope * x.mean()),
+        bend=bend,
+        span=float(np.ptp(shown)),
+        suspect=points.suspect(),
+    )
 
 
 def _tabulated(freedom: int) -> float:

@@ -83,7 +83,7 @@ def pressed_springs(
     lines = [fitted(*column) for column in columns]
     K = np.array([line.slope.value for line in lines])
     ratios = K / [spring.value for spring in weighed]
-    _refuse_bad_rows(table, lines, forces)
+    _refuse_odd_rows(table, lines, forces)
     _refuse_unlike(table, ratios, weighed, report)
     _refuse_bent(table, lines)
 
@@ -114,10 +114,10 @@ def pressed_springs(
     ]
 
 
-def _refuse_bad_rows(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
+def _refuse_odd_rows(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
     """Raise InputError, which names its line, for a row that does not fit the straight line of a channel."""
     for line, force, key in zip(lines, forces.T, count_keys(len(lines)), strict=True):
-        found = line.odd_row(float(np.ptp(force)))
+        found = line.odd_row()
         if found is not None:
             place = place_of(table.source, table.lines[found.index], key)
             bound = f"about {found.expected:.4g} N, where the line of the other rows is"

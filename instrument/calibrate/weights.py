@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from instrument.calibrate.lines import FEWEST, LEAST_SPAN, LackOfFit, Line, fitted
+from instrument.calibrate.lines import FEWEST, LEAST_SPAN, LackOfFit, Line, OddRow, fitted
 from instrument.press.signals import count_keys
 from pipeline.report.report import Report
 from pipeline.tables.files import place_of
@@ -147,8 +147,7 @@ def _refuse_few_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
 
 def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
     """Raise InputError for a row that does not fit the line of a deflection, and for a line that shows no spring."""
-    span = float(np.ptp(table.numbers[DEFLECTION][_rows_of(table, name)]))
-    _refuse_odd_row(table, name, DEFLECTION, line, span)  # first: one wrong row spoils the line of all
+    _refuse_odd_row(table, name, DEFLECTION, line.odd_row())  # first: one wrong row spoils the line of all
     field = f"{table.source}: compliance of {name}"
     compliance = line.slope
     if not compliance.value > _LEAST_COMPLIANCE:
@@ -159,9 +158,8 @@ def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
         raise validation_error(field, compliance.value, "mm/N", bound, "weigh again")
 
 
-def _refuse_odd_row(table: MeasuredTable, name: str, column: str, line: Line, span: float) -> None:
-    """Raise InputError, which names its line, for a row that does not fit the straight line of the others."""
-    found = line.odd_row(span)
+def _refuse_odd_row(table: MeasuredTable, name: str, column: str, found: OddRow | None) -> None:
+    """Raise InputError, which names its line, for a row of a name that does not fit the line of the others."""
     if found is not None:
         row = int(_rows_of(table, name)[found.index])
         place = place_of(table.source, table.lines[row], column)
@@ -172,25 +170,24 @@ def _refuse_odd_row(table: MeasuredTable, name: str, column: str, line: Line, sp
 
 
 def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[str], lines: Lines) -> None:
-    """Raise InputError for a missing tare, a row that does not fit, and a channel that does not know its own tip."""
-    spans = {}
-    for name, key in zip(names, keys, strict=True):
-        rows = _rows_of(table, name)
-        loads = table.numbers["force"][rows]
-        if loads[0] != 0.0:
-            place = place_of(table.source, table.lines[int(rows[0])], "tip")
-            raise validation_error(place, float(loads[0]), "N", "0 in the first row of a tip", "tare first")
-        slope = lines[name, key].slope
-        spans[key] = float(slope.value * np.ptp(loads))
-        _refuse_odd_row(table, name, key, lines[name, key], float(np.ptp(table.numbers[key][rows])))
+    """Raise InputError for a missing tare, a row that does not fit, and a channel that does not show its own tip."""
+    own_lines = [lines[own] for own in zip(names, keys, strict=True)]
+    for name, key, line in zip(names, keys, own_lines, strict=True):
+        first = int(_rows_of(table, name)[0])
+        load = float(table.numbers["force"][first])
+        if load != 0.0:
+            place = place_of(table.source, table.lines[first], "tip")
+            raise validation_error(place, load, "N", "0 in the first row of a tip", "tare first")
+        _refuse_odd_row(table, name, key, line.odd_row())
+        slope = line.slope
         if not COVERAGE * slope.error < abs(slope.value):
             field = f"{table.source}: {key} over the weight on {name}"
             bound = f"known to 100 %, not ± {COVERAGE * slope.error:.2g} counts/N"
             raise validation_error(field, slope.value, "counts/N", bound, "check the channel and its wires")
     # A channel shows little of another tip: its rows are judged over the span of its own tip.
     for name in names:
-        for key in keys:
-            _refuse_odd_row(table, name, key, lines[name, key], spans[key])
+        for key, own in zip(keys, own_lines, strict=True):
+            _refuse_odd_row(table, name, key, lines[name, key].odd_row(own.span))
 
 
 def _crosstalk_percent(

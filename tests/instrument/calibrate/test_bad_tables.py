@@ -112,10 +112,10 @@ def test_an_odd_row_is_that_off_the_line_of_the_others(rng):
     x = np.repeat(np.linspace(0.0, 1.0, 6), 2)
     digits = np.full(len(x), 1e-6)
     for _ in range(200):
-        assert fitted(x, x + 0.003 * rng.normal(size=len(x)), digits).odd_row(1.0) is None
+        assert fitted(x, x + 0.003 * rng.normal(size=len(x)), digits).odd_row() is None
     shown = x + 1e-4 * rng.normal(size=len(x))
     for index in range(len(x)):
-        found = fitted(x, shown + 0.05 * np.eye(len(x))[index], digits).odd_row(1.0)
+        found = fitted(x, shown + 0.05 * np.eye(len(x))[index], digits).odd_row()
         assert found is not None
         assert (found.index, found.expected) == (index, pytest.approx(x[index], abs=1e-3))
     bend = fitted(x, x + 0.1 * x**2 + 1e-5 * rng.normal(size=len(x)), digits).bend
