@@ -285,7 +285,7 @@ def _bent(
 ) -> list[str]:
     """Return a note for each column of a tip that is bent by more than `KNOWN_WELL_PERCENT` to either side."""
     shown = zip(report.tips, deflections, strict=True)
-    changes = {f"deflection of {tip.name}": 100.0 * line.bend.told_change for tip, line in shown}
+    changes = {f"deflection of {tip.name}": 100.0 * line.bend.significant_change for tip, line in shown}
     if channels is not None:
         changes |= zip(count_keys(len(deflections)), channels.bend_percent, strict=True)
     return [
@@ -319,5 +319,5 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
 def _anywhere_on(deflection: Line) -> Estimate:
     """Return the stiffness of a leaf [N/mm] under any of its weights, within the change of its slope to either side."""
     K = spring_of(deflection)
-    bound = BOUNDED * 0.5 * deflection.bend.told_change
+    bound = BOUNDED * 0.5 * deflection.bend.significant_change
     return replace(K, error=math.hypot(K.error, bound * K.value))

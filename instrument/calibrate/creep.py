@@ -62,7 +62,7 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
     if after_s is not None:
         bound = "left out beside a column t_s, which has the times"
         raise validation_error("--after", after_s, "s", bound, "give one of both")
-    refuse_bad_times(table)
+    _refuse_bad_times(table)
     loaded = forces != 0.0
     if not loaded.any():
         return Weighing(forces=forces, after_s=WEIGHED_AFTER_S, creep=creep, own=False)
@@ -80,7 +80,7 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
     return Weighing(forces=at_one_time, after_s=after, creep=creep, own=own is not None, note=note)
 
 
-def refuse_bad_times(table: MeasuredTable) -> None:
+def _refuse_bad_times(table: MeasuredTable) -> None:
     """Raise InputError for a time of a weight that is not above 0, and for one before that of the row above."""
     times = table.numbers["t"]
     forces = table.numbers["force"]

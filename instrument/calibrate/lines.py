@@ -63,14 +63,14 @@ class Bend:
         return max(0.0, abs(self.change) - _BEYOND_SCATTER * self.deviation)
 
     @property
-    def told_change(self) -> float:
+    def significant_change(self) -> float:
         """Return the change [1]; 0 if scatter explains it."""
         return self.change if self.excess > 0.0 else 0.0
 
     @property
     def lack_of_fit(self) -> LackOfFit:
         """Return the lack of fit of the straight line; none if scatter explains the bend."""
-        per_x = self.told_change / self.span
+        per_x = self.significant_change / self.span
         return LackOfFit(at_zero=0.0 - per_x * self.middle, per_x=per_x)
 
 

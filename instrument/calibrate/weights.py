@@ -121,7 +121,7 @@ def weighed_channels(table: MeasuredTable, report: Report, lines: Lines, forces:
         # A channel that comes back otherwise lies anywhere within its width (JCGM 100:2008, 4.3.7).
         gain_percent=tuple(math.hypot(line.slope.percent, BOUNDED * 0.5 * width) for line, width in gains),
         lacks_of_fit=tuple(line.bend.lack_of_fit for line in own_lines),
-        bend_percent=tuple(100.0 * line.bend.told_change for line in own_lines),
+        bend_percent=tuple(100.0 * line.bend.significant_change for line in own_lines),
         crosstalk_percent=_crosstalk_percent(table, names, keys, counts_per_N),
         hysteresis_percent=tuple(hysteresis),
         drift_percent=tuple(drift),
