@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from bad_tables import COUNTS_PER_N, FAULTS, GRAM, PlantedUnit, outcomes
 
-from instrument.calibrate.lines import fitted
 from sensor.quantity import InputError
 
 COUNTS = "tip,weight_g,deflection_mm,counts_l,counts_h\n"
@@ -105,23 +104,6 @@ def test_a_plate_that_tells_less_than_the_weights_is_said_to(unit, paper, calibr
     coarse = calibrate(paper.report, table, plate_table(unit, digits=2))
     assert len(coarse.assumed) == 1
     assert "0.01 mm" in coarse.assumed[0]
-
-
-def test_an_odd_row_is_that_off_the_line_of_the_others(rng):
-    """Normal scatter is none; a parabola of a known bend is told: the slope of x + b x^2 runs from 1 to 1 + 2 b."""
-    x = np.repeat(np.linspace(0.0, 1.0, 6), 2)
-    digits = np.full(len(x), 1e-6)
-    for _ in range(200):
-        assert fitted(x, x + 0.003 * rng.normal(size=len(x)), digits).odd_row() is None
-    shown = x + 1e-4 * rng.normal(size=len(x))
-    for index in range(len(x)):
-        found = fitted(x, shown + 0.05 * np.eye(len(x))[index], digits).odd_row()
-        assert found is not None
-        assert (found.index, found.expected) == (index, pytest.approx(x[index], abs=1e-3))
-    bend = fitted(x, x + 0.1 * x**2 + 1e-5 * rng.normal(size=len(x)), digits).bend
-    assert bend.change == pytest.approx(0.2 / 1.1, rel=0.02)
-    assert bend.excess > 0.15
-    assert fitted(x, shown, digits).bend.excess < 0.01
 
 
 def test_the_planted_unit_counts_its_forces(unit):

@@ -150,6 +150,21 @@ def test_bars_hold_the_truth_where_channels_and_springs_bend(draws, least, paper
     assert without < 0.75 * draws
 
 
+@pytest.mark.parametrize(("bend", "notes"), [(0.008, 0), (0.03, 2)])
+def test_a_bend_beyond_half_a_per_cent_to_either_side_is_noted(bend, notes, paper, calibrate, rng):
+    """Of a channel and of a deflection, each with its name and the change of its slope."""
+    bench = Bench(paper, rng, 0.0)
+    bench.of_channel = bend / bench.reach * (0.0, 1.0)
+    bench.of_spring = bend / bench.reach * (1.0, 0.0)
+    bench.noise *= 0.0
+    bench.step = 1e-6
+    assumed = calibrate(paper.report, bench.weights()).assumed
+    assert len(assumed) == notes
+    for name, note in zip(("deflection of low", "counts_h"), assumed, strict=False):
+        assert name in note
+        assert f"{100.0 * bend / (1.0 + 0.5 * bend):+.2g} %" in note
+
+
 @pytest.mark.parametrize("bend", [0.04, -0.06])
 def test_bend_on_a_plate_is_told_with_its_size(bend, paper, calibrate, rng):
     """The plate has deflections right at half of its travel, the weights have forces right at half of the largest.

@@ -124,6 +124,24 @@ def test_leaves_of_a_coupon_are_named_as_tips_are(tmp_path, paper):
     assert (caught.value.field, caught.value.value) == (f"{tmp_path / 'coupon.csv'}, line 8, column 'coupon'", "arm")
 
 
+def test_a_coupon_that_bends_is_wider_by_its_bend(tmp_path, paper):
+    """The modulus of one leaf whose slope changes by 4 %: anywhere within 2 % to either side."""
+    report = replace(paper.report, housing=default_housing())
+    rows = [f"low,{load},{0.15 * load * (1.0 + 0.02 * load / 20.0):.9f}" for load in (0, 5, 10, 15, 20)]
+    assert coupon(rows, report, tmp_path / "coupon.csv").relative == pytest.approx(0.02 / 1.02 / np.sqrt(3.0), rel=0.01)
+
+
+def test_gains_without_counts_are_as_certain_as_the_design_with_their_drift(mango, calibrate):
+    """A drift lies anywhere within its bound."""
+    lines = [TIPS]
+    for tip, K in zip(mango.report.tips, mango.K.tolist(), strict=True):
+        lines += [f"{tip.name},{g},{g * GRAM / K:.9f}\n" for g in (0, 1, 2)]
+    expected = np.hypot(
+        mango.design.reading.gain_percent, np.array(mango.report.read_out.signal.gain_drift_percent) / np.sqrt(3.0)
+    )
+    assert calibrate(mango.report, "".join(lines)).unit.gain_percent == pytest.approx(expected.tolist(), rel=1e-9)
+
+
 def test_level_forces_are_those_of_the_engine(mango, paper):
     for measured, near in ((mango, 5e-3), (paper, 1e-6)):
         for E in (0.5, 3.5):
@@ -182,3 +200,66 @@ def test_bad_table_is_an_error_that_says_where(text, place, value, paper, calibr
     assert caught.value.field == f"{tmp_path / 'measured.csv'}{place}"
     if value is not None:
         assert caught.value.value == (pytest.approx(value, rel=1e-4) if isinstance(value, float) else value)
+
+
+HEADER = "tip,weight_g,deflection_mm,counts_l,counts_h"
+LOADS = (0.0, 10.0, 20.0, 10.0, 0.0)
+
+
+def counted(K, returns, zeros, cross=0.0):
+    """Return weights whose channels show 1000 counts a gram of their tip, and `cross` a gram of the other tip.
+
+    `returns` and `zeros` are what each shows more on the way back, and at last [counts].
+    """
+    lines = [HEADER]
+    for tip, (name, stiffness) in enumerate(zip(("low", "high"), K, strict=True)):
+        for step, load in enumerate(LOADS):
+            own = 1000.0 * load + (returns[tip] if step == 3 else 0.0) + (zeros[tip] if step == 4 else 0.0)
+            counts = [own, cross * load] if tip == 0 else [cross * load, own]
+            lines.append(f"{name},{load},{load * GRAM / stiffness:.9f}," + ",".join(f"{each:.3f}" for each in counts))
+    return "\n".join(lines)
+
+
+def test_channels_tell_what_comes_back_otherwise_and_what_drifts(paper, calibrate):
+    """Of the counts of 20 g: hysteresis is a distance, drift has the sign of the last zero; both straight lines fit."""
+    found = calibrate(paper.report, counted(paper.K, (60.0, -100.0), (20.0, -40.0), cross=5.0))
+    slopes = np.diag(found.channels.counts_per_N) * 20.0 * GRAM
+    assert found.channels.hysteresis_percent == pytest.approx((6000.0 / slopes[0], 10000.0 / slopes[1]), rel=1e-9)
+    assert found.channels.drift_percent == pytest.approx((2000.0 / slopes[0], -4000.0 / slopes[1]), rel=1e-9)
+    assert found.channels.crosstalk_percent == pytest.approx([0.5, 0.5], rel=0.01)
+    for tip, name in enumerate(("low", "high")):
+        loads = np.array(LOADS) * GRAM
+        shown = 1000.0 * np.array(LOADS) + np.array([0, 0, 0, (60, -100)[tip], (20, -40)[tip]])
+        slope, zero = np.polyfit(loads, shown, 1)
+        left = np.linalg.norm(shown - zero - slope * loads) / np.sqrt(3.0) * 3.18 / 2.0
+        of_slope = np.hypot(left, 1e-3 / np.sqrt(12.0)) / np.linalg.norm(loads - loads.mean()) / slope
+        by_return = 0.5 * 0.01 * found.channels.hysteresis_percent[tip] / np.sqrt(3.0)
+        assert found.unit.gain_percent[tip] == pytest.approx(100.0 * np.hypot(of_slope, by_return), rel=1e-6), name
+
+
+def test_counts_that_creep_come_back_as_of_one_time(paper, calibrate):
+    """Each weight is read twice, and the counts grow by 3 % in a decade: that is creep and no hysteresis."""
+    lines = [HEADER.replace("deflection", "t_s,deflection")]
+    for tip, (name, K) in enumerate(zip(("low", "high"), paper.K, strict=True)):
+        for load, t in ((0, 3), (10, 3), (10, 30), (20, 3), (20, 30), (0, 3)):
+            shown = load * t ** np.log10(1.03)
+            counts = [f"{5000.0 * shown * (tip == own):.2f}" for own in range(2)]
+            lines.append(",".join([name, f"{load}", f"{t}", f"{shown * GRAM / K:.9f}", *counts]))
+    found = calibrate(paper.report, "\n".join(lines))
+    assert found.unit.creep_per_decade == pytest.approx(0.03, rel=1e-4)
+    assert max(found.channels.hysteresis_percent) < 0.001
+
+
+def test_counts_of_another_tip_are_judged_over_the_span_of_their_own(paper, calibrate, tmp_path):
+    """Half a per cent of a channel is no odd row, two per cent are, however little the others of that tip show."""
+    lines = counted(paper.K, (0.0, 0.0), (0.0, 0.0), cross=1.0).splitlines()
+    for percent, refused in ((0.5, False), (2.0, True)):
+        cells = lines[3].split(",")
+        cells[4] = f"{200.0 * percent:.3f}"
+        table = "\n".join([*lines[:3], ",".join(cells), *lines[4:]])
+        if not refused:
+            calibrate(paper.report, table)
+            continue
+        with pytest.raises(InputError) as caught:
+            calibrate(paper.report, table)
+        assert caught.value.field == f"{tmp_path / 'measured.csv'}, line 4, column 'counts_h'"

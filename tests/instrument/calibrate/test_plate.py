@@ -1,0 +1,81 @@
+"""What a press on a plate leaves of springs: each cause alone, on tables without noise of their own."""
+
+import numpy as np
+import pytest
+
+from sensor.quantity import InputError
+
+GRAM = 9.80665e-3  # [N]
+COUNTS_PER_N = 1e6
+TRAVEL = np.linspace(0.02, 0.18, 9)  # [mm]
+WIGGLE = np.array([1.0, -2.0, 0.0, 2.0, 0.0, -2.0, 0.0, 2.0, -1.0])  # beside any straight line over the travel
+T_OF_7 = 2.36  # Student's t of 95 %
+WRONG_TRAVEL = 1.5 * np.sqrt(2.0)  # E goes with the power 1.5 of all deflections, and springs count apart
+
+
+def weights(K):
+    """Return exact weights of springs K [N/mm]."""
+    lines = ["tip,weight_g,deflection_mm,counts_l,counts_h"]
+    for tip, name in enumerate(("low", "high")):
+        for load in (0.0, 10.0, 20.0, 30.0):
+            force = load * GRAM
+            counts = [f"{COUNTS_PER_N * force * (tip == own):.6f}" for own in range(2)]
+            lines.append(f"{name},{load},{force / K[tip]:.9f},{','.join(counts)}")
+    return "\n".join(lines)
+
+
+def plate(K, travel=TRAVEL, moved=0.0):
+    """Return a press on a plate of springs K [N/mm], whose low one moved by more [mm], with the travel as written."""
+    deflections = np.column_stack([TRAVEL + moved, TRAVEL])
+    rows = zip(travel, COUNTS_PER_N * K * deflections, strict=True)
+    return "\n".join(["travel_mm,counts_l,counts_h", *(f"{x:.9f},{low:.6f},{high:.6f}" for x, (low, high) in rows)])
+
+
+def of_scatter(deviations):
+    """Return the relative error of a slope over the travel with some deviations [mm] beside its line."""
+    about = TRAVEL - TRAVEL.mean()
+    return 0.5 * T_OF_7 * np.linalg.norm(deviations) / np.sqrt(7.0) / np.linalg.norm(about)
+
+
+def off_all(off):
+    """Return the error by a stiffness that differs by a fraction from the one of the weights, alike on both springs."""
+    return WRONG_TRAVEL * off / np.sqrt(3.0)
+
+
+HALF = of_scatter(1e-4 * WIGGLE)
+CASES = {
+    # travel as written, factor of the low spring on the plate, its deviations [mm], errors of K and of deflections [1]
+    "exact": (TRAVEL, 1.0, 0.0, 1e-4, 1e-4),
+    "travel too long": (1.02 * TRAVEL, 1.0, 0.0, off_all(0.02 / 1.02), 1e-4),
+    "low spring stiffer": (TRAVEL, 1.02, 0.0, np.hypot(off_all(0.01), 0.01 / 1.01 / np.sqrt(3.0)), 1e-4),
+    "travel scatters": (TRAVEL + 2e-4 * WIGGLE, 1.0, 0.0, WRONG_TRAVEL * 2.0 * HALF, 1e-4),
+    "low channel scatters": (TRAVEL, 1.0, 2e-4 * WIGGLE, np.hypot(1.0, WRONG_TRAVEL) * HALF, HALF),
+}
+
+
+@pytest.mark.parametrize(("travel", "factor", "moved", "error", "left"), CASES.values(), ids=CASES)
+def test_each_cause_widens_both_springs_by_its_size(travel, factor, moved, error, left, paper, calibrate):
+    """Half of what one of two channels scatters is taken for a travel that was read wrong, half for its own."""
+    K = paper.K * (factor, 1.0)
+    unit = calibrate(paper.report, weights(paper.K), plate(K, travel, moved)).unit
+    assert unit.K_percent == pytest.approx(2 * [100.0 * error], rel=0.02)
+    assert unit.gain_percent == pytest.approx(2 * [100.0 * left], rel=0.02)
+    assert unit.stiffnesses == pytest.approx((K / np.polyfit(TRAVEL, travel, 1)[0]).tolist(), rel=1e-3)
+
+
+@pytest.mark.parametrize(("change", "refused"), [(0.09, False), (0.15, True)])
+def test_a_channel_that_bends_by_more_than_a_tenth_is_refused(change, refused, paper, calibrate, tmp_path):
+    """Its slope changes over the press by a fraction of the slope at the middle; both springs remain as they are."""
+    middle = TRAVEL.mean()
+    bent = 0.5 * change / np.ptp(TRAVEL) * ((TRAVEL - middle) ** 2 - np.mean((TRAVEL - middle) ** 2))
+    table = plate(paper.K, moved=bent)
+    if not refused:
+        assert calibrate(paper.report, weights(paper.K), table).unit.deflection_bend is not None
+        return
+    with pytest.raises(InputError) as caught:
+        calibrate(paper.report, weights(paper.K), table)
+    assert (
+        caught.value.field
+        == f"{tmp_path / 'measured.csv'}: change of the slope of counts_l from the first row to the last"
+    )
+    assert caught.value.value == pytest.approx(change, rel=0.01)
