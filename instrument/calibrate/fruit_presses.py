@@ -201,9 +201,15 @@ def _duration(
     first = FirstTouch()
     duration = None
     largest = 0.0
+    is_press = False
     for moment, forces in zip(t.tolist(), pressed, strict=True):
         whole = float(forces.sum())
-        first.add(moment, whole, touches=bool((forces > least_forces).any()))
+        touches = forces > least_forces
+        if is_press and not touches.all():
+            first.look_anew()
+        if not is_press or not touches.all():  # a press has begun once all tips touch
+            first.add(moment, whole, touches=bool(touches.any()))
+        is_press = bool(touches.all())
         if whole > largest and first.t is not None:
             largest, duration = whole, moment - first.t
     return duration or None
