@@ -123,7 +123,7 @@ def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None 
     The scatter is about a parabola if the line is bent. Each number has, beside its scatter, the standard deviation of
     its rounding to a last digit: the bar takes the finest one, and what is refused or found bent the coarsest one.
     """
-    points = _Points.of(x, shown, last_digits)
+    points = _Points.centred(x, shown, last_digits)
     bend = points.bend(len(set((x if levels is None else levels).tolist())))
     freedom = len(x) - 2
     scatter = _tabulated(freedom) / COVERAGE * float(np.linalg.norm(points.left)) / freedom**0.5
@@ -162,7 +162,7 @@ class _Points(NamedTuple):
     left: Floats
 
     @classmethod
-    def of(cls, x: Floats, shown: Floats, last_digits: Floats) -> "_Points":
+    def centred(cls, x: Floats, shown: Floats, last_digits: Floats) -> "_Points":
         """Return points with their decomposition."""
         span = float(np.ptp(x))
         part = (x - x.mean()) / span

@@ -462,7 +462,9 @@ class Touch:
         """Leave those samples out that lie off every line that the others allow, if they are to be decided."""
         unit = self.unit
         points = [sample.point for sample in self.row]
-        lines = [ContrastLine(unit, points[:first] + points[first + unit.several :]) for first in range(unit.others + 1)]
+        lines = [
+            ContrastLine(unit, points[:first] + points[first + unit.several :]) for first in range(unit.others + 1)
+        ]
         squares = [line.squares for line in lines]
         first = squares.index(min(squares))
         line = lines[first]

@@ -49,7 +49,7 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
         return unstructure
     by_name = {item.name: item for item in items}
 
-    def told(record: Any) -> Plain:  # noqa: ANN401 - the record
+    def data_of(record: Any) -> Plain:  # noqa: ANN401 - the record
         plain = unstructure(record)
         data: Plain = {}
         for name, value in plain.items():
@@ -66,7 +66,7 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
                 data[item.metadata.get("key", name)] = value
         return data
 
-    return told
+    return data_of
 
 
 def _is_default(record: object, item: Field[Any]) -> bool:
