@@ -123,7 +123,7 @@ def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None 
     The scatter is about a parabola if the line is bent. Each number has, beside its scatter, the standard deviation of
     its rounding to a last digit: the bar takes the finest one, and what is refused or found bent the coarsest one.
     """
-    points = _Points.centred(x, shown, last_digits)
+    points = _PointsOfLine.centred(x, shown, last_digits)
     bend = points.bend(len(set((x if levels is None else levels).tolist())))
     freedom = len(x) - 2
     scatter = _tabulated(freedom) / COVERAGE * float(np.linalg.norm(points.left)) / freedom**0.5
@@ -145,7 +145,7 @@ def _tabulated(freedom: int) -> float:
     return round(student(freedom), 2) if freedom <= _TABULATED else COVERAGE
 
 
-class _Points(NamedTuple):
+class _PointsOfLine(NamedTuple):
     """Points of a line, and the QR decomposition of the columns 1, p and p^2 of its parabola, p = (x - mean) / span.
 
     `along` are the components along the columns of Q of what is shown, less its mean. `left` are its residuals about
@@ -162,7 +162,7 @@ class _Points(NamedTuple):
     left: Floats
 
     @classmethod
-    def centred(cls, x: Floats, shown: Floats, last_digits: Floats) -> "_Points":
+    def centred(cls, x: Floats, shown: Floats, last_digits: Floats) -> "_PointsOfLine":
         """Return points with their decomposition."""
         span = float(np.ptp(x))
         part = (x - x.mean()) / span
