@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from instrument.press.contrast_press import ContrastPress
+from instrument.press.contrast_press import press_reading
+from instrument.press.touches import Press
 from reference import ellipsoid_presses, pressed_solids
 from reference.ellipsoid_presses import Fruit, Sensor
 from tests.measured_units import MeasuredDesign
@@ -80,10 +81,7 @@ def press_forces(by, design, sensor, drawn):
 
 def reading_of(unit, forces):
     """Return the reading of a unit from the forces of a press, (samples, tips) [N]."""
-    press = ContrastPress(unit)
-    for sample in forces:
-        press.add(sample)
-    return press.reading()
+    return press_reading(unit, Press.of_forces(forces))
 
 
 def main() -> int:

@@ -13,12 +13,13 @@ from stand_ins import analysed
 
 from cad.parts.housing import Housing
 from instrument.firmware.firmware import c_header
-from instrument.press.contrast_press import ContrastPress
+from instrument.press.contrast_press import press_reading
+from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
-from instrument.press.presses import sensor_times
+from instrument.press.one_time import at_one_time
 from instrument.press.printed_unit import unit_of
 from instrument.press.signals import Sample
-from instrument.press.spikes import SpikeFilter
+from instrument.press.touches import Press, presses_of
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import reading_constants
 from pipeline.reading.read_out import ReadingConstants
@@ -135,10 +136,7 @@ def elastic(unit):
 
 def read_press(sensor, forces):
     """Return what a unit reads of a press, from forces [N] (samples, tips)."""
-    found = ContrastPress(sensor)
-    for row in np.asarray(forces):
-        found.add(row)
-    return found.reading()
+    return press_reading(sensor, Press.of_forces(np.asarray(forces, dtype=float)))
 
 
 def read_log(sensor, rows):
@@ -146,12 +144,11 @@ def read_log(sensor, rows):
     signal = sensor.report.read_out.signal
     period = 1.0 / (signal.rate_Hz if signal else 10.0)
     samples = (Sample(number, number * period, tuple(row)) for number, row in enumerate(rows.astype(float)))
-    at_one_time = sensor_times(sensor, samples, "press.csv")
-    press = ContrastPress(sensor, lag=at_one_time.lag, time_deviation_s=at_one_time.deviation)
-    forces_of = ((sample, sensor.forces_of_channels(sample.forces)) for sample in at_one_time)
-    for sample, forces in SpikeFilter(sensor, at_one_time.lag).filtered(forces_of):
-        press.add(forces, t=sample.t)
-    return press.reading()
+    timing, samples = at_one_time(sensor, samples, "press.csv")
+    in_newtons = (row._replace(forces=tuple(sensor.forces_of_channels(row.forces).tolist())) for row in samples)
+    presses = presses_of(sensor, in_newtons, "press.csv", timing.lag)
+    deepest = max(presses, key=lambda press: press.forces.sum(axis=1).max(), default=None)
+    return FruitReading(flags=("few_samples",)) if deepest is None else press_reading(sensor, deepest, timing)
 
 
 def with_heights(sensor, heights):

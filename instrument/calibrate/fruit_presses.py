@@ -16,13 +16,12 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from instrument.calibrate.lines import student
-from instrument.press.contrast_press import ContrastPress
-from instrument.press.first_touch import FirstTouch
+from instrument.press.contrast_press import AT_ONCE, press_reading
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.fruit_scale import FruitScale
 from instrument.press.measuring import MeasuringUnit
-from instrument.press.signals import force_keys
-from instrument.press.spikes import SpikeFilter
+from instrument.press.signals import Sample, force_keys
+from instrument.press.touches import presses_of
 from pipeline.tables.files import place_of
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable, numbers_of
@@ -165,54 +164,35 @@ def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
 
 
 def _reading_of(table: MeasuredTable, rows: Sequence[int], name: str, sensor: MeasuringUnit) -> FruitReading:
-    """Return what the rows of a fruit read as one press, of the duration that their times tell where they have any."""
+    """Return what the rows of a fruit read as one press, the deepest, of the duration that their times show, if any."""
     keys = force_keys(len(sensor.report.tips))
-    spikes = SpikeFilter[int](sensor)
-    press = ContrastPress(sensor)
-    samples = ((table.lines[row], sensor.forces_of_channels([table.numbers[key][row] for key in keys])) for row in rows)
-    pressed = []
-    for _, forces in spikes.filtered(samples):
-        press.add(forces)
-        pressed.append(forces)
-    if spikes.left_out:
-        place = f"{place_of(table.source, spikes.left_out[0])}: fruit {name}"
-        raise validation_error(
-            place, "forces", "", "as the other samples of its press", "correct that line, or leave it out"
-        )
-    return press.reading(_duration(table, rows, name, pressed, sensor.least_forces))
+    t = _times(table, rows, name)
+    samples = []
+    for row, moment in zip(rows, t, strict=True):
+        forces = sensor.forces_of_channels([table.numbers[key][row] for key in keys])
+        samples.append(Sample(table.lines[row], moment, tuple(forces.tolist())))
+    presses = list(presses_of(sensor, samples, table.source, AT_ONCE.lag))
+    for press in presses:
+        if press.lines_left_out:
+            place = f"{place_of(table.source, press.lines_left_out[0])}: fruit {name}"
+            bound = "as the other samples of its press"
+            raise validation_error(place, "forces", "", bound, "correct that line, or leave it out")
+    if not presses:
+        return FruitReading(flags=("few_samples",))
+    return press_reading(sensor, max(presses, key=lambda press: press.forces.sum(axis=1).max()))
 
 
-def _duration(
-    table: MeasuredTable, rows: Sequence[int], name: str, pressed: Sequence[Floats], least_forces: Floats
-) -> float | None:
-    """Return the duration [s] of the press of some rows from its first touch to its deepest sample.
-
-    It is None where times do not tell it. `pressed` are the forces of the tips in each row, each (tips,) [N], of which
-    those above the least ones touch. Raises InputError for times that do not rise.
-    """
+def _times(table: MeasuredTable, rows: Sequence[int], name: str) -> list[float]:
+    """Return the times of some rows [s], nan if the table has none; raises InputError for times that do not rise."""
     if "t" not in table.numbers:
-        return None
+        return [math.nan] * len(rows)
     t = table.numbers["t"][rows]
     if (stays := np.flatnonzero(np.diff(t) <= 0.0)).size:
         row = int(stays[0]) + 1
         place = f"{place_of(table.source, table.lines[rows[row]], 't')}: fruit {name}"
         hint = "give each press a name of its own"
         raise validation_error(place, float(t[row]), "s", f"greater than {t[row - 1]:g} s", hint)
-    first = FirstTouch()
-    duration = None
-    largest = 0.0
-    is_press = False
-    for moment, forces in zip(t.tolist(), pressed, strict=True):
-        whole = float(forces.sum())
-        touches = forces > least_forces
-        if is_press and not touches.all():
-            first.look_anew()
-        if not is_press or not touches.all():  # a press has begun once all tips touch
-            first.add(moment, whole, touches=bool(touches.any()))
-        is_press = bool(touches.all())
-        if whole > largest and first.t is not None:
-            largest, duration = whole, moment - first.t
-    return duration or None
+    return list(t.tolist())
 
 
 def _mean(fruit: _Points, ends: Floats) -> _Points:

@@ -12,7 +12,7 @@ from sensor.arrays import Floats
 from sensor.design.reading import PRESS_SAMPLES
 from sensor.quantity import COVERAGE, report_field
 from sensor.theory.contrast_law import ContrastLaw, ReadingError
-from sensor.theory.contrast_rise import RiseReading, RiseSlopes, RisingPress
+from sensor.theory.contrast_rise import RiseReading, RiseSlopes, read_rise, rise_of
 from solve.contact.linear_response import travels
 from solve.contact.relaxing import elastic_forces
 from solve.linear import SolveError
@@ -103,10 +103,8 @@ def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
 
 def read_exactly(sensor: MeasuringUnit, press: Floats) -> RiseReading:
     """Return what forces without noise tell a unit [N], (samples, tips), before it is corrected; raises RiseError."""
-    rising = RisingPress(sensor.rise_law, np.zeros(press.shape[1]), sensor.least_forces)
-    for forces in press:
-        rising.add(forces)
-    return rising.reading()
+    tips = press.shape[1]
+    return read_rise(sensor.rise_law, rise_of(press, tips, sensor.least_forces), np.zeros(tips))
 
 
 def _by_unit(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:

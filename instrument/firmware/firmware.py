@@ -12,7 +12,8 @@ from instrument.press.fruit_reading import AT_THE_EDGE
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import TARE_SAMPLES
 from instrument.press.seating import ROUNDS, seating_of
-from instrument.press.spikes import BESIDE, FIRM, LARGEST_RESIDUAL, OTHERS, SLACK, press_line
+from instrument.press.spikes import BESIDE, LARGEST_RESIDUAL, OTHERS, SLACK, press_line
+from instrument.press.touches import FIRM
 from instrument.template import render_template
 from pipeline.reading.read_out import LevelReading
 from sensor.design.readout import AMPLIFIERS

@@ -1,119 +1,155 @@
-"""Presses of a unit, read by the rise of the contrast of its tips."""
+"""Presses of a unit, read by the rise of the contrast of its tips.
+
+Samples after the deepest one are left out: by then flesh may have yielded. What is the same in all samples drops out of
+the modulus. This is the saddle of the skin, the heights and places of the tips, and how the sensor stands.
+"""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from instrument.press.fruit_reading import FruitReading, checked_reading, half_width
+from instrument.press.fruit_reading import UNCERTAIN, FruitReading, flags_of_modulus, half_width
+from instrument.press.hold import held_moduli
 from instrument.press.measuring import MeasuringUnit
-from instrument.press.pair_press import with_force_ratio
-from instrument.press.relaxing_flesh import Hold
-from instrument.press.seating import SeatedPress
-from sensor.arrays import Floats
+from instrument.press.one_time import Timing
+from instrument.press.pair_press import ratio_modulus_and_noise
+from instrument.press.seating import Seated, seated_reading
+from instrument.press.touches import Press
 from sensor.quantity import COVERAGE
-from sensor.theory.contrast_law import lowered_tips, plane_through
-from sensor.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseReading, RiseSlopes
+from sensor.theory.contrast_law import ReadingError, lowered_tips, plane_through
+from sensor.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseLaw, RiseReading, RiseSlopes, moduli_without
+
+AT_ONCE = Timing()
 
 
-class ContrastPress:
-    """The samples of one press of a unit, of whatever length, in a memory that does not grow.
+def press_reading(sensor: MeasuringUnit, press: Press, timing: Timing = AT_ONCE) -> FruitReading:
+    """Return what a press shows, with the flag of its cause if that is no modulus.
 
-    Samples after the deepest one are left out: by then flesh may have yielded. What is the same in all samples drops
-    out of the modulus. This is the saddle of the skin, the heights and places of the tips, and how the sensor stands.
-    `lag` is from how many samples before noise is independent, `time_deviation_s` the standard deviation of the time of
-    each channel. With a `hold`, the channels are those of `RelaxingFlesh`.
+    Beside it, in `others`, are the modulus by the force ratio of a pair, or the apparent one in the hold of flesh that
+    relaxes.
+    """
+    relaxes = press.channels.shape[1] > press.tips
+    law = sensor.rise_law.over_time if relaxes else sensor.rise_law
+    spikes = ["spike"] if press.lines_left_out else []
+
+    def without_modulus(flag: str) -> FruitReading:
+        return FruitReading(flags=(flag, *spikes), lines_left_out=press.lines_left_out)
+
+    try:
+        seated = seated_reading(sensor, law, press, timing.lag)
+    except RiseError as error:
+        return without_modulus(error.flag)
+    beside = _in_hold(sensor, press, seated.found) if relaxes else _by_force_ratio(sensor, press, seated)
+    if beside is None:
+        return without_modulus("released_early")
+    found = seated.found
+    press_s = press.duration_s
+    E = sensor.corrected(found.E, press_s)
+    left_open = sensor.left_open(timing.deviation, press_s).of_press(found.slopes)
+    bend = sensor.steepness(E) * sensor.by_bends(found.slopes.channel_bends, found.slopes.spring_bends)
+    u = half_width(sensor, E, [found.noise, *left_open.values(), *_by_shape(sensor, found.slopes)]) + bend
+    tilt, direction = _pose(sensor, law, seated)
+    forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
+    flags = flags_of_modulus(sensor, E, u, forces, tilt)
+    # If the reading moves by more than its half width where one sample is left out, that may be a bad one.
+    shift = _shift_by_one(sensor, law, seated, timing.lag, press_s)
+    wider = u + shift if shift > u else u
+    causes = {
+        "uncertain": u <= UNCERTAIN < wider,
+        "one_sample": wider > u,
+        "read_outs_disagree": beside.disagrees,
+        "too_fast": left_open["times"] > LARGEST_BY_TIME,
+    }
+    noise = COVERAGE * sensor.steepness(E) * found.noise
+    # A gap of the high tips above that of the low ones is what they stand farther from the skin. That of a pair is a
+    # tilt.
+    left = math.sqrt(max(u**2 - noise**2, 0.0))
+    offset_u = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * left)
+    return FruitReading(
+        E=E,
+        reduced=sensor.reduced(E),
+        u=wider,
+        tilt=tilt,
+        direction=direction,
+        flags=(*flags, *(flag for flag, holds in causes.items() if holds), *spikes),
+        ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
+        samples=found.samples,
+        noise=noise,
+        bend=bend,
+        offset=None if sensor.is_pair else -found.offset,
+        offset_u=None if sensor.is_pair else offset_u,
+        lines_left_out=press.lines_left_out,
+        others=beside.others,
+        relaxation=beside.relaxation,
+        firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Beside:
+    """What the same press shows beside its modulus: other moduli [MPa], and its relaxation [1].
+
+    `disagrees` is whether another modulus contradicts that of the press.
     """
 
-    def __init__(
-        self, sensor: MeasuringUnit, *, lag: int = 1, time_deviation_s: float = 0.0, hold: Hold | None = None
-    ) -> None:
-        """Begin a press."""
-        self._sensor = sensor
-        self._lag = lag
-        self._time_deviation = time_deviation_s
-        self._hold = hold
-        self._law = sensor.rise_law if hold is None else sensor.rise_law.over_time
-        self._press = SeatedPress(sensor, self._law, lag=lag)
-        self._before: float | None = None
+    others: dict[str, float] = field(default_factory=dict)
+    relaxation: float | None = None
+    disagrees: bool = False
 
-    def add(self, channels: Floats, t: float | None = None) -> None:
-        """Take the channels of the next sample [N], the forces of all tips first, and its time [s]."""
-        elapsed = None if t is None or self._before is None else t - self._before
-        self._before = t
-        self._press.add(channels, elapsed)
-        if self._hold is not None and t is not None:
-            self._hold.add(channels[: self._tips], t)
 
-    @property
-    def _tips(self) -> int:
-        return len(self._sensor.law.weights)
+def _by_force_ratio(sensor: MeasuringUnit, press: Press, seated: Seated) -> _Beside:
+    """Return what the force ratio of the deepest sample shows, of a pair of flat tips.
 
-    def reading(self, press_s: float | None = None) -> FruitReading:
-        """Return what the press tells, with the flag of its cause where that is nothing.
+    Both moduli differ by a tilt, or by noise and the error of the contact model.
+    """
+    if not sensor.reads_moments:
+        return _Beside()
+    found = seated.found
+    try:
+        by_ratio, noise = ratio_modulus_and_noise(sensor, seated.deepest)
+    except ReadingError:
+        return _Beside(disagrees=True)
+    allowed = COVERAGE * math.hypot(noise, found.noise) + sensor.model_error
+    return _Beside(
+        others={"force_ratio": sensor.corrected(by_ratio, press.duration_s)},
+        disagrees=abs(by_ratio / found.E - 1.0) > allowed,
+    )
 
-        `press_s` [s] is its duration from the first touch to the deepest point, where that is known. Beside it, in
-        `others`, a pair has what the force ratio tells.
-        """
-        sensor = self._sensor
-        try:
-            load, found = self._press.reading()
-        except RiseError as error:
-            return FruitReading(flags=(error.flag,))
-        E = sensor.corrected(found.E, press_s)
-        left_open = sensor.left_open(self._time_deviation, press_s).of_press(found.slopes)
-        slopes = found.slopes
-        bend = sensor.steepness(E) * sensor.by_bends(slopes.channel_bends, slopes.spring_bends)
-        u = half_width(sensor, E, [found.noise, *left_open.values(), *_by_shape(sensor, slopes)]) + bend
-        deepest = self._press.deepest[: self._tips]
-        stiffened = sensor.press_over_weighed(press_s)
-        reading = self._with_pose(found, E, u, stiffened)
-        reading = replace(reading.of_samples(found.samples, sensor.steepness(E) * found.noise), bend=bend)
-        reading = reading.with_shift(self._shift_by_one(E, load, press_s))
-        if sensor.reads_moments and self._hold is None:
-            reading = with_force_ratio(sensor, reading, found, deepest, press_s)
-        if left_open["times"] > LARGEST_BY_TIME:
-            reading = reading.with_flag("too_fast")
-        if self._hold is None:
-            return reading
-        contrast = sensor.rise_law.with_offset(found.offset)
-        return self._hold.beside(
-            reading,
-            contrast,
-            found.offset,
-            lambda held_s: stiffened * sensor.softening_in_hold(held_s, press_s),
-        )
 
-    def _shift_by_one(self, E: float, load: int, press_s: float | None) -> float:
-        """Return the largest change of E [1] by leaving out what one bad conversion is part of; all of it for no E.
+def _in_hold(sensor: MeasuringUnit, press: Press, found: RiseReading) -> _Beside | None:
+    """Return what the hold shows, with the offset that the press has; None if it ended before the moment to read it."""
+    press_s = press.duration_s
 
-        `press_s` [s] is as `reading` has it.
-        """
-        moduli = [self._sensor.corrected(found, press_s) for found in self._press.moduli_without(load, self._lag)]
-        return max((1.0 if math.isnan(found) else abs(found / E - 1.0) for found in moduli), default=0.0)
+    def stiffened(held_s: float) -> float:
+        return sensor.press_over_weighed(press_s) * sensor.softening_in_hold(held_s, press_s)
 
-    def _with_pose(self, found: RiseReading, E: float, u: float, stiffened: float) -> FruitReading:
-        """Return a reading E [MPa] +- u [1] with the tilt of the deepest sample, of a line or a square its offset too.
+    try:
+        held = held_moduli(sensor.design, press, sensor.rise_law.with_offset(found.offset), found.offset, stiffened)
+    except ReadingError:
+        return _Beside()
+    return None if held is None else _Beside(others={"apparent": held.apparent}, relaxation=held.relaxation)
 
-        The offset of a pair is a tilt, that of other layouts is none. Forces are larger than told where springs are
-        `stiffened` [1] against the weighing.
-        """
-        sensor = self._sensor
-        deepest = self._press.deepest
-        forces = stiffened * deepest[: self._tips]
-        if sensor.is_pair:
-            return checked_reading(sensor, E, u, forces, lead=found.offset)
-        lowered = lowered_tips(self._law.with_offset(found.offset), deepest.tolist(), found.E)[-self._tips :]
-        _, along, across = plane_through(sensor.design.tips.places_mm, lowered)
-        # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
-        rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
-        tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
-        direction = None if across is None else math.degrees(math.atan2(across, along))
-        reading = checked_reading(sensor, E, u, forces, tilt=tilt, direction=direction)
-        left = reading.of_samples(found.samples, sensor.steepness(E) * found.noise).left or 0.0
-        # A gap of the high tips above that of the low ones is what they stand farther from the skin.
-        offset_u = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * left)
-        return reading.with_offset(-found.offset, offset_u)
+
+def _shift_by_one(sensor: MeasuringUnit, law: RiseLaw, seated: Seated, lag: int, press_s: float | None) -> float:
+    """Return the largest change of E [1] by leaving out what one bad conversion is part of; all of it for no E."""
+    E = sensor.corrected(seated.found.E, press_s)
+    moduli = [sensor.corrected(found, press_s) for found in moduli_without(law, seated.rise, lag)]
+    return max((1.0 if math.isnan(found) else abs(found / E - 1.0) for found in moduli), default=0.0)
+
+
+def _pose(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> tuple[float, float | None]:
+    """Return the tilt of the deepest sample and its direction, if the layout shows it [deg]."""
+    tips = sensor.design.tips
+    found, deepest = seated.found, seated.deepest
+    if sensor.is_pair:  # its offset is the lead of the low tip
+        return abs(math.degrees(math.atan(found.offset / tips.spacing_mm))), 0.0 if found.offset <= 0.0 else 180.0
+    lowered = lowered_tips(law.with_offset(found.offset), deepest.tolist(), found.E)[-len(tips.places_mm) :]
+    _, along, across = plane_through(tips.places_mm, lowered)
+    # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
+    rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
+    tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
+    return tilt, None if across is None else math.degrees(math.atan2(across, along))
 
 
 def _by_shape(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:

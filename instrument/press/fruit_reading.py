@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from instrument.press.measuring import MeasuringUnit
 from pipeline.storage.plain import Plain
@@ -193,33 +193,6 @@ class FruitReading:
         "1", "`zero_left_N` divided by the least force of a touch", left_out=True, default=None
     )
 
-    def with_flag(self, flag: str) -> "FruitReading":
-        """Return this reading with one flag more."""
-        return replace(self, flags=(*self.flags, flag))
-
-    def of_samples(self, count: int, deviation: float) -> "FruitReading":
-        """Return this reading as one of so many samples, whose noise leaves it a standard deviation [1]."""
-        return replace(self, samples=count, noise=COVERAGE * deviation)
-
-    def with_shift(self, shift: float) -> "FruitReading":
-        """Return this reading, which moves by a fraction `shift` where one of its samples is left out.
-
-        Where that is beyond the half width, the sample may be a bad one, and nothing tells. The half width of the
-        reading then includes the reading without the sample.
-        """
-        if self.u is None or shift <= self.u:
-            return self
-        flags = [] if self.u > UNCERTAIN or self.u + shift <= UNCERTAIN else ["uncertain"]
-        return replace(self, u=self.u + shift, flags=(*self.flags, *flags, "one_sample"))
-
-    def with_offset(self, offset: float, u: float) -> "FruitReading":
-        """Return this reading as one in which the high tips stand nearer to the skin by an offset +- u [mm]."""
-        return replace(self, offset=offset, offset_u=u)
-
-    def without_lines(self, lines: tuple[int, ...]) -> "FruitReading":
-        """Return this reading as one that left lines of its signal out."""
-        return replace(self, lines_left_out=lines)
-
     @property
     def left(self) -> float | None:
         """Return the part of the half width that no number of samples lowers [1], None where it is not told apart."""
@@ -245,47 +218,18 @@ def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
     return tuple(flags)
 
 
-def checked_reading(
-    sensor: MeasuringUnit,
-    E: float,
-    u: float,
-    forces: Floats,
-    *,
-    tilt: float | None = None,
-    direction: float | None = None,
-    lead: float | None = None,
-) -> FruitReading:
-    """Return a reading E [MPa] +- u [1] of forces [N] with its flags and class, tilt and direction [deg] if known.
-
-    Those of a pair follow from the `lead` by which its high tip stands before the low one [mm].
-    """
-    if lead is not None:
-        tilt = abs(math.degrees(math.atan(-lead / sensor.design.tips.spacing_mm)))
-        direction = 0.0 if lead <= 0.0 else 180.0
-    flags = []
+def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, tilt: float | None = None) -> list[str]:
+    """Return what is wrong with a reading E [MPa] +- u [1] of forces [N], at a tilt [deg] if it is known."""
     least, largest = sensor.range_MPa
-    if not least * (1.0 - AT_THE_EDGE) <= E <= largest * (1.0 + AT_THE_EDGE):
-        flags.append("out_of_range")
-    if tilt is not None and tilt > sensor.steepest_deg:
-        flags.append("tilt_beyond_design")
-    if sensor.bruises(forces, E):
-        flags.append("press_over_bruise_limit")
-    if u > UNCERTAIN:
-        flags.append("uncertain")
     scale = sensor.unit.scale
-    firmness = None if scale is None else scale.firmness_of(E)
-    if scale is not None and firmness is None:
-        flags.append("beyond_scale")
-    return FruitReading(
-        E=E,
-        reduced=sensor.reduced(E),
-        u=u,
-        tilt=tilt,
-        direction=direction,
-        flags=tuple(flags),
-        ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
-        firmness=firmness,
-    )
+    causes = {
+        "out_of_range": not least * (1.0 - AT_THE_EDGE) <= E <= largest * (1.0 + AT_THE_EDGE),
+        "tilt_beyond_design": tilt is not None and tilt > sensor.steepest_deg,
+        "press_over_bruise_limit": sensor.bruises(forces, E),
+        "uncertain": u > UNCERTAIN,
+        "beyond_scale": scale is not None and scale.firmness_of(E) is None,
+    }
+    return [flag for flag, holds in causes.items() if holds]
 
 
 def half_width(sensor: MeasuringUnit, E: float, deviations: Sequence[float]) -> float:

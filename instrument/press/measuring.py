@@ -314,7 +314,7 @@ class MeasuringUnit:
 
     def in_scale(self, forces: Sequence[float] | Floats) -> Flags:
         """Say which forces [N], (tips,), may be of this sensor: not far below zero, and not far beyond full scale."""
-        return (self.lowest_forces <= np.array(forces)) & (np.array(forces) <= self.largest_forces)
+        return (self.lowest_forces <= forces) & (forces <= self.largest_forces)
 
     def ratio_modulus(self, forces: Floats) -> float:
         """Return the modulus [MPa] that a level pair reads of forces [N] by their ratio; raises ReadingError."""

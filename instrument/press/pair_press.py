@@ -1,16 +1,12 @@
 """Another reading of a pair: the modulus by the force ratio of one moment."""
 
-import math
-from dataclasses import replace
-
 import numpy as np
 
-from instrument.press.fruit_reading import FruitReading, checked_reading, flags_of_forces, half_width
+from instrument.press.fruit_reading import FruitReading, flags_of_forces, flags_of_modulus, half_width
 from instrument.press.measuring import MeasuringUnit
 from sensor.arrays import Floats
-from sensor.quantity import COVERAGE
 from sensor.theory.contrast_law import ReadingError, ReadingSlopes, contrast_slopes
-from sensor.theory.contrast_rise import BendSlopes, RiseReading
+from sensor.theory.contrast_rise import BendSlopes
 
 
 def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
@@ -36,24 +32,21 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     )
     bend = sensor.by_bends(channels, springs)
     u = half_width(sensor, E, [by_noise, by_tilt, *left_open.values()]) + sensor.steepness(E) * bend
-    return replace(checked_reading(sensor, E, u, sensor.press_over_weighed() * forces), bend=bend)
+    return FruitReading(
+        E=E,
+        reduced=sensor.reduced(E),
+        u=u,
+        flags=tuple(flags_of_modulus(sensor, E, u, sensor.press_over_weighed() * forces)),
+        ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
+        bend=bend,
+        firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
+    )
 
 
-def with_force_ratio(
-    sensor: MeasuringUnit, reading: FruitReading, found: RiseReading, deepest: Floats, press_s: float | None
-) -> FruitReading:
-    """Return a reading of a press with what the force ratio of its deepest sample [N] tells, flagged where both differ.
-
-    They differ by a tilt, or by noise and the error of the contact model. `press_s` [s] is as `ContrastPress` has it.
-    """
-    try:
-        by_ratio = sensor.ratio_modulus(deepest)
-        noise = float(np.linalg.norm(np.multiply(_ratio_slopes(sensor, deepest).forces, sensor.force_errors)))
-    except ReadingError:
-        return reading.with_flag("read_outs_disagree")
-    reading = replace(reading, others={"force_ratio": sensor.corrected(by_ratio, press_s)})
-    allowed = COVERAGE * math.hypot(noise, found.noise) + sensor.model_error
-    return reading.with_flag("read_outs_disagree") if abs(by_ratio / found.E - 1.0) > allowed else reading
+def ratio_modulus_and_noise(sensor: MeasuringUnit, forces: Floats) -> tuple[float, float]:
+    """Return the modulus [MPa] by the force ratio of forces [N] and its error by theirs [1]; raises ReadingError."""
+    slopes = _ratio_slopes(sensor, forces)
+    return sensor.ratio_modulus(forces), float(np.linalg.norm(np.multiply(slopes.forces, sensor.force_errors)))
 
 
 def _ratio_slopes(sensor: MeasuringUnit, forces: Floats) -> ReadingSlopes:

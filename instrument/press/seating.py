@@ -1,19 +1,21 @@
-"""A press that is summed from several forces on, so that its beginning can be left out afterwards.
+"""The part of a press in which its tips are seated.
 
 A flat tip that leans touches with an edge first. It is seated, and its law is that of a flat tip, once it is pressed in
 by its side times the lean. (K. L. Johnson, Contact Mechanics, 1985, 5.2. A tilted punch stays whole while M / F <
-side/6). How far tips lean is known only when the press is over. So sums begin anew at loads that rise by a constant
-factor, in a memory that does not grow. Those are read that begin when the tips are seated.
+side/6). How far tips lean is known only from the reading of the press. So the press is read again from the load on
+that seats them. Loads rise by a constant factor, as those from which firmware sums a press.
 """
 
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from instrument.press.measuring import MeasuringUnit
+from instrument.press.touches import Press
 from sensor.arrays import Floats
-from sensor.theory.contrast_rise import RiseError, RiseLaw, RiseReading, RisingPress, Samples
+from sensor.theory.contrast_rise import Rise, RiseError, RiseLaw, RiseReading, read_rise, rise_of
 
 FACTOR = 1.25  # of one load over the one before
 MOST_LOADS = 16
@@ -22,7 +24,7 @@ ROUNDS = 3  # of finding modulus and lean, and leaving out what is not seated at
 
 @dataclass(frozen=True, kw_only=True)
 class Seating:
-    """Loads, E times depth [N/mm], from which on a press is summed, and the forces of the tips there [N].
+    """Loads, E times depth [N/mm], from which on a press may be read, and the forces of the tips there [N].
 
     Tips are seated at a load of E (per_offset |offset| + by_skin) of an offset [mm]. per_offset is side over spacing
     [1], by_skin the side times the slope of the skin [mm]. Tips without a flat face have one load alone.
@@ -40,7 +42,7 @@ class Seating:
 
 
 def seating_of(sensor: MeasuringUnit) -> Seating:
-    """Return from which loads on the presses of a unit are summed."""
+    """Return the loads from which on the presses of a unit may be read."""
     tips = sensor.design.tips
     least = sensor.least_forces
     if not sensor.reads_moments:
@@ -58,56 +60,39 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
     )
 
 
-class SeatedPress:
-    """One press, sample by sample: a `RisingPress` from each load of the seating on."""
+class Seated(NamedTuple):
+    """The reading of a press, the part of it that was read, and the channels of its deepest sample [N]."""
 
-    def __init__(self, sensor: MeasuringUnit, law: RiseLaw, *, lag: int = 1) -> None:
-        """Begin a press; its channels are those of the law, the forces of the tips first.
+    found: RiseReading
+    rise: Rise
+    deepest: Floats
 
-        `lag` is from how many samples before noise is independent.
-        """
-        self._seating = seating_of(sensor)
-        channels = len(law.contrast.weights)
-        self._presses = []
-        for forces in self._seating.least_forces:
-            least = np.concatenate([forces, np.zeros(channels - len(forces))])
-            self._presses.append(RisingPress(law, sensor.noises, least, lag=lag))
 
-    def add(self, forces: Samples, elapsed: float | None = None) -> None:
-        """Take the channels of the next sample: the forces of all tips [N] and what the law has behind them.
+def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: Press, lag: int) -> Seated:
+    """Return the reading of a press from the load on that seats the tips; raises RiseError.
 
-        What times do is told where the time elapsed since the sample before [s] is given.
-        """
-        for press in self._presses:
-            press.add(forces, elapsed)
-
-    @property
-    def deepest(self) -> Floats:
-        """Return the deepest sample."""
-        return np.asarray(self._presses[0].deepest, dtype=np.float64)
-
-    def reading(self) -> tuple[int, RiseReading]:
-        """Return the load from which on the tips are seated, and the reading from there on; raises RiseError.
-
-        Where none seats them, or too few samples are left, the last load that has a reading.
-        """
-        load, found = 0, self._presses[0].reading()
-        for _ in range(ROUNDS):
-            seated = self._seating.load(found.E, found.offset)
-            if seated == load:
+    Its channels are those of the law. `lag` is the number of samples after which noise is independent. If no load seats
+    the tips, or too few samples are left, it is the last load that has a reading.
+    """
+    seating = seating_of(sensor)
+    load, (rise, found) = 0, _reading_from(sensor, law, press, lag, seating.least_forces[0])
+    deepest = rise.forces[-1]
+    for _ in range(ROUNDS):
+        seated = seating.load(found.E, found.offset)
+        if seated == load:
+            break
+        for earlier in range(seated, -1, -1):
+            with suppress(RiseError):
+                rise, found = _reading_from(sensor, law, press, lag, seating.least_forces[earlier], whole=not earlier)
+                load = earlier
                 break
-            load, found = self.part(seated)
-        return load, found
+    return Seated(found, rise, deepest)
 
-    def moduli_without(self, load: int, several: int) -> Iterator[float]:
-        """Yield the modulus [MPa] from a load on, without each `several` samples in a row; nan where it has none."""
-        return self._presses[load].moduli_without(several)
 
-    def part(self, load: int) -> tuple[int, RiseReading]:
-        """Return a load, or the last one before that has a reading, and the reading from there on; raises RiseError."""
-        for earlier in range(load, 0, -1):
-            try:
-                return earlier, self._presses[earlier].reading(whole=False)
-            except RiseError:
-                continue
-        return 0, self._presses[0].reading()
+def _reading_from(
+    sensor: MeasuringUnit, law: RiseLaw, press: Press, lag: int, least: Floats, *, whole: bool = True
+) -> tuple[Rise, RiseReading]:
+    """Return the part of a press with all forces above the least ones [N], and its reading; raises RiseError."""
+    of_flesh = np.zeros(press.channels.shape[1] - press.tips)
+    rise = rise_of(press.channels, press.tips, np.concatenate([least, of_flesh]), t=press.t, lag=lag)
+    return rise, read_rise(law, rise, sensor.noises, whole=whole)

@@ -2,7 +2,8 @@
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from pipeline.tables.clock import Clock
 from pipeline.tables.files import place_of
@@ -17,8 +18,7 @@ COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**32)
 _OF_CHANNELS = r"(f|counts|t) ([lh]|[0-9]+)"  # what headers call those of any sensor
 
 
-@dataclass(frozen=True)
-class Sample:
+class Sample(NamedTuple):
     """One line of a signal: its number, time [s], and forces in the order of the tips [N].
 
     `times` are those of each channel [s], none where all have the one time.

@@ -14,33 +14,29 @@ It is a spike where it lies off every line that the others allow, by `LARGEST_RE
 follow from the errors of the forces without a touch, or from the residuals of the press itself, if these are larger.
 Normal noise leaves a sample out once in 1.7 million.
 
-**A lost touch.** A tip may be off the fruit in one sample between two with twice the least force of a touch. It was not
-lifted then. So a press is firm, and noise does not end it, once its tips had twice that force.
-
 Where channels were brought to one time, a bad conversion is part of two samples, so two in a row are judged as one. A
 decision waits for two samples more, and the memory does not grow.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from instrument.press.measuring import MeasuringUnit
+from instrument.press.signals import Sample
 from sensor.arrays import Floats
 from sensor.design.reading import LEAST_OVER_NOISE
 
 LARGEST_RESIDUAL = 5.0  # standard deviations
-FIRM = 2.0  # times the least force of each tip: a touch that noise does not end
 OTHERS = 4  # samples of a row that draw the line
 BESIDE = 2  # samples of a row on either side of one that is decided
 SLACK = 0.1  # of the slopes between the bounds: how far the chord of a press is off the slope at its end
 _BEYOND = 1.5  # of both ends of the range of moduli
 _FORCES = (0.02, 0.1, 0.4, 1.0)  # of full scale, at which slopes are taken
-
-Payload = TypeVar("Payload")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +65,7 @@ class PressLine:
             of_both += slope * error**2
         return LinePoint(whole, contrast, of_contrast, of_both)
 
-    @property
+    @cached_property
     def of_whole(self) -> float:
         """Return the variance of the whole force [N^2]."""
         return math.fsum(error**2 for error in self.errors)
@@ -143,158 +139,141 @@ class _Row(NamedTuple):
 
 def _row_without(points: Sequence[LinePoint], first: int, several: int, line: PressLine) -> _Row:
     """Return a row without `several` points from the first on; the row has more points than that."""
-    others = [point for index, point in enumerate(points) if not first <= index < first + several]
+    others = [*points[:first], *points[first + several :]]
     count = len(others)
-    u = sum(point.u for point in others) / count
-    y = sum(point.y for point in others) / count
-    uu = sum((point.u - u) ** 2 for point in others)
-    uy = sum((point.u - u) * (point.y - y) for point in others)
-    yy = sum(point.yy for point in others) / count
-    yu = sum(point.yu for point in others) / count
+    u, y, yy, yu = (sum(values) / count for values in zip(*others, strict=True))
+    apart = [(point.u - u, point.y - y) for point in others]
+    uu = sum([du * du for du, _ in apart])
+    uy = sum([du * dy for du, dy in apart])
     row = _Row(count, u, y, uu, uy, yy, yu, 0.0)
     slope = row.slope(line)
-    return row._replace(squares=sum((point.y - y - slope * (point.u - u)) ** 2 for point in others))
+    return row._replace(squares=sum([(dy - slope * du) ** 2 for du, dy in apart]))
 
 
-@dataclass(eq=False)
-class _Waiting(Generic[Payload]):
-    """A sample of the row: what it carries, its forces, its point, and whether it still waits for a decision."""
+class BeforeRow(NamedTuple):
+    """What is known of a press before a row of it: how many samples, and their means of u [N] and y [mm]."""
 
-    payload: Payload
-    forces: Floats
-    point: LinePoint
-    waits: bool = True
+    samples: int = 0
+    u: float = 0.0
+    y: float = 0.0
+
+    def with_point(self, point: LinePoint) -> "BeforeRow":
+        """Return the same with one sample more."""
+        count = self.samples + 1
+        return BeforeRow(count, self.u + (point.u - self.u) / count, self.y + (point.y - self.y) / count)
 
 
-class SpikeFilter(Generic[Payload]):
-    """Passes on the samples of a signal in their order, except those that contradict their press.
+class Suspect(NamedTuple):
+    """The sample of a row that contradicts the others most.
 
-    `several` is how many samples in a row a bad conversion is part of. What is left out is added to `left_out`.
+    It is at place `first`, `residual` of its standard deviations away from every line that the others allow. Those
+    leave `squares` over the variance of a sample [1].
     """
 
-    def __init__(self, sensor: MeasuringUnit, several: int = 1) -> None:
-        """Begin with the tips off."""
-        self.left_out: list[Payload] = []
-        self._line = press_line(sensor)
-        self._least = sensor.least_forces  # a force above is a touch
+    first: int
+    residual: float
+    squares: float
+
+
+def suspect_of(points: Sequence[LinePoint], several: int, line: PressLine, before: BeforeRow, scale: float) -> Suspect:
+    """Return the suspect of a row of a press, `several` samples in a row, whose variance is `scale` times the usual."""
+    rows = [_row_without(points, first, several, line) for first in range(OTHERS + 1)]
+    first = min(range(OTHERS + 1), key=lambda each: rows[each].squares)
+    row = rows[first]
+    slopes = _slopes(row, line, before, scale)
+    residual = max(_residual(point, row, slopes, line) for point in points[first : first + several])
+    return Suspect(first, residual, row.squares / _variance(row, row.slope(line), line))
+
+
+def _variance(sample: _Row | LinePoint, slope: float, line: PressLine) -> float:
+    """Return the variance of the residual of a sample about a line of a slope [mm^2]."""
+    return sample.yy - slope * (2.0 * sample.yu - slope * line.of_whole)
+
+
+def _slopes(row: _Row, line: PressLine, before: BeforeRow, scale: float) -> tuple[float, float]:
+    """Return the least and the largest slope that a row, the press before it and the moduli allow [mm/N]."""
+    # Of three bounds each holds unless it contradicts those before: the moduli, the row itself, the press before.
+    noise = LARGEST_RESIDUAL * math.sqrt(scale * max(_variance(row, slope, line) for slope in (line.least, line.most)))
+    least, most = line.least, line.most
+    if row.uu > 0.0:
+        slope, error = row.uy / row.uu, noise / math.sqrt(row.uu)
+        least, most = max(least, slope - error), min(most, slope + error)
+        if least > most:  # the row surely shows a slope beyond the moduli
+            least, most = slope - error, slope + error
+    if before.samples and row.u != before.u:
+        chord = (row.y - before.y) / (row.u - before.u)
+        error = noise * math.sqrt(1.0 / row.samples + 1.0 / before.samples) / abs(row.u - before.u)
+        error += SLACK * (line.most - line.least)
+        if max(least, chord - error) <= min(most, chord + error):
+            return max(least, chord - error), min(most, chord + error)
+    return least, most
+
+
+def _residual(point: LinePoint, row: _Row, slopes: tuple[float, float], line: PressLine) -> float:
+    """Return how many standard deviations a point is away from every line of a row; 0 if it is on one."""
+    residuals = []
+    for slope in slopes:
+        variance = _variance(point, slope, line) + _variance(row, slope, line) / row.samples
+        residuals.append((point.y - row.y - slope * (point.u - row.u)) / math.sqrt(variance))
+    return 0.0 if residuals[0] * residuals[1] < 0.0 else min(map(abs, residuals))
+
+
+class SpikeFilter:
+    """The samples of one touch, which are passed on in their order, except those that contradict their press.
+
+    `several` is the number of samples in a row that a bad conversion is part of. A decision waits for two samples more.
+    The lines of those that are left out are added to `lines_left_out`.
+    """
+
+    def __init__(self, line: PressLine, several: int) -> None:
+        """Begin with the touch."""
+        self.lines_left_out: list[int] = []
+        self._row: list[tuple[Sample, LinePoint]] = []
+        self._line = line
         self._several = several
-        self._off: list[tuple[Payload, Floats]] = []
-        self._begin()
+        self._decided = 0  # of the row, from its beginning on: samples that have been passed on
+        self._before = BeforeRow()
+        self._judged = 0  # rows of this touch
+        self._squares = 0.0  # sum over these rows of what they leave without their suspects
 
-    def _begin(self) -> None:
-        self._row: list[_Waiting[Payload]] = []
-        self._judged = 0  # rows of this press
-        self._squares = 0.0  # sum of what these rows leave without their suspects, over the variance of a sample
-        self._count, self._u, self._y = 0, 0.0, 0.0  # samples of the press that are released, and their means
+    @property
+    def last(self) -> list[Sample]:
+        """Return the last samples, as many as a bad conversion is part of."""
+        return [sample for sample, _ in self._row[-self._several :]]
 
-    def filtered(self, samples: Iterable[tuple[Payload, Floats]]) -> Iterator[tuple[Payload, Floats]]:
-        """Yield the samples of a whole signal that are not left out: what each carries, and its forces [N], (tips,)."""
-        for payload, forces in samples:
-            yield from self._add(payload, forces)
-        yield from self._end()
-
-    def _add(self, payload: Payload, forces: Floats) -> list[tuple[Payload, Floats]]:
-        """Take what a sample carries with its forces [N], (tips,); return the samples that are released by it."""
-        if not (forces > self._least).all():
-            if not self._row:
-                return [(payload, forces)]
-            self._off.append((payload, forces))
-            return self._end() if self._is_lift(forces) else []
-        released = []
-        if self._off and self._were_lost(forces):
-            self.left_out += [lost for lost, _ in self._off]
-            self._off = []
-        elif self._off:
-            released = self._end()
+    def add(self, sample: Sample) -> list[Sample]:
+        """Take a sample with all tips on the fruit; return those that are decided by it."""
+        self._row.append((sample, self._line.point(sample.forces)))
         length = OTHERS + self._several
-        self._row = self._row[1 - length :]
-        self._row.append(_Waiting(payload, forces, self._line.point(forces.tolist())))
-        if len(self._row) == length:
-            self._judge(range(BESIDE + 1))
-            released += self._released(len(self._row) - BESIDE - self._several + 1)
-        return released
+        if len(self._row) < length:
+            return []
+        if len(self._row) > length:
+            del self._row[0]
+            self._decided -= 1
+        self._judge(BESIDE + 1)
+        return self._passed_on(len(self._row) - BESIDE - self._several + 1)
 
-    def _is_lift(self, forces: Floats) -> bool:
-        """Say whether samples with a tip off are more than a bad conversion makes, the last one of forces [N]."""
-        is_loose = bool((forces <= FIRM * self._least).all())
-        return len(self._off) > self._several or (len(self._off) > 1 and is_loose)
-
-    def _were_lost(self, forces: Floats) -> bool:
-        """Say whether samples with a tip off lie between firm touches, the second one of forces [N].
-
-        Where a bad conversion is part of two samples, one of them may be a touch.
-        """
-        firm = FIRM * self._least
-        before = any(bool((sample.forces > firm).all()) for sample in self._row[-self._several :])
-        return before and (self._several > 1 or bool((forces > firm).all()))
-
-    def _end(self) -> list[tuple[Payload, Floats]]:
-        """Return the samples that are still to be released: the touch is over, or the signal is."""
+    def end(self) -> list[Sample]:
+        """Return the samples that still wait: the touch is over."""
         if len(self._row) == OTHERS + self._several:
-            self._judge(range(len(self._row)))
-        released = [*self._released(len(self._row)), *self._off]
-        self._off = []
-        self._begin()
-        return released
+            self._judge(len(self._row))
+        return self._passed_on(len(self._row))
 
-    def _released(self, count: int) -> list[tuple[Payload, Floats]]:
-        released = []
-        for sample in self._row[:count]:
-            if sample.waits:
-                sample.waits = False
-                self._count += 1
-                self._u += (sample.point.u - self._u) / self._count
-                self._y += (sample.point.y - self._y) / self._count
-                released.append((sample.payload, sample.forces))
-        return released
-
-    def _judge(self, decided: range) -> None:
-        """Leave the suspect of the row out where it is a spike, begins at a place that is decided, and waits."""
-        points = [sample.point for sample in self._row]
-        rows = [_row_without(points, first, self._several, self._line) for first in range(OTHERS + 1)]
-        first = min(range(OTHERS + 1), key=lambda each: rows[each].squares)  # the suspect
-        row = rows[first]
-        # variance that this press has shown over that without a touch
+    def _judge(self, places: int) -> None:
+        """Leave the suspect of the row out if it is a spike, begins at one of the first places, and waits."""
+        # variance that this touch has shown over that without a touch
         scale = max(1.0, self._squares / self._judged) if self._judged else 1.0
-        slopes = self._slopes(row, scale)
-        residual = max(self._residual(point, row, slopes) for point in points[first : first + self._several])
-        slope = row.slope(self._line)
-        self._squares += row.squares / self._variance(row, slope)
+        suspect = suspect_of([point for _, point in self._row], self._several, self._line, self._before, scale)
+        self._squares += suspect.squares
         self._judged += 1
-        if residual > LARGEST_RESIDUAL * math.sqrt(scale) and first in decided:
-            spike = [sample for sample in self._row[first : first + self._several] if sample.waits]
-            self.left_out += [sample.payload for sample in spike]
-            self._row = [sample for sample in self._row if not (sample.waits and sample in spike)]
+        if suspect.residual > LARGEST_RESIDUAL * math.sqrt(scale) and suspect.first < places:
+            spike = slice(max(suspect.first, self._decided), suspect.first + self._several)
+            self.lines_left_out += [sample.line for sample, _ in self._row[spike]]
+            del self._row[spike]
 
-    def _variance(self, sample: _Row | LinePoint, slope: float) -> float:
-        """Return the variance of the residual of a sample about a line of a slope [mm^2]."""
-        return sample.yy - slope * (2.0 * sample.yu - slope * self._line.of_whole)
-
-    def _slopes(self, row: _Row, scale: float) -> tuple[float, float]:
-        """Return the least and the largest slope that a row, the press before it and the moduli allow [mm/N]."""
-        # Of three bounds each holds unless it contradicts those before: the moduli, the row itself, the press before.
-        line = self._line
-        noise = LARGEST_RESIDUAL * math.sqrt(
-            scale * max(self._variance(row, line.least), self._variance(row, line.most))
-        )
-        least, most = line.least, line.most
-        if row.uu > 0.0:
-            slope, error = row.uy / row.uu, noise / math.sqrt(row.uu)
-            least, most = max(least, slope - error), min(most, slope + error)
-            if least > most:  # the row surely shows a slope beyond the moduli
-                least, most = slope - error, slope + error
-        if self._count and row.u != self._u:
-            chord = (row.y - self._y) / (row.u - self._u)
-            error = noise * math.sqrt(1.0 / row.samples + 1.0 / self._count) / abs(row.u - self._u)
-            error += SLACK * (line.most - line.least)
-            if max(least, chord - error) <= min(most, chord + error):
-                return max(least, chord - error), min(most, chord + error)
-        return least, most
-
-    def _residual(self, point: LinePoint, row: _Row, slopes: tuple[float, float]) -> float:
-        """Return by how many standard deviations a point is off every line of a row; 0 where it is on one."""
-        residuals = []
-        for slope in slopes:
-            variance = self._variance(point, slope) + self._variance(row, slope) / row.samples
-            residuals.append((point.y - row.y - slope * (point.u - row.u)) / math.sqrt(variance))
-        return 0.0 if residuals[0] * residuals[1] < 0.0 else min(map(abs, residuals))
+    def _passed_on(self, count: int) -> list[Sample]:
+        decided = self._row[self._decided : count]
+        for _, point in decided:
+            self._before = self._before.with_point(point)
+        self._decided = max(self._decided, count)
+        return [sample for sample, _ in decided]

@@ -14,7 +14,7 @@ from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_S
 from sensor.theory.contrast_law import ReadingError
-from sensor.theory.contrast_rise import RiseLaw, RiseReading, RisingPress
+from sensor.theory.contrast_rise import Rise, RiseLaw, RiseReading, read_rise, rise_modulus, rise_of
 from solve.contact.linear_response import travels
 
 LEVEL_MODULI = 9
@@ -31,33 +31,29 @@ class RiseModel:
     method: ClassVar[str] = "rise of the contrast over a press"
 
     def reading(self, press: Floats, noises: Floats, least_forces: Floats | float = 0.0) -> RiseReading:
-        """Return what forces [N], shape (samples, tips), tell; `noises` and `least_forces` as `RisingPress` has them.
+        """Return what forces [N], shape (samples, tips), tell; `noises` and `least_forces` are those of `read_rise`.
 
         Samples are at even steps of the travel; what times do is that of a press by hand of `PRESS_S`. E is corrected
         by the level readings. Raises RiseError.
         """
-        found = self._pressed(press, noises, least_forces).reading()
+        found = read_rise(self.law, self._rise(press, least_forces), noises)
         return replace(found, E=correct_reading(found.E, self.level))
 
     def modulus(self, press: Floats) -> float:
         """Return the modulus [MPa] of forces [N], shape (samples, tips); raises RiseError."""
-        return correct_reading(self._pressed(press, np.zeros(press.shape[1])).modulus(), self.level)
+        return correct_reading(rise_modulus(self.law, self._rise(press)), self.level)
 
-    def _pressed(self, press: Floats, noises: Floats, least_forces: Floats | float = 0.0) -> RisingPress:
-        rising = RisingPress(self.law, noises, least_forces)
-        for sample, elapsed in zip(press, intervals_by_hand(len(press)), strict=True):
-            rising.add(sample, elapsed)
-        return rising
+    def _rise(self, press: Floats, least_forces: Floats | float = 0.0) -> Rise:
+        return rise_of(press, press.shape[1], least_forces, t=times_by_hand(len(press)))
 
 
 @functools.lru_cache(maxsize=16)
-def intervals_by_hand(samples: int) -> tuple[float, ...]:
-    """Return the time before each of some samples at even steps of the travel X [s], of a press by hand of `PRESS_S`.
+def times_by_hand(samples: int) -> Floats:
+    """Return the time of each of some samples at even steps of the travel X [s], in a press by hand of `PRESS_S`.
 
     A hand slows to a stop: x = X (1 - (1 - t / T)^2).
     """
-    left = np.sqrt(1.0 - np.linspace(0.0, 1.0, samples + 1))
-    return tuple((PRESS_S * -np.diff(left)).tolist())
+    return np.asarray(PRESS_S * (1.0 - np.sqrt(1.0 - np.linspace(0.0, 1.0, samples + 1)[1:])))
 
 
 def rise_model(sensor: Sensor) -> RiseModel:

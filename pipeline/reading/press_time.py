@@ -9,7 +9,7 @@ from pipeline.reading.poses import Placement
 from pipeline.reading.sensor import RISE_TRAVELS, Sensor
 from sensor.design.reading import LARGEST_TOUCH_FRACTION, LEAST_OVER_NOISE
 from sensor.theory.contrast_law import ReadingError
-from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RisingPress
+from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, read_rise, rise_of
 from solve.contact.linear_response import travels
 
 SAMPLES = 60
@@ -32,11 +32,10 @@ def fastest_press(sensor: Sensor) -> float | None:
     forces = np.concatenate([np.zeros((1, forces.shape[1])), np.nan_to_num(forces)])
     at = design.press.travel_mm * (1.0 - np.linspace(1.0, 0.0, SAMPLES + 1) ** 2)
     least = LEAST_OVER_NOISE * np.array(signal.errors_N)
-    press = RisingPress(sensor.law, np.zeros(len(least)), least)
-    for row in np.column_stack([np.interp(at, x, row) for row in forces.T]):
-        press.add(row, 1.0 / SAMPLES)
+    press = np.column_stack([np.interp(at, x, row) for row in forces.T])
+    rise = rise_of(press, len(least), least, t=np.arange(len(press)) / SAMPLES)
     try:
-        slopes = press.reading().slopes
+        slopes = read_rise(sensor.law, rise, np.zeros(len(least))).slopes
     except ReadingError:
         return None
     by_clocks = float(np.linalg.norm(slopes.times)) * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME

@@ -42,12 +42,11 @@ corr(u, q)^2 for another u. Both q and the total force rise together: their corr
 force comes within some per cent of the bound.
 
 **What E moves by.** A cause that changes the law by dG moves ln E by 3 dG / (z dG/dz). For an error that is the same in
-every sample, dG follows from the covariances that are kept. A change of u moves nothing to first order, as G = 0 for
-all u.
+every sample, dG follows from covariances of the forces. A change of u moves nothing to first order, as G = 0 for all
+u.
 
 **Time.** A channel whose time is off by dt has a force that is off by dt dF/dt. Its part of dG is the covariance of u
-with that, c_t dt cov(u, dF_t/dt). It is nothing in a steady press, and the more the faster a press slows to its end. So
-the covariance of u with the increments of each force is kept, each over the time that it took.
+with that, c_t dt cov(u, dF_t/dt). It is nothing in a steady press, and the more the faster a press slows to its end.
 
 **The saddle.** Domes roll on the skin, so their contacts are nearer to each other than their axes, the more the skin is
 curved. The offset tells the saddle, and the saddle the distances of the contacts: S becomes S(gamma), and the cubic is
@@ -55,26 +54,23 @@ solved anew until gamma rests. An error of a tip's height is mistaken for a sadd
 by `RiseSlopes.offset` per mm.
 
 **One bad sample.** It moves E by its residual times how far its instrument is off the mean, the more the fewer the
-samples are. The moduli without each one tell by how much, of whatever kind it is: the jackknife, J. W. Tukey, Ann.
-Math. Stat. 29 (1958) 614. So the first samples of a press are kept.
+samples are. The moduli without each one show the change, of whatever kind it is: the jackknife, J. W. Tukey, Ann.
+Math. Stat. 29 (1958) 614.
 
-Of all others only means and co-moments are kept, each from its mean. A press of any length needs the same memory, and
-single precision is enough. W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is
-not white, as behind a filter, must be thinned out before. mm, N, MPa.
+W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is not white, as behind a
+filter, must be thinned out before. mm, N, MPa.
 """
 
 import math
-from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sensor.arrays import Floats, rows_of
-from sensor.theory.contrast_law import ContrastLaw, ContrastTerms, Matrix, Place, ReadingError, smallest_root
+from sensor.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, smallest_root
 from sensor.theory.hertz import hertz_factor
 
 FEWEST = 5  # samples with all tips on the fruit, below which a covariance means nothing
@@ -86,8 +82,6 @@ SETTLED = 1e-12  # relative change at which the offset has settled: round-off
 MOST_LEFT_OUT_EACH = 32  # samples of a press whose moduli without each are told: of more a single one moves E little
 MOST_STEPS = 50  # of the offset, each of which leaves some per cent of the error of the one before
 STEP = 1e-4  # of an offset [mm], for its slope
-
-Samples = NDArray[np.floating[Any]]
 
 
 class RiseError(ReadingError):
@@ -244,46 +238,89 @@ def _of_flesh(S: Floats, rolling: RollingDomes) -> Floats:
     return S[-tips:, -tips:]
 
 
-@dataclass(frozen=True)
-class RiseSums:
-    """Samples of a press as means and as co-moments with the instrument u, in a memory that does not grow.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rise:
+    """The samples of one press that count: from the touch of the last tip to the deepest sample.
 
-    Rows of `means` and `with_instrument` (5, tips) are the forces F [N], F^(2/3), F^(-1/3), the rates dF/dt at which
-    the forces rise [N/s], and F^2. `spread` [N^2] is the co-moment of u with itself, `with_count` [N] that with the
-    number of the sample. Co-moments are sums over samples of products of what both differ by from their means.
+    `forces` (samples, channels) [N] are all above 0. `instrument` (samples,) [N] is the whole force some samples
+    earlier, `rates` (samples, channels) [N/s] those at which the forces rise. `touch` [N] is the whole force where the
+    last tip touches, `largest` [N] that of the deepest sample.
     """
 
-    count: int = 0
-    instrument: float = 0.0
-    spread: float = 0.0
-    with_count: float = 0.0
-    means: Samples = field(default_factory=lambda: np.zeros((5, 1)))
-    with_instrument: Samples = field(default_factory=lambda: np.zeros((5, 1)))
+    instrument: Floats
+    forces: Floats
+    rates: Floats
+    touch: float
+    largest: float
 
-    def with_sample(self, instrument: float, forces: Samples, rates: Samples) -> "RiseSums":
-        """Return the sums with one sample more: its instrument [N] and its forces [N], (tips,), each above 0.
+    @cached_property
+    def moments(self) -> "_Moments":
+        """Return the moments of the forces, of which the law is made."""
+        return _Moments(self.rise_and_mean(self.forces), self.rise_and_mean(np.cbrt(self.forces) ** 2))
 
-        `rates` (tips,) [N/s] are those at which the forces rise, 0 where that is not asked.
-        Sums are kept in the precision of the forces. Means and co-moments are brought up to date one sample at a time:
-        B. P. Welford, Technometrics 4 (1962) 419. A co-moment grows by the step of u from its old mean, times the step
-        of the other quantity from its new one.
-        """
-        roots = np.cbrt(forces)
-        values = np.array([forces, roots * roots, 1.0 / roots, rates, forces * forces], dtype=forces.dtype)
-        count = self.count + 1
-        step = instrument - self.instrument
-        mean = self.instrument + step / count
-        before = self.means.astype(forces.dtype, copy=False)
-        means = before + (values - before) / forces.dtype.type(count)
-        return RiseSums(
-            count=count,
-            instrument=mean,
-            spread=self.spread + step * (instrument - mean),
-            # Samples are numbered from 0: the number of this one is self.count, and the mean of all numbers half of it.
-            with_count=self.with_count + step * 0.5 * self.count,
-            means=means,
-            with_instrument=self.with_instrument.astype(forces.dtype, copy=False) + step * (values - means),
-        )
+    def rise_and_mean(self, values: Floats) -> Floats:
+        """Return the co-moment with the instrument and the mean of values, (samples, channels), as two rows."""
+        return np.stack([self._apart @ values, values.mean(axis=0)])
+
+    @cached_property
+    def _apart(self) -> Floats:
+        return np.asarray(self.instrument - self.instrument.mean())
+
+    @property
+    def spread(self) -> float:
+        """Return the co-moment of the instrument with itself [N^2]."""
+        return float(self._apart @ self._apart)
+
+    def without(self, first: int, several: int) -> "Rise":
+        """Return the press without `several` samples in a row from the `first` on."""
+        left_out = slice(first, first + several)
+        kept = [np.delete(values, left_out, axis=0) for values in (self.instrument, self.forces, self.rates)]
+        return Rise(instrument=kept[0], forces=kept[1], rates=kept[2], touch=self.touch, largest=self.largest)
+
+
+class _Moments(NamedTuple):
+    """Co-moments with the instrument and means, as two rows (2, channels), of the forces F and of F^(2/3)."""
+
+    F: Floats
+    two_thirds: Floats
+
+
+def rise_of(
+    forces: Floats, tips: int, least_forces: Floats | float = 0.0, *, t: Floats | None = None, lag: int = 1
+) -> Rise:
+    """Return the samples of a press that count, from its forces (samples, channels) [N] and times [s].
+
+    The first `tips` channels are the forces of the tips, of which the instrument is made. Behind them there may be as
+    many again that are made from the same forces (`RiseLaw.over_time`). The instrument is that of the sample before, or
+    of as many before as the `lag` says: 2 where channels were brought to one time. A sample counts where every force of
+    the samples up to there is above `least_forces` (channels,) [N], some times its noise. Its own must be above 0.
+
+    A lift ends a press: what comes after it has an offset of its own, and is read if it goes deeper. Samples after the
+    deepest one are left out: by then flesh may have yielded. Without times the rates are 0.
+    """
+    number = np.arange(len(forces))
+    whole = forces[:, :tips].sum(axis=1)
+    lifted = np.maximum.accumulate(np.where((forces > least_forces).all(axis=1), -1, number))
+    begins = np.concatenate([[0], lifted[:-1] + 1])[: len(forces)]  # where the touch before each sample begins
+    counts = (number - begins >= lag) & (forces > 0.0).all(axis=1)
+    if not counts.any():
+        none = forces[:0]
+        return Rise(instrument=none[:, 0], forces=none, rates=none, touch=0.0, largest=0.0)
+    depths = np.where(counts, whole, 0.0)
+    deepest = len(depths) - 1 - int(depths[::-1].argmax())
+    begin = int(begins[deepest])
+    rows = slice(begin + lag, deepest + 1)
+    rates = np.zeros_like(forces[rows])
+    if t is not None:
+        elapsed = np.diff(t, prepend=t[0])[rows, None]
+        np.divide(np.diff(forces[begin + lag - 1 : deepest + 1], axis=0), elapsed, out=rates, where=elapsed > 0.0)
+    return Rise(
+        instrument=whole[begin : deepest + 1 - lag],
+        forces=forces[rows],
+        rates=rates,
+        touch=float(whole[begin]),
+        largest=float(whole[deepest]),
+    )
 
 
 class BendSlopes(NamedTuple):
@@ -348,164 +385,76 @@ class RiseReading:
     slopes: RiseSlopes
 
 
-class RisingPress:
-    """One press, sample by sample, up to the deepest one; after it flesh may have yielded.
+def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -> RiseReading:
+    """Return the reading of a press; raises RiseError where no modulus belongs to it.
 
-    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. The instrument is that
-    of the sample before, or of as many before as the `lag` says: 2 where channels were brought to one time. A sample
-    counts where every force of the samples up to there is above `least_forces` (channels,) [N], some times its noise.
-    Its own must be above 0.
-
-    The channels are the forces of the tips, of which the instrument is made. Behind them there may be as many again
-    that are made from the same forces (`RiseLaw.over_time`).
+    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. A `whole` press has to
+    rise far enough after its last tip touched. A part of one need not: its uncertainty shows its rise.
     """
-
-    def __init__(self, law: RiseLaw, noises: Floats, least_forces: Floats | float = 0.0, *, lag: int = 1) -> None:
-        """Begin a press."""
-        self._law = law
-        self._noises = noises
-        self._least = least_forces
-        # Since all tips touched: the sums, the total force [N] at which the last of them did, and the first samples.
-        self._sums = RiseSums()
-        self._touch = 0.0
-        self._first: list[tuple[float, Samples, Samples]] = []
-        # The same up to the deepest sample, which has the largest total force [N].
-        self._to_deepest = RiseSums()
-        self._touch_of_deepest = 0.0
-        self._first_of_deepest = self._first
-        self._largest = 0.0
-        self.deepest: Samples | None = None
-        # Total forces [N] of the samples before, the oldest of which is the instrument; forces of the last one.
-        self._before: deque[float] = deque(maxlen=lag)
-        self._forces_before: Samples = np.zeros(1)
-
-    def add(self, forces: Samples, elapsed: float | None = None) -> None:
-        """Take the channels of the next sample [N], (channels,), and the time elapsed since the one before [s].
-
-        Without times the reading has no slopes over the times of channels. A lift ends a press: what comes after it
-        has an offset of its own, and is read if it goes deeper.
-        """
-        total = forces[: len(self._noises)].sum()
-        if len(self._before) == self._before.maxlen and forces.min() > 0.0:
-            self._count(total, forces, elapsed)
-        self._forces_before = forces
-        all_touch = (forces > self._least).all()
-        if all_touch:
-            self._before.append(total)
-        else:
-            self._before.clear()
-            self._sums = RiseSums()
-
-    def _count(self, total: float, forces: Samples, elapsed: float | None) -> None:
-        """Add a sample to the sums; `total` is the sum of the tips' forces [N], `elapsed` as in `add` [s]."""
-        instrument = self._before[0]
-        if self._sums.count == 0:
-            self._touch = instrument
-            self._first = []
-        rates = (forces - self._forces_before) / elapsed if elapsed else 0.0 * forces
-        self._sums = self._sums.with_sample(instrument, forces, rates)
-        if len(self._first) <= MOST_LEFT_OUT_EACH:
-            self._first.append((instrument, forces, rates))
-        if total >= self._largest:
-            self._largest = total
-            self._to_deepest = self._sums
-            self._first_of_deepest = self._first
-            self._touch_of_deepest = self._touch
-            self.deepest = forces
-
-    def reading(self, *, whole: bool = True) -> RiseReading:
-        """Return the reading of the press; raises RiseError.
-
-        A `whole` press has to rise far enough after its last tip touched. What is read of a part of one need not: its
-        uncertainty tells how far it rose.
-        """
-        touch = self._checked_touch(whole=whole)
-        return replace(rise_reading(self._law, self._to_deepest, self._noises), touch=touch)
-
-    def modulus(self) -> float:
-        """Return the modulus [MPa] of a whole press alone, as `reading` has it without noise; raises RiseError."""
-        self._checked_touch(whole=True)
-        return _solve(self._law, self._to_deepest).E
-
-    def _checked_touch(self, *, whole: bool) -> float:
-        """Return the whole force where the last tip touches over the largest [1]; raises RiseError as `reading`."""
-        count = self._to_deepest.count
-        touch = float(self._touch_of_deepest / self._largest) if self._largest > 0.0 else 1.0
-        if count < FEWEST:
-            hint = "press farther, or more slowly"
-            message = f"samples with all tips on the fruit = {count}: must be at least {FEWEST}; {hint}"
-            raise RiseError("few_samples", message)
-        if whole:
-            self._refuse_short_rise(touch)
-        return touch
-
-    def moduli_without(self, several: int = 1) -> Iterator[float]:
-        """Yield the modulus of a press [MPa] without each `several` samples in a row, nan where it has none.
-
-        A press of more than `MOST_LEFT_OUT_EACH` samples yields none.
-        """
-        count = self._to_deepest.count
-        if count > MOST_LEFT_OUT_EACH:
-            return
-        for start in range(count - several + 1):
-            sums = RiseSums()
-            for sample in (*self._first_of_deepest[:start], *self._first_of_deepest[start + several : count]):
-                sums = sums.with_sample(*sample)
-            try:
-                yield _solve(self._law, sums).E
-            except RiseError:
-                yield math.nan
-
-    def _refuse_short_rise(self, touch: float) -> None:
-        if touch > LARGEST_TOUCH_FORCE:
-            message = f"the whole force where the last tip touches = {touch:.2g} of the largest: must be at most "
-            raise RiseError("no_rise", f"{message}{LARGEST_TOUCH_FORCE:g}; press farther, or more level")
-        # The standard deviation of an even rise: a hold at the end, which adds nothing, does not count against it.
-        rise = float(self._largest - self._touch_of_deepest) / math.sqrt(12.0)
-        least = LEAST_RISE * float(np.linalg.norm(self._noises))
-        if not rise > least:
-            message = f"rise of the whole force = {rise:.2g} N: must be above {least:.2g} N, five times its noise"
-            raise RiseError("no_rise", f"{message}; press farther")
-
-
-def rise_reading(law: RiseLaw, sums: RiseSums, noises: Floats) -> RiseReading:
-    """Return the reading of the sums over a press, its `touch` nan: sums do not tell when the last tip touched.
-
-    `noises` (tips,) [N] are the standard deviations of the forces. Raises RiseError where no modulus belongs to the
-    sums, or where noise leaves too much of it open.
-    """
-    E, offset, of_S = _solve(law, sums)
-    S = law.S(of_S)
-    at_root = _SlopesAtRoot(law.contrast, S, sums, E, len(noises))
-    by_noise = float(np.linalg.norm(at_root.noise_per_force * noises))
+    _refuse_few_samples(rise)
+    if whole:
+        _refuse_short_rise(rise, noises)
+    E, offset, of_S = _solve(law, rise.moments)
+    at_root = _Root(law, rise, E, offset, law.S(of_S), len(noises))
+    noise_per_force = np.abs(at_root.of_tips(at_root.by_force)) * math.sqrt(rise.spread) / abs(at_root.per_log_E[0])
+    by_noise = float(np.linalg.norm(noise_per_force * noises))
     if by_noise > LARGEST_NOISE:
         message = f"standard uncertainty of E by noise = {by_noise:.2g} of it: must be at most a third; press farther"
         raise RiseError("no_rise", message)
-    per_tip = at_root.per_tip()
-    S_per_offset = law.per_offset(offset)
-    zeros = at_root.with_saddle(per_tip.zeros, at_root.of_tips(at_root.by_force), S_per_offset)
+    residual = float(np.linalg.norm(at_root.of_tips(at_root.by_force) * noises))
     return RiseReading(
         E=E,
         offset=offset,
         noise=by_noise,
-        offset_noise=math.hypot(at_root.residual(noises) / math.sqrt(sums.count), at_root.mean_per_log_E * by_noise),
-        offset_per_log_E=at_root.mean_per_log_E,
-        samples=sums.count,
-        touch=math.nan,
-        slopes=RiseSlopes(
-            noise=tuple(at_root.noise_per_force.tolist()),
-            gains=tuple(per_tip.gains.tolist()),
-            springs=tuple(per_tip.springs.tolist()),
-            zeros=tuple(zeros.tolist()),
-            drifts=tuple(per_tip.drifts.tolist()),
-            times=tuple(per_tip.times.tolist()),
-            hertz=at_root.per_hertz,
-            body=at_root.per_S(S),
-            offset=at_root.per_S(S_per_offset),
-            channel_bends=at_root.bends(per_tip.gains, at_root.by_force, S_per_offset),
-            spring_bends=at_root.bends(per_tip.springs, at_root.by_deflection, S_per_offset),
-        ),
+        offset_noise=math.hypot(residual / math.sqrt(len(rise.forces)), at_root.per_log_E[1] * by_noise),
+        offset_per_log_E=float(at_root.per_log_E[1]),
+        samples=len(rise.forces),
+        touch=rise.touch / rise.largest,
+        slopes=at_root.slopes(noise_per_force),
     )
+
+
+def rise_modulus(law: RiseLaw, rise: Rise) -> float:
+    """Return the modulus [MPa] of a press without noise, as `read_rise` does; raises RiseError."""
+    _refuse_few_samples(rise)
+    _refuse_short_rise(rise, np.zeros(1))
+    return _solve(law, rise.moments).E
+
+
+def moduli_without(law: RiseLaw, rise: Rise, several: int = 1) -> Iterator[float]:
+    """Yield the modulus of a press [MPa] without each `several` samples in a row, nan where it has none.
+
+    A press of more than `MOST_LEFT_OUT_EACH` samples yields none.
+    """
+    count = len(rise.forces)
+    if count > MOST_LEFT_OUT_EACH:
+        return
+    for first in range(count - several + 1):
+        try:
+            yield _solve(law, rise.without(first, several).moments).E
+        except RiseError:
+            yield math.nan
+
+
+def _refuse_few_samples(rise: Rise) -> None:
+    count = len(rise.forces)
+    if count < FEWEST:
+        hint = "press farther, or more slowly"
+        message = f"samples with all tips on the fruit = {count}: must be at least {FEWEST}; {hint}"
+        raise RiseError("few_samples", message)
+
+
+def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
+    touch = rise.touch / rise.largest
+    if touch > LARGEST_TOUCH_FORCE:
+        message = f"the whole force where the last tip touches = {touch:.2g} of the largest: must be at most "
+        raise RiseError("no_rise", f"{message}{LARGEST_TOUCH_FORCE:g}; press farther, or more level")
+    # The standard deviation of an even rise: a hold at the end, which adds nothing, does not count against it.
+    rises = (rise.largest - rise.touch) / math.sqrt(12.0)
+    least = LEAST_RISE * float(np.linalg.norm(noises))
+    if not rises > least:
+        message = f"rise of the whole force = {rises:.2g} N: must be above {least:.2g} N, five times its noise"
+        raise RiseError("no_rise", f"{message}; press farther")
 
 
 class _Solution(NamedTuple):
@@ -516,25 +465,25 @@ class _Solution(NamedTuple):
     of_S: float
 
 
-def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
+def _solve(law: RiseLaw, moments: _Moments) -> _Solution:
     """Return the solution of both equations of a press: that of the co-moments gives E, that of the means the offset.
 
     Only domes need more than one step. Their offset changes S by some per cent, and S changes the offset. Each step
     reduces the error to that fraction. Raises RiseError.
     """
-    weights, _, S = law.contrast.arrays
-    rise_rigid, rise_dome, _ = _terms(law.contrast, S, sums.with_instrument)
-    rigid, dome, _ = _terms(law.contrast, S, sums.means)
-    rise_F, mean_F = (moments[0].astype(np.float64) for moments in (sums.with_instrument, sums.means))
-    known_gaps = float(np.dot(law.contrast.weights, law.contrast.gaps))
-    offset = 0.0  # that S belongs to
+    contrast = law.contrast
+    weights, C, S = contrast.arrays
+    rise_rigid, rigid = (moments.F @ (weights @ C)).tolist()
+    rise_dome, dome = (contrast.hertz * moments.two_thirds @ weights).tolist()
+    rigid += float(np.dot(weights, contrast.gaps))
+    offset = 0.0  # of the S below
     for _ in range(MOST_STEPS):
-        of_S = weights @ S
+        rise_body, body = (moments.F @ (weights @ S)).tolist()
         try:
-            z = smallest_root(rise_rigid, rise_dome, float(of_S @ rise_F))  # E^(-1/3)
+            z = smallest_root(rise_rigid, rise_dome, rise_body)  # E^(-1/3)
         except ReadingError as error:
             raise RiseError("out_of_range", str(error)) from error
-        found = -(rigid + known_gaps + z * z * (dome + float(of_S @ mean_F) * z))
+        found = -(rigid + z * z * (dome + body * z))
         if law.rolling is None or abs(found - offset) <= SETTLED * abs(rigid):
             return _Solution(1.0 / (z * z * z), found, offset)
         offset = found
@@ -543,128 +492,92 @@ def _solve(law: RiseLaw, sums: RiseSums) -> _Solution:
     raise RiseError("out_of_range", message)
 
 
-def _terms(contrast: ContrastLaw, S: Floats, moments: Samples) -> ContrastTerms:
-    """Return the terms of the contrast with an S, without its gaps, of means or co-moments (5, tips) of `RiseSums`."""
-    weights, C, _ = contrast.arrays
-    F = moments[0].astype(np.float64)
-    return ContrastTerms(
-        rigid=float(weights @ C @ F),
-        dome=float(contrast.hertz * weights @ moments[1]),
-        body=float(weights @ S @ F),
-    )
+class _Root:
+    """The law of a press at its root: a cause that adds to the law moves ln E.
 
-
-class _TipSlopes(NamedTuple):
-    """Slopes of ln E over the causes of each tip, (tips,) each; units as in `RiseSlopes`."""
-
-    gains: Floats
-    springs: Floats
-    zeros: Floats
-    drifts: Floats
-    times: Floats
-
-
-class _SlopesAtRoot:
-    """The slopes of ln E at the root of the cubic of a press: by how much each cause of an error moves the modulus.
-
-    A cause that changes the co-moments of the law by dG moves ln E by dG / `_dG_per_log_E`.
+    What is added is the rise dG, a co-moment with the instrument, and the mean dM [mm], as two rows (2, ...).
     """
 
-    def __init__(self, contrast: ContrastLaw, S: Floats, sums: RiseSums, E: float, tips: int) -> None:
-        """Take the law, its S at the offset, the sums and the modulus [MPa] of a press.
+    def __init__(self, law: RiseLaw, rise: Rise, E: float, offset: float, S: Floats, tips: int) -> None:
+        """Take the law, the modulus [MPa] and the offset [mm] of a press, and its S there.
 
         `tips` of them may have several channels each.
         """
-        self._weights, self._C, _ = contrast.arrays
-        self._S = S
+        self._weights, self._C, _ = law.contrast.arrays
+        self._rise = rise
         self._tips = tips
-        self._sums = sums
-        moments = sums.with_instrument.astype(np.float64)
-        self._F, self._two_thirds, self._inverse_roots, self._rates, self._squares = moments
-        self._z = math.pow(E, -1.0 / 3.0)
-        self._dome = contrast.hertz * self._z**2 * self._weights
-        _, dome, body = _terms(contrast, S, sums.with_instrument)
-        self._hertz = dome * self._z**2
-        # z dG/dz / 3, since E = z^(-3)
-        self._dG_per_log_E = (2.0 * self._hertz + 3.0 * body * self._z**3) / 3.0
-        _, mean_dome, mean_body = _terms(contrast, S, sums.means)
-        # The same of the means: by how much the offset moves with ln E [mm].
-        self.mean_per_log_E = (2.0 * mean_dome * self._z**2 + 3.0 * mean_body * self._z**3) / 3.0
+        z = math.pow(E, -1.0 / 3.0)
+        domes = law.contrast.hertz * z**2 * self._weights
+        F, two_thirds = rise.moments
+        self._inverse_roots = rise.rise_and_mean(1.0 / np.cbrt(rise.forces))
+        self._body = self._weights @ (self._C + S * z**3)  # slope of the law over each force [mm/N], but for Hertz
+        self._dome = domes / 1.5  # the same by Hertz, times F^(1/3)
+        self.hertz = two_thirds @ domes
+        self.flesh = F @ (self._weights @ S) * z**3
+        self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0  # as E = z^(-3)
+        self.per_offset = F @ (self._weights @ law.per_offset(offset)) * z**3
 
     @property
-    def per_hertz(self) -> float:
-        """Return d ln E / d ln h [1]."""
-        return self._hertz / self._dG_per_log_E
-
-    def bends(self, slopes: Floats, by_force: Floats, per_offset: Floats) -> BendSlopes:
-        """Return the slopes over lines that bend, of those over straight ones, (tips,).
-
-        A slope that is off by e_0 + k F adds e_0 F + k F^2 / 2 to a force. The press sees e at the force at which F^2
-        has the slope cov(u, F^2) / cov(u, F). The law is moved by c = `by_force` [mm/N], (channels,).
-        """
-        rises, squares = self._F[: self._tips], self._squares[: self._tips]
-        middles = np.divide(squares, 2.0 * rises, out=np.zeros_like(rises), where=rises != 0.0)
-        forces, *_, of_squares = self._sums.means
-        return BendSlopes(
-            at_zero=tuple(self.with_saddle(slopes, self.of_tips(by_force * forces), per_offset).tolist()),
-            per_N=tuple(
-                self.with_saddle(slopes * middles, self.of_tips(0.5 * by_force * of_squares), per_offset).tolist()
-            ),
-        )
-
-    def per_S(self, change: Floats) -> float:
-        """Return the change of ln E [1] with a `change` of S, (channels, channels) [1/mm]."""
-        return float(self._weights @ change @ self._F) * self._z**3 / self._dG_per_log_E
-
-    def per_tip(self) -> _TipSlopes:
-        """Return the slopes of ln E over the causes of each tip; springs count as in `contrast_slopes`."""
-        of_springs = self._weights @ self._C
-        of_fruit = self._weights @ self._S * self._z**3
-        gains = (of_springs + of_fruit) * self._F + self._dome / 1.5 * self._two_thirds
-        springs = -0.5 * (self._weights * (self._C @ self._F) + of_springs * self._F)
-        zeros = self._dome / 1.5 * self._inverse_roots
-        drifts = self.by_force * self._sums.with_count / (self._sums.count - 1)
-        times = self.by_force * self._rates
-        return _TipSlopes(
-            *(self.of_tips(slopes) / self._dG_per_log_E for slopes in (gains, springs, zeros, drifts, times))
-        )
+    def by_force(self) -> Floats:
+        """Return c_t, the slope of the residual over each force [mm/N], (channels,), at the mean of F^(-1/3)."""
+        return np.asarray(self._body + self._dome * self._inverse_roots[1])
 
     def of_tips(self, of_channels: Floats) -> Floats:
-        """Return slopes over what moves all channels of a tip alike, (tips,), from those over each channel."""
-        return np.asarray(of_channels.reshape(-1, self._tips).sum(axis=0))
+        """Return slopes over what moves all channels of a tip alike, (..., tips), from those over each channel."""
+        return np.asarray(of_channels.reshape(*of_channels.shape[:-1], -1, self._tips).sum(axis=-2))
 
-    def with_saddle(self, slopes: Floats, means: Floats, per_offset: Floats) -> Floats:
-        """Return the slopes of ln E over a cause of each tip, (tips,), with what the offset adds that they move.
+    def moved(self, rise: Floats) -> Floats:
+        """Return the slopes of ln E over causes by what they add to the rise of the law, while the saddle is held."""
+        return np.asarray(rise / self.per_log_E[0])
 
-        The cause moves the mean of the law by `means` [mm]. A zero that is off moves the offset by up to 4 mm/N. The
-        law takes the offset for a saddle of the skin. So it moves S by `per_offset`, and S moves the modulus. Zeros and
-        bends do so; the other causes move the offset less than the modulus.
+    def moved_with_saddle(self, rise: Floats, mean: Floats) -> Floats:
+        """Return the slopes of ln E over causes by what they add to the law, with what the saddle makes of them.
 
-        With x the slope of the offset over the cause, ln E moves by slopes + by_offset x. The offset is minus the mean
-        of the law, so x = mean_per_log_E (slopes + by_offset x) - means + by_S x: solved here for x.
+        A zero that is off moves the offset by up to 4 mm/N. The law takes the offset for a saddle of the skin, so it
+        moves S, and S moves the modulus. With f the slope of the rise over a mean that is taken for a saddle,
+        ln E moves by (dG - f dM) / (dG / d ln E - f dM / d ln E).
         """
-        by_offset = self.per_S(per_offset)
-        by_S = -float(self._weights @ per_offset @ self._sums.means[0]) * self._z**3
-        offset_slopes = (self.mean_per_log_E * slopes - means) / (1.0 - by_S - self.mean_per_log_E * by_offset)
-        return np.asarray(slopes + by_offset * offset_slopes)
+        f = self.per_offset[0] / (1.0 + self.per_offset[1])
+        return np.asarray((rise - f * mean) / (self.per_log_E[0] - f * self.per_log_E[1]))
 
-    @property
-    def by_deflection(self) -> Floats:
-        """Return the slope of the residual over each force [mm/N], (channels,), of which a spring sinks too little."""
-        return np.asarray(-self._weights @ self._C)
+    def slopes(self, noise_per_force: Floats) -> RiseSlopes:
+        """Return the slopes over all causes; springs count as in `contrast_slopes`."""
+        rise = self._rise
+        F, two_thirds = rise.moments
+        squares = rise.rise_and_mean(rise.forces**2)
+        number = np.arange(len(rise.forces))[:, None]
+        drift = rise.rise_and_mean(number / (len(number) - 1))[0]
+        gains = self.of_tips(self._body * F[0] + self._dome * two_thirds[0])
+        by_springs = self._weights @ self._C
+        springs = self.of_tips(-0.5 * (self._weights * (self._C @ F[0]) + by_springs * F[0]))
+        zeros = self.of_tips(self._dome * self._inverse_roots[0])
+        return RiseSlopes(
+            noise=_numbers(noise_per_force),
+            gains=_numbers(self.moved(gains)),
+            springs=_numbers(self.moved(springs)),
+            zeros=_numbers(self.moved_with_saddle(zeros, self.of_tips(self.by_force))),
+            drifts=_numbers(self.moved(self.of_tips(self.by_force * drift))),
+            times=_numbers(self.moved(self.of_tips(self.by_force * rise.rise_and_mean(rise.rates)[0]))),
+            hertz=float(self.moved(self.hertz[0])),
+            body=float(self.moved(self.flesh[0])),
+            offset=float(self.moved(self.per_offset[0])),
+            channel_bends=self._bends(gains, self.by_force, F, squares),
+            spring_bends=self._bends(springs, -by_springs, F, squares),
+        )
 
-    @cached_property
-    def by_force(self) -> Floats:
-        """Return c_t, the slope of the residual over each force [mm/N], (tips,), at the mean of F^(-1/3)."""
-        by_body = self._weights @ (self._C + self._S * self._z**3)
-        return np.asarray(by_body + self._dome / 1.5 * self._sums.means[2])
+    def _bends(self, straight: Floats, by_force: Floats, F: Floats, squares: Floats) -> BendSlopes:
+        """Return the slopes over lines that bend, from the rise that straight ones add, (tips,).
 
-    def residual(self, noises: Floats) -> float:
-        """Return s, the standard deviation of the residual of a sample [mm]."""
-        return float(np.linalg.norm(self.of_tips(self.by_force) * noises))
+        An error of the slope e_0 + k F adds e_0 F + k F^2 / 2 to a force. The press sees e at the force at which F^2
+        has the slope cov(u, F^2) / cov(u, F). The law is moved by c = `by_force` [mm/N], (channels,).
+        """
+        rises, of_squares = F[0, : self._tips], squares[0, : self._tips]
+        middles = np.divide(of_squares, 2.0 * rises, out=np.zeros_like(rises), where=rises != 0.0)
+        return BendSlopes(
+            at_zero=_numbers(self.moved_with_saddle(straight, self.of_tips(by_force * F[1]))),
+            per_N=_numbers(self.moved_with_saddle(straight * middles, self.of_tips(0.5 * by_force * squares[1]))),
+        )
 
-    @cached_property
-    def noise_per_force(self) -> Floats:
-        """Return the relative standard uncertainty of E per noise of each force [1/N], (tips,)."""
-        by_force = np.abs(self.of_tips(self.by_force))
-        return np.asarray(by_force * math.sqrt(self._sums.spread) / abs(self._dG_per_log_E))
+
+def _numbers(values: Floats) -> tuple[float, ...]:
+    return tuple(values.tolist())

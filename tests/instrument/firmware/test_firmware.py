@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign, printed_by_header, read_log, with_heights
+from measured_units import MeasuredDesign, printed_by_header, read_log, read_press, with_heights
 
 from instrument.firmware import press_core
 from instrument.firmware.firmware import micropython
 from instrument.firmware.press_core import Unit
-from instrument.press.contrast_press import ContrastPress
 from instrument.press.fruit_reading import IN_FIRMWARE, flags_of_forces
 from solve.contact.poses import Pose
 
@@ -217,10 +216,7 @@ def test_press_of_a_pair_agrees_sample_for_sample(samples, pair, rng, tmp_path, 
         assert (found, found_bits) == (pytest.approx(expected or math.nan, rel=AGREES, nan_ok=True), bit)
         flags.add(bit)
         touching = [row for row in rows.astype(float) if (row > sensor.least_forces).all()]
-        press = ContrastPress(sensor)
-        for row in touching:
-            press.add(row)
-        count = press.reading().samples
+        count = read_press(sensor, touching).samples
         seated += count is not None and count < len(touching) - 4  # those on the way back and the first one
     assert 0 in flags
     assert seated or samples == 10

@@ -19,7 +19,7 @@ from instrument.press.signals import Signal
 from pipeline.tables.rows import Rows
 from reference.ellipsoid_presses import press, random_fruits, square
 from sensor.quantity import InputError
-from sensor.theory.contrast_rise import RisingPress
+from sensor.theory.contrast_rise import read_rise, rise_of
 from solve.contact.poses import Pose
 from twintip.cli import main
 
@@ -284,10 +284,8 @@ def test_a_zero_that_is_off_by_less_than_a_per_cent_is_no_touch(mango, tip, modu
     forces = mango.forces([Pose(E=modulus, travel=x, **saddle) for x in travels])
     sensor = mango.measuring()
     zero = 0.008 * np.array(sensor.report.read_out.full_scale_N)[tip]
-    told = RisingPress(sensor.rise_law, np.zeros(4), sensor.least_forces)
-    for row in forces:
-        told.add(row)
-    expected = told.reading().slopes.zeros[tip] * zero
+    found = read_rise(sensor.rise_law, rise_of(forces, 4, sensor.least_forces), np.zeros(4))
+    expected = found.slopes.zeros[tip] * zero
     moved = read_press(sensor, forces + zero * np.eye(4)[tip]).E / read_press(sensor, forces).E - 1.0
     assert abs(expected) < 0.03
     assert moved == pytest.approx(expected, rel=0.5, abs=1e-3)

@@ -12,7 +12,7 @@ from instrument.press.pair_press import single_reading
 from instrument.press.ripeness import ripeness_classes
 from pipeline.response.scene_press import scene_of
 from sensor.quantity import InputError
-from sensor.theory.contrast_rise import RisingPress
+from sensor.theory.contrast_rise import read_rise, rise_of
 from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
@@ -93,12 +93,12 @@ def test_heights_of_tips_widen_the_uncertainty_as_a_saddle_does(ball):
     plain, without = read_press(sensor, forces), read_press(with_exact_tips(sensor), forces)
     law, found = sensor.rise_law, plain.E
     step = 1e-3
-    press = RisingPress(replace(law, contrast=law.with_offset(step), rolling=None), sensor.noises)
-    still = RisingPress(replace(law, rolling=None), sensor.noises)
-    for row in forces:
-        press.add(row)
-        still.add(row)
-    per_mm = abs(press.reading().E / still.reading().E - 1.0) / step
+    rise = rise_of(forces, 4)
+    moved, still = (
+        read_rise(replace(law, contrast=contrast, rolling=None), rise, sensor.noises).E
+        for contrast in (law.with_offset(step), law.contrast)
+    )
+    per_mm = abs(moved / still - 1.0) / step
     contrast = 0.025 * np.linalg.norm(law.contrast.weights)
     assert pytest.approx(1.0, rel=1e-2) == found
     assert np.sqrt(plain.u**2 - without.u**2) == pytest.approx(2.0 * contrast * per_mm, rel=0.05)

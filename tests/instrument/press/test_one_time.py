@@ -14,7 +14,8 @@ from stored_presses import STORED
 
 from cad.fabrication.signal_path import Spring, balanced_order, signal_path
 from instrument.firmware.firmware import micropython
-from instrument.press.presses import readings_of, sensor_times
+from instrument.press.one_time import at_one_time
+from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
 from pipeline.options import load_design
 from pipeline.reading.press_time import fastest_press
@@ -265,7 +266,8 @@ def test_channels_with_their_times_are_taken_on_straight_lines(sensor):
     t = 0.1 * np.arange(12)
     times = t[:, None] + [0.03, 0.0, 0.09, 0.01]
     forces = 0.02 + times * [0.1, 0.5, 0.1, 0.5]
-    found = list(sensor_times(sensor, Signal(Rows(lines_of(times, forces, timed=True), "press.csv"), 4), "press.csv"))
+    log = Signal(Rows(lines_of(times, forces, timed=True), "press.csv"), 4)
+    found = list(at_one_time(sensor, log, "press.csv")[1])
     assert [sample.t for sample in found] == pytest.approx(t[1:].tolist())
     expected = 0.02 + t[1:, None] * [0.1, 0.5, 0.1, 0.5]
     assert np.array([sample.forces for sample in found]) == pytest.approx(expected, rel=1e-9)

@@ -13,7 +13,7 @@ from instrument.press.signals import Signal
 from pipeline.tables.rows import Rows
 from sensor.design.reading import Reading
 from sensor.quantity import InputError
-from sensor.theory.contrast_rise import RisingPress
+from sensor.theory.contrast_rise import read_rise, rise_of
 from solve.contact.poses import Pose
 
 TRAVELS = np.linspace(0.03, 0.6, 40)
@@ -135,10 +135,7 @@ def test_samples_before_flat_tips_are_seated_do_not_count(curved):
     forces = curved.forces([Pose(E=0.5, travel=x, tilt_deg=(1.0, 0.0)) for x in travels.tolist()])
     seated = read(sensor, forces)
     assert pytest.approx(0.5, rel=1e-3) == seated.E
-    whole = RisingPress(sensor.rise_law, sensor.noises, sensor.least_forces)
-    for row in forces:
-        whole.add(row)
-    found = whole.reading()
+    found = read_rise(sensor.rise_law, rise_of(forces, 2, sensor.least_forces), sensor.noises)
     assert found.E > 1.05 * 0.5
     assert found.samples > seated.samples >= 10
 

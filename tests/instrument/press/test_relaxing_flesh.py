@@ -9,8 +9,8 @@ import pytest
 from measured_units import MeasuredDesign
 from squares import BALL
 
+from instrument.press.hold import LATE
 from instrument.press.presses import readings_of
-from instrument.press.relaxing_flesh import LATE
 from instrument.press.signals import Signal, force_keys
 from pipeline.reading.over_time import reading_over_time
 from pipeline.response.scene_press import scene_of

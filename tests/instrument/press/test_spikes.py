@@ -11,10 +11,8 @@ import pytest
 from measured_units import random_pose, read_in_c, read_press
 
 from instrument.firmware.firmware import micropython
-from instrument.press.fruit_reading import FruitReading
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal, force_keys
-from instrument.press.spikes import LARGEST_RESIDUAL, SpikeFilter
 from pipeline.tables.rows import Rows
 from sensor.quantity import InputError
 from solve.contact.poses import Pose
@@ -172,15 +170,6 @@ def test_a_press_that_hangs_on_one_sample_says_so(hands):
     assert True in found
 
 
-def test_the_bar_of_a_press_that_hangs_on_one_sample_holds_both_readings():
-    reading = FruitReading(E=1.0, u=0.2, noise=0.1)
-    assert reading.with_shift(0.2) is reading
-    wider = reading.with_shift(0.25)
-    assert (wider.u, wider.noise, wider.flags) == (0.45, 0.1, ("one_sample",))
-    assert reading.with_shift(1.0).flags == ("uncertain", "one_sample")
-    assert FruitReading().with_shift(1.0) == FruitReading()
-
-
 def test_a_clean_press_is_read_to_the_last_digit(hands):
     """What the filter releases of forces are the forces."""
     hand = hands["paper"]
@@ -239,16 +228,6 @@ def test_two_presses_are_two(hands):
     assert len(hand.read(np.vstack([rows, air, rows]))) == 2
     few = rows[-4:]
     assert [reading.flags for reading in hand.read(np.vstack([rows, air, few, air]))][1] == ("few_samples",)
-
-
-def test_a_residual_is_normal(hands):
-    """The largest of a clean press's residuals over their deviation is seldom above 4.5, and never above the limit."""
-    assert LARGEST_RESIDUAL == 5.0
-    hand = hands["paper"]
-    for _ in range(20):
-        rows = hand.press()
-        released = SpikeFilter(hand.sensor).filtered(enumerate(rows))
-        assert [number for number, _ in released] == list(range(len(rows)))
 
 
 @pytest.mark.parametrize("name", ["paper", "mango"])

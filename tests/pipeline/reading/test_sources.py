@@ -13,7 +13,7 @@ from stand_ins import analysed, with_compliance
 from cad.fabrication.signal_path import SignalPath
 from pipeline.reading import sensor as sensor_module
 from pipeline.reading.analysis import _by_poisson
-from pipeline.reading.measurement import RiseModel, intervals_by_hand, rise_model
+from pipeline.reading.measurement import RiseModel, rise_model, times_by_hand
 from pipeline.reading.poses import Placement
 from pipeline.reading.sensor import RISE_TRAVELS
 from pipeline.reading.uncertainty import Channels, mean_sources, noise_to_reach, uncertainty_sources
@@ -216,7 +216,7 @@ def test_times_of_channels_move_readings_as_told(pressed):
     """
     told = pressed.sources(signal_with(time_error_ms=2.0)).contributions["times"]
     steps = np.diff(pressed.forces, axis=0, prepend=pressed.forces[:1])
-    rates = steps / np.array(intervals_by_hand(RISE_TRAVELS))[:, None]
+    rates = steps / np.diff(times_by_hand(RISE_TRAVELS), prepend=0.0)[:, None]
     slopes = pressed.slopes(lambda by: pressed.model.modulus(pressed.forces + by * rates))
     within = 0.25 if pressed.model.law.contrast.hertz else SMALL
     assert told == pytest.approx(2e-3 / np.sqrt(3.0) * np.linalg.norm(slopes), rel=within)

@@ -1,6 +1,5 @@
 """The rise of the contrast: exact for what it models, blind to every offset, without bias by noise, near the bound."""
 
-import itertools
 import math
 from dataclasses import replace
 
@@ -15,10 +14,10 @@ from sensor.theory.contrast_rise import (
     MOST_LEFT_OUT_EACH,
     RiseError,
     RiseLaw,
-    RiseSums,
-    RisingPress,
     RollingDomes,
-    rise_reading,
+    moduli_without,
+    read_rise,
+    rise_of,
 )
 
 KINDS = ("low", "high", "low", "high")
@@ -69,10 +68,7 @@ def law_press(law, E, gaps, tilt=(0.0, 0.0), drift=(0.0, 0.0), travels=None, pla
 
 
 def reading(law, forces, noises=QUIET):
-    rising = RisingPress(law, noises)
-    for sample in forces:
-        rising.add(sample)
-    return rising.reading()
+    return read_rise(law, rise_of(np.asarray(forces), len(noises)), noises)
 
 
 def level_press(E, samples=60, tilt=0.0):
@@ -222,16 +218,6 @@ def test_an_offset_that_is_no_saddle_moves_the_reading_by_its_slope():
     assert abs(math.log(found.E / E)) > 1e-6
 
 
-def test_single_precision_is_enough():
-    """Centred running moments: a few times the rounding of a force over the share of the contrast in it."""
-    law = dome_law()
-    for samples in (10, 100, 1000):
-        _, forces = level_press(2.0, samples=samples, tilt=0.005)
-        single = reading(law, forces.astype(np.float32))
-        assert pytest.approx(reading(law, forces).E, rel=1e-5) == single.E
-        assert single.samples == samples - 1
-
-
 def flag_of(forces, law=None, noises=QUIET):
     with pytest.raises(RiseError) as error:
         reading(law or dome_law(), forces, noises)
@@ -290,10 +276,7 @@ def test_moduli_without_a_bad_sample_are_right(several):
     bad[9 : 9 + several, 3] *= 1.05
     moduli = []
     for rows in (forces, bad):
-        press = RisingPress(law, QUIET, lag=several)
-        for row in rows:
-            press.add(row)
-        moduli.append(np.array([*press.moduli_without(several)]))
+        moduli.append(np.array([*moduli_without(law, rise_of(rows, 4, lag=several), several)]))
     exact, off = moduli
     assert len(exact) == len(off) == 12 - several - several + 1
     assert exact == pytest.approx(1.5, rel=1e-6)
@@ -304,10 +287,7 @@ def test_moduli_without_a_bad_sample_are_right(several):
 def test_moduli_without_a_sample_are_told_of_few_samples():
     for samples, told in ((MOST_LEFT_OUT_EACH + 1, MOST_LEFT_OUT_EACH), (MOST_LEFT_OUT_EACH + 2, 0)):
         law, forces = level_press(1.5, samples=samples)
-        press = RisingPress(law, QUIET)
-        for row in forces:
-            press.add(row)
-        assert len([*press.moduli_without()]) == told
+        assert len([*moduli_without(law, rise_of(forces, 4))]) == told
 
 
 @pytest.mark.parametrize("case", STORED["presses"], ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
@@ -391,11 +371,9 @@ def test_a_samples_own_force_is_a_biased_instrument():
     bias = []
     for _ in range(PRESSES):
         forces = true + rng.normal(size=true.shape) * noises
-        own, before = RiseSums(), RiseSums()
-        for last, sample in itertools.pairwise(forces):
-            own = own.with_sample(sample.sum(), sample, 0.0 * sample)
-            before = before.with_sample(last.sum(), sample, 0.0 * sample)
-        bias.append(math.log(rise_reading(law, own, noises).E / rise_reading(law, before, noises).E))
+        before = rise_of(forces, 4)
+        own = replace(before, instrument=before.forces.sum(axis=1))
+        bias.append(math.log(read_rise(law, own, noises).E / read_rise(law, before, noises).E))
     contrast = law.contrast
     weights, C, S = contrast.arrays
     z = 0.5 ** (-1.0 / 3.0)
@@ -411,9 +389,6 @@ def test_a_samples_own_force_is_a_biased_instrument():
 
 def test_the_cubic_of_a_single_reading_is_the_same():
     law, forces = level_press(1.0, samples=15)
-    sums = RiseSums()
-    for last, sample in itertools.pairwise(forces):
-        sums = sums.with_sample(last.sum(), sample, 0.0 * sample)
     u = forces[:-1].sum(axis=1)
     weights, C, S = law.contrast.arrays
     rows = (
@@ -422,4 +397,4 @@ def test_the_cubic_of_a_single_reading_is_the_same():
         forces[1:] @ S @ weights,
     )
     z = smallest_root(*(float(np.cov(u, row)[0, 1]) for row in rows))
-    assert pytest.approx(z**-3) == rise_reading(law, sums, QUIET).E
+    assert pytest.approx(z**-3) == reading(law, forces).E

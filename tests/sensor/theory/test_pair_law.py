@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sensor.theory.contrast_law import ReadingError, pair_law, ratio_modulus, read_modulus
-from sensor.theory.contrast_rise import FEWEST, RiseError, RiseLaw, RisingPress
+from sensor.theory.contrast_rise import FEWEST, RiseError, RiseLaw, read_rise, rise_of
 from sensor.theory.two_spring_law import PAPER_SPRINGS, fruit_stiffness
 
 ROUND_OFF = 1e-9
@@ -20,10 +20,7 @@ def press(E, travels, lead=0.0, C=C):
 
 def read(forces, noises=(0.0, 0.0), C=C):
     law = RiseLaw(contrast=pair_law(C.tolist(), S_DIFFERENCE))
-    found = RisingPress(law, np.array(noises))
-    for row in forces:
-        found.add(row)
-    return found.reading()
+    return read_rise(law, rise_of(forces, 2), np.array(noises))
 
 
 def least_deviation(E, travels, noises):

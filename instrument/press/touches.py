@@ -1,0 +1,212 @@
+"""Samples of a signal are cut into presses: each lasts from the touch of its last tip to the lift of its first one.
+
+A tip may be out of contact in one sample between two with twice the least force of a touch. It was not lifted then: the
+conversion was bad. So a press is firm, and noise does not end it, once its tips had twice that force.
+"""
+
+import math
+import operator
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from instrument.press.measuring import MeasuringUnit
+from instrument.press.relaxing_flesh import RelaxingFlesh
+from instrument.press.signals import Sample
+from instrument.press.spikes import SpikeFilter, press_line
+from sensor.arrays import Floats
+from sensor.quantity import validation_error
+from sensor.theory.relaxation import Relaxation
+
+FIRM = 2.0  # times the least force of each tip: a touch that noise does not end
+MOST_NAMED = 10  # lines of a press that are named as left out
+MOST_SAMPLES = 1_000_000  # of a press, three hours and a half at 80 Hz: no tip was lifted
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Press:
+    """The samples of one press, without those that contradict the others.
+
+    `channels` (samples, channels) [N] are the forces of the `tips` first. Behind them there may be those with which
+    elastic flesh would answer. `t` (samples,) [s] are their times, `touched_s` that of the touch of the first tip, all
+    nan if they are not known. `lines_left_out` are lines of samples that contradict the press, at most some of them.
+    """
+
+    channels: Floats
+    tips: int
+    t: Floats
+    touched_s: float
+    lines_left_out: tuple[int, ...] = ()
+
+    @classmethod
+    def of_forces(cls, forces: Floats) -> "Press":
+        """Return the press of forces [N], (samples, tips), at times that are not known."""
+        count, tips = forces.shape
+        return cls(channels=forces, tips=tips, t=np.full(count, np.nan), touched_s=np.nan)
+
+    @property
+    def forces(self) -> Floats:
+        """Return the forces of the tips [N], (samples, tips)."""
+        return self.channels[:, : self.tips]
+
+    @cached_property
+    def deepest(self) -> int:
+        """Return the number of the sample with the largest whole force."""
+        return int(self.forces.sum(axis=1).argmax())
+
+    @property
+    def duration_s(self) -> float | None:
+        """Return the duration from the first touch to the deepest sample [s]; None if the times do not show it."""
+        duration = float(self.t[self.deepest]) - self.touched_s
+        return duration if duration > 0.0 else None
+
+    def is_firm(self, least_forces: Floats, several: int) -> bool:
+        """Return whether more than `several` samples in a row, as a bad conversion is part of, were firm."""
+        firm = (self.forces > FIRM * least_forces).all(axis=1)
+        return bool(np.convolve(firm, np.ones(several + 1)).max() > several)
+
+
+def presses_of(
+    sensor: MeasuringUnit, samples: Iterable[Sample], source: str, several: int, *, growing: bool = False
+) -> Iterator[Press]:
+    """Yield each press of samples as it ends, or the press until there at each of its samples if it is `growing`.
+
+    The forces of samples are those of the tips [N]; `several` is the number of samples in a row that a bad conversion
+    is part of. Raises InputError for a press without an end.
+    """
+    firm = (FIRM * sensor.least_forces).tolist()
+    contact = _Contact(sensor)
+    line = press_line(sensor)
+    touch: _Touch | None = None
+    off: list[Sample] = []  # samples of a touch with a tip out of contact, which may have been lifted
+    for sample in samples:
+        touches = contact.touches(sample)
+        is_lifted = False
+        if touch is not None and not touches:
+            off.append(sample)
+            is_loose = not any(map(operator.gt, sample.forces, firm))
+            is_lifted = len(off) > several or (len(off) > 1 and is_loose)
+        elif touch is not None and off:
+            # If a bad conversion is part of two samples, one of them may be a touch.
+            is_firm = several > 1 or _all_above(sample.forces, firm)
+            is_lifted = not (is_firm and touch.was_firm(firm))
+            if not is_lifted:
+                touch.leave_out(off)
+                off = []
+        if touch is not None and is_lifted:
+            yield from touch.end()
+            for each in off:
+                contact.add(each)
+            touch, off = None, []
+        elif touch is None and not touches:
+            contact.add(sample)
+        if touches:
+            touch = touch or _Touch(contact, SpikeFilter(line, several), source, growing=growing)
+            yield from touch.add(sample)
+    if touch is not None:
+        yield from touch.end()
+
+
+def _all_above(forces: Sequence[float], bounds: Sequence[float]) -> bool:
+    return all(map(operator.gt, forces, bounds))
+
+
+class _Contact:
+    """The contact of the tips with the fruit: when it began, and the memory of flesh that relaxes."""
+
+    def __init__(self, sensor: MeasuringUnit) -> None:
+        """Begin without a contact."""
+        relaxation = sensor.design.fruit.relaxation
+        self._least = sensor.least_forces.tolist()
+        self._flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
+        self.tips = len(self._least)
+        self.touched_s = math.nan
+        self._least_whole = math.inf
+
+    def touches(self, sample: Sample) -> bool:
+        """Return whether all tips touch."""
+        return _all_above(sample.forces, self._least)
+
+    def channels(self, sample: Sample) -> Iterable[float]:
+        """Return the forces of the next sample [N], then those with which elastic flesh would answer."""
+        if self._flesh is None:
+            return sample.forces
+        return self._flesh.channels(np.array(sample.forces), sample.t)
+
+    def begin_press(self, sample: Sample) -> None:
+        """Take the first sample of a press, or one before it.
+
+        A press begins where the whole force was least since no tip touched, not at the first force above zero: a tip
+        may show the zero that the press before has left.
+        """
+        whole = sum(sample.forces)
+        if not any(map(operator.gt, sample.forces, self._least)):
+            self._least_whole = math.inf
+        elif whole < self._least_whole:
+            self.touched_s, self._least_whole = sample.t, whole
+
+    def end_press(self) -> None:
+        """Let the next contact be a new one."""
+        self._least_whole = math.inf
+
+    def add(self, sample: Sample) -> None:
+        """Take a sample outside of a press."""
+        self.begin_press(sample)
+        self.channels(sample)
+
+
+class _Touch:
+    """A touch of all tips as it goes on."""
+
+    def __init__(self, contact: _Contact, spikes: SpikeFilter, source: str, *, growing: bool) -> None:
+        """Begin with no sample."""
+        self._contact = contact
+        self._spikes = spikes
+        self._source = source
+        self._growing = growing
+        self._t = array("d")
+        self._channels = array("d")
+
+    def add(self, sample: Sample) -> Iterator[Press]:
+        """Take a sample with all tips on the fruit; yield the press until there if it is growing."""
+        yield from self._passed_on(self._spikes.add(sample))
+
+    def end(self) -> Iterator[Press]:
+        """Yield what `add` would, or the whole press."""
+        yield from self._passed_on(self._spikes.end())
+        self._contact.end_press()
+        if not self._growing:
+            yield self._press()
+
+    def was_firm(self, firm: Sequence[float]) -> bool:
+        """Return whether one of the last samples was firm, as many as a bad conversion is part of."""
+        return any(_all_above(sample.forces, firm) for sample in self._spikes.last)
+
+    def leave_out(self, samples: Sequence[Sample]) -> None:
+        """Leave samples out whose conversion was bad."""
+        self._spikes.lines_left_out += [sample.line for sample in samples]
+
+    def _passed_on(self, samples: Iterable[Sample]) -> Iterator[Press]:
+        for sample in samples:
+            if not self._t:
+                self._contact.begin_press(sample)
+            self._t.append(sample.t)
+            self._channels.extend(self._contact.channels(sample))
+            if len(self._t) > MOST_SAMPLES:
+                name = f"{self._source}, line {sample.line}: samples of one press"
+                hint = "lift the sensor after each press, and tare it"
+                raise validation_error(name, len(self._t), "", f"at most {MOST_SAMPLES}", hint)
+            if self._growing:
+                yield self._press()
+
+    def _press(self) -> Press:
+        return Press(
+            channels=np.array(self._channels).reshape(len(self._t), -1),
+            tips=self._contact.tips,
+            t=np.array(self._t),
+            touched_s=self._contact.touched_s,
+            lines_left_out=tuple(self._spikes.lines_left_out[:MOST_NAMED]),
+        )

@@ -1,0 +1,66 @@
+"""Samples are cut into presses as they come: a press is read when it ends, and one without an end is refused."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from instrument.press import touches
+from instrument.press.presses import readings_of
+from instrument.press.signals import Signal
+from pipeline.tables.rows import Rows
+from sensor.quantity import InputError
+from solve.contact.poses import Pose
+
+HEAD = "t_s,F_l_N,F_h_N"
+INTO = np.linspace(0.1, 0.6, 40)
+
+
+@pytest.fixture(scope="module")
+def forces(paper):
+    return paper.forces([Pose(E=1.0, travel=x) for x in INTO.tolist()])
+
+
+def lines_of(rows):
+    """Return the lines of a log as they come, for ever after the last row in the air."""
+    rows = itertools.chain(rows.tolist(), itertools.repeat([0.0, 0.0]))
+    return itertools.chain([HEAD], (f"{0.01 * k:.4g},{low!r},{high!r}" for k, (low, high) in enumerate(rows)))
+
+
+def test_a_press_of_a_log_without_an_end_is_read_when_it_ends(paper, forces):
+    """A lift is certain at its second sample, and at the beginning some lines show the rate of a log."""
+    taken = []
+    lines = (taken.append(line) or line for line in lines_of(forces))
+    reading = next(readings_of(paper.measuring(), Signal(Rows(lines, "-"), 2)))
+    assert pytest.approx(1.0, rel=1e-3) == reading.E
+    assert len(taken) == 1 + len(forces) + 2
+
+
+def test_a_press_without_an_end_is_refused_at_its_last_line(paper, forces, monkeypatch):
+    monkeypatch.setattr(touches, "MOST_SAMPLES", 30)
+    readings = readings_of(paper.measuring(), Signal(Rows(lines_of(forces), "-"), 2), every_sample=True)
+    assert len(list(itertools.islice(readings, 30))) == 30
+    with pytest.raises(InputError) as refused:
+        next(readings)
+    assert (refused.value.field, refused.value.value) == ("-, line 32: samples of one press", 31)
+
+
+@pytest.mark.parametrize(("lost", "presses"), [(1, 1), (2, 2), (3, 2)])
+@pytest.mark.parametrize("at", [20, 30])
+def test_one_sample_with_a_tip_in_the_air_is_a_bad_conversion_and_two_are_a_lift(paper, forces, lost, presses, at):
+    rows = np.insert(forces, [at] * lost, 0.0, axis=0)
+    log = itertools.islice(lines_of(rows), 1 + len(rows) + 3)
+    readings = list(readings_of(paper.measuring(), Signal(Rows(log, "-"), 2)))
+    assert len(readings) == presses
+    assert readings[0].lines_left_out == ((at + 2,) if lost == 1 else ())
+
+
+def test_a_lost_sample_between_touches_that_are_not_firm_ends_the_press(paper, forces):
+    """Below twice the least force of a touch, a tip may as well have been lifted."""
+    sensor = paper.measuring()
+    weak = np.tile(1.9 * sensor.least_forces, (8, 1))
+    rows = np.vstack([weak[:4], 0.0 * weak[:1], weak[4:], forces[5:]])
+    log = itertools.islice(lines_of(rows), 1 + len(rows) + 3)
+    (reading,) = readings_of(sensor, Signal(Rows(log, "-"), 2))
+    assert reading.lines_left_out == ()
+    assert reading.samples == 4 + len(forces[5:]) - 1
