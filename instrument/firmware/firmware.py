@@ -6,14 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from instrument.firmware import press_core
-from instrument.firmware.press_core import Unit
+from instrument.press import press_core
 from instrument.press.fruit_reading import AT_THE_EDGE
 from instrument.press.measuring import MeasuringUnit
+from instrument.press.press_core import Unit
 from instrument.press.presses import TARE_SAMPLES
 from instrument.press.seating import ROUNDS, seating_of
-from instrument.press.spikes import BESIDE, LARGEST_RESIDUAL, OTHERS, SLACK, press_line
-from instrument.press.touches import FIRM
+from instrument.press.spikes import spike_constants
 from instrument.template import render_template
 from pipeline.reading.read_out import LevelReading
 from sensor.design.readout import AMPLIFIERS
@@ -77,7 +76,6 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "gains": [*sensor.unit.gain],
         "newtons": [slope for row in sensor.unit.newtons_per_count for slope in row],
         "saturation": sensor.unit.saturation_counts,
-        "least_forces": sensor.least_forces.tolist(),
         "lowest_forces": sensor.lowest_forces.tolist(),
         "largest_forces": sensor.largest_forces.tolist(),
         "later": later,
@@ -89,7 +87,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "reduced": sensor.reduced(1.0),
         **_level(sensor.level, sensor.press_over_weighed()),
         **_contrast_constants(sensor, sensor.rise_law),
-        **_spike_constants(sensor),
+        **spike_constants(sensor),
         **_seating_constants(sensor),
     }
 
@@ -127,24 +125,6 @@ def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
         "per_offset": seating.per_offset,
         "by_skin": seating.by_skin,
         "rounds": ROUNDS,
-    }
-
-
-def _spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return what tells samples that contradict their press: forces [N], the contrast [mm]."""
-    line = press_line(sensor)
-    return {
-        "linear": [*line.linear],
-        "line_domes": [*line.domes],
-        "errors": [*line.errors],
-        "least_slope": line.least,
-        "most_slope": line.most,
-        "of_whole": line.of_whole,
-        "others": OTHERS,
-        "beside": BESIDE,
-        "slack": SLACK * (line.most - line.least),
-        "firm": FIRM,
-        "largest_residual": LARGEST_RESIDUAL,
     }
 
 

@@ -13,15 +13,16 @@ from functools import cached_property
 
 import numpy as np
 
+from instrument.press import press_core
 from instrument.press.measuring import MeasuringUnit
+from instrument.press.press_core import Unit
 from instrument.press.relaxing_flesh import RelaxingFlesh
 from instrument.press.signals import Sample
-from instrument.press.spikes import SpikeFilter, press_line
+from instrument.press.spikes import FIRM, spike_constants
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 from sensor.theory.relaxation import Relaxation
 
-FIRM = 2.0  # times the least force of each tip: a touch that noise does not end
 MOST_NAMED = 10  # lines of a press that are named as left out
 MOST_SAMPLES = 1_000_000  # of a press, three hours and a half at 80 Hz: no tip was lifted
 
@@ -77,34 +78,20 @@ def presses_of(
     The forces of samples are those of the tips [N]; `several` is the number of samples in a row that a bad conversion
     is part of. Raises InputError for a press without an end.
     """
-    firm = (FIRM * sensor.least_forces).tolist()
     contact = _Contact(sensor)
-    line = press_line(sensor)
+    unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "several": several})
     touch: _Touch | None = None
-    off: list[Sample] = []  # samples of a touch with a tip out of contact, which may have been lifted
     for sample in samples:
         touches = contact.touches(sample)
-        is_lifted = False
-        if touch is not None and not touches:
-            off.append(sample)
-            is_loose = not any(map(operator.gt, sample.forces, firm))
-            is_lifted = len(off) > several or (len(off) > 1 and is_loose)
-        elif touch is not None and off:
-            # If a bad conversion is part of two samples, one of them may be a touch.
-            is_firm = several > 1 or _all_above(sample.forces, firm)
-            is_lifted = not (is_firm and touch.was_firm(firm))
-            if not is_lifted:
-                touch.leave_out(off)
-                off = []
-        if touch is not None and is_lifted:
+        if touch is not None and (touch.is_over(sample) if touches else touch.lifts(sample)):
             yield from touch.end()
-            for each in off:
+            for each in touch.lifted:
                 contact.add(each)
-            touch, off = None, []
+            touch = None
         elif touch is None and not touches:
             contact.add(sample)
         if touches:
-            touch = touch or _Touch(contact, SpikeFilter(line, several), source, growing=growing)
+            touch = touch or _Touch(contact, unit, source, growing=growing)
             yield from touch.add(sample)
     if touch is not None:
         yield from touch.end()
@@ -161,36 +148,55 @@ class _Contact:
 class _Touch:
     """A touch of all tips as it goes on."""
 
-    def __init__(self, contact: _Contact, spikes: SpikeFilter, source: str, *, growing: bool) -> None:
+    def __init__(self, contact: _Contact, unit: Unit, source: str, *, growing: bool) -> None:
         """Begin with no sample."""
         self._contact = contact
-        self._spikes = spikes
         self._source = source
         self._growing = growing
+        self._row = press_core.Touch(unit, self._take, self._drop)
+        self._waiting: dict[int, Sample] = {}  # by their numbers
+        self._taken: list[Sample] = []
+        self._lines_left_out: list[int] = []
         self._t = array("d")
         self._channels = array("d")
 
     def add(self, sample: Sample) -> Iterator[Press]:
         """Take a sample with all tips on the fruit; yield the press until there if it is growing."""
-        yield from self._passed_on(self._spikes.add(sample))
+        self._waiting[self._row.number + 1] = sample
+        self._row.add(sample.forces)
+        yield from self._passed_on()
+
+    def lifts(self, sample: Sample) -> bool:
+        """Take a sample with a tip out of contact; return whether that is a lift."""
+        self._waiting[self._row.number + 1] = sample
+        return self._row.lifts(sample.forces)
+
+    def is_over(self, sample: Sample) -> bool:
+        """Return whether the samples before one in contact were a lift, and no bad conversions."""
+        return self._row.off > 0 and not self._row.lost(sample.forces)
 
     def end(self) -> Iterator[Press]:
         """Yield what `add` would, or the whole press."""
-        yield from self._passed_on(self._spikes.end())
+        self._row.close()
+        yield from self._passed_on()
         self._contact.end_press()
         if not self._growing:
             yield self._press()
 
-    def was_firm(self, firm: Sequence[float]) -> bool:
-        """Return whether one of the last samples was firm, as many as a bad conversion is part of."""
-        return any(_all_above(sample.forces, firm) for sample in self._spikes.last)
+    @property
+    def lifted(self) -> Iterable[Sample]:
+        """Return the samples of the lift after the touch has ended."""
+        return self._waiting.values()
 
-    def leave_out(self, samples: Sequence[Sample]) -> None:
-        """Leave samples out whose conversion was bad."""
-        self._spikes.lines_left_out += [sample.line for sample in samples]
+    def _take(self, _: Sequence[float], number: int) -> None:
+        self._taken.append(self._waiting.pop(number))
 
-    def _passed_on(self, samples: Iterable[Sample]) -> Iterator[Press]:
-        for sample in samples:
+    def _drop(self, number: int) -> None:
+        self._lines_left_out.append(self._waiting.pop(number).line)
+
+    def _passed_on(self) -> Iterator[Press]:
+        taken, self._taken = self._taken, []
+        for sample in taken:
             if not self._t:
                 self._contact.begin_press(sample)
             self._t.append(sample.t)
@@ -208,5 +214,5 @@ class _Touch:
             tips=self._contact.tips,
             t=np.array(self._t),
             touched_s=self._contact.touched_s,
-            lines_left_out=tuple(self._spikes.lines_left_out[:MOST_NAMED]),
+            lines_left_out=tuple(self._lines_left_out[:MOST_NAMED]),
         )

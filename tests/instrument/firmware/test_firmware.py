@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from measured_units import MeasuredDesign, printed_by_header, read_log, read_press, with_heights
 
-from instrument.firmware import press_core
 from instrument.firmware.firmware import micropython
-from instrument.firmware.press_core import Unit
+from instrument.press import press_core
 from instrument.press.fruit_reading import IN_FIRMWARE, flags_of_forces
+from instrument.press.press_core import Unit
 from solve.contact.poses import Pose
 
 AGREES = 1e-5

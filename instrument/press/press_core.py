@@ -8,7 +8,7 @@ import math
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
 BAD_FORCE = 1  # no number, below zero by more than noise, or far beyond full scale
 LIFT_OFF = 2  # a tip is off the fruit
@@ -26,9 +26,9 @@ class Unit:
     gains: list[float]  # force over channel [1]
     newtons: list[float]  # channels over counts [N], tip by tip; empty if counts are not calibrated
     saturation: int  # of the counts, which are at most so large
-    least_forces: list[float]  # of a tip on the fruit
-    lowest_forces: list[float]  # below, a force is bad
-    largest_forces: list[float]
+    least_forces: "Sequence[float]"  # of a tip on the fruit
+    lowest_forces: "Sequence[float]"  # below, a force is bad
+    largest_forces: "Sequence[float]"
     later: list[float]  # how much later a channel is converted than the first one [of a sample]; empty if at once
     several: int  # samples that one bad conversion is part of
     time_deviation: float  # standard deviation of the times of the channels [of a sample]
@@ -68,7 +68,7 @@ class Unit:
     firm: float
     largest_residual: float  # [standard deviations]
     loads: list[float]
-    load_forces: list[float]
+    load_forces: "Sequence[float]"
     per_offset: float
     by_skin: float
     rounds: int
@@ -145,7 +145,7 @@ class Unit:
             fruit.append(total)
         return fruit
 
-    def point_of(self, forces: list[float]) -> tuple[float, float, float, float]:
+    def point_of(self, forces: "Sequence[float]") -> tuple[float, float, float, float]:
         """Return a sample as whole force [N], contrast [mm], variance of the contrast, covariance of both."""
         contrast = variance = covariance = 0.0
         for tip in range(self.size):
@@ -161,7 +161,7 @@ class Unit:
         """Return the variance of the distance of a point from a line of a slope [mm^2]."""
         return variance - slope * (2.0 * covariance - slope * self.of_whole)
 
-    def are_firm(self, forces: list[float]) -> list[bool]:
+    def are_firm(self, forces: "Sequence[float]") -> list[bool]:
         """Return for each tip whether its force [N] is of a touch that noise does not end."""
         return [force > self.firm * least for force, least in zip(forces, self.least_forces)]
 
@@ -219,7 +219,7 @@ class UnitTare:
 class Rising:
     """The samples of one press as running sums: those that follow samples with all forces above the least ones [N]."""
 
-    def __init__(self, unit: Unit, least: list[float]) -> None:
+    def __init__(self, unit: Unit, least: "Sequence[float]") -> None:
         """Begin a press."""
         self.unit = unit
         self.least = least
@@ -248,7 +248,7 @@ class Rising:
         """Forget the samples before, that the next one does not follow."""
         self.before = [0.0] * self.unit.several  # whole forces of the samples before [N], the earliest first, 0 if none
 
-    def add(self, forces: list[float], steps: list[float]) -> None:
+    def add(self, forces: "Sequence[float]", steps: list[float]) -> None:
         """Take forces [N] in, each above 0, and their differences from the sample before [N]."""
         if self.before[0]:
             self.count_in(forces, steps)
@@ -258,7 +258,7 @@ class Rising:
         else:
             self.begin_sums()
 
-    def count_in(self, forces: list[float], steps: list[float]) -> None:
+    def count_in(self, forces: "Sequence[float]", steps: list[float]) -> None:
         """Take forces [N] into the sums."""
         before = self.before[0]
         whole = sum(forces)
@@ -363,7 +363,7 @@ class ContrastLine:
 class TouchSample:
     """One sample of a touch: its forces [N], its point, its number, and whether it still waits for a decision."""
 
-    def __init__(self, unit: Unit, forces: list[float], number: int) -> None:
+    def __init__(self, unit: Unit, forces: "Sequence[float]", number: int) -> None:
         """Take the forces [N]."""
         self.forces = forces
         self.point = unit.point_of(forces)
@@ -374,12 +374,18 @@ class TouchSample:
 class Touch:
     """The last samples of a touch; those that contradict their press are left out."""
 
-    def __init__(self, unit: Unit, take: "Callable[[list[float], int], None]") -> None:
-        """Begin without a touch; `take` is called with the forces [N] of each sample that counts, and its number."""
+    def __init__(
+        self, unit: Unit, take: "Callable[[Sequence[float], int], object]", drop: "Callable[[int], object]"
+    ) -> None:
+        """Begin without a touch.
+
+        `take` is called with the forces [N] of each sample that counts and its number, from 1, `drop` with the number
+        of each one that is left out.
+        """
         self.unit = unit
         self.take = take
+        self.drop = drop
         self.length = unit.several + unit.others
-        self.left_out = 0
         self.number = 0
         self.begin()
 
@@ -393,24 +399,25 @@ class Touch:
         self.whole = 0.0
         self.contrast = 0.0
 
-    def lifts(self, forces: list[float]) -> bool:
+    def lifts(self, forces: "Sequence[float]") -> bool:
         """Take forces [N] of a sample in which a tip is off; return whether that is a lift."""
         self.number += 1
         if self.row:
             self.off += 1
         return not self.row or self.off > self.unit.several or (self.off > 1 and not any(self.unit.are_firm(forces)))
 
-    def lost(self, forces: list[float]) -> bool:
+    def lost(self, forces: "Sequence[float]") -> bool:
         """Return whether samples with a tip off lie between firm touches, the second of forces [N], and are no lift."""
         unit = self.unit
         if unit.several > 1:  # a bad conversion is part of two samples, so the second touch need not be firm
             return any(all(unit.are_firm(sample.forces)) for sample in self.row[-unit.several :])
         return all(unit.are_firm(forces)) and all(unit.are_firm(self.row[-1].forces))
 
-    def add(self, forces: list[float]) -> None:
+    def add(self, forces: "Sequence[float]") -> None:
         """Take forces [N] of a touch."""
+        for number in range(self.number - self.off, self.number):
+            self.drop(number + 1)
         self.number += 1
-        self.left_out += self.off
         self.off = 0
         self.row = self.row[1 - self.length :]
         self.row.append(TouchSample(self.unit, forces, self.number))
@@ -478,10 +485,10 @@ class Touch:
         self.squares += line.squares / line.variance_off(line.slope)
         self.rows += 1
         if first < decided and residual > unit.largest_residual * math.sqrt(scale):
-            spike = range(first, first + unit.several)
-            kept = [sample for place, sample in enumerate(self.row) if place not in spike or not sample.waits]
-            self.left_out += len(self.row) - len(kept)
-            self.row = kept
+            spike = [sample for sample in self.row[first : first + unit.several] if sample.waits]
+            for sample in spike:
+                self.drop(sample.number)
+            self.row = [sample for sample in self.row if sample not in spike]
 
 
 class UnitPress:
@@ -494,8 +501,9 @@ class UnitPress:
         self.touched = False
         self.over = False  # whether the tips were lifted after a press that noise does not end
         self.firm = 0  # samples in a row in which all tips touched firmly
-        self.row = Touch(unit, self.take)
-        self.forces = [0.0] * unit.size  # of the sample before [N]
+        self.left_out = 0  # samples that contradict the press, and do not count
+        self.row = Touch(unit, self.take, self.drop)
+        self.forces: Sequence[float] = [0.0] * unit.size  # of the sample before [N]
         self.number = 0
         size = unit.size
         self.rising = [
@@ -567,12 +575,11 @@ class UnitPress:
         self.over = self.over or self.firm > self.unit.several
         self.firm = 0
 
-    @property
-    def left_out(self) -> int:
-        """Return how many samples contradict the press, and do not count."""
-        return self.row.left_out
+    def drop(self, _: int) -> None:
+        """Count a sample that is left out."""
+        self.left_out += 1
 
-    def take(self, forces: list[float], number: int) -> None:
+    def take(self, forces: "Sequence[float]", number: int) -> None:
         """Take forces [N] of a sample by its number into the sums."""
         if all(self.unit.are_firm(forces)):
             self.firm += 1
