@@ -16,7 +16,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from instrument.press.contrast_press import press_reading
-from instrument.press.touches import Press
+from instrument.press.touches import PressSamples
 from reference import ellipsoid_presses, pressed_solids
 from reference.ellipsoid_presses import Fruit, Sensor
 from tests.measured_units import MeasuredDesign
@@ -81,11 +81,11 @@ def press_forces(by, design, sensor, drawn):
 
 def reading_of(unit, forces):
     """Return the reading of a unit from the forces of a press, (samples, tips) [N]."""
-    return press_reading(unit, Press.of_forces(forces))
+    return press_reading(unit, PressSamples.of_forces(forces))
 
 
 def main() -> int:
-    """Press, read, and print the table."""
+    """PressSamples, read, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("design")
     parser.add_argument("--by", choices=("solids", "elements"), default="solids")

@@ -19,7 +19,7 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.press.one_time import at_one_time
 from instrument.press.printed_unit import unit_of
 from instrument.press.signals import Sample
-from instrument.press.touches import Press, presses_of
+from instrument.press.touches import PressSamples, presses_of
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import reading_constants
 from pipeline.reading.read_out import ReadingConstants
@@ -136,7 +136,7 @@ def elastic(unit):
 
 def read_press(sensor, forces):
     """Return what a unit reads of a press, from forces [N] (samples, tips)."""
-    return press_reading(sensor, Press.of_forces(np.asarray(forces, dtype=float)))
+    return press_reading(sensor, PressSamples.of_forces(np.asarray(forces, dtype=float)))
 
 
 def read_log(sensor, rows):

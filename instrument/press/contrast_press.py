@@ -15,7 +15,7 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.press.one_time import Timing
 from instrument.press.pair_press import ratio_modulus_and_noise
 from instrument.press.seating import Seated, seated_reading
-from instrument.press.touches import Press
+from instrument.press.touches import PressSamples
 from sensor.quantity import COVERAGE
 from sensor.theory.contrast_law import ReadingError, lowered_tips, plane_through
 from sensor.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseLaw, RiseReading, RiseSlopes, moduli_without
@@ -23,7 +23,7 @@ from sensor.theory.contrast_rise import LARGEST_BY_TIME, RiseError, RiseLaw, Ris
 AT_ONCE = Timing()
 
 
-def press_reading(sensor: MeasuringUnit, press: Press, timing: Timing = AT_ONCE) -> FruitReading:
+def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = AT_ONCE) -> FruitReading:
     """Return what a press shows, with the flag of its cause if that is no modulus.
 
     Beside it, in `others`, are the modulus by the force ratio of a pair, or the apparent one in the hold of flesh that
@@ -98,7 +98,7 @@ class _Beside:
     disagrees: bool = False
 
 
-def _by_force_ratio(sensor: MeasuringUnit, press: Press, seated: Seated) -> _Beside:
+def _by_force_ratio(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -> _Beside:
     """Return what the force ratio of the deepest sample shows, of a pair of flat tips.
 
     Both moduli differ by a tilt, or by noise and the error of the contact model.
@@ -117,7 +117,7 @@ def _by_force_ratio(sensor: MeasuringUnit, press: Press, seated: Seated) -> _Bes
     )
 
 
-def _in_hold(sensor: MeasuringUnit, press: Press, found: RiseReading) -> _Beside | None:
+def _in_hold(sensor: MeasuringUnit, press: PressSamples, found: RiseReading) -> _Beside | None:
     """Return what the hold shows, with the offset that the press has; None if it ended before the moment to read it."""
     press_s = press.duration_s
 

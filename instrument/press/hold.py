@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.press.touches import Press
+from instrument.press.touches import PressSamples
 from sensor.design.parameters import Design
 from sensor.theory.contrast_law import ContrastLaw, read_modulus
 
@@ -23,7 +23,7 @@ class Held(NamedTuple):
 
 
 def held_moduli(
-    design: Design, press: Press, contrast: ContrastLaw, offset: float, stiffened: Callable[[float], float]
+    design: Design, press: PressSamples, contrast: ContrastLaw, offset: float, stiffened: Callable[[float], float]
 ) -> Held | None:
     """Return what the hold of a press shows by a contrast with an offset [mm].
 

@@ -13,7 +13,7 @@ from instrument.press.fruit_reading import ZERO_AFTER_S, FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.one_time import at_one_time
 from instrument.press.signals import Sample, Signal
-from instrument.press.touches import Press, presses_of
+from instrument.press.touches import PressSamples, presses_of
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 
@@ -62,7 +62,7 @@ def _in_newtons(
         yield Sample(sample.line, sample.t, tuple(forces.tolist()))
 
 
-def zero_left(sensor: MeasuringUnit, press: Press) -> tuple[float | None, float | None]:
+def zero_left(sensor: MeasuringUnit, press: PressSamples) -> tuple[float | None, float | None]:
     """Return the zero that creeping springs show after a press [N], and the fraction of a touch that it is [1].
 
     It is of the tip where that fraction is the largest. Both are None if springs show none.

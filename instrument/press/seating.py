@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from instrument.press.measuring import MeasuringUnit
-from instrument.press.touches import Press
+from instrument.press.touches import PressSamples
 from sensor.arrays import Floats
 from sensor.theory.contrast_rise import Rise, RiseError, RiseLaw, RiseReading, read_rise, rise_of
 
@@ -68,7 +68,7 @@ class Seated(NamedTuple):
     deepest: Floats
 
 
-def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: Press, lag: int) -> Seated:
+def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int) -> Seated:
     """Return the reading of a press from the load on that seats the tips; raises RiseError.
 
     Its channels are those of the law. `lag` is the number of samples after which noise is independent. If no load seats
@@ -90,7 +90,7 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: Press, lag: int) 
 
 
 def _reading_from(
-    sensor: MeasuringUnit, law: RiseLaw, press: Press, lag: int, least: Floats, *, whole: bool = True
+    sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int, least: Floats, *, whole: bool = True
 ) -> tuple[Rise, RiseReading]:
     """Return the part of a press with all forces above the least ones [N], and its reading; raises RiseError."""
     of_flesh = np.zeros(press.channels.shape[1] - press.tips)

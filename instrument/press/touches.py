@@ -28,7 +28,7 @@ MOST_SAMPLES = 1_000_000  # of a press, three hours and a half at 80 Hz: no tip 
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Press:
+class PressSamples:
     """The samples of one press, without those that contradict the others.
 
     `channels` (samples, channels) [N] are the forces of the `tips` first. Behind them there may be those with which
@@ -43,7 +43,7 @@ class Press:
     lines_left_out: tuple[int, ...] = ()
 
     @classmethod
-    def of_forces(cls, forces: Floats) -> "Press":
+    def of_forces(cls, forces: Floats) -> "PressSamples":
         """Return the press of forces [N], (samples, tips), at times that are not known."""
         count, tips = forces.shape
         return cls(channels=forces, tips=tips, t=np.full(count, np.nan), touched_s=np.nan)
@@ -72,7 +72,7 @@ class Press:
 
 def presses_of(
     sensor: MeasuringUnit, samples: Iterable[Sample], source: str, several: int, *, growing: bool = False
-) -> Iterator[Press]:
+) -> Iterator[PressSamples]:
     """Yield each press of samples as it ends, or the press until there at each of its samples if it is `growing`.
 
     The forces of samples are those of the tips [N]; `several` is the number of samples in a row that a bad conversion
@@ -160,7 +160,7 @@ class _Touch:
         self._t = array("d")
         self._channels = array("d")
 
-    def add(self, sample: Sample) -> Iterator[Press]:
+    def add(self, sample: Sample) -> Iterator[PressSamples]:
         """Take a sample with all tips on the fruit; yield the press until there if it is growing."""
         self._waiting[self._row.number + 1] = sample
         self._row.add(sample.forces)
@@ -175,7 +175,7 @@ class _Touch:
         """Return whether the samples before one in contact were a lift, and no bad conversions."""
         return self._row.off > 0 and not self._row.lost(sample.forces)
 
-    def end(self) -> Iterator[Press]:
+    def end(self) -> Iterator[PressSamples]:
         """Yield what `add` would, or the whole press."""
         self._row.close()
         yield from self._passed_on()
@@ -194,7 +194,7 @@ class _Touch:
     def _drop(self, number: int) -> None:
         self._lines_left_out.append(self._waiting.pop(number).line)
 
-    def _passed_on(self) -> Iterator[Press]:
+    def _passed_on(self) -> Iterator[PressSamples]:
         taken, self._taken = self._taken, []
         for sample in taken:
             if not self._t:
@@ -208,8 +208,8 @@ class _Touch:
             if self._growing:
                 yield self._press()
 
-    def _press(self) -> Press:
-        return Press(
+    def _press(self) -> PressSamples:
+        return PressSamples(
             channels=np.array(self._channels).reshape(len(self._t), -1),
             tips=self._contact.tips,
             t=np.array(self._t),
