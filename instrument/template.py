@@ -3,11 +3,11 @@
 import itertools
 from pathlib import Path
 
+from rich.console import RenderableType
 from rich.markup import escape
 from rich.table import Table
 
 from cad.templates import template_environment
-from pipeline.report.verdict_table import print_parts
 from sensor.quantity import COVERAGE, with_bar
 
 _ROOM = Path(__file__).parent
@@ -21,12 +21,13 @@ def render_template(template: str, number: object = repr, **values: object) -> s
     return environment.get_template(template).render(values, with_bar=with_bar, coverage=COVERAGE)
 
 
-def print_answer(template: str, **values: object) -> None:
-    """Print a template with values in it; lines whose cells bars part are a table, the first one its heads."""
+def template_parts(template: str, **values: object) -> list[RenderableType]:
+    """Return a template with values in it; lines whose cells bars part are a table, the first one its heads."""
+    parts: list[RenderableType] = []
     lines = render_template(template, **values).splitlines()
     for is_table, block in itertools.groupby(lines, key=lambda line: _BAR in line):
         if not is_table:
-            print_parts([escape("\n".join(block))])
+            parts.append(escape("\n".join(block)))
             continue
         heads, *rows = (escape(line).split(_BAR) for line in block)
         table = Table()
@@ -34,4 +35,5 @@ def print_answer(template: str, **values: object) -> None:
             table.add_column(head.strip(), justify="right" if index else "left")
         for row in rows:
             table.add_row(*row)
-        print_parts([table])
+        parts.append(table)
+    return parts

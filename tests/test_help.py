@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from deadline import DEADLINE_S
 
-from twintip.cli import COMMANDS
+from twintip.flags import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk", "matplotlib", "trimesh", "meshio"}
@@ -20,7 +20,8 @@ print(*dir(twintip), twintip.load_design('mango').name)
 springs = twintip.size_springs(P_max=5.0, NL=0.05, K_m_max=4.6)
 print(twintip.force_ratio(springs, K_m=2.0), twintip.RunOptions(), twintip.InputError, twintip.Verdict)"""
 SIZING = ["quantity", "verdict", *(f"{path.parent.name}.{path.stem}" for path in ROOMS if path.stem not in NUMERICAL)]
-HELP = """from twintip.cli import COMMANDS, main
+HELP = """from twintip.cli import main
+from twintip.flags import COMMANDS
 raise SystemExit(max(map(main, [["--help"], ["--version"], *([name, "-h"] for name in COMMANDS)])))"""
 DESIGN = "from pipeline import RunOptions, load_design; print(load_design('mango').name)"
 

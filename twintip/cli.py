@@ -1,4 +1,7 @@
-"""The command line: which command, what is wrong in one line, and the exit code. Each command has its own file."""
+"""The command line: which command, its answer, what is wrong in one line, and the exit code.
+
+`twintip/flags.py` has the flags of each command. The file that runs it is imported once they are parsed.
+"""
 
 import argparse
 import io
@@ -6,33 +9,27 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor
+from importlib import import_module
 from typing import Any, NoReturn
 
 from pipeline.storage.interrupts import ended_by
 from sensor.gone import refuse_gone
 from sensor.quantity import InputError, nearest
-from twintip.commands import check, design, doctor, explain, run, suggest, view
 from twintip.commands.console import (
     EXIT_CODES,
     FAILED,
     PASSED,
     WRONG_INPUT,
+    Answer,
     answering,
     drop_output,
+    print_answer,
     print_error,
     reason_of,
 )
-from twintip.commands.measuring import calibrate, modulus, read
-from twintip.commands.studying import optimise, study
-
-COMMANDS: dict[str, Any] = {
-    "run": run, "design": design, "suggest": suggest, "explain": explain, "check": check, "view": view,
-    "doctor": doctor, "modulus": modulus, "calibrate": calibrate, "read": read,
-    "study": study, "optimise": optimise,
-}  # fmt: skip
-"""Modules with PURPOSE, EXAMPLE, `add_arguments` and `execute`."""
+from twintip.flags import COMMANDS
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -46,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         words = sys.argv[1:] if argv is None else list(argv)
         arguments = _parsed(words)
-        code: int = PASSED if arguments is None else COMMANDS[words[0]].execute(arguments)
+        code = PASSED if arguments is None else _answered(words[0], arguments)
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read the output has left
         drop_output()
@@ -56,6 +53,17 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise KeyboardInterrupt from error
         print_error(_error_line(error))
         return WRONG_INPUT
+    return code
+
+
+def _answered(name: str, arguments: argparse.Namespace) -> int:
+    """Run a command, print its answers as they come, and return the exit code of the last one."""
+    command: Any = import_module(COMMANDS[name].module)
+    answers: Answer | Iterator[Answer] = command.run(arguments)
+    code = PASSED
+    for answer in [answers] if isinstance(answers, Answer) else answers:
+        print_answer(answer, as_json=getattr(arguments, "json", False))
+        code = answer.code
     return code
 
 
@@ -163,11 +171,11 @@ def command_parsers() -> tuple[_Parser, dict[str, _Parser]]:
     for name, command in COMMANDS.items():
         parsers[name] = adder.add_parser(
             name,
-            help=command.PURPOSE,
-            description=f"{command.PURPOSE[0].upper()}{command.PURPOSE[1:]}.",
-            epilog=f"example: {command.EXAMPLE}\n{told_codes}",
+            help=command.purpose,
+            description=f"{command.purpose[0].upper()}{command.purpose[1:]}.",
+            epilog=f"example: {command.example}\n{told_codes}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
-        command.add_arguments(parsers[name])
+        command.add_flags(parsers[name])
     return parser, parsers

@@ -19,6 +19,8 @@ _WORDS = {
     "width": (),
     "plunger_radius": ("plunger",),
 }
+SIZES = tuple(_WORDS)
+"""The sizes of a test by the names of their flags."""
 _TEXTS = {"file": Quantity(units={}), "specimen": Quantity(units={}, words=("sample",))}
 
 

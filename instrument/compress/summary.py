@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from rich.console import RenderableType
 
 from instrument.compress.modulus import CompressionResult
-from instrument.template import print_answer
+from instrument.template import template_parts
 
 _MODULI = 7  # in the design's list, as in the paper's
 
@@ -84,12 +85,14 @@ def _two_digits(value: float, rounded: Callable[[float], int]) -> float:
     return step * rounded(round(value / step, 9))
 
 
-def print_results(results: Sequence[CompressionResult], fruit: Sequence[FruitSummary], design: DesignRange) -> None:
-    """Print each specimen, each fruit as in the paper's Table I, and the range for the design file."""
+def result_parts(
+    results: Sequence[CompressionResult], fruit: Sequence[FruitSummary], design: DesignRange
+) -> list[RenderableType]:
+    """Return each specimen, each fruit as in the paper's Table I, and the range for the design file."""
     shares: dict[str, float] = {}
     for result in results:
         shares |= {name: max(share, shares.get(name, 0.0)) for name, share in result.shares_percent.items()}
-    print_answer(
+    return template_parts(
         "compress/modulus.txt.j2",
         results=results,
         shares=shares,

@@ -23,18 +23,17 @@ WIDTH = 132
 OUTCOME = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
 
 
-def print_parts(parts: Iterable[RenderableType]) -> None:
-    """Print tables and sentences; without a terminal, and without COLUMNS, wide enough for every table."""
-    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else WIDTH
-    console = Console(width=width)
+def print_parts(parts: Iterable[RenderableType], width: int | None = None) -> None:
+    """Print tables and sentences; without a terminal, and without COLUMNS, in a width for every table [letters]."""
+    console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else width or WIDTH)
     for part in parts:
         console.print(part)
 
 
-def print_verdicts(title: str, verdicts: Sequence[Verdict]) -> None:
-    """Print the verdicts on a file or folder as a table, why each that did not pass did not, and how it was read."""
+def verdict_parts(title: str, verdicts: Sequence[Verdict]) -> list[RenderableType]:
+    """Return the verdicts on a file or folder as a table, why each that did not pass did not, and how it was read."""
     told = [verdict for verdict in verdicts if verdict.passed is not True or verdict.name == READABLE]
-    print_parts([verdict_table(escape(title), verdicts), *reasons(told)])
+    return [verdict_table(escape(title), verdicts), *reasons(told)]
 
 
 def reasons(verdicts: Iterable[Verdict]) -> tuple[str, ...]:

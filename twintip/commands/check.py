@@ -1,46 +1,25 @@
 """`pipeline check`: verdicts on what lies on the disk, a whole output folder or one file of any origin."""
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from dataclasses import asdict
 from pathlib import Path
 
 from cad.parts.housing import Housing
 from pipeline.options import RunOptions, load_design
+from pipeline.report.check import check_path
+from pipeline.report.verdict_table import verdict_parts
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import nearest, validation_error
 from sensor.verdict import all_passed
-from twintip.commands.console import (
-    FAILED,
-    PASSED,
-    add_json_flag,
-    answering,
-    print_json,
-    refusing_what_cannot_be_solved,
-    showing_progress,
-)
+from twintip.commands.console import FAILED, PASSED, Answer, refusing_what_cannot_be_solved, showing_progress
+from twintip.flags import DEFAULT_PROCESS
 
-PURPOSE = "judge the geometry of files, own or foreign"
-EXAMPLE = "pipeline check outputs/paper"
-DEFAULT_PROCESS = "fdm-petg"
 FILE_KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Add PATH, --design, --process and --json."""
-    parser.add_argument("path", metavar="PATH", type=Path, help="an output folder, or a STEP, STL or 3MF file [mm]")
-    words = "also compare a file with the part of this design, preset or file, that is most like it"
-    parser.add_argument("--design", metavar="NAME|FILE.toml", help=words)
-    help_text = f"process whose rules a file is judged by (default {DEFAULT_PROCESS}; a folder has its own)"
-    parser.add_argument("--process", metavar="NAME", help=help_text)
-    add_json_flag(parser)
-
-
-def execute(arguments: Namespace) -> int:
-    """Judge a folder or a file and print the verdicts; return 0 when all pass, else 1."""
-    from pipeline.report.check import check_path
-    from pipeline.report.verdict_table import print_verdicts
-
+def run(arguments: Namespace) -> Answer:
+    """Judge a folder or a file; the exit code is 0 if all verdicts pass, else 1."""
     path: Path = arguments.path
     named: str | None = arguments.design
     process = _process(path, arguments.process, named)
@@ -50,17 +29,16 @@ def execute(arguments: Namespace) -> int:
         else:
             design = load_design(named)
             verdicts = check_path(path.absolute(), design.process, (design, _housing(design, named)))
-    with answering():
-        if arguments.json:
-            print_json([asdict(verdict) for verdict in verdicts])
-        else:
-            print_verdicts(str(path), verdicts)
-    return PASSED if all_passed(verdicts) else FAILED
+    return Answer(
+        code=PASSED if all_passed(verdicts) else FAILED,
+        data=[asdict(verdict) for verdict in verdicts],
+        parts=verdict_parts(str(path), verdicts),
+    )
 
 
 def _housing(design: Design, named: str) -> Housing:
     """Return the housing of a design, its leaves as a run finds them; raises InputError for one without a housing."""
-    from pipeline.evaluate import housed_sensor
+    from pipeline.evaluate import housed_sensor  # it loads the solvers, which other checks do without
     from pipeline.storage.stopwatch import Stopwatch
 
     with refusing_what_cannot_be_solved():

@@ -1,15 +1,20 @@
-"""How every command speaks: exit codes, JSON, progress, and what happens when the reader has left."""
+"""How every command speaks: its answer, exit codes, progress, and what happens when the reader has left."""
 
 import json
 import os
 import signal
 import sys
-from argparse import ArgumentParser
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline.storage.interrupts import signals_for_this_thread
-from sensor.quantity import InputError, written_number
+from sensor.quantity import InputError
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType  # which help and refusals do without
 
 PASSED, FAILED, WRONG_INPUT = 0, 1, 2
 _HALF_A_LINE = 1500  # letters: every honest message is shorter than two
@@ -23,34 +28,43 @@ EXIT_CODES = {
 """What each exit code of a command says; `__main__` returns those from 128 on."""
 
 
-def add_json_flag(parser: ArgumentParser) -> None:
-    """Add --json."""
-    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """What a command answers: the exit code so far, and the data of `--json` or what is printed without it.
+
+    `text` is printed as it is, `parts` are laid out by rich in `width` letters. A command that reads a stream yields an
+    answer for each press: its data stand on one line. `files` were written; beside data their paths stand on stderr.
+    """
+
+    code: int
+    data: object = None
+    text: str = ""
+    parts: Iterable["RenderableType"] = ()
+    width: int | None = None
+    of_stream: bool = False
+    files: Sequence[Path] = ()
 
 
-def add_counts_flag(parser: ArgumentParser) -> None:
-    """Add --counts-as."""
-    words = "how counts without signs are written: in two's complement, or with half the range added"
-    parser.add_argument("--counts-as", choices=("unsigned", "offset"), help=words)
+def print_answer(answer: Answer, *, as_json: bool) -> None:
+    """Print an answer. A reader that has left undoes no work, but ends the reading of a stream: BrokenPipeError."""
+    with nullcontext() if answer.of_stream else answering():
+        if as_json and answer.data is not None:
+            print_json(answer.data, indent=None if answer.of_stream else 2)
+        elif not as_json:
+            if answer.parts:
+                from pipeline.report.verdict_table import print_parts
+
+                print_parts(answer.parts, answer.width)
+            if answer.text:
+                print(answer.text)
+        for path in answer.files:
+            print(path, file=sys.stderr if as_json else sys.stdout)
+        sys.stdout.flush()
 
 
-def add_force_flag(parser: ArgumentParser) -> None:
-    """Add --force."""
-    words = "keep what is in the way as NAME.bak, also where it was changed since it was written"
-    parser.add_argument("--force", action="store_true", help=words)
-
-
-def number(text: str) -> float:
-    """Return the number of a flag, as people write it; raises ValueError for another text."""
-    value = written_number(text)
-    if value is None:
-        raise ValueError(text)
-    return value
-
-
-def print_json(data: object) -> None:
+def print_json(data: object, indent: int | None = 2) -> None:
     """Print data as JSON; raises ValueError when a number is not finite."""
-    print(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=sys.stdout.encoding != "utf-8"))
+    print(json.dumps(data, indent=indent, allow_nan=False, ensure_ascii=sys.stdout.encoding != "utf-8"))
 
 
 @contextmanager

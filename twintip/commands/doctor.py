@@ -6,14 +6,16 @@ import re
 import shutil
 import subprocess
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from twintip.commands.console import PASSED, WRONG_INPUT
+from rich.markup import escape
+from rich.table import Table
 
-PURPOSE = "look whether this machine has what the commands need"
-EXAMPLE = "pipeline doctor"
+from pipeline.storage.cache import cache_folder
+from pipeline.storage.versions import declared_packages, installed_version
+from twintip.commands.console import PASSED, WRONG_INPUT, Answer
 
 LOCK = Path(__file__).parents[2] / "requirements.lock"
 IMPORTS = ("numpy", "scipy", "skfem", "cadquery", "gmsh", "pyvista", "meshio", "trimesh", "manifold3d", "rtree")
@@ -23,6 +25,7 @@ OPTIONAL_PROGRAMS = {
 }
 LEAST_MEMORY_GIB = 2.0  # resident; a run needs half of it
 _IMPORT_SECONDS = 120
+_WIDTH = 120  # letters
 _COLOURS = {"ok": "green", "note": "yellow", "wrong": "red"}
 
 
@@ -35,29 +38,18 @@ class Finding(NamedTuple):
     remark: str = ""
 
 
-def add_arguments(_parser: ArgumentParser) -> None:
-    """Add nothing."""
-
-
-def execute(_arguments: Namespace) -> int:
-    """Print what this machine has; return 0, or 2 when something that every run needs is missing."""
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
+def run(_arguments: Namespace) -> Answer:
+    """Examine this machine; the exit code is 0, or 2 if something that every run needs is missing."""
     rows = examination()
     table = Table("what", "found", "", "remark", title="what this machine has")
     for row in rows:
         table.add_row(row.name, escape(row.found), f"[{_COLOURS[row.status]}]{row.status}[/]", escape(row.remark))
-    Console(width=None if sys.stdout.isatty() else 120).print(table)
     is_wrong = any(row.status == "wrong" for row in rows)
-    return WRONG_INPUT if is_wrong else PASSED
+    return Answer(code=WRONG_INPUT if is_wrong else PASSED, parts=[table], width=_WIDTH)
 
 
 def examination() -> list[Finding]:
     """Return every row of the table."""
-    from pipeline.storage.cache import cache_folder
-
     rows = [Finding("Python", platform.python_version()), *_packages(), *map(_import, IMPORTS), *_optional()]
     GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     is_enough = GiB >= LEAST_MEMORY_GIB
@@ -74,8 +66,6 @@ def examination() -> list[Finding]:
 
 def _packages() -> list[Finding]:
     """Return a row for each package that every run needs."""
-    from pipeline.storage.versions import declared_packages, installed_version
-
     text = LOCK.read_text(encoding="utf-8") if LOCK.is_file() else ""
     locked = dict(re.findall(r"^([A-Za-z0-9._-]+)==([^\s;]+)", text, flags=re.MULTILINE))
     return [package_row(name, installed_version(name), locked.get(name)) for name in declared_packages()]

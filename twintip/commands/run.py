@@ -2,15 +2,14 @@
 
 import json
 import time
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NoReturn
 
 from cad.files.file_date import file_date
 from pipeline.options import (
     DEFAULT_DESIGN,
     DEFAULT_TOLERANCE,
-    FRUIT_STIFFNESSES,
     ROUGH_TOLERANCE,
     TOLERANCES,
     RunOptions,
@@ -25,63 +24,26 @@ from sensor.quantity import InputError, validation_error, written_number
 from twintip.commands.console import (
     FAILED,
     PASSED,
-    add_force_flag,
-    add_json_flag,
-    answering,
+    Answer,
     print_error,
-    print_json,
     refusing_what_cannot_be_solved,
     showing_progress,
 )
 
-PURPOSE = "size, shape, mesh, solve and judge a sensor"
-EXAMPLE = "pipeline run --nl 0.05 --out outputs/mine"
 _POLL_S = 0.1
 _SETTING_OF = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.process"}
 
 
-def add_design_flags(parser: ArgumentParser) -> None:
-    """Add the flags that give a design."""
-    add = parser.add_argument
-    add("named", metavar="DESIGN", nargs="?", help=f"preset or file (default {DEFAULT_DESIGN})")
-    add("--nl", metavar="NL", help="target nonlinearity [fraction, 0.05 = 5 %%], greater than 0 and less than 0.5")
-    add("--p-max", metavar="P", help="target force ratio at the largest modulus [1], greater than 1 and at most 100")
-    add("--design", metavar="NAME|FILE.toml", default=DEFAULT_DESIGN, help="the same")
-    add("--process", metavar="NAME", help="print process, see pipeline design --list-processes")
-    words = "any key of the design file, unset where VALUE is left out; repeatable"
-    add("--set", metavar="TABLE.KEY=VALUE", action="append", default=[], help=words)
+def run(arguments: Namespace) -> Iterator[Answer]:
+    """Run or look at the design that the flags name, or watch a design file."""
+    if arguments.watch is None:
+        yield _answer(arguments)
+    else:
+        yield from watch(arguments, arguments.watch)
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Add the flags of a run, and those of a look in its place."""
-    add_run_flags(parser)
-    add = parser.add_argument
-    add("--look", action="store_true", help="answer and page to some 2 %%, without solids: in seconds")
-    add("--watch", metavar="FILE.toml", help="look at a design file again whenever it is written, until Ctrl-C")
-
-
-def add_run_flags(parser: ArgumentParser) -> None:
-    """Add the flags that give a design and the options of its run, with its files for fabrication left out."""
-    parser.set_defaults(look=False, watch=None, fabrication=False)
-    add = parser.add_argument
-    add_design_flags(parser)
-    add("--out", metavar="DIR", type=Path, help="the output folder itself (default outputs/NAME)")
-    add_force_flag(parser)
-    stiffnesses = "|".join(FRUIT_STIFFNESSES)
-    add("--fruit-stiffness", metavar=stiffnesses, default="contact", help="true contact, or the paper's (6)")
-    add("--tol", metavar="TOL", help=f"relative error allowed to both stiffnesses (default {DEFAULT_TOLERANCE:g})")
-    add("--fields", action="store_true", help="write displacement [mm] and stress [MPa] fields too (VTU)")
-    add("--verbose", action="store_true", help="print every verdict, error and note, not one screen")
-    add_json_flag(parser)
-
-
-def execute(arguments: Namespace) -> int:
-    """Run, look at or watch the design that the flags ask for, print the answer, return the exit code.
-
-    Where the folder holds just what this run would write, it is answered from its report and nothing is solved.
-    """
-    if arguments.watch is not None:
-        watch(arguments, arguments.watch)
+def _answer(arguments: Namespace) -> Answer:
+    """Return the answer of a run; one that the folder holds already is read, and nothing is solved."""
     design = load_design(named_design(arguments), settings_of(arguments))
     folder = arguments.out or Path("outputs") / (f"{design.name}-look" if arguments.look else design.name)
     options = _options(arguments, folder)
@@ -89,27 +51,23 @@ def execute(arguments: Namespace) -> int:
     file_date()  # refuses a date that no file can have
     report = _kept_report(design, options, folder)
     if report is None:
-        from pipeline import run
+        # the solvers are imported once nothing is refused any more
+        from pipeline import run as whole_run
         from pipeline.report.outputs import earlier_answer
 
         before = earlier_answer(folder)
         with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
-            report = run(design, options, progress=progress).report
+            report = whole_run(design, options, progress=progress).report
         lost = before.lost_files(folder, options.command)
         if lost is not None:
             print_error(f"note: {lost}")
     from pipeline.report.answer import every_section, report_passed, summary
-    from pipeline.report.verdict_table import print_parts
 
-    with answering():
-        if arguments.json:
-            print_json(report)
-        else:
-            print_parts(every_section(report) if arguments.verbose else summary(report, folder))
-    return PASSED if report_passed(report) else FAILED
+    parts = every_section(report) if arguments.verbose else summary(report, folder)
+    return Answer(code=PASSED if report_passed(report) else FAILED, data=report, parts=parts)
 
 
-def watch(arguments: Namespace, file: str) -> NoReturn:
+def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
     """Look at a design file, and again whenever it is written; what is wrong with it then is one line.
 
     Raises InputError where it is wrong from the start.
@@ -121,7 +79,7 @@ def watch(arguments: Namespace, file: str) -> NoReturn:
     out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # the same where the name in the file changes
     look = Namespace(**{**vars(arguments), "design": file, "out": out, "look": True, "watch": None})
     seen = _stamp(file)
-    execute(look)
+    yield _answer(look)
     while True:
         time.sleep(_POLL_S)
         stamp = _stamp(file)
@@ -129,9 +87,11 @@ def watch(arguments: Namespace, file: str) -> NoReturn:
             continue
         seen = stamp
         try:
-            execute(look)
+            answer = _answer(look)
         except (InputError, OSError) as error:
             print_error(str(error))
+        else:
+            yield answer
 
 
 def _stamp(file: str) -> tuple[int, int] | None:

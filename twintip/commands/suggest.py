@@ -2,12 +2,13 @@
 
 import dataclasses
 import shlex
-from argparse import ArgumentParser, Namespace
-from pathlib import Path
+from argparse import Namespace
 from typing import TYPE_CHECKING
 
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
+from pipeline.report.verdict_rule import as_read, limit_text, measured
 from pipeline.storage.digests import Json
+from pipeline.storage.files import refuse_taken, write_files
 from sensor.design.design_file import design_as_mapping, design_as_toml, every_key
 from sensor.design.parameters import Design
 from sensor.gone import refuse_gone
@@ -16,63 +17,45 @@ from sensor.verdict import Verdict
 from twintip.commands.console import (
     FAILED,
     PASSED,
-    add_force_flag,
-    add_json_flag,
-    answering,
-    print_json,
+    Answer,
     refusing_what_cannot_be_solved,
     showing_progress,
 )
-from twintip.commands.run import add_design_flags, named_design, settings_of
+from twintip.commands.run import named_design, settings_of
 
 if TYPE_CHECKING:
     from pipeline.study.suggest.fruit_range import FruitRange
     from pipeline.study.suggest.suggestion import Suggestion
 
-PURPOSE = "find the nearest design that passes"
-EXAMPLE = r"""pipeline suggest --out mine.toml \
-         --fruit 'radius 45 to 52 by 90 to 130, flesh 9 to 18, E 0.5 to 3'"""
 
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Add DESIGN, the flags that give a design, --keep, --out and --json."""
-    add = parser.add_argument
-    add_design_flags(parser)
-    words = (
-        "find a sensor for this fruit from the preset most like it: 'radius 26, E 0.3 to 2' [mm, MPa], "
-        "kiwi or another preset, or a .json file"
-    )
-    add("--fruit", metavar="TEXT|NAME|FILE.json", help=f"{words} of pipeline modulus --json")
-    add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")
-    add("--out", metavar="FILE.toml", type=Path, help="write the design that passes there")
-    add_force_flag(parser)
-    add_json_flag(parser)
-
-
-def execute(arguments: Namespace) -> int:
-    """Search, prove and print; return 0 where a design passes, 1 where none was found."""
+def run(arguments: Namespace) -> Answer:
+    """Search, and prove what was found; the exit code is 0 if a design passes, 1 if none was found."""
     fruit, named = _start(arguments)
     settings = settings_of(arguments)
     design = load_design(named, settings)
     _refuse_flags(arguments)
     found = _found(arguments, design, fruit, named, frozenset(settings))
     changes = _changes(found)
-    command = None if found.changes is None else _command(named, settings, changes)
-    if command is not None and arguments.out is not None:
-        from pipeline.storage.files import write_files
-
-        content = f"# {command}\n{design_as_toml(found.changed)}".encode()
-        write_files({arguments.out: content}, "--out", force=arguments.force)
-    with answering():
-        if arguments.json:
-            data = {"design": design_as_mapping(found.changed), "passes": command is not None, "changes": changes}
-            data |= {"command": command, "reason": found.reason, "tried": found.tried, "runs": found.runs}
-            print_json({**data, "verdicts": [dataclasses.asdict(verdict) for verdict in found.verdicts]})
-        else:
-            _print(found, changes)
-            if command is not None:
-                print(command if arguments.out is None else f"{command}\nwritten to {arguments.out}")
-    return FAILED if command is None else PASSED
+    lines = _lines(found, changes)
+    command = None
+    if found.changes is not None:
+        command = _command(named, settings, changes)
+        lines.append(command)
+        if arguments.out is not None:
+            content = f"# {command}\n{design_as_toml(found.changed)}".encode()
+            write_files({arguments.out: content}, "--out", force=arguments.force)
+            lines.append(f"written to {arguments.out}")
+    data = {
+        "design": design_as_mapping(found.changed),
+        "passes": command is not None,
+        "changes": changes,
+        "command": command,
+        "reason": found.reason,
+        "tried": found.tried,
+        "runs": found.runs,
+        "verdicts": [dataclasses.asdict(verdict) for verdict in found.verdicts],
+    }
+    return Answer(code=FAILED if command is None else PASSED, data=data, text="\n".join(lines))
 
 
 def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
@@ -114,8 +97,6 @@ def _command(named: str, settings: dict[str, str], changes: list[Json]) -> str:
 
 def _refuse_flags(arguments: Namespace) -> None:
     """Raise InputError, before the search, for an unknown key and for a file that could not be written after it."""
-    from pipeline.storage.files import refuse_taken
-
     refuse_gone(*arguments.keep)
     for key in arguments.keep:
         if key not in every_key():
@@ -148,25 +129,24 @@ def _found(
         return fruit_suggestion(fruit, dataclasses.replace(design, name=name), keep | given, progress)
 
 
-def _print(found: "Suggestion", changes: list[Json]) -> None:
-    """Print the reason, then the table of changes, or where there are none the verdicts that do not pass."""
-    print(f"{found.design.name}: {found.reason}")
+def _lines(found: "Suggestion", changes: list[Json]) -> list[str]:
+    """Return the reason, then the table of changes, or if there are none the verdicts that do not pass."""
+    lines = [f"{found.design.name}: {found.reason}"]
     if found.changes is None:
         for verdict in found.verdicts:
             if verdict.passed is not True:
                 outcome = "undecided" if verdict.passed is None else "failed"
-                print(f"{outcome} {verdict.name}: {_numbers(verdict)}{verdict.reference}")
+                lines.append(f"{outcome} {verdict.name}: {_numbers(verdict)}{verdict.reference}")
     rows = [("key", "from", "to")] if changes else []
     rows += [(row["key"], _formatted(row["from"]), _formatted(row["to"])) for row in changes]
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
     for row in rows:
-        print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+        lines.append("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+    return lines
 
 
 def _numbers(verdict: Verdict) -> str:
     """Return a value with its error bar and its limit; nothing without a number."""
-    from pipeline.report.verdict_rule import as_read, limit_text, measured
-
     if verdict.value is None:
         return ""
     shown = as_read(verdict)

@@ -17,7 +17,7 @@ _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Answer:
+class PageAnswer:
     """The first thing that is said: passed, failed or undecided, a headline, and what did not pass."""
 
     outcome: str
@@ -33,7 +33,7 @@ class Dimension(NamedTuple):
     meaning: str
 
 
-def answer_of(report: Report) -> Answer:
+def answer_of(report: Report) -> PageAnswer:
     """Return the answer: what failed first, then what is undecided."""
     failed = tuple(verdict for verdict in report.verdicts if verdict.passed is False)
     undecided = tuple(verdict for verdict in report.verdicts if verdict.passed is None)
@@ -48,7 +48,7 @@ def answer_of(report: Report) -> Answer:
     else:
         outcome = "passed"
         headline = f"Yes: {name} passes all {count} verdicts in the scene asked for."
-    return Answer(outcome=outcome, headline=headline, not_passed=(*failed, *undecided))
+    return PageAnswer(outcome=outcome, headline=headline, not_passed=(*failed, *undecided))
 
 
 class Closest(NamedTuple):

@@ -11,7 +11,8 @@ from instrument.compress.bodies import Ellipsoid
 from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
 from instrument.compress.holds import held_relaxation, hold_of, loading_before
 from instrument.compress.modulus import measured_modulus
-from instrument.compress.summary import design_range, fruit_summaries, print_results
+from instrument.compress.summary import design_range, fruit_summaries, result_parts
+from pipeline.report.verdict_table import print_parts
 from pipeline.storage.told import as_data
 from sensor.quantity import InputError
 
@@ -117,5 +118,5 @@ def test_modulus_tells_the_relaxation_of_a_hold_and_is_that_of_the_loading_alone
     told = {"arms": [numbers], "hold_s": result.relaxation.hold_s, "lost_in_loading_percent": lost_percent}
     assert as_data(result)["relaxation"] == told
     assert "relaxation" not in as_data(alone)
-    print_results([result], fruit_summaries([result], by_folder=False), design_range([result]))
+    print_parts(result_parts([result], fruit_summaries([result], by_folder=False), design_range([result])))
     assert "fruit.relaxation = [[" in capsys.readouterr().out

@@ -23,6 +23,7 @@ from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.relaxing import timed_forces
 from twintip.commands.measuring import read
+from twintip.flags import COMMANDS
 
 ARMS = ((0.25, 0.8), (0.2, 30.0))
 TIME = {
@@ -190,7 +191,7 @@ def test_what_knows_no_moment_is_refused(pair, flag, monkeypatch, tmp_path):
     monkeypatch.setattr(read, "_sensor", lambda _: pair.measuring())
     line = {"--each": ["press.csv", flag], "--forces": [flag, "0.4,1.1"]}.get(flag, [flag, str(tmp_path / "file")])
     parser = ArgumentParser()
-    read.add_arguments(parser)
+    COMMANDS["read"].add_flags(parser)
     with pytest.raises(InputError) as refused:
-        read.execute(parser.parse_args(["folder", *line]))
+        list(read.run(parser.parse_args(["folder", *line])))
     assert refused.value.field == flag

@@ -17,7 +17,7 @@ from pipeline import options
 from pipeline.options import RunOptions
 from pipeline.report.outputs import write_outputs
 from pipeline.report.verdict_rule import as_read, fails_unread, measured
-from pipeline.report.verdict_table import WIDTH, print_verdicts
+from pipeline.report.verdict_table import WIDTH, print_parts, verdict_parts
 from pipeline.storage.folder import output_folder
 from sensor.design.parameters import Design, GivenSprings
 from sensor.verdict import Verdict
@@ -164,7 +164,7 @@ def test_answer_has_targets_values_springs_and_where_files_are(capsys):
 
 @pytest.mark.parametrize(("value", "shown"), [(2.6e-16, "0 %"), (-2.6e-16, "0 %"), (2.6e-9, "2.6e-07 %"), (0.0, "0 %")])
 def test_round_off_is_shown_as_none(value, shown, capsys):
-    print_verdicts("", [dataclasses.replace(GOOD, name="P_displacement_independent", value=value)])
+    print_parts(verdict_parts("", [dataclasses.replace(GOOD, name="P_displacement_independent", value=value)]))
     (row,) = (line for line in capsys.readouterr().out.splitlines() if " P_displacement_independent " in line)
     assert row.split("│")[2].strip() == shown
 
@@ -213,12 +213,12 @@ def test_reading_that_fails_within_its_limit_has_a_reason(passed, value, unread,
     given = {"unit": "1", "limit": 0.05, "tolerance": 0.0, "reference": "3 of 68 poses have no reading"}
     verdict = Verdict(name="reading.bias", value=value, passed=passed, **given)
     assert fails_unread(verdict) is unread
-    print_verdicts("", [verdict])
+    print_parts(verdict_parts("", [verdict]))
     row = next(line for line in capsys.readouterr().out.splitlines() if "≤ 5 %" in line)
     assert ("failed: " in row) is unread
 
 
 def test_hint_is_given_once(capsys):
     wrong = dataclasses.replace(failed("P_max"), remedy="passes with [x]")
-    print_verdicts("", [wrong, dataclasses.replace(wrong, name="NL")])
+    print_parts(verdict_parts("", [wrong, dataclasses.replace(wrong, name="NL")]))
     assert capsys.readouterr().out.count("passes with [x]") == 1

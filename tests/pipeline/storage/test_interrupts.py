@@ -211,15 +211,14 @@ def test_gmsh_takes_no_signal_while_it_opens():
     assert in_child(work) == 0
 
 
-ANSWER = "from twintip.commands import console\nfrom twintip import cli\n"
+ANSWER = "from twintip.commands import console\n"
 PRINTS_FOR_EVER = f"""{ANSWER}
-def execute(_):
-    with console.answering():
-        while True:
-            print("x" * 1000)
+def run(_):
+    while True:
+        yield console.Answer(code=0, text="x" * 1000)
 """
 LOADS_FOR_EVER = f"""{ANSWER}
-def execute(_):
+def run(_):
     while True:
         try:
             raise ImportError
@@ -229,9 +228,8 @@ def execute(_):
             raise ImportError("numpy.core.multiarray failed to import") from error
 """
 PROGRAM = """
-import sys, twintip.__main__
-from twintip import cli
-cli.COMMANDS["doctor"].execute = execute
+import sys, types, twintip.__main__
+sys.modules["twintip.commands.doctor"] = types.SimpleNamespace(run=run)
 sys.argv[1:] = ["doctor"]
 print("ready", file=sys.stderr, flush=True)
 sys.exit(twintip.__main__.main())
@@ -241,7 +239,7 @@ sys.exit(twintip.__main__.main())
 LEAVES_A_SEMAPHORE = """
 from loky.backend import resource_tracker
 from sensor.quantity import InputError
-def execute(_):
+def run(_):
     resource_tracker.register("/loky-nobody", "semlock")
     raise InputError("wrong")
 """
@@ -260,11 +258,11 @@ def test_wrong_input_is_one_line_though_a_worker_leaves_a_semaphore():
 
 
 @pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("execute", [PRINTS_FOR_EVER, LOADS_FOR_EVER], ids=["answer", "import"])
-def test_signal_ends_a_command_whatever_it_is_at(execute, number):
+@pytest.mark.parametrize("command", [PRINTS_FOR_EVER, LOADS_FOR_EVER], ids=["answer", "import"])
+def test_signal_ends_a_command_whatever_it_is_at(command, number):
     """Also where the reader of the answer takes nothing more."""
     with subprocess.Popen(
-        [sys.executable, "-c", execute + PROGRAM],
+        [sys.executable, "-c", command + PROGRAM],
         cwd=Path(__file__).parents[3],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -279,7 +277,7 @@ def test_signal_ends_a_command_whatever_it_is_at(execute, number):
 
 def test_signal_while_python_runs_a_text_ends_with_its_code():
     """As where a dataclass is made: Python would end itself by Ctrl-C once more."""
-    text = "def execute(_):\n    exec('while True: pass')\n"
+    text = "def run(_):\n    exec('while True: pass')\n"
     with subprocess.Popen(
         [sys.executable, "-c", text + PROGRAM],
         cwd=Path(__file__).parents[3],

@@ -14,7 +14,7 @@ from pipeline.options import RunOptions, load_design
 from pipeline.report.of_result import evaluation_parts
 from pipeline.response.contact import fruit_compliance
 from pipeline.springs.fitted_springs import ideal_springs
-from pipeline.study import execute, read_study, run_study, tasks, workers
+from pipeline.study import execute, read_study, run_study, tasks
 from pipeline.study.points import Point
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.search.sized_sensor import sized_sensor
@@ -25,6 +25,7 @@ from sensor.machine_error import MachineError
 from sensor.quantity import InputError
 from sensor.theory.two_spring_law import size_springs
 from twintip.cli import main
+from twintip.commands.studying import study as command
 
 
 def solved(study, folder, engine):
@@ -219,7 +220,7 @@ def test_fault_of_the_machine_is_exit_code_2_and_tried_again(written, engine, tm
             raise error
         return {"springs": {"K_l_N_per_m": 1.0, "K_h_N_per_m": 2.0}}
 
-    monkeypatch.setattr(workers, "chosen_engine", lambda *_: nullcontext(engine))
+    monkeypatch.setattr(command, "chosen_engine", lambda *_: nullcontext(engine))
     words = ["study", str(written()), "--out", str(tmp_path / "out")]
     with monkeypatch.context() as patch:
         patch.setattr(tasks, "_sized_parts", solve)

@@ -118,7 +118,7 @@ def test_fruit_of_a_preset_is_known_by_its_name(fruits):
 
 @pytest.mark.usefixtures("found")
 def test_columns_do_not_touch(monkeypatch, capsys):
-    long = {"fruit.bruise_limit_MPa": (0.05, 0.1, 0.2), "reading.uncertainty_limit": (0.1, 0.2)}
+    long = {"fruit.bruise_limit_MPa": (0.05, 0.1, 0.2, 0.3), "reading.uncertainty_limit": (0.1, 0.2, 0.2, 0.2)}
 
     def stand_in(design, *_):
         return Suggestion(design=design, changes=long, verdicts=(), reason="passes", runs=1)

@@ -1,67 +1,33 @@
 """`pipeline calibrate`: what was measured of a printed unit to its springs, its verdict and its unit.toml."""
 
-from argparse import ArgumentParser, Namespace
-from pathlib import Path
-from typing import TYPE_CHECKING
+from argparse import Namespace
+from dataclasses import replace
 
+from instrument.calibrate.calibration import Calibration, calibrate_unit, measured_print, modulus_of_coupon
+from instrument.calibrate.fruit_presses import measured_fruit
+from instrument.calibrate.plate import measured_plate
+from instrument.press.printed_unit import check_weighed_after, unit_as_toml
+from instrument.press.ripeness import ripeness_classes
+from instrument.press.signals import count_keys, force_keys
+from instrument.template import template_parts
+from pipeline.report.report import Report, read_report
+from pipeline.report.verdict_table import verdict_parts
+from pipeline.storage.files import write_files
+from pipeline.storage.plain import to_plain
+from pipeline.storage.told import as_data
+from pipeline.tables.headers import ColumnFlags
+from pipeline.tables.measured_table import MeasuredTable
 from sensor.quantity import COVERAGE, validation_error, with_bar
 from sensor.verdict import all_passed
-from twintip.commands.console import (
-    FAILED,
-    PASSED,
-    add_counts_flag,
-    add_force_flag,
-    add_json_flag,
-    answering,
-    number,
-    print_error,
-    print_json,
-)
+from twintip.commands.console import FAILED, PASSED, Answer, print_error
 
-if TYPE_CHECKING:
-    from instrument.calibrate.calibration import Calibration
-    from pipeline.report.report import Report
-    from pipeline.tables.headers import ColumnFlags
-    from pipeline.tables.measured_table import MeasuredTable
-    from sensor.quantity import Estimate
-
-PURPOSE = "find the springs of a printed unit from what was measured of it"
 NAMES = ("tip", "coupon", "force", "deflection", "t", "travel", "fruit", "firmness", "E")
 """What the columns of its tables hold, beside forces and counts."""
 _BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_per_N")
-EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Add OUT, MEASURED.csv, --after, --fruit, --plate and --out."""
-    add = parser.add_argument
-    add("folder", metavar="OUT", type=Path, help="the output folder of the unit's design")
-    columns = "tip,weight_g,deflection_mm, with t_s or counts of each channel; or coupon,..."
-    add("measured", metavar="MEASURED.csv", type=Path, help=f"a table with the columns {columns}")
-    since = "seconds from the hanging of a weight to its reading, for springs that creep (default: 30)"
-    add("--after", metavar="SECONDS", type=number, help=f"{since}; a column t_s has them for each row")
-    firm = "fruit,firmness_N (or E_MPa), a force for each tip, t_s if known: fruit that another instrument measured"
-    add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
-    pressed = "travel_mm and the counts of each channel: a press on a hard flat plate, all tips on it"
-    add("--plate", metavar="PLATE.csv", type=Path, help=f"calibrate deflections, of the columns {pressed}")
-    add("--columns", metavar="NAME=HEADER,...", help="headers or numbers of columns, as in force=Gewicht,counts_l=4")
-    add("--units", metavar="NAME=UNIT,...", help="units where a table gives none, as in force=g,deflection=um")
-    add_counts_flag(parser)
-    add("--out", metavar="unit.toml", type=Path, help="write the unit there, for pipeline read --unit")
-    add("--classes", metavar="NAMES", default="", help="ripeness classes of its readings, as in ripe:0.8,unripe")
-    add_force_flag(parser)
-    add_json_flag(parser)
-
-
-def execute(arguments: Namespace) -> int:
-    """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
-    from instrument.calibrate.calibration import measured_print
-    from instrument.press.printed_unit import check_weighed_after
-    from instrument.press.ripeness import ripeness_classes
-    from instrument.press.signals import count_keys, force_keys
-    from pipeline.report.report import read_report
-    from pipeline.tables.headers import ColumnFlags
-
+def run(arguments: Namespace) -> Answer:
+    """Calibrate a unit, or find the modulus of a coupon; the exit code is 1 if the unit misses its targets."""
     if arguments.classes:
         ripeness_classes(arguments.classes)
     check_weighed_after("--after", arguments.after)
@@ -74,10 +40,8 @@ def execute(arguments: Namespace) -> int:
     return _answer_unit(arguments, report, table, flags)
 
 
-def _answer_coupon(arguments: Namespace, report: "Report", table: "MeasuredTable") -> int:
-    """Print the modulus of a coupon; return exit code 0. Raises InputError for a flag that asks for a unit."""
-    from instrument.calibrate.calibration import modulus_of_coupon
-
+def _answer_coupon(arguments: Namespace, report: Report, table: MeasuredTable) -> Answer:
+    """Return the modulus of a coupon; raises InputError for a flag that asks for a unit."""
     for flag in ("--out", "--fruit", "--plate", "--after"):
         value = getattr(arguments, flag[2:])
         if value is not None:
@@ -85,22 +49,17 @@ def _answer_coupon(arguments: Namespace, report: "Report", table: "MeasuredTable
             raise validation_error(flag, str(value), "", bound, "leave it out")
     modulus = modulus_of_coupon(table, report)
     _tell_tables(table)
-    _print_modulus(modulus, report.design.process.E_MPa, as_json=arguments.json)
-    return PASSED
+    E = modulus.value
+    design_MPa = report.design.process.E_MPa
+    against = f"{100.0 * (E / design_MPa - 1.0):+.1f} % against the design's"
+    printed = f"E as printed {with_bar(E, COVERAGE * modulus.error, 'MPa', in_percent=True)} (95 %), {against}"
+    again = f"print again from: pipeline design --design DESIGN --set print.E_MPa={E:.1f}"
+    data = {"E_MPa": E, "E_percent": modulus.percent, "design_E_MPa": design_MPa}
+    return Answer(code=PASSED, data=data, text=f"{printed}\n{again}")
 
 
-def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable", flags: "ColumnFlags") -> int:
-    """Calibrate a unit, write it where `--out` asks for it, print it; return 1 where it misses its targets."""
-    from dataclasses import replace
-
-    from instrument.calibrate.calibration import calibrate_unit
-    from instrument.calibrate.fruit_presses import measured_fruit
-    from instrument.calibrate.plate import measured_plate
-    from instrument.press.printed_unit import unit_as_toml
-    from instrument.template import print_answer
-    from pipeline.report.verdict_table import print_verdicts
-    from pipeline.storage.files import write_files
-
+def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, flags: ColumnFlags) -> Answer:
+    """Calibrate a unit, and write it where `--out` says."""
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
     plate = None if arguments.plate is None else measured_plate(arguments.plate, report, flags, arguments.counts_as)
     calibration = calibrate_unit(report, table, fruit, plate, arguments.after)
@@ -111,28 +70,23 @@ def _answer_unit(arguments: Namespace, report: "Report", table: "MeasuredTable",
     for assumed in calibration.assumed:
         print_error(f"note: {assumed}")
     passed = all_passed(calibration.verdicts)
-    with answering():
-        if arguments.json:
-            print_json(_as_mapping(calibration))
-        else:
-            template = "calibrate/calibration.txt.j2"
-            print_answer(template, failed=passed is False, **vars(calibration))
-            print_verdicts("the unit against its design", calibration.verdicts)
-    return PASSED if passed else FAILED
+    parts = template_parts("calibrate/calibration.txt.j2", failed=passed is False, **vars(calibration))
+    return Answer(
+        code=PASSED if passed else FAILED,
+        data=_data(calibration),
+        parts=[*parts, *verdict_parts("the unit against its design", calibration.verdicts)],
+    )
 
 
-def _tell_tables(*tables: "MeasuredTable | None") -> None:
+def _tell_tables(*tables: MeasuredTable | None) -> None:
     """Print what was read of each table."""
     for table in tables:
         if table is not None:
             print_error(f"note: {table.understood}")
 
 
-def _as_mapping(calibration: "Calibration") -> dict[str, object]:
+def _data(calibration: Calibration) -> dict[str, object]:
     """Return a calibration as the data of `--json`; each key ends in its unit."""
-    from pipeline.storage.plain import to_plain
-    from pipeline.storage.told import as_data
-
     unit = to_plain(calibration.unit)
     trims = zip(unit["tips"], calibration.trims, strict=False)  # there are no trims where no housing is made
     data: dict[str, object] = {
@@ -157,13 +111,3 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
         left_out = {f"{curve}_percent": 100.0 * error for curve, error in fit.left_out.items()}
         data["scale"] = {**to_plain(fit.scale), "fruit": fit.fruit, "left_out": left_out}
     return data
-
-
-def _print_modulus(modulus: "Estimate", design_MPa: float, *, as_json: bool) -> None:
-    if as_json:
-        print_json({"E_MPa": modulus.value, "E_percent": modulus.percent, "design_E_MPa": design_MPa})
-        return
-    against = f"{100.0 * (modulus.value / design_MPa - 1.0):+.1f} % against the design's"
-    bar = COVERAGE * modulus.error
-    print(f"E as printed {with_bar(modulus.value, bar, 'MPa', in_percent=True)} (95 %), {against}")
-    print(f"print again from: pipeline design --design DESIGN --set print.E_MPa={modulus.value:.1f}")

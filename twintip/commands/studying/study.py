@@ -1,54 +1,27 @@
 """`pipeline study`: many designs around one, each solved once, kept in one file."""
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from pipeline.study.columns import point_columns
+from pipeline.study.execute import StudySummary, run_study
+from pipeline.study.page import refuse_page, write_page
+from pipeline.study.sensitivity import Sensitivity, sensitivities
+from pipeline.study.store import stored_study
+from pipeline.study.study_file import read_study
+from pipeline.study.table import export_table, refuse_export
+from pipeline.study.workers import chosen_engine, shown_progress
 from sensor.machine_error import MachineError
-from twintip.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
-
-if TYPE_CHECKING:
-    from pipeline.study.execute import StudySummary
-    from pipeline.study.sensitivity import Sensitivity
-
-PURPOSE = "solve many designs around one; a file says what varies and what is wanted"
-EXAMPLE = "pipeline study springs.toml --export springs.csv"
+from twintip.commands.console import FAILED, PASSED, Answer
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Add the study file, where it runs and what is written of it."""
-    add = parser.add_argument
-    add("file", metavar="FILE.toml", type=Path, help="the study file, see docs/studies.md")
-    add_engine_flags(parser)
-    add("--export", metavar="FILE.csv", type=Path, help="write the table of all points")
-    add("--html", action="store_true", help="write its page, study.html, into its folder")
-    add_force_flag(parser)
-    add_json_flag(parser)
-
-
-def add_engine_flags(parser: ArgumentParser) -> None:
-    """Add --out, --processes and --scheduler."""
-    add = parser.add_argument
-    add("--out", metavar="DIR", type=Path, help="folder of study.sqlite (default outputs/NAME of the study file)")
-    add("--processes", metavar="N", type=int, help="processes on this machine (default: one for each core)")
-    add("--scheduler", metavar="ADDRESS", help="solve on the Dask cluster of this scheduler, tcp://HOST:PORT")
-
-
-def execute(arguments: Namespace) -> int:
-    """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1.
+def run(arguments: Namespace) -> Iterator[Answer]:
+    """Solve what the study lacks; the exit code is 0 if no point failed, else 1.
 
     Raises MachineError at the end if some failed by a fault of the machine.
     """
-    from pipeline.study.columns import point_columns
-    from pipeline.study.execute import run_study
-    from pipeline.study.page import refuse_page, write_page
-    from pipeline.study.sensitivity import sensitivities
-    from pipeline.study.store import stored_study
-    from pipeline.study.study_file import read_study
-    from pipeline.study.table import export_table, refuse_export
-    from pipeline.study.workers import chosen_engine, shown_progress
-
     study = read_study(arguments.file)
     folder = arguments.out or Path("outputs") / study.name
     if arguments.export is not None:
@@ -68,33 +41,31 @@ def execute(arguments: Namespace) -> int:
         machine_faults = store.machine_faults()
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
         columns = point_columns(store, study.wanted)
-    with answering():
-        if arguments.json:
-            sensitivity = [asdict(index) for index in indices]
-            print_json({**asdict(summary), "folder": str(folder), "messages": messages, "sensitivities": sensitivity})
-        else:
-            _print(summary, messages, indices)
-            for key in columns.values:
-                low, high = columns.span(key)
-                print(f"{key}: {low:.5g} to {high:.5g}")
-            for path in written:
-                print(path)
+    lines = _lines(summary, messages, indices)
+    lines += ["{}: {:.5g} to {:.5g}".format(key, *columns.span(key)) for key in columns.values]
+    lines += map(str, written)
+    sensitivity = [asdict(index) for index in indices]
+    yield Answer(
+        code=FAILED if summary.failed or not summary.done else PASSED,
+        data={**asdict(summary), "folder": str(folder), "messages": messages, "sensitivities": sensitivity},
+        text="\n".join(lines),
+    )
     if machine_faults:
         failed = f"{machine_faults} of {summary.points} points"
         msg = f"{failed} failed by a fault of the machine, the first reason above; the same command tries them again"
         raise MachineError(msg)
-    return FAILED if summary.failed or not summary.done else PASSED
 
 
-def _print(summary: "StudySummary", messages: dict[str, int], indices: "tuple[Sensitivity, ...]") -> None:
-    """Print how the points ended, why some were refused, what the solved ones cost, and the indices with intervals."""
-    print(f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed")
+def _lines(summary: StudySummary, messages: dict[str, int], indices: tuple[Sensitivity, ...]) -> list[str]:
+    """Return how the points ended, why some were refused, what the solved ones cost, and the indices with intervals."""
+    lines = [f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed"]
     for message, count in messages.items():
-        print(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")
+        lines.append(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")
     if summary.solved:
         rate = summary.solved / summary.seconds
-        print(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points a second")
+        lines.append(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points a second")
     for index in indices:
         alone = "alone {:.3f} ({:.3f} to {:.3f})".format(index.first, *index.first_interval)
         total = "with others {:.3f} ({:.3f} to {:.3f})".format(index.total, *index.total_interval)
-        print(f"{index.wanted} by {index.key}: {alone}, {total}")
+        lines.append(f"{index.wanted} by {index.key}: {alone}, {total}")
+    return lines
