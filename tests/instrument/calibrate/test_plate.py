@@ -5,7 +5,6 @@ import pytest
 
 from sensor.quantity import InputError
 
-GRAM = 9.80665e-3  # [N]
 COUNTS_PER_N = 1e6
 TRAVEL = np.linspace(0.02, 0.18, 9)  # [mm]
 WIGGLE = np.array([1.0, -2.0, 0.0, 2.0, 0.0, -2.0, 0.0, 2.0, -1.0])  # beside any straight line over the travel
@@ -13,14 +12,13 @@ T_OF_7 = 2.36  # Student's t of 95 %
 WRONG_TRAVEL = 1.5 * np.sqrt(2.0)  # E goes with the power 1.5 of all deflections, and springs count apart
 
 
-def weights(K):
-    """Return exact weights of springs K [N/mm]."""
-    lines = ["tip,weight_g,deflection_mm,counts_l,counts_h"]
+def weights(K, reach=0.3, digits=9):
+    """Return weights of springs K [N/mm] that sink in three equal steps [mm], exact but for the digits of a dial."""
+    lines = ["tip,weight_N,deflection_mm,counts_l,counts_h"]
     for tip, name in enumerate(("low", "high")):
-        for load in (0.0, 10.0, 20.0, 30.0):
-            force = load * GRAM
-            counts = [f"{COUNTS_PER_N * force * (tip == own):.6f}" for own in range(2)]
-            lines.append(f"{name},{load},{force / K[tip]:.9f},{','.join(counts)}")
+        for x in np.linspace(0.0, reach, 4):
+            counts = [f"{COUNTS_PER_N * K[tip] * x * (tip == own):.6f}" for own in range(2)]
+            lines.append(f"{name},{K[tip] * x:.9f},{x:.{digits}f},{','.join(counts)}")
     return "\n".join(lines)
 
 
@@ -79,3 +77,12 @@ def test_a_channel_that_bends_by_more_than_a_tenth_is_refused(change, refused, p
         == f"{tmp_path / 'measured.csv'}: change of the slope of counts_l from the first row to the last"
     )
     assert caught.value.value == pytest.approx(change, rel=0.01)
+
+
+@pytest.mark.parametrize(("reach", "notes"), [(0.3, 1), (0.12, 0)])
+def test_a_plate_that_leaves_more_than_twice_the_bar_of_the_weights_is_noted(reach, notes, paper, calibrate):
+    """It leaves 1.03 % (95 %); a dial of a micrometre leaves 0.26 % of 0.3 mm, 0.65 % of 0.12 mm."""
+    table = plate(paper.K, TRAVEL + 2e-4 * WIGGLE)
+    found = calibrate(paper.report, weights(paper.K, reach, digits=3), table)
+    assert 2.0 * found.unit.K_percent[0] == pytest.approx(1.03, rel=0.05)
+    assert len(found.assumed) == notes
