@@ -533,9 +533,9 @@ class _Root:
     def moved_with_saddle(self, rise: Floats, mean: Floats) -> Floats:
         """Return the slopes of ln E over causes by what they add to the law, with what the saddle makes of them.
 
-        A zero that is off moves the offset by up to 4 mm/N. The law takes the offset for a saddle of the skin, so it
-        moves S, and S moves the modulus. With f the slope of the rise over a mean that is taken for a saddle,
-        ln E moves by (dG - f dM) / (dG / d ln E - f dM / d ln E).
+        A zero that is off moves the offset by up to 4 mm/N, gains and springs move it less. The law takes the offset
+        for a saddle of the skin, so it moves S, and S moves the modulus. With f the slope of the rise over a mean that
+        is taken for a saddle, ln E moves by (dG - f dM) / (dG / d ln E - f dM / d ln E).
         """
         f = self.per_offset[0] / (1.0 + self.per_offset[1])
         return np.asarray((rise - f * mean) / (self.per_log_E[0] - f * self.per_log_E[1]))
@@ -547,14 +547,14 @@ class _Root:
         squares = rise.rise_and_mean(rise.forces**2)
         number = np.arange(len(rise.forces))[:, None]
         drift = rise.rise_and_mean(number / (len(number) - 1))[0]
-        gains = self.of_tips(self._body * F[0] + self._dome * two_thirds[0])
+        gains = self.of_tips(self._body * F + self._dome * two_thirds)
         by_springs = self._weights @ self._C
-        springs = self.of_tips(-0.5 * (self._weights * (self._C @ F[0]) + by_springs * F[0]))
+        springs = self.of_tips(-0.5 * (self._weights * (F @ self._C.T) + by_springs * F))
         zeros = self.of_tips(self._dome * self._inverse_roots[0])
         return RiseSlopes(
             noise=_numbers(noise_per_force),
-            gains=_numbers(self.moved(gains)),
-            springs=_numbers(self.moved(springs)),
+            gains=_numbers(self.moved_with_saddle(*gains)),
+            springs=_numbers(self.moved_with_saddle(*springs)),
             zeros=_numbers(self.moved_with_saddle(zeros, self.of_tips(self.by_force))),
             drifts=_numbers(self.moved(self.of_tips(self.by_force * drift))),
             times=_numbers(self.moved(self.of_tips(self.by_force * rise.rise_and_mean(rise.rates)[0]))),
@@ -566,7 +566,7 @@ class _Root:
         )
 
     def _bends(self, straight: Floats, by_force: Floats, F: Floats, squares: Floats) -> BendSlopes:
-        """Return the slopes over lines that bend, from the rise that straight ones add, (tips,).
+        """Return the slopes over lines that bend, from what straight ones add to the rise and to the mean, (2, tips).
 
         An error of the slope e_0 + k F adds e_0 F + k F^2 / 2 to a force. The press sees e at the force at which F^2
         has the slope cov(u, F^2) / cov(u, F). The law is moved by c = `by_force` [mm/N], (channels,).
@@ -574,8 +574,8 @@ class _Root:
         rises, of_squares = F[0, : self._tips], squares[0, : self._tips]
         middles = np.divide(of_squares, 2.0 * rises, out=np.zeros_like(rises), where=rises != 0.0)
         return BendSlopes(
-            at_zero=_numbers(self.moved_with_saddle(straight, self.of_tips(by_force * F[1]))),
-            per_N=_numbers(self.moved_with_saddle(straight * middles, self.of_tips(0.5 * by_force * squares[1]))),
+            at_zero=_numbers(self.moved_with_saddle(*straight)),
+            per_N=_numbers(self.moved_with_saddle(straight[0] * middles, self.of_tips(0.5 * by_force * squares[1]))),
         )
 
 
