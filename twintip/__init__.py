@@ -187,20 +187,10 @@ def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) ->
 
 
 def _measuring(report: Report, unit: PrintedUnit | str | Path | None) -> MeasuringUnit:
-    """Return a unit as it measures, as designed where none is given; raises InputError for one of another design."""
+    """Return a unit as it measures, as designed if none is given; raises InputError for one of another design."""
     from instrument.press.measuring import MeasuringUnit
-    from instrument.press.printed_unit import nominal_unit, read_unit, refuse_other_design
-    from instrument.press.ripeness import ripeness_classes
 
-    if unit is None:
-        printed = nominal_unit(report)
-    elif isinstance(unit, str | Path):
-        printed = read_unit(Path(unit), report)
-    else:
-        printed = unit
-        refuse_other_design(printed, report)
-    classes = ripeness_classes(printed.classes, "unit.classes") if printed.classes else None
-    return MeasuringUnit(report=report, unit=printed, classes=classes)
+    return MeasuringUnit.from_report(report, unit)
 
 
 @in_turn

@@ -201,8 +201,7 @@ def _printed_unit(
         gain_percent = (report.design.reading or Reading()).gain_percent
         left_percent = channels.gain_percent if channels else len(springs) * [gain_percent]
         of_deflections = [line.bend.lack_of_fit for line in deflections]
-    signal = report.read_out.signal
-    drifts = len(springs) * [0.0] if signal is None else signal.gain_drift_percent
+    drifts = report.read_out.channels.gain_drift_percent
     force_bend, force_bend_per_N = _columns_of(channels.lacks_of_fit if channels else ())
     deflection_bend, deflection_bend_per_N = _columns_of(of_deflections)
     return PrintedUnit(

@@ -17,8 +17,6 @@ from sensor.quantity import BOUNDED, COVERAGE, Estimate, validation_error
 
 LEAST_ERROR = 1e-4
 """Of a stiffness: no dial and no weight is better."""
-USUAL_SATURATION = 2**23 - 1
-"""The largest count of a converter of 24 bits."""
 DEFLECTION = "deflection"
 _LEAST_COMPLIANCE = 1e-6  # [mm/N] of a spring: below, nothing moved
 _WORST_CONDITION = 100.0  # of gains, each over its own channel's: beyond it channels do not tell the tips apart
@@ -57,8 +55,7 @@ class ChannelCalibration:
 
 def saturation_of(report: Report) -> int:
     """Return the largest count of the converter of a design, of 24 bits if it has no read-out."""
-    signal = report.read_out.signal
-    return USUAL_SATURATION if signal is None else signal.saturation_counts
+    return report.read_out.channels.saturation_counts
 
 
 def counts_of(table: MeasuredTable, keys: Sequence[str]) -> Floats:

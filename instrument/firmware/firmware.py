@@ -85,7 +85,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "least_E": least * (1.0 - AT_THE_EDGE),
         "largest_E": largest * (1.0 + AT_THE_EDGE),
         "reduced": sensor.reduced(1.0),
-        **_level(sensor.level, sensor.press_over_weighed()),
+        **_level(sensor.report.read_out.level_readings, sensor.press_over_weighed()),
         **_contrast_constants(sensor, sensor.rise_law),
         **spike_constants(sensor),
         **_seating_constants(sensor),

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from instrument.press.measuring import MeasuringUnit
+from pipeline.reading.uncertainty import by_heat
 from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, with_bar
@@ -240,4 +241,5 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Sequence[float]) -> 
     model may lie anywhere within its bound (JCGM 100:2008, 4.3.7).
     """
     of_read = math.hypot(*deviations, BOUNDED * sensor.model_error)
-    return COVERAGE * math.hypot(sensor.steepness(E) * of_read, *sensor.by_heat, *sensor.by_fruit(E))
+    of_heat = by_heat(sensor.report.read_out.signal).values()
+    return COVERAGE * math.hypot(sensor.steepness(E) * of_read, *of_heat, *sensor.by_fruit(E))

@@ -4,18 +4,20 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from cad.parts.pin import tip_accuracy_mm
-from instrument.press.printed_unit import PrintedUnit, channel_noises
-from instrument.press.ripeness import RipenessClasses
-from pipeline.reading.read_out import LevelReading, correct_reading
+from instrument.press.printed_unit import PrintedUnit, nominal_unit, read_unit, refuse_other_design
+from instrument.press.ripeness import RipenessClasses, ripeness_classes
+from pipeline.reading.read_out import correct_reading
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
-from pipeline.reading.uncertainty import OF_FRUIT, LeftOpen, by_heat, least_forces
+from pipeline.reading.uncertainty import OF_FRUIT, Channels, LeftOpen, least_forces
 from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats
 from sensor.design.parameters import Design
+from sensor.design.reading import Reading
 from sensor.quantity import BOUNDED, validation_error
 from sensor.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened_compliance
 from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
@@ -35,15 +37,34 @@ _ALLOWED_OVER_SCALE = 20.0  # a force beyond so many full scales is none of this
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuringUnit:
-    """A design's report with one printed unit of it, and the ripeness classes that its readings fall in, if any.
+    """A printed unit as it reads fruit: the read-out of a report with the springs, tips and channels of the unit.
 
-    `radii_mm` are the principal radii of the fruit under the sensor, where they are told.
+    `classes` are the ripeness classes of its readings, `radii_mm` the principal radii of the fruit, if they are known.
     """
 
     report: Report
     unit: PrintedUnit
     classes: RipenessClasses | None = None
     radii_mm: tuple[float, float] | None = None
+
+    @classmethod
+    def from_report(
+        cls, report: Report, unit: PrintedUnit | str | Path | None = None, classes: str | None = None
+    ) -> "MeasuringUnit":
+        """Return a unit of a report, from its record or the path of its unit.toml; the nominal one if none is given.
+
+        `classes` is a text like `ripe:0.8,unripe`, by default that of the unit. Raises InputError for a unit of another
+        design and for classes that are none.
+        """
+        if isinstance(unit, str | Path):
+            printed = read_unit(Path(unit), report)
+        elif unit is None:
+            printed = nominal_unit(report)
+        else:
+            printed = unit
+            refuse_other_design(printed, report)
+        text, flag = (classes, "--classes") if classes else (printed.classes, "unit.classes")
+        return cls(report=report, unit=printed, classes=ripeness_classes(text, flag) if text else None)
 
     @property
     def design(self) -> Design:
@@ -107,11 +128,6 @@ class MeasuringUnit:
         return 0.5 * tip_accuracy_mm(self.design.tips, self.design.process)
 
     @property
-    def own_less_other(self) -> float:
-        """Return s11 - s12 of the fruit times E [1/mm]; 0 where the report has none."""
-        return self.report.read_out.own_less_other_per_mm or 0.0
-
-    @property
     def model_error(self) -> float:
         """Return the relative error of the contact model [1]."""
         return 0.01 * self.report.read_out.model_error_percent
@@ -119,36 +135,16 @@ class MeasuringUnit:
     @cached_property
     def noises(self) -> Floats:
         """Return the standard deviation of the noise of each channel [N]."""
-        return np.array(channel_noises(self.report))
+        return Channels(
+            reading=self.design.reading or Reading(),
+            full_scale=np.array(self.report.read_out.full_scale_N),
+            signal=self.report.read_out.signal,
+        ).noises
 
     @property
     def force_errors(self) -> Floats:
         """Return the error of the force of each channel without a touch [N]: by noise and by drift of its zero."""
-        return np.hypot(self.noises, self.zero_drifts)
-
-    @property
-    def zero_drifts(self) -> Floats:
-        """Return how far the zero of each channel may have drifted since it was tared [N]: alike in all of a press."""
-        signal = self.report.read_out.signal
-        return np.zeros(len(self.noises)) if signal is None else np.array(signal.zero_drift_N)
-
-    @property
-    def delays_s(self) -> tuple[float, ...]:
-        """Return how much later each channel of a sample is converted than its first one [s]; none where at once."""
-        signal = self.report.read_out.signal
-        return () if signal is None else tuple(1e-3 * delay for delay in signal.delay_ms)
-
-    @property
-    def period_s(self) -> float:
-        """Return the time between two samples of the read-out [s]; 0 without one."""
-        signal = self.report.read_out.signal
-        return 0.0 if signal is None else 1.0 / signal.rate_Hz
-
-    @property
-    def time_deviation_s(self) -> float:
-        """Return the standard deviation of the time of a channel beside its delay [s]."""
-        signal = self.report.read_out.signal
-        return 0.0 if signal is None else signal.time_deviation / signal.rate_Hz
+        return np.hypot(self.noises, self.report.read_out.channels.zero_drift_N)
 
     @cached_property
     def creep(self) -> CreepLaw:
@@ -175,7 +171,7 @@ class MeasuringUnit:
         `time_s` [s] is the standard deviation of the time of each channel.
         """
         return LeftOpen(
-            zeros=BOUNDED * self.zero_drifts,
+            zeros=BOUNDED * np.array(self.report.read_out.channels.zero_drift_N),
             gains={"gain": 0.01 * np.array(self.unit.gain_percent)},
             springs=0.01 * np.array(self.unit.K_percent),
             time_s=time_s,
@@ -194,11 +190,6 @@ class MeasuringUnit:
             if at_zero is not None and per_N is not None:
                 error += float(np.dot(slopes.at_zero, at_zero) + np.dot(slopes.per_N, per_N))
         return abs(error)
-
-    @property
-    def by_heat(self) -> list[float]:
-        """Return what the temperature of the leaves leaves open of a modulus [1], each one standard deviation."""
-        return list(by_heat(self.report.read_out.signal).values())
 
     @cached_property
     def least_forces(self) -> Floats:
@@ -231,23 +222,19 @@ class MeasuringUnit:
         """Return the standard deviation of how far one tip of a pair leads by the tilts of its design [mm]."""
         return BOUNDED * math.tan(math.radians(self.steepest_deg)) * self.design.tips.spacing_mm
 
-    @property
-    def level(self) -> Sequence[LevelReading]:
-        """Return the readings of level presses by which all are corrected: what shape and skin of the fruit add."""
-        return self.report.read_out.level_readings
-
     def corrected(self, read: float, press_s: float | None = None) -> float:
         """Return the modulus [MPa] that a press of a level sensor reads as `read` [MPa].
 
         Forces are scaled by weights, and larger in a press of a duration [s], or of that of the design.
         """
-        return correct_reading(self.press_over_weighed(press_s) * read, self.level)
+        return correct_reading(self.press_over_weighed(press_s) * read, self.report.read_out.level_readings)
 
     def read_as(self, E: float) -> float:
         """Return as which modulus [MPa] a press of a level sensor reads E [MPa], before it is corrected."""
-        if not self.level:
+        level = self.report.read_out.level_readings
+        if not level:
             return E / self.press_over_weighed()
-        logs = np.log([(row.E_MPa, row.read_MPa) for row in self.level])
+        logs = np.log([(row.E_MPa, row.read_MPa) for row in level])
         shift = np.interp(math.log(E), logs[:, 0], logs[:, 1] - logs[:, 0])
         return E * math.exp(shift) / self.press_over_weighed()
 
@@ -255,8 +242,9 @@ class MeasuringUnit:
         """Return by which fraction the modulus moves at E [MPa] per fraction of what is read [1]: 1 without a skin."""
         if self.design.fruit.skin_mm is None:
             return 1.0
-        logs = np.log([row.E_MPa for row in self.level])
-        slopes = np.gradient(logs, np.log([row.read_MPa for row in self.level]))
+        level = self.report.read_out.level_readings
+        logs = np.log([row.E_MPa for row in level])
+        slopes = np.gradient(logs, np.log([row.read_MPa for row in level]))
         return float(np.interp(math.log(E), logs, slopes))
 
     def refuse_without_rise_level(self) -> None:
@@ -264,7 +252,7 @@ class MeasuringUnit:
 
         A report before 0.2 has none, nor one of a design whose travel is too short for a rise.
         """
-        if not self.is_pair and not self.level:
+        if not self.is_pair and not self.report.read_out.level_readings:
             hint = "run the design again; where that does not help, press.travel_mm is too short for a rise"
             raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
 
@@ -318,7 +306,7 @@ class MeasuringUnit:
 
     def ratio_modulus(self, forces: Floats) -> float:
         """Return the modulus [MPa] that a level pair reads of forces [N] by their ratio; raises ReadingError."""
-        return ratio_modulus(self.C, self.own_less_other, forces.tolist())
+        return ratio_modulus(self.C, self.report.read_out.own_less_other_per_mm or 0.0, forces.tolist())
 
     def with_stiffness(self, tip: int, factor: float) -> "MeasuringUnit":
         """Return the unit with the spring of one tip stiffer by a factor [1]."""

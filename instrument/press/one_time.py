@@ -46,19 +46,20 @@ def at_one_time(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -
     samples = itertools.chain(ahead, iterator)
     if ahead and ahead[0].times:
         return Timing(lag=2), _interpolated(samples, source)
-    if not any(sensor.delays_s):
-        return Timing(sensor.time_deviation_s), samples
+    channels = sensor.report.read_out.channels
+    deviation = channels.time_deviation_s
+    if not any(channels.delays_s):
+        return Timing(deviation), samples
     intervals = [after.t - before.t for before, after in itertools.pairwise(ahead)]
     interval = statistics.median(intervals) if intervals else math.inf
     if not interval > 0.0:
         name = f"{source}: time from line to line"
         bound = "above 0 s, for the read-out converts one channel after the other"
         raise validation_error(name, interval, "s", bound, "write the time of each line")
-    if interval < CLOSEST * sensor.period_s:  # a time anywhere between two lines (JCGM 100:2008, 4.3.7)
-        return Timing(max(sensor.time_deviation_s, interval / math.sqrt(12.0))), samples
-    delays = sensor.delays_s
-    timed = (sample._replace(times=tuple(sample.t + delay for delay in delays)) for sample in samples)
-    return Timing(sensor.time_deviation_s, lag=2), _interpolated(timed, source)
+    if interval < CLOSEST * channels.period_s:  # a time anywhere between two lines (JCGM 100:2008, 4.3.7)
+        return Timing(max(deviation, interval / math.sqrt(12.0))), samples
+    timed = (sample._replace(times=tuple(sample.t + delay for delay in channels.delays_s)) for sample in samples)
+    return Timing(deviation, lag=2), _interpolated(timed, source)
 
 
 def _interpolated(samples: Iterable[Sample], source: str) -> Iterator[Sample]:

@@ -219,15 +219,6 @@ def percent_as_made(report: Report) -> list[float]:
     return percent
 
 
-def channel_noises(report: Report) -> Sequence[float]:
-    """Return the standard deviation of the noise of each channel [N]: by read-out, or as the design asks."""
-    read_out = report.read_out
-    if read_out.signal is not None:
-        return read_out.signal.noises_N
-    asked = report.design.reading or Reading()
-    return [asked.force_noise(force) for force in read_out.full_scale_N]
-
-
 def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str) -> PrintedUnit:
     """Return a unit of a report's design with springs [N/mm] and their standard deviations [%].
 
@@ -235,8 +226,7 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
     """
     count = len(report.tips)
     gain_percent = (report.design.reading or Reading()).gain_percent
-    signal = report.read_out.signal
-    drifts = [0.0] * count if signal is None else signal.gain_drift_percent
+    drifts = report.read_out.channels.gain_drift_percent
     return PrintedUnit(
         design=report.design.name,
         design_sha256=design_digest(report.design),

@@ -31,6 +31,23 @@ def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
     return read * math.exp(np.interp(math.log(read), logs, shifts))
 
 
+@dataclass(frozen=True, kw_only=True)
+class ReadChannels:
+    """What the read-out adds to the forces of all channels, lists in the order of the tips.
+
+    Zeros and gains drift by at most `zero_drift_N` and `gain_drift_percent`. A channel is converted `delays_s` after
+    the first one of its sample, and `time_deviation_s` is the standard deviation of its time. `period_s` is the time
+    between two samples.
+    """
+
+    zero_drift_N: tuple[float, ...]
+    gain_drift_percent: tuple[float, ...]
+    delays_s: tuple[float, ...] = ()
+    period_s: float = 0.0
+    time_deviation_s: float = 0.0
+    saturation_counts: int = 2**23 - 1  # of 24 bits
+
+
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ReadingConstants(Record):
     """What turns forces into a modulus, in the terms of the contrast law; that of a pair needs fewer.
@@ -106,6 +123,22 @@ class ReadingConstants(Record):
     def is_pair(self) -> bool:
         """Say whether the constants are those of a pair."""
         return self.weights is None
+
+    @property
+    def channels(self) -> ReadChannels:
+        """Return what the read-out adds to forces; without one, channels are converted at once and do not drift."""
+        signal = self.signal
+        if signal is None:
+            none = (0.0,) * len(self.full_scale_N)
+            return ReadChannels(zero_drift_N=none, gain_drift_percent=none)
+        return ReadChannels(
+            zero_drift_N=signal.zero_drift_N,
+            gain_drift_percent=signal.gain_drift_percent,
+            delays_s=tuple(1e-3 * delay for delay in signal.delay_ms),
+            period_s=1.0 / signal.rate_Hz,
+            time_deviation_s=signal.time_deviation / signal.rate_Hz,
+            saturation_counts=signal.saturation_counts,
+        )
 
     @property
     def level_readings(self) -> tuple[LevelReading, ...]:

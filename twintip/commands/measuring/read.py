@@ -11,8 +11,6 @@ from instrument.press.fruit_reading import LINE, FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.pair_press import single_reading
 from instrument.press.presses import readings_of, refuse_out_of_scale
-from instrument.press.printed_unit import nominal_unit, read_unit
-from instrument.press.ripeness import ripeness_classes
 from instrument.press.signals import Signal, numbers_of_text
 from pipeline.report.report import read_report
 from pipeline.storage.files import refuse_taken, write_files
@@ -115,11 +113,7 @@ def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
 
 def _sensor(arguments: Namespace) -> MeasuringUnit:
     """Return the unit that the flags name, as designed without `--unit`; raises InputError."""
-    report = read_report(arguments.folder)
-    unit = nominal_unit(report) if arguments.unit is None else read_unit(arguments.unit, report)
-    text, flag = (arguments.classes, "--classes") if arguments.classes else (unit.classes, "unit.classes")
-    classes = ripeness_classes(text, flag) if text else None
-    return MeasuringUnit(report=report, unit=unit, classes=classes)
+    return MeasuringUnit.from_report(read_report(arguments.folder), arguments.unit, arguments.classes)
 
 
 def _radii_of_flag(text: str) -> tuple[float, float]:
