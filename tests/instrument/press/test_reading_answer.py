@@ -2,7 +2,7 @@
 
 import pytest
 
-from instrument.press.fruit_reading import FEELS_AS_TOUCH, LINE, FruitReading
+from instrument.press.fruit_reading import LINE, FruitReading
 from pipeline.storage.told import as_data, as_line
 from sensor.quantity import COVERAGE, Estimate
 
@@ -50,8 +50,8 @@ def test_keys_are_there_where_their_numbers_are(fields, data):
         ({**READ, "offset": -0.1, "offset_u": 0.02}, 3),
         ({**READ, "others": {"force_ratio": 2.0, "apparent": 1.0}}, 4),
         ({**READ, "relaxation": 0.7}, 3),
-        ({**READ, "zero_left": 0.01, "zero_left_of_touch": FEELS_AS_TOUCH}, 2),
-        ({**READ, "zero_left": 0.01, "zero_left_of_touch": 1.01 * FEELS_AS_TOUCH}, 3),
+        ({**READ, "zero_left": 0.01, "zero_left_of_touch": 0.5}, 2),
+        ({**READ, "zero_left": 0.01, "zero_left_of_touch": 0.51}, 3),
         ({**READ, "firmness": Estimate(20.0, 1.0, "N"), "ripeness": "ripe", "lines_left_out": (3,)}, 5),
         ({**READ, "flags": ("spike", "one_sample")}, 3),
     ],

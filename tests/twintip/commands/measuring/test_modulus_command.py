@@ -191,6 +191,7 @@ def test_compliance_of_the_machine_is_taken_off_and_its_error_counts(files, caps
         shares.append(mended["u_shares_percent"].get("machine compliance", 0.0))
         assert mended["geometry"]["compliance_um_per_N"] == 4.0
     (stiffer,) = moduli(capsys, "frame.csv", *SIZES, "--compliance", "5")
+    assert stiffer["geometry"]["compliance_error_um_per_N"] == 0.5  # a tenth, as docs/modulus.md has it
     moved = 100.0 * (stiffer["E_MPa"] / mended["E_MPa"] - 1.0)
     assert shares == [0.0, pytest.approx(moved, rel=0.1)]  # the range of travel may end elsewhere
 

@@ -250,6 +250,19 @@ def test_press_of_a_board_reads_alike(paper, capsys, monkeypatch, written):
             assert sum("F_l = " in line for line in err.splitlines()) == 1
 
 
+@pytest.mark.parametrize(("order", "code"), [("good", 0), ("bad", 1), ("good bad", 0), ("bad good", 0)])
+def test_one_press_that_is_read_is_enough(order, code, paper, capsys, written):
+    """A bad one has too few samples: every tip touches in two of them only."""
+    header, rows = rows_of(paper.press(2.5))
+    forces = [row.partition(",")[2] for row in rows]
+    presses = {"good": forces, "bad": [forces[0], *forces[-2:]]}
+    lines = [line for name in order.split() for line in (*presses[name], "0,0", "0,0")]
+    text = "\n".join([header, *(f"{0.02 * number},{line}" for number, line in enumerate(lines))])
+    assert main(["read", paper.folder, written(text), "--json"]) == code
+    readings = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert ["good" if reading["E_MPa"] else "bad" for reading in readings] == order.split()
+
+
 def test_code_of_counts_is_refused_where_there_are_none(paper, capsys, written):
     press = written(paper.press(2.5))
     for words in (["read", paper.folder, press], ["read", paper.folder, "--forces", "0.2,0.5"]):
