@@ -205,6 +205,13 @@ def test_flag_that_is_gone_is_refused_with_what_to_use(name, capsys):
         assert err.endswith(f" {GONE[name]}\n")
 
 
+@pytest.mark.parametrize("name", [name for name in GONE if name.startswith("verdicts.")])
+def test_verdict_that_is_gone_is_explained_by_what_to_use(name, capsys):
+    for words in (name, name.removeprefix("verdicts.")):
+        code, out, err = settle(["explain", words], capsys)
+        assert (code, out, err) == (cli.WRONG_INPUT, "", f"pipeline: {name} is gone since 0.3. {GONE[name]}\n")
+
+
 def test_changelog_says_what_to_use_as_the_refusals_do():
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     table = text.partition("\n### 0.2 to 0.3\n")[2].partition("\n## ")[0]

@@ -17,7 +17,7 @@ from pipeline.verdicts.rules import (
 )
 from sensor.design.printability import SHORTEST_LEAF
 from sensor.design.reading import LARGEST_TOUCH_FRACTION
-from sensor.gone import refuse_gone_key
+from sensor.gone import refuse_gone, refuse_gone_key
 from sensor.quantity import InputError
 
 _LIMITS = {
@@ -89,6 +89,7 @@ def entry_of(name: str) -> Entry:
 
     Raises InputError for a name that nothing explains, with one that is near it.
     """
+    refuse_gone(f"verdicts.{name}")
     refuse_gone_key(name)
     by_lower_case = {}
     for entry in entries():
