@@ -64,3 +64,13 @@ def test_a_lost_sample_between_touches_that_are_not_firm_ends_the_press(paper, f
     (reading,) = readings_of(sensor, Signal(Rows(log, "-"), 2))
     assert reading.lines_left_out == ()
     assert reading.samples == 4 + len(forces[5:]) - 1
+
+
+@pytest.mark.parametrize(("firm", "presses"), [(1, 1), (2, 2)])
+def test_a_touch_that_one_bad_sample_may_make_is_no_press(paper, forces, firm, presses):
+    """A touch is a press if more samples in a row than one bad conversion is part of have twice the least force."""
+    sensor = paper.measuring()
+    touch = np.outer([1.9, 1.9, *[2.1] * firm, 1.9, 1.9, 0.0, 0.0], sensor.least_forces)
+    rows = np.vstack([touch, forces])
+    log = itertools.islice(lines_of(rows), 1 + len(rows) + 3)
+    assert len(list(readings_of(sensor, Signal(Rows(log, "-"), 2)))) == presses
