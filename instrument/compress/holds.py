@@ -8,13 +8,10 @@ import numpy as np
 from scipy.optimize import OptimizeWarning, curve_fit
 
 from instrument.compress.bodies import POINT_CONTACT
-from instrument.compress.loading import upwards
-from instrument.compress.specimens import LEAST_ROWS, Specimen
+from instrument.compress.specimens import Specimen
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate, report_field, validation_error
 
-STILL = 2e-3  # of the travel, within which it counts as held
-DWELL = 0.05  # of the time of loading: a machine that turns back stands still for less
 MOST_ARMS = 3
 
 
@@ -49,30 +46,6 @@ class HeldRelaxation:
     )
 
 
-def hold_of(specimen: Specimen) -> slice | None:
-    """Return the rows in which a curve stands still at its largest travel; None where there are none, or no time."""
-    time = specimen.time
-    if time is None or len(time) < LEAST_ROWS:
-        return None
-    travel = upwards(specimen.travel)
-    is_level = travel >= travel.max() - STILL * np.ptp(travel)
-    first = int(is_level.argmax())
-    end = first + int(np.append(~is_level[first:], True).argmax())
-    start = first + int((travel[first:end] >= np.median(travel[first:end])).argmax())
-    lasts = time[end - 1] - time[start]
-    is_hold = end - start >= LEAST_ROWS and lasts > DWELL * (time[start] - time[0])
-    return slice(start, end) if is_hold else None
-
-
-def loading_before(specimen: Specimen, hold: slice | None) -> Specimen:
-    """Return a curve up to its hold."""
-    if hold is None:
-        return specimen
-    rows = slice(0, hold.start + 1)
-    columns = {name: getattr(specimen, name)[rows] for name in ("travel", "force", "time", "lines")}
-    return replace(specimen, **columns)
-
-
 def held_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: float) -> HeldRelaxation:
     """Return how the flesh of a specimen relaxes in its hold, touched at a travel [mm] with the zero of its force [N].
 
@@ -82,7 +55,7 @@ def held_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: fl
     Raises InputError for a hold that lasts less than the loading.
     """
     time = np.asarray(specimen.time, dtype=np.float64)
-    depth = np.maximum(upwards(specimen.travel)[: hold.start + 1] - touch_mm, 0.0)
+    depth = np.maximum(specimen.travel[: hold.start + 1] - touch_mm, 0.0)
     touched = max(int((depth > 0.0).argmax()) - 1, 0)  # the last row before the touch
     before = time[hold.start] - time[touched : hold.start + 1]
     since = time[hold] - time[hold.start]
@@ -93,7 +66,7 @@ def held_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: fl
         name = f"{specimen}: hold"
         raise validation_error(name, float(f"{hold_s:.3g}"), "s", bound, hint)
 
-    last, fall = _fitted_fall(since, upwards(specimen.force)[hold] - zero_N)
+    last, fall = _fitted_fall(since, specimen.force[hold] - zero_N)
     entered = depth[touched:] ** POINT_CONTACT / depth[-1] ** POINT_CONTACT
     middles = 0.5 * (before[1:] + before[:-1])
     kept = [float(np.exp(-middles / arm.time.value) @ np.diff(entered)) for arm in fall]

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from instrument.compress.force_law import POISSON, ForceLaw, TestGeometry, geometry_data, hertz_law, solved_law
-from instrument.compress.holds import HeldRelaxation, held_relaxation, hold_of, loading_before
+from instrument.compress.holds import HeldRelaxation, held_relaxation
 from instrument.compress.law_fit import LawFit, fit_law
-from instrument.compress.loading import Loading, first_loading, loading, upwards, without_frame
+from instrument.compress.phases import Loading, phases, without_frame
 from instrument.compress.range_choice import RangeFit, choose_range
 from instrument.compress.specimens import Specimen
 from sensor.design.fruit import USUAL_MODULI
@@ -93,10 +93,9 @@ def measured_modulus(
     specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False
 ) -> CompressionResult:
     """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit."""
-    specimen = first_loading(specimen)
-    hold = hold_of(specimen)
-    as_measured = loading(loading_before(specimen, hold), compression_negative=compression_negative)
-    curve = without_frame(specimen, as_measured, geometry.compliance_um_per_N)
+    test = phases(specimen, compression_negative=compression_negative)
+    specimen = test.specimen
+    curve = without_frame(specimen, test.loading, geometry.compliance_um_per_N)
     _refuse_long_travel(specimen, curve, geometry)
     law = solved_law(geometry)
     chosen = choose_range(curve, law)
@@ -118,7 +117,7 @@ def measured_modulus(
     }
     if geometry.compliance_error_um_per_N:
         count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
-        by_chance["machine compliance"] = _moved_by_frame(specimen, as_measured, chosen, count, geometry)
+        by_chance["machine compliance"] = _moved_by_frame(specimen, test.loading, chosen, count, geometry)
     shares = by_chance | bounds
     u_percent = 100.0 * (math.hypot(*by_chance.values()) + sum(bounds.values()))
     _refuse_wide_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
@@ -127,10 +126,10 @@ def measured_modulus(
     zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
     secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
     relaxation = None
-    if hold:
-        frame = 1e-3 * geometry.compliance_um_per_N * (upwards(specimen.force) - curve.zero)
-        fruit = replace(specimen, travel=upwards(specimen.travel) - frame) if frame.any() else specimen
-        relaxation = held_relaxation(fruit, hold, chosen.touch.value, zero)
+    if test.hold:
+        frame = 1e-3 * geometry.compliance_um_per_N * (specimen.force - curve.zero)
+        fruit = replace(specimen, travel=specimen.travel - frame)
+        relaxation = held_relaxation(fruit, test.hold, chosen.touch.value, zero)
     E_plate = secants[0].E_secant_MPa
     return CompressionResult(
         file=specimen.file,

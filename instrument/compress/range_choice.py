@@ -8,7 +8,7 @@ import numpy as np
 
 from instrument.compress.force_law import ForceLaw
 from instrument.compress.law_fit import LawFit, fit_law, last_force
-from instrument.compress.loading import Loading
+from instrument.compress.phases import Loading
 from sensor.arrays import Floats
 from sensor.quantity import Estimate
 

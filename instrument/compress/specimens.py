@@ -71,6 +71,11 @@ class Specimen:
         """Return how an error names the cell of a quantity in a row of the curve."""
         return place_of(self.file, self.lines[row], self.labels[quantity])
 
+    def up_to(self, end: int) -> "Specimen":
+        """Return its rows before a row `end`."""
+        time = None if self.time is None else self.time[:end]
+        return replace(self, travel=self.travel[:end], force=self.force[:end], time=time, lines=self.lines[:end])
+
 
 def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES) -> list[Specimen]:
     """Return every curve of a file; raises InputError."""

@@ -9,8 +9,9 @@ from stand_ins import specimen
 from instrument.compress import modulus
 from instrument.compress.bodies import Ellipsoid
 from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
-from instrument.compress.holds import held_relaxation, hold_of, loading_before
+from instrument.compress.holds import held_relaxation
 from instrument.compress.modulus import measured_modulus
+from instrument.compress.phases import phases
 from instrument.compress.summary import design_range, fruit_summaries, result_parts
 from pipeline.report.verdict_table import print_parts
 from pipeline.storage.told import as_data
@@ -46,8 +47,9 @@ def held_curve(arms, loading_s=2.0, hold_s=60.0, noise=0.0, rate_Hz=20.0, retrea
     return specimen(travel, force, time=time)
 
 
-def found(test):
-    return held_relaxation(test, hold_of(test), GAP_MM, ZERO_N)
+def found(test, **signs):
+    of = phases(test, **signs)
+    return held_relaxation(of.specimen, of.hold, GAP_MM, ZERO_N)
 
 
 @pytest.mark.parametrize(("loading_s", "retreat"), [(0.5, 0), (6.0, 30)])
@@ -76,11 +78,10 @@ def test_curve_without_hold_or_time_has_none():
     arms = ((0.4, 8.0),)
     test = held_curve(arms)
     ramp = test.time <= (GAP_MM + DEPTH_MM) / (DEPTH_MM / 2.0)
-    assert hold_of(specimen(test.travel[ramp], test.force[ramp], time=test.time[ramp])) is None
-    assert hold_of(specimen(test.travel, test.force)) is None
-    assert loading_before(test, None) is test
+    assert phases(specimen(test.travel[ramp], test.force[ramp], time=test.time[ramp])).hold is None
+    assert phases(specimen(test.travel, test.force)).hold is None
     turned = held_curve(arms, hold_s=0.05, rate_Hz=400.0, retreat=200)  # a machine stands still before it turns back
-    assert hold_of(turned) is None
+    assert phases(turned).hold is None
 
 
 def test_hold_that_is_shorter_than_its_loading_is_refused():
@@ -93,7 +94,7 @@ def test_hold_that_is_shorter_than_its_loading_is_refused():
 def test_signs_of_a_machine_that_counts_downwards_are_turned():
     test = held_curve(((0.4, 8.0),))
     turned = specimen(-test.travel, -test.force, time=test.time)
-    told = held_relaxation(turned, hold_of(turned), GAP_MM, ZERO_N)
+    told = found(turned, compression_negative=True)
     assert told.arms[0].share.value == pytest.approx(0.4, rel=0.01)
 
 
@@ -106,8 +107,7 @@ def test_modulus_tells_the_relaxation_of_a_hold_and_is_that_of_the_loading_alone
     geometry = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
     test = held_curve(((0.4, 8.0),), noise=0.002)
     result = measured_modulus(test, geometry)
-    hold = hold_of(test)
-    alone = measured_modulus(loading_before(test, hold), geometry)
+    alone = measured_modulus(test.up_to(phases(test).hold.start + 1), geometry)
     assert alone.relaxation is None
     assert result.E_MPa == alone.E_MPa
     assert result.relaxation.arms[0].share.value == pytest.approx(0.4, rel=0.03)

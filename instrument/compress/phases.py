@@ -1,4 +1,4 @@
-"""The loading of a compression test: its rows up to the failure of the flesh. What cannot be one is refused."""
+"""The phases of a compression test: its loading up to the failure of the flesh, and its hold, with signs turned."""
 
 import math
 from dataclasses import dataclass, replace
@@ -7,8 +7,9 @@ import numpy as np
 
 from instrument.compress.specimens import LEAST_ROWS, Specimen
 from sensor.arrays import Floats
-from sensor.quantity import validation_error
+from sensor.quantity import InputError, validation_error
 
+_UNITS = {"travel": "mm", "force": "N"}
 _JITTER = 0.02  # of the travel: a machine's reading steps back by less
 _UNLOADS = 0.5  # of the force that a way back sheds on the loading curve: one that sheds less is no unloading
 _FIRST = 0.2  # of the largest force: a first loading to less is a tap before the test
@@ -23,6 +24,8 @@ _FALL = 0.03  # of the largest force: a smaller fall is no failure
 _RISEN = 0.1  # of the range of forces: a fall before is one of the zero line
 _NORMAL = 1.4826  # standard deviation over median absolute deviation
 _QUIET = 0.25  # of the range of forces: the zero line lies below
+_STILL = 2e-3  # of the travel, within which a curve is held
+_DWELL = 0.05  # of the time of loading: a machine that turns back stands still for less
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,35 +43,74 @@ class Loading:
     failure: float | None
 
 
-def first_loading(specimen: Specimen) -> Specimen:
+@dataclass(frozen=True, kw_only=True)
+class Phases:
+    """The phases of a test whose travel and force rise in compression.
+
+    `specimen` has its rows up to where the plate or probe first turns back. `loading` is the curve before the hold.
+    `hold` are the rows in which the plate stands still at its largest travel, None for a test without a hold.
+    """
+
+    specimen: Specimen
+    loading: Loading
+    hold: slice | None
+
+
+def phases(specimen: Specimen, *, compression_negative: bool = False) -> Phases:
+    """Return the phases of a test; with `compression_negative` columns that fall are turned.
+
+    Raises InputError for too few rows, and for travel that runs backwards. It does so too for a force that is below the
+    zero line, never rises or rises ever less.
+    """
+    _refuse_few_rows(specimen, len(specimen.lines))
+    test = _first_loading(specimen)
+    signs = {quantity: _sign(getattr(test, quantity)) for quantity in _UNITS}
+    test = replace(test, **{quantity: sign * getattr(test, quantity) for quantity, sign in signs.items()})
+    hold = _hold(test)
+    rows = len(test.lines) if hold is None else hold.start + 1
+    _refuse_few_rows(specimen, rows)
+    for quantity, sign in signs.items():
+        values = getattr(specimen, quantity)[:rows]
+        if (sign < 0.0 and not compression_negative) or np.ptp(values) == 0.0:
+            raise _falling(specimen, quantity, values)
+    return Phases(specimen=test, loading=_loading(test.up_to(rows)), hold=hold)
+
+
+def _sign(values: Floats) -> float:
+    """Return 1 for values that from where they begin move up at least as far as down, and -1 for others."""
+    begin = np.median(values[:3])
+    return 1.0 if values.max() - begin >= begin - values.min() else -1.0
+
+
+def _falling(specimen: Specimen, quantity: str, values: Floats) -> InputError:
+    """Return the error for values that do not rise in compression, at the lowest one."""
+    row = int(np.argmin(values))
+    hint = "export the whole test; with --compression-negative its sign is turned"
+    place = specimen.cell(row, quantity)
+    return validation_error(place, float(values[row]), _UNITS[quantity], "rising in compression", hint)
+
+
+def _first_loading(specimen: Specimen) -> Specimen:
     """Return a curve up to where its plate or probe first turns back, with a note where a later row lies deeper.
 
-    What comes after tells nothing of the flesh as it was: a probe that sticks, a return beyond the start, a second
+    What comes after shows nothing of the flesh as it was: a probe that sticks, a return beyond the start, a second
     bite. A curve whose force does not fall with its travel is returned as it is.
     """
-    travel = specimen.travel
-    force = specimen.force
-    if len(travel) < LEAST_ROWS:
-        return specimen
-    peak = int(np.argmax(np.abs(force - np.median(force[:3]))))
-    forwards = 1.0 if travel[peak] >= np.median(travel[:3]) else -1.0
-    pressed = 1.0 if force[peak] >= np.median(force[:3]) else -1.0
-    depth = forwards * travel
-    load = pressed * force
+    # a return may go farther than the test: the signs are those of the row in which the force has changed most
+    travel = specimen.travel - np.median(specimen.travel[:3])
+    force = specimen.force - np.median(specimen.force[:3])
+    peak = int(np.argmax(np.abs(force)))
+    depth = specimen.travel if travel[peak] >= 0.0 else -specimen.travel
+    load = specimen.force if force[peak] >= 0.0 else -specimen.force
     unloading = _first_unloading(depth, load)
     if unloading is None:
         return specimen
     turn, end = unloading
-    rows = slice(0, end)
-    columns = {name: getattr(specimen, name)[rows] for name in ("travel", "force", "lines")}
-    time = None if specimen.time is None else specimen.time[rows]
     notes = specimen.notes
     if depth[end:].max() > depth[turn]:
-        notes = (
-            *notes,
-            f"{specimen.file}: a later loading goes deeper: the first one, to line {specimen.lines[end - 1]}, is read",
-        )
-    return replace(specimen, **columns, time=time, notes=notes)
+        last = specimen.lines[end - 1]
+        notes = (*notes, f"{specimen.file}: a later loading goes deeper: the first one, to line {last}, is read")
+    return replace(specimen.up_to(end), notes=notes)
 
 
 def _first_unloading(depth: Floats, load: Floats) -> tuple[int, int] | None:
@@ -90,22 +132,27 @@ def _first_unloading(depth: Floats, load: Floats) -> tuple[int, int] | None:
     return (turn, end) if unloads and not is_tap else None
 
 
-def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loading:
-    """Return the loading of a specimen; with `compression_negative` the signs of columns that fall are turned.
+def _hold(test: Specimen) -> slice | None:
+    """Return the rows in which a test stands still at its largest travel; None if there are none, or no time."""
+    travel = test.travel
+    time = test.time
+    if time is None:
+        return None
+    is_level = travel >= travel.max() - _STILL * np.ptp(travel)
+    first = int(is_level.argmax())
+    end = first + int(np.append(~is_level[first:], True).argmax())
+    start = first + int((travel[first:end] >= np.median(travel[first:end])).argmax())
+    lasts = time[end - 1] - time[start]
+    is_hold = end - start >= LEAST_ROWS and lasts > _DWELL * (time[start] - time[0])
+    return slice(start, end) if is_hold else None
 
-    Raises InputError for too few rows, and for travel that runs backwards. It does so too for a force that is below the
-    zero line, never rises or rises ever less.
-    """
+
+def _loading(specimen: Specimen) -> Loading:
+    """Return the curve of rows that end before a hold or a way back; raises InputError for what is no loading."""
     travel = specimen.travel
     force = specimen.force
-    _refuse_few_rows(specimen, len(travel))
-    if compression_negative:
-        travel = upwards(travel)
-        force = upwards(force)
-    _refuse_falling(specimen, "travel", travel, "mm")
-    _refuse_falling(specimen, "force", force, "N")
     end = int(np.argmax(travel)) + 1
-    _refuse_backwards(specimen, "travel", travel[:end], "mm", _JITTER * float(np.ptp(travel)))
+    _refuse_backwards(specimen, end)
     _refuse_low_force(specimen, force)
     _refuse_few_rows(specimen, end)
     curve = _up_to_failure(_averaged(travel[:end]), _averaged(force[:end]))
@@ -140,29 +187,16 @@ def _refuse_few_rows(specimen: Specimen, rows: int) -> None:
         raise validation_error(str(specimen), rows, "rows of load", f"at least {LEAST_ROWS}", hint)
 
 
-def _refuse_backwards(specimen: Specimen, quantity: str, values: Floats, unit: str, allowed: float) -> None:
-    """Raise InputError where values step back by more than is allowed [unit]."""
-    largest = np.maximum.accumulate(values)
-    back = np.flatnonzero(largest - values > allowed)
+def _refuse_backwards(specimen: Specimen, end: int) -> None:
+    """Raise InputError where the travel of the rows before `end` steps back by more than jitter."""
+    travel = specimen.travel
+    largest = np.maximum.accumulate(travel[:end])
+    back = np.flatnonzero(largest - travel[:end] > _JITTER * float(np.ptp(travel)))
     if back.size:
         row = int(back[0])
-        bound = f"at least that of the rows before, {largest[row]:g} {unit}"
+        bound = f"at least that of the rows before, {largest[row]:g} mm"
         hint = "put the rows in order, one loading for each table, or check that the columns are not swapped"
-        raise validation_error(specimen.cell(row, quantity), float(values[row]), unit, bound, hint)
-
-
-def upwards(values: Floats) -> Floats:
-    """Return values turned so that from where they begin they move up farther than down."""
-    begin = np.median(values[:3])
-    return values if values.max() - begin >= begin - values.min() else -values
-
-
-def _refuse_falling(specimen: Specimen, quantity: str, values: Floats, unit: str) -> None:
-    row = int(np.argmin(values))
-    lowest = float(values[row])
-    if lowest == values.max() or upwards(values) is not values:
-        hint = "export the whole test; with --compression-negative its sign is turned"
-        raise validation_error(specimen.cell(row, quantity), lowest, unit, "rising in compression", hint)
+        raise validation_error(specimen.cell(row, "travel"), float(travel[row]), "mm", bound, hint)
 
 
 def _refuse_low_force(specimen: Specimen, force: Floats) -> None:

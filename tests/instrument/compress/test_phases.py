@@ -8,7 +8,7 @@ import pytest
 from stand_ins import specimen
 from virtual_compression import VirtualTest
 
-from instrument.compress.loading import first_loading, loading, noise_of, without_frame
+from instrument.compress.phases import noise_of, phases, without_frame
 from sensor.quantity import InputError
 
 X = np.linspace(0.0, 5.0, 601)  # [mm]
@@ -25,7 +25,7 @@ def moved(values, rows, step):
 REFUSED = {
     "one force far below zero": (moved(TEST_F, 300, -500.0), TEST_X, "line 302, column 'force_N'"),
     "plate turns back": (TEST_F, moved(TEST_X, slice(300, 500), -3.0), "line 302, column 'travel_mm'"),
-    "dead load cell": (np.ones(600), TEST_X, "line 2, column 'force_N'"),
+    "dead load cell": (np.ones(600), TEST_X, "specimen '1'"),
     "stuck travel": (TEST_F, np.ones(600), "line 2, column 'travel_mm'"),
     "force falls": (-TEST_F, TEST_X, "line 511, column 'force_N'"),
     "few rows": (F[:11], X[:11], "specimen '1'"),
@@ -38,7 +38,7 @@ REFUSED = {
 @pytest.mark.parametrize(("force", "travel", "place"), REFUSED.values(), ids=REFUSED)
 def test_impossible_curve_is_refused_at_its_place(force, travel, place):
     with pytest.raises(InputError) as caught:
-        loading(specimen(travel, force))
+        phases(specimen(travel, force))
     assert caught.value.field == f"virtual.csv, {place}"
 
 
@@ -57,17 +57,17 @@ LIMITS = {
 
 @pytest.mark.parametrize(("allowed", "refused"), LIMITS.values(), ids=LIMITS)
 def test_limit_is_where_it_is_said(allowed, refused):
-    loading(specimen(*allowed))
+    phases(specimen(*allowed))
     with pytest.raises(InputError):
-        loading(specimen(*refused))
+        phases(specimen(*refused))
 
 
 @pytest.mark.parametrize("signs", [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)])
 def test_compression_that_is_counted_negative_is_turned_by_its_flag(signs):
     turned = specimen(signs[0] * X, signs[1] * F)
-    np.testing.assert_array_equal(loading(turned, compression_negative=True).force, F)
+    np.testing.assert_array_equal(phases(turned, compression_negative=True).loading.force, F)
     with pytest.raises(InputError):
-        loading(turned)
+        phases(turned)
 
 
 @pytest.mark.parametrize(("fall", "fails"), [(0.028, False), (0.032, True)])
@@ -75,7 +75,7 @@ def test_fall_of_three_per_cent_of_the_force_is_the_failure(fall, fails):
     """The force stays at its largest from 5 to 6 mm, and lower behind, where moving means do not hide it."""
     further = np.linspace(5.0, 7.0, 241)[1:]
     force = np.r_[F, np.where(further <= 6.0, F[-1], (1.0 - fall) * F[-1])]
-    curve = loading(specimen(np.r_[X, further], force))
+    curve = phases(specimen(np.r_[X, further], force)).loading
     if fails:
         assert 5.0 <= curve.failure <= 6.0
         assert curve.travel[-1] == curve.failure
@@ -88,7 +88,7 @@ def test_fall_of_the_zero_line_is_no_failure(height, fails):
     """Before a tenth of the range a fall by half of it is one of the load cell."""
     bump = height * F[-1] * np.interp(X, [0.2, 0.4, 0.6, 1.0], [0.0, 1.0, 1.0, 0.5], right=0.5)
     force = np.maximum(bump, F)
-    assert (loading(specimen(X, force)).failure is not None) == fails
+    assert (phases(specimen(X, force)).loading.failure is not None) == fails
 
 
 def test_failure_has_to_be_more_than_noise():
@@ -96,14 +96,14 @@ def test_failure_has_to_be_more_than_noise():
     noise = 0.04 * F[-1] * np.random.default_rng(3).normal(size=601)
     further = np.linspace(5.0, 6.0, 121)[1:]
     force = np.r_[F + noise, 0.96 * F[-1] + noise[:120]]
-    assert loading(specimen(np.r_[X, further], force)).failure is None
+    assert phases(specimen(np.r_[X, further], force)).loading.failure is None
 
 
 def test_many_points_are_averaged_and_the_zero_is_that_of_the_low_ones():
     x = np.linspace(0.0, 5.0, 2402)
     force = 20.0 * np.maximum(x - 1.0, 0.0) ** 1.5 + 40.0
     force[:6] += 3.0  # a load cell that settles
-    curve = loading(specimen(x, force))
+    curve = phases(specimen(x, force)).loading
     assert len(curve.travel) == 2402 // 3
     assert curve.travel[0] == pytest.approx(x[:3].mean())
     assert (curve.force[0], curve.zero) == (pytest.approx(43.0), pytest.approx(40.0))
@@ -133,21 +133,21 @@ TAILS = {
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_what_comes_after_the_first_loading_is_left_out(curve, sign):
     turned = replace(curve, travel=sign * curve.travel, force=sign * curve.force)
-    first = first_loading(turned)
-    np.testing.assert_array_equal(sign * first.travel, X)
-    np.testing.assert_array_equal(loading(first, compression_negative=sign < 0.0).force, F)
+    found = phases(turned, compression_negative=sign < 0.0)
+    np.testing.assert_array_equal(found.specimen.travel, X)
+    np.testing.assert_array_equal(found.loading.force, F)
 
 
 def test_curve_from_a_preload_ends_where_its_plate_turns_back():
     """Its last forces lie below the first ones."""
     start = 300
     curve = specimen(np.r_[X[start:], 2.0, 0.0], np.r_[F[start:], 10.0, 0.0])
-    np.testing.assert_array_equal(loading(first_loading(curve)).force, F[start:])
+    np.testing.assert_array_equal(phases(curve).loading.force, F[start:])
 
 
 def test_second_loading_is_noted_where_it_is_deeper():
-    assert len(first_loading(TAILS["second bite one micrometre deeper"]).notes) == 1
-    assert first_loading(TAILS["sticks"]).notes == ()
+    assert len(phases(TAILS["second bite one micrometre deeper"]).specimen.notes) == 1
+    assert phases(TAILS["sticks"]).specimen.notes == ()
 
 
 @pytest.mark.parametrize(("reached", "is_first"), [(0.22, True), (0.18, False)])
@@ -155,17 +155,24 @@ def test_tap_before_the_test_is_no_loading(reached, is_first):
     """It reaches a fifth of the largest force, above which it is a loading of its own."""
     last = int(np.searchsorted(F, reached * F[-1])) + 1
     curve = specimen(np.r_[X[:last], X], np.r_[F[:last], F])
-    assert (len(first_loading(curve).travel) == last) == is_first
+    if is_first:
+        assert len(phases(curve).specimen.lines) == last
+    else:
+        with pytest.raises(InputError) as caught:
+            phases(curve)
+        assert caught.value.field == curve.cell(last, "travel")
 
 
 def test_travel_that_goes_back_without_its_force_is_no_end():
     curve = specimen(moved(X, slice(400, 500), -3.0), F)
-    assert first_loading(curve) is curve
+    with pytest.raises(InputError) as caught:
+        phases(curve)
+    assert caught.value.field == curve.cell(400, "travel")
 
 
 def test_travel_of_the_frame_is_taken_off():
     """A frame of 3 um/N under 160 N."""
-    curve = loading(specimen(X + 3e-3 * F, F))
+    curve = phases(specimen(X + 3e-3 * F, F)).loading
     np.testing.assert_allclose(without_frame(specimen(X, F), curve, 3.0).travel, X, atol=1e-12)
     with pytest.raises(InputError) as caught:
         without_frame(specimen(X, F), curve, 60.0)
