@@ -72,7 +72,7 @@ class Specimen:
         return place_of(self.file, self.lines[row], self.labels[quantity])
 
     def up_to(self, end: int) -> "Specimen":
-        """Return its rows before a row `end`."""
+        """Return the curve of the rows before a row `end`."""
         time = None if self.time is None else self.time[:end]
         return replace(self, travel=self.travel[:end], force=self.force[:end], time=time, lines=self.lines[:end])
 
