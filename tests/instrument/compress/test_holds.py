@@ -91,6 +91,13 @@ def test_hold_that_is_shorter_than_its_loading_is_refused():
     assert "\n" not in str(refused.value)
 
 
+def test_times_end_with_the_rows_that_are_read():
+    """After the hold the machine drives back."""
+    test = phases(held_curve(((0.4, 8.0),), retreat=30)).specimen
+    assert len(test.time) == len(test.travel) == len(test.force) == len(test.lines)
+    assert test.time[-1] < held_curve(((0.4, 8.0),), retreat=30).time[-1]
+
+
 def test_signs_of_a_machine_that_counts_downwards_are_turned():
     test = held_curve(((0.4, 8.0),))
     turned = specimen(-test.travel, -test.force, time=test.time)
@@ -98,12 +105,34 @@ def test_signs_of_a_machine_that_counts_downwards_are_turned():
     assert told.arms[0].share.value == pytest.approx(0.4, rel=0.01)
 
 
-def test_modulus_tells_the_relaxation_of_a_hold_and_is_that_of_the_loading_alone(capsys, monkeypatch):
-    def law_of_the_curve(geometry):
-        law = hertz_law(geometry)
-        return replace(law, others={POISSON: (law,)})
+@pytest.fixture
+def law_of_the_curve(monkeypatch):
+    """Put Hertz's law, by which the curves are made, in the place of the solved one."""
 
-    monkeypatch.setattr(modulus, "solved_law", law_of_the_curve)
+    def law(geometry):
+        apparent = hertz_law(geometry)
+        return replace(apparent, others={POISSON: (apparent,)})
+
+    monkeypatch.setattr(modulus, "solved_law", law)
+
+
+@pytest.mark.usefixtures("law_of_the_curve")
+def test_travel_of_the_frame_is_taken_off_before_the_hold():
+    """A frame of 10 um/N under some 80 N; the machine stands still while the flesh under it relaxes."""
+    geometry = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
+    test = held_curve(((0.4, 8.0),), loading_s=6.0)
+    start = phases(test).hold.start
+    gives = 0.01 * (test.force - ZERO_N)
+    gives[start:] = gives[start]
+    soft = measured_modulus(
+        replace(test, travel=test.travel + gives), replace(geometry, compliance_um_per_N=10.0)
+    ).relaxation
+    stiff = measured_modulus(test, geometry).relaxation
+    assert soft.lost_in_loading == pytest.approx(stiff.lost_in_loading, rel=1e-3)
+
+
+@pytest.mark.usefixtures("law_of_the_curve")
+def test_modulus_tells_the_relaxation_of_a_hold_and_is_that_of_the_loading_alone(capsys):
     geometry = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
     test = held_curve(((0.4, 8.0),), noise=0.002)
     result = measured_modulus(test, geometry)
