@@ -67,8 +67,8 @@ def pressed(measured, E, duration, K, samples=60, steps=8):
     The contact is that of the closed law that reads a level press.
     """
     elastic = measured.measuring()
-    law = elastic.law
-    if elastic.is_pair:
+    law = elastic.rise_law.contrast
+    if elastic.report.read_out.is_pair:
         S = measured.contact.at(E).S
         law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=law.C, S=S.tolist())
     springs = MaxwellSprings(K)

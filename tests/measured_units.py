@@ -160,8 +160,10 @@ def with_heights(sensor, heights):
 
 def with_exact_tips(sensor):
     """Return a unit of a process that makes tips as high as designed."""
-    process = replace(sensor.design.process, name="exact", accuracy_mm=1e-6)
-    design = replace(sensor.design, print=replace(sensor.design.print, process=process.name), printer=process)
+    process = replace(sensor.report.design.process, name="exact", accuracy_mm=1e-6)
+    design = replace(
+        sensor.report.design, print=replace(sensor.report.design.print, process=process.name), printer=process
+    )
     return replace(sensor, report=replace(sensor.report, design=design))
 
 

@@ -143,7 +143,7 @@ def _squares_left_out(curve: _Curve, of_fruit: Sequence[_Points], means: _Points
 
 def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
     """Return the modulus [MPa] that each row reads: that of all rows of its fruit, the samples of one press."""
-    if sensor.design.fruit.relaxation is not None:
+    if sensor.report.design.fruit.relaxation is not None:
         bound = "left out where presses of fruit are calibrated: they may have no times"
         raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
     fruit = table.texts["fruit"]

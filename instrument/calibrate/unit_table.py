@@ -62,7 +62,7 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
     rows = []
     for E in np.geomspace(least, largest, MODULI).tolist():
         press = level_press(sensor, E)
-        low, high = (float(press[-1, list(group)].mean()) for group in sensor.design.tips.spring_groups)
+        low, high = (float(press[-1, list(group)].mean()) for group in sensor.report.design.tips.spring_groups)
         with_design = None
         with suppress(ReadingError):
             with_design = nominal.corrected(read_exactly(nominal, press).E) / E - 1.0
@@ -79,7 +79,7 @@ def level_press(sensor: MeasuringUnit, E: float) -> Floats:
     A unit that reads them, and corrects what it read, gets E. Raises ReadingError where a tip is off at full travel.
     """
     law, modulus = _level_law(sensor, E)
-    travel = min(law.gaps) + travels(sensor.design.press.travel_mm, PRESS_SAMPLES)  # from the first touch
+    travel = min(law.gaps) + travels(sensor.report.design.press.travel_mm, PRESS_SAMPLES)  # from the first touch
     msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
     try:
         forces = elastic_forces(law, np.full(len(travel), modulus), travel)
@@ -92,13 +92,13 @@ def level_press(sensor: MeasuringUnit, E: float) -> Floats:
 
 def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
     """Return the law by which a level unit is pressed, and the modulus [MPa] that it is pressed with for a true E."""
-    if sensor.is_pair:
+    if sensor.report.read_out.is_pair:
         # A pair knows s11 - s12 alone; its tips need the whole compliance, which is another one under a skin.
         S = sensor.report.compliance.at(E).S
         law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
         return law, E / sensor.press_over_weighed()
     # Other layouts are pressed by the law that reads them: with the modulus that is read before it is corrected.
-    return sensor.law, sensor.read_as(E)
+    return sensor.rise_law.contrast, sensor.read_as(E)
 
 
 def read_exactly(sensor: MeasuringUnit, press: Floats) -> RiseReading:

@@ -19,7 +19,7 @@ _USUAL_UNCERTAINTY = 0.1
 
 def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdict]:
     """Return whether a unit meets the targets of its design: P_max and NL, or what its springs leave of a reading."""
-    design = sensor.design
+    design = sensor.report.design
     if design.reading is None and design.targets is not None:
         return _target_verdicts(sensor)
     reading = design.reading
@@ -35,7 +35,7 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
 
 def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
     """Return the verdicts on P_max and NL of a pair, by the law that sized its springs."""
-    targets = sensor.design.nominal_targets
+    targets = sensor.report.design.nominal_targets
     reached = _reached(sensor)
     slopes = [(_reached(sensor.with_stiffness(tip, 1.0 + STEP)) - reached) / STEP for tip in range(2)]
     by_springs = [error_by_springs(sensor, of_value) for of_value in np.transpose(slopes)]
@@ -47,8 +47,8 @@ def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
 
 def _reached(sensor: MeasuringUnit) -> Floats:
     """Return P_max and NL [1] of a unit."""
-    definition = sensor.design.nominal_targets.NL_definition
-    E_max = sensor.design.fruit.E_max_MPa
+    definition = sensor.report.design.nominal_targets.NL_definition
+    E_max = sensor.report.design.fruit.E_max_MPa
     K_low, K_high = sensor.unit.stiffnesses
     springs = Springs(K_l=K_low, K_h=K_high)
     contact = sensor.report.compliance

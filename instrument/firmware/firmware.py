@@ -46,11 +46,11 @@ def _about(sensor: MeasuringUnit) -> dict[str, object]:
     """Return what the templates say of a unit, its channels and its board."""
     signal = sensor.report.read_out.signal
     return {
-        "design": sensor.design.name,
+        "design": sensor.report.design.name,
         "method": sensor.unit.method,
         "radii": " and ".join(f"{radius:g}" for radius in sensor.radii_mm or ()),
         "tips": [tip.name for tip in sensor.report.tips],
-        "pair": sensor.is_pair,
+        "pair": sensor.report.read_out.is_pair,
         "calibrated": bool(sensor.unit.newtons_per_count),
         "staggered": signal is not None and bool(signal.delays),
         "tare_samples": TARE_SAMPLES,
@@ -66,7 +66,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
 
     Raises InputError for flesh that relaxes, which is read by a press with its hold.
     """
-    if sensor.design.fruit.relaxation is not None:
+    if sensor.report.design.fruit.relaxation is not None:
         bound = "left out for firmware, which reads no hold"
         raise validation_error("fruit.relaxation", "given", "", bound, "read a press with pipeline read")
     least, largest = sensor.range_MPa

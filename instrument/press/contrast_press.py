@@ -77,8 +77,8 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         samples=found.samples,
         noise=noise,
         bend=bend,
-        offset=None if sensor.is_pair else -found.offset,
-        offset_u=None if sensor.is_pair else offset_u,
+        offset=None if sensor.report.read_out.is_pair else -found.offset,
+        offset_u=None if sensor.report.read_out.is_pair else offset_u,
         lines_left_out=press.lines_left_out,
         others=beside.others,
         relaxation=beside.relaxation,
@@ -125,7 +125,9 @@ def _in_hold(sensor: MeasuringUnit, press: PressSamples, found: RiseReading) -> 
         return sensor.press_over_weighed(press_s) * sensor.softening_in_hold(held_s, press_s)
 
     try:
-        held = held_moduli(sensor.design, press, sensor.rise_law.with_offset(found.offset), found.offset, stiffened)
+        held = held_moduli(
+            sensor.report.design, press, sensor.rise_law.with_offset(found.offset), found.offset, stiffened
+        )
     except ReadingError:
         return _Beside()
     return None if held is None else _Beside(others={"apparent": held.apparent}, relaxation=held.relaxation)
@@ -140,9 +142,9 @@ def _shift_by_one(sensor: MeasuringUnit, law: RiseLaw, seated: Seated, lag: int,
 
 def _pose(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> tuple[float, float | None]:
     """Return the tilt of the deepest sample and its direction, if the layout shows it [deg]."""
-    tips = sensor.design.tips
+    tips = sensor.report.design.tips
     found, deepest = seated.found, seated.deepest
-    if sensor.is_pair:  # its offset is the lead of the low tip
+    if sensor.report.read_out.is_pair:  # its offset is the lead of the low tip
         return abs(math.degrees(math.atan(found.offset / tips.spacing_mm))), 0.0 if found.offset <= 0.0 else 180.0
     lowered = lowered_tips(law.with_offset(found.offset), deepest.tolist(), found.E)[-len(tips.places_mm) :]
     _, along, across = plane_through(tips.places_mm, lowered)
@@ -157,7 +159,7 @@ def _by_shape(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
 
     Each is one standard deviation. Heights that are off count as a saddle, which moves the points of contact.
     """
-    weights = np.array(sensor.law.weights)
+    weights = np.array(sensor.rise_law.contrast.weights)
     domes = sensor.domes
     by_curvature = 0.0
     if domes is not None:

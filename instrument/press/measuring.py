@@ -16,10 +16,9 @@ from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolli
 from pipeline.reading.uncertainty import OF_FRUIT, Channels, LeftOpen, least_forces
 from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats
-from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.quantity import BOUNDED, validation_error
-from sensor.theory.contrast_law import ContrastLaw, Matrix, ratio_modulus, stiffened_compliance
+from sensor.theory.contrast_law import Matrix, ratio_modulus, stiffened_compliance
 from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
 from sensor.theory.creep import CreepLaw
 from solve.contact.domes.large_strain import large_strain
@@ -66,11 +65,6 @@ class MeasuringUnit:
         text, flag = (classes, "--classes") if classes else (printed.classes, "unit.classes")
         return cls(report=report, unit=printed, classes=ripeness_classes(text, flag) if text else None)
 
-    @property
-    def design(self) -> Design:
-        """Return the design."""
-        return self.report.design
-
     @cached_property
     def C(self) -> Matrix:
         """Return the compliance of the unit's springs [mm/N], coupled as the frame of the design couples them."""
@@ -78,25 +72,15 @@ class MeasuringUnit:
         return stiffened_compliance(nominal, np.multiply(self.unit.stiffnesses, np.diag(nominal)).tolist())
 
     @property
-    def is_pair(self) -> bool:
-        """Say whether the unit has two tips, whose contrast a tilt moves."""
-        return self.report.read_out.is_pair
-
-    @property
     def reads_moments(self) -> bool:
         """Say whether one moment tells a modulus: of a level pair of flat tips, whose law is that of a force ratio."""
-        return self.is_pair and self.design.tips.tip_shape.has_flat_face
+        return self.report.read_out.is_pair and self.report.design.tips.tip_shape.has_flat_face
 
     @cached_property
     def rise_law(self) -> RiseLaw:
         """Return the law by which the unit reads a press; that of a pair is right whatever the heights of its tips."""
         designed = self.report.read_out.contrast_on(self.C)
-        return rise_law(self.design, designed, self._told_curvatures)
-
-    @property
-    def law(self) -> ContrastLaw:
-        """Return the contrast law of the unit."""
-        return self.rise_law.contrast
+        return rise_law(self.report.design, designed, self._told_curvatures)
 
     @property
     def _told_curvatures(self) -> Curvatures | None:
@@ -106,7 +90,7 @@ class MeasuringUnit:
     def domes(self) -> RollingDomes | None:
         """Return the domes of a line or a square on the fruit that is told, or on that of the design."""
         weights = self.report.read_out.weights
-        return None if weights is None else rolling_domes(self.design, weights, self._told_curvatures)
+        return None if weights is None else rolling_domes(self.report.design, weights, self._told_curvatures)
 
     @property
     def curvature_deviation(self) -> float:
@@ -114,18 +98,18 @@ class MeasuringUnit:
 
         It is 0 where the radii are told. Where the design lists the radii that occur, its source `pose` has them.
         """
-        asked = self.design.reading
+        asked = self.report.design.reading
         in_pose = bool(self.report.moduli) and asked is not None and asked.radius_mm is not None
         if self.radii_mm is not None or in_pose:
             return 0.0
         named = 0.0 if asked is None else BOUNDED * asked.radius_spread
-        mean_curvature = 0.5 * math.fsum(design_curvatures(self.design))
+        mean_curvature = 0.5 * math.fsum(design_curvatures(self.report.design))
         return mean_curvature * max(named, LEAST_CURVATURE_SPREAD)
 
     @property
     def height_deviation(self) -> float:
         """Return the standard deviation of how far each tip stands out [mm], as its process makes it."""
-        return 0.5 * tip_accuracy_mm(self.design.tips, self.design.process)
+        return 0.5 * tip_accuracy_mm(self.report.design.tips, self.report.design.process)
 
     @property
     def model_error(self) -> float:
@@ -136,7 +120,7 @@ class MeasuringUnit:
     def noises(self) -> Floats:
         """Return the standard deviation of the noise of each channel [N]."""
         return Channels(
-            reading=self.design.reading or Reading(),
+            reading=self.report.design.reading or Reading(),
             full_scale=np.array(self.report.read_out.full_scale_N),
             signal=self.report.read_out.signal,
         ).noises
@@ -156,14 +140,14 @@ class MeasuringUnit:
 
         `press_s` [s] is the duration of the press, from the first touch to the deepest point, or that of the design.
         """
-        return self.creep.press_over_weighed(self.unit.weighed_after_s, press_s or self.design.press_s)
+        return self.creep.press_over_weighed(self.unit.weighed_after_s, press_s or self.report.design.press_s)
 
     def softening_in_hold(self, held_s: float, press_s: float | None = None) -> float:
         """Return the stiffness of its springs after a hold [s] over that at its begin [1].
 
         `press_s` [s] is as `press_over_weighed` has it.
         """
-        return 1.0 / self.creep.growth_in_hold(held_s, press_s or self.design.press_s)
+        return 1.0 / self.creep.growth_in_hold(held_s, press_s or self.report.design.press_s)
 
     def left_open(self, time_s: float = 0.0, press_s: float | None = None) -> LeftOpen:
         """Return what is left open of channels and springs in a press of a duration [s], or of that of the design.
@@ -176,7 +160,7 @@ class MeasuringUnit:
             springs=0.01 * np.array(self.unit.K_percent),
             time_s=time_s,
             on_plate=self.unit.calibrated_by == "plate",
-            creep=self.creep.deviation(self.unit.weighed_after_s, press_s or self.design.press_s),
+            creep=self.creep.deviation(self.unit.weighed_after_s, press_s or self.report.design.press_s),
         )
 
     def by_bends(self, channels: BendSlopes, springs: BendSlopes) -> float:
@@ -209,18 +193,18 @@ class MeasuringUnit:
     @property
     def range_MPa(self) -> tuple[float, float]:
         """Return the least and the largest modulus that the design is made for [MPa]."""
-        return min(self.design.fruit.E_MPa), self.design.fruit.largest_E_MPa
+        return min(self.report.design.fruit.E_MPa), self.report.design.fruit.largest_E_MPa
 
     @property
     def steepest_deg(self) -> float:
         """Return the largest tilt against the normal of the skin that the design allows for [deg]."""
-        asked = self.design.reading
+        asked = self.report.design.reading
         return PAIR_TILT_DEG if asked is None else asked.tilt_deg + asked.tilt_change_deg
 
     @property
     def lead_deviation(self) -> float:
         """Return the standard deviation of how far one tip of a pair leads by the tilts of its design [mm]."""
-        return BOUNDED * math.tan(math.radians(self.steepest_deg)) * self.design.tips.spacing_mm
+        return BOUNDED * math.tan(math.radians(self.steepest_deg)) * self.report.design.tips.spacing_mm
 
     def corrected(self, read: float, press_s: float | None = None) -> float:
         """Return the modulus [MPa] that a press of a level sensor reads as `read` [MPa].
@@ -240,7 +224,7 @@ class MeasuringUnit:
 
     def steepness(self, E: float) -> float:
         """Return by which fraction the modulus moves at E [MPa] per fraction of what is read [1]: 1 without a skin."""
-        if self.design.fruit.skin_mm is None:
+        if self.report.design.fruit.skin_mm is None:
             return 1.0
         level = self.report.read_out.level_readings
         logs = np.log([row.E_MPa for row in level])
@@ -252,7 +236,7 @@ class MeasuringUnit:
 
         A report before 0.2 has none, nor one of a design whose travel is too short for a rise.
         """
-        if not self.is_pair and not self.report.read_out.level_readings:
+        if not self.report.read_out.is_pair and not self.report.read_out.level_readings:
             hint = "run the design again; where that does not help, press.travel_mm is too short for a rise"
             raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
 
@@ -264,7 +248,7 @@ class MeasuringUnit:
         """
         rows = self.report.moduli
         if not rows:
-            fruit = self.design.fruit
+            fruit = self.report.design.fruit
             return [fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)]  # a spread is two deviations
         keys = [f"{name}_percent" for name in OF_FRUIT]
         if not all(row.sources.keys() >= set(keys) for row in rows):
@@ -276,18 +260,18 @@ class MeasuringUnit:
 
     def reduced(self, E: float) -> float:
         """Return E / (1 - nu^2) [MPa] of a modulus [MPa] at the Poisson's ratio of the design."""
-        return E / (1.0 - self.design.fruit.poisson**2)
+        return E / (1.0 - self.report.design.fruit.poisson**2)
 
     def bruises(self, forces: Floats, E: float) -> bool:
         """Say whether forces [N] press a fruit of modulus E [MPa] harder than its bruise limit, where it has one.
 
         A dome's contact is that of the pressed flesh, as in the verdict on the bruise.
         """
-        fruit = self.design.fruit
+        fruit = self.report.design.fruit
         if not fruit.bruise_limits_MPa:
             return False
-        tips = self.design.tips
-        radius = 2.0 / math.fsum(self._told_curvatures or design_curvatures(self.design))
+        tips = self.report.design.tips
+        radius = 2.0 / math.fsum(self._told_curvatures or design_curvatures(self.report.design))
         area_of = tips.tip_shape.contact_area_mm2
         areas = np.array([area_of(force, self.reduced(E), radius) for force in forces.tolist()])
         if tips.dome_radius_mm is not None:

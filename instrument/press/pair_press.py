@@ -51,4 +51,4 @@ def ratio_modulus_and_noise(sensor: MeasuringUnit, forces: Floats) -> tuple[floa
 
 def _ratio_slopes(sensor: MeasuringUnit, forces: Floats) -> ReadingSlopes:
     """Return how the modulus by the force ratio of forces [N] moves; raises ReadingError."""
-    return contrast_slopes(sensor.law, forces.tolist(), sensor.ratio_modulus(forces))
+    return contrast_slopes(sensor.rise_law.contrast, forces.tolist(), sensor.ratio_modulus(forces))

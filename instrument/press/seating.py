@@ -43,7 +43,7 @@ class Seating:
 
 def seating_of(sensor: MeasuringUnit) -> Seating:
     """Return the loads from which on the presses of a unit may be read."""
-    tips = sensor.design.tips
+    tips = sensor.report.design.tips
     least = sensor.least_forces
     if not sensor.reads_moments:
         return Seating(loads=(0.0,), least_forces=(least,))
@@ -56,7 +56,7 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
         loads=tuple(loads),
         least_forces=(least, *(np.maximum(least, load * per_load) for load in loads[1:])),
         per_offset=tips.side_mm / tips.spacing_mm,
-        by_skin=tips.side_mm * 0.5 * tips.spacing_mm / sensor.design.fruit.radii_mm[0],
+        by_skin=tips.side_mm * 0.5 * tips.spacing_mm / sensor.report.design.fruit.radii_mm[0],
     )
 
 

@@ -40,11 +40,11 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
 
     The contrast is that of the middle of the range of moduli, its slopes those of level presses over the range.
     """
-    weights, C, S = sensor.law.arrays
+    weights, C, S = sensor.rise_law.contrast.arrays
     least, largest = sensor.range_MPa
     z = (least * largest) ** (-1.0 / 6.0)
     linear = weights @ (C + z**3 * S)
-    domes = sensor.law.hertz * z * z * weights
+    domes = sensor.rise_law.contrast.hertz * z * z * weights
     errors = sensor.least_forces / LEAST_OVER_NOISE
     slopes = []
     for E in (least / _BEYOND, largest * _BEYOND):
@@ -71,13 +71,13 @@ def _level_slopes(sensor: MeasuringUnit, E: float, linear: Floats, domes: Floats
     Each dF of a travel dx is [C + S / E + 2/3 h E^(-2/3) F^(-1/3)] dF = dx. Flesh that relaxes may have any slope
     between those of the tips.
     """
-    law = sensor.law
+    law = sensor.rise_law.contrast
     _, C, S = law.arrays
     slopes = []
     for forces in np.outer(_FORCES, sensor.report.read_out.full_scale_N):
         inverse_roots = forces ** (-1.0 / 3.0) / 1.5
         of_tips = linear + domes * inverse_roots
-        if sensor.design.fruit.relaxation is not None:
+        if sensor.report.design.fruit.relaxation is not None:
             slopes += [float(of_tips.min()), float(of_tips.max())]
             continue
         sinks = law.hertz * E ** (-2.0 / 3.0) * inverse_roots

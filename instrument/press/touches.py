@@ -106,7 +106,7 @@ class _Contact:
 
     def __init__(self, sensor: MeasuringUnit) -> None:
         """Begin without a contact."""
-        relaxation = sensor.design.fruit.relaxation
+        relaxation = sensor.report.design.fruit.relaxation
         self._least = sensor.least_forces.tolist()
         self._flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
         self.tips = len(self._least)

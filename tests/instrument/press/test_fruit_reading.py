@@ -47,7 +47,7 @@ def test_tilt_and_its_direction_are_read(ball):
 
 def test_planted_causes_raise_their_flags(ball):
     sensor = ball.measuring()
-    upright = replace(sensor.design, reading=replace(ball.design.reading, tilt_deg=1.0))
+    upright = replace(sensor.report.design, reading=replace(ball.design.reading, tilt_deg=1.0))
     narrow = replace(sensor, report=replace(sensor.report, design=upright))
     forces = pressed(ball, 1.0, tilt_deg=(3.5, 0.0))
     assert read_press(narrow, forces).flags == ("tilt_beyond_design",)
@@ -55,7 +55,7 @@ def test_planted_causes_raise_their_flags(ball):
     soft = read_press(sensor, pressed(ball, 0.3))
     assert soft.flags == ("out_of_range",)
     assert pytest.approx(0.3, rel=0.01) == soft.E
-    tender = replace(sensor.design, fruit=replace(ball.design.fruit, bruise_limit_MPa=0.04))
+    tender = replace(sensor.report.design, fruit=replace(ball.design.fruit, bruise_limit_MPa=0.04))
     bruised = replace(sensor, report=replace(sensor.report, design=tender))
     assert read_press(bruised, pressed(ball, 0.6)).flags == ("press_over_bruise_limit",)
 

@@ -50,7 +50,7 @@ _REFUSALS = (
     ),
     _Refusal(
         flags=("--forces", "--each", "--c-header", "--micropython"),
-        applies=lambda _, sensor: sensor.design.fruit.relaxation is not None,
+        applies=lambda _, sensor: sensor.report.design.fruit.relaxation is not None,
         bound="left out where the design has fruit.relaxation",
         hint="read a press with its hold",
     ),
@@ -97,17 +97,17 @@ def _refuse_unreadable(arguments: Namespace, sensor: MeasuringUnit) -> None:
 def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
     """Print a note to stderr on each assumption behind a reading."""
     if not sensor.report.moduli:
-        lacks = "has no [reading]" if sensor.design.reading is None else "has level presses without a reading"
+        lacks = "has no [reading]" if sensor.report.design.reading is None else "has level presses without a reading"
         print_error(f"note: the design {lacks}; the uncertainty holds for level presses in the middle of the fruit")
-    if sensor.design.fruit.relaxation is not None:
-        at = sensor.design.read_s
+    if sensor.report.design.fruit.relaxation is not None:
+        at = sensor.report.design.read_s
         print_error(f"note: E is that at the first instant; the apparent one is that at {at:g} s")
     if arguments.unit is None:
         print_error("note: no --unit; springs as designed, as uncertain as their process prints them")
     elif sensor.creep.exponent:
         more = 100.0 * (sensor.press_over_weighed() - 1.0)
         weighed = f"stiffer by {more:.2g} % than under weights read after {sensor.unit.weighed_after_s:.3g} s"
-        press = f"a press of {sensor.design.press_s:.3g} s"
+        press = f"a press of {sensor.report.design.press_s:.3g} s"
         print_error(f"note: springs creep by {sensor.creep}; in {press} they are {weighed}")
 
 
