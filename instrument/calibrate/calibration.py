@@ -108,7 +108,7 @@ def measured_print(
 
 
 def _with_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable:
-    """Return a table that names tips or leaves as the design does; an initial that only one has stands for it.
+    """Return a table with the names of the design for its tips or leaves; an initial is enough if it is unique.
 
     Raises InputError for another name.
     """

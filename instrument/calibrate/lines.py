@@ -28,9 +28,9 @@ LEAST_SPAN = 1e-6
 """[N] or [mm]: below, a table has one load or one travel."""
 ROUNDED = 12.0**-0.5
 """Standard deviation of a rounded number, over its last digit (JCGM 100:2008, F.2.2.1)."""
-_LEVELS = 3  # of x, which a parabola needs
+_LEVELS = 3  # different x that determine a parabola
 _UNLIKELY = 1e-4  # probability by which some row of a table without a fault is farther from the line
-_LEAST_WIDTH = 0.1  # of the rows that draw a line, over the width of all
+_LEAST_WIDTH = 0.1  # range of x of the other rows, over the range of all
 _BEYOND_SCATTER = 3.0  # deviations: of straight lines a bend is found in three of a thousand
 _LEAST_RESIDUAL = 0.01  # of the span of a line: less moves a slope by less than its bar
 _TABULATED = 15  # degrees of freedom

@@ -11,8 +11,6 @@ from sensor.arrays import Floats
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, with_bar
 
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
-IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise", "too_fast")
-"""Flags of firmware, from bit 0 on. The command refuses what firmware flags as bad, saturated or not tared."""
 UNCERTAIN = 0.5
 """Above this half width [1] a reading hardly tells the modulus, and no symmetric interval holds it."""
 ZERO_AFTER_S = 1.0

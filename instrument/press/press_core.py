@@ -1,7 +1,8 @@
 """The reading of presses in the Python that MicroPython has too: `pipeline read --micropython` copies this file.
 
 Forces in N, lengths in mm, moduli in MPa; lists have one value for each tip. Only math is imported, annotations are
-builtin, and the memory of a press does not grow. The C header reads alike, and `pipeline read` by arrays.
+builtin, and the memory of a press does not grow. The C header reads alike. `pipeline read` cuts touches and finds bad
+samples by this source, and refuses what is flagged here as bad, saturated or not tared.
 """
 
 import math

@@ -12,11 +12,13 @@ from measured_units import MeasuredDesign, printed_by_header, read_log, read_pre
 
 from instrument.firmware.firmware import micropython
 from instrument.press import press_core
-from instrument.press.fruit_reading import IN_FIRMWARE, flags_of_forces
+from instrument.press.fruit_reading import flags_of_forces
 from instrument.press.press_core import Unit
 from solve.contact.poses import Pose
 
 AGREES = 1e-5
+IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise", "too_fast")
+"""Flags of firmware, from bit 0 on: programs of users know them by number."""
 FACTORS = {"mango": (1.19, 1.11, 1.15, 1.12), "paper": (1.19, 1.11)}
 MAIN = """
 #include <stdio.h>
