@@ -507,6 +507,8 @@ def workbooks() -> Iterator[tuple[str, Shape]]:
         Shape(workbook({"Data": [["Time", "Travel", "Force"], ["s", "mm", "N"], *data[1:]]}), suffix="xlsx"),
     )
     yield "workbook, from C3", Shape(workbook({"Data": [[], [], *([None, None, *row] for row in data)]}), suffix="xlsx")
+    commented = [*data[:2], ["#9.0", *data[1][1:]], *data[2:]]
+    yield "workbook, commented row", Shape(workbook({"Data": commented}), suffix="xlsx")
     yield "workbook, two sheets", Shape(workbook({"About": about, "Data": data}), suffix="xlsx")
     yield (
         "workbook, hidden sheet",

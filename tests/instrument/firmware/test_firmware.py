@@ -262,3 +262,14 @@ def test_core_imports_what_a_board_has():
     tree = ast.parse(Path(press_core.__file__).read_text(encoding="utf-8"))
     imported = [node for node in tree.body if isinstance(node, ast.Import | ast.ImportFrom)]
     assert [[alias.name for alias in node.names] for node in imported] == [["math"]]
+
+
+def test_press_is_over_after_more_firm_samples_than_one_bad_conversion_makes(paper, tmp_path):
+    module = module_of(tmp_path, paper.measuring())
+    unit = module["UNIT"]
+    firm = [2.0 * unit.firm * least for least in unit.least_forces]
+    for count in (unit.several, unit.several + 1):
+        press = module["Press"]()
+        for row in [firm] * count + [[0.0] * unit.size] * (unit.several + 1):
+            press.add(row)
+        assert press.over == (count > unit.several)
