@@ -8,7 +8,7 @@ from pipeline.options import RunOptions
 from pipeline.reading.analysis import analyse_readings, reading_constants, tilted_presses
 from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
 from pipeline.reading.poses import refuse_unsolvable_poses
-from pipeline.reading.sensor import Sensor
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import press_scene
 from pipeline.result import Evaluation, SensorResult, with_solids
@@ -46,7 +46,7 @@ def refuse_unsolvable(design: Design) -> None:
     plate_depth(design, design.process)
 
 
-def fitted_sensor(design: Design, options: RunOptions, timed: Stopwatch | None = None) -> Sensor:
+def fitted_sensor(design: Design, options: RunOptions, timed: Stopwatch | None = None) -> PressedSensor:
     """Return the sensor of a design, ready to be pressed; raises as `housed_sensor`."""
     timed = timed or Stopwatch()
     return with_leaning_tips(housed_sensor(design, options, timed), options, timed)
@@ -54,7 +54,7 @@ def fitted_sensor(design: Design, options: RunOptions, timed: Stopwatch | None =
 
 def housed_sensor(
     design: Design, options: RunOptions, timed: Stopwatch, begin_solid: BeginSolid | None = None
-) -> Sensor:
+) -> PressedSensor:
     """Return the sensor of a design: its contact solved, its springs sized in closed form and fitted by FE.
 
     The housing is final. What tips give sideways is left to `with_leaning_tips`. `begin_solid` begins the solid of each
@@ -68,10 +68,10 @@ def housed_sensor(
         sizing = spring_sizing(design, contact, options)
     with timed.stage("springs"):
         springs = fit_springs(design, sizing, options, begin_solid)
-    return Sensor(design=design, contact=contact, sizing=sizing, springs=springs)
+    return PressedSensor(design=design, contact=contact, sizing=sizing, springs=springs)
 
 
-def with_leaning_tips(sensor: Sensor, options: RunOptions, timed: Stopwatch) -> Sensor:
+def with_leaning_tips(sensor: PressedSensor, options: RunOptions, timed: Stopwatch) -> PressedSensor:
     """Return the sensor with what its tips give sideways, where forces lean."""
     with timed.stage("springs"):
         springs = with_sideways_give(sensor.springs, sensor.design, options)
@@ -88,7 +88,7 @@ def evaluate(design: Design, options: RunOptions | None = None, *, timed: Stopwa
 
 
 def check_targets(
-    sensor: Sensor,
+    sensor: PressedSensor,
     options: RunOptions | None = None,
     *,
     parts: Collection[str] = PARTS,

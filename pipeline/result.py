@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.reading.read_out import ReadingConstants
-from pipeline.reading.sensor import Sensor
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.behaviour import SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSprings
@@ -43,7 +43,7 @@ class Evaluation(Record):
     """
 
     options: RunOptions
-    sensor: Sensor
+    sensor: PressedSensor
     press: ScenePress | None
     readings: Readings | None
     reached: SceneTargets

@@ -22,8 +22,8 @@ from instrument.press.signals import Sample
 from instrument.press.touches import PressSamples, presses_of
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import reading_constants
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.reading.read_out import ReadingConstants
-from pipeline.reading.sensor import Sensor
 from pipeline.report.of_result import contact_report, reading_report, tip_reports
 from pipeline.report.report import ContactReport, ModulusReport, TipReport
 from pipeline.response.contact import fruit_compliance
@@ -100,7 +100,7 @@ class MeasuredDesign:
         sizing = spring_sizing(design, self.contact, RunOptions())
         ideal = ideal_springs(design, sizing)
         springs = SimpleNamespace(**{**vars(ideal), "C": self.C, "sideways": self.sideways, "creep": ideal.creep})
-        self.sensor = Sensor(design=design, contact=self.contact, sizing=sizing, springs=springs)
+        self.sensor = PressedSensor(design=design, contact=self.contact, sizing=sizing, springs=springs)
         readings = analysed(self.sensor) if assessed and design.reading else None
         level = self.forces([Pose(E=design.fruit.largest_E_MPa, travel=design.press.travel_mm)])
         press = SimpleNamespace(at_largest_E=SimpleNamespace(F=level[None]))

@@ -16,7 +16,7 @@ from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings, error_analysis, occurring_presses, reading_constants
 from pipeline.reading.over_time import reading_over_time
-from pipeline.reading.sensor import Sensor
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.report.answer import every_section, summary
 from pipeline.report.of_result import report_of_result
 from pipeline.report.report import report_data
@@ -120,9 +120,10 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
     return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
 
 
-def sensor_of(design: Design, springs: FittedSprings | None = None) -> Sensor:
+def sensor_of(design: Design, springs: FittedSprings | None = None) -> PressedSensor:
     """Return the sensor of a design on the reference contact, on springs as FE would have found them."""
-    return Sensor(design=design, contact=CONTACT, sizing=sizing_of(design), springs=springs or springs_of(design))
+    springs = springs or springs_of(design)
+    return PressedSensor(design=design, contact=CONTACT, sizing=sizing_of(design), springs=springs)
 
 
 def with_compliance(
@@ -131,7 +132,7 @@ def with_compliance(
     C: np.ndarray,
     sideways: SidewaysGive | None = None,
     height_offsets: tuple[float, ...] = (),
-) -> Sensor:
+) -> PressedSensor:
     """Return a sensor on springs of which the compliance [mm/N] is all that is known."""
     springs = SimpleNamespace(
         C=C,
@@ -141,10 +142,10 @@ def with_compliance(
         process=design.process,
         creep=design.process.creep,
     )
-    return Sensor(design=design, contact=contact, sizing=None, springs=springs)
+    return PressedSensor(design=design, contact=contact, sizing=None, springs=springs)
 
 
-def analysed(sensor: Sensor) -> Readings:
+def analysed(sensor: PressedSensor) -> Readings:
     """Return the errors of the readings of a sensor whose design has a reading, without the pressures on the skin."""
     reading = sensor.design.reading
     return error_analysis(sensor, reading, occurring_presses(sensor, reading))

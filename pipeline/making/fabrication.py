@@ -8,7 +8,7 @@ from mesh.housing.sweep import flexure_mesh
 from pipeline.making.cad_tasks import write_fabrication_files
 from pipeline.options import RunOptions
 from pipeline.reading.press_time import fastest_press
-from pipeline.reading.sensor import Sensor
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_to_read
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import mount_layers
@@ -24,7 +24,7 @@ from solve.housing.stiffness import sideways_stiffness
 SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
 
 
-def begin_fabrication(sensor: Sensor, options: RunOptions, executor: Executor | None) -> Future[KeptFiles]:
+def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Executor | None) -> Future[KeptFiles]:
     """Begin to make the files for fabrication; the result is the files, with the verdicts on cover and bracket.
 
     There are none where they are not asked for, or where no housing can be made. The future raises OSError where a file

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
-from pipeline.reading.sensor import Sensor
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, scene_of
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import mount_layers
@@ -25,7 +25,7 @@ _ROWS = (0, 1, 2, 0, 1, 0)  # of a tensor: xx, yy, zz, xy, yz, xz
 _COLUMNS = (0, 1, 2, 1, 2, 2)
 
 
-def write_fields(sensor: Sensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
+def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
     """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; with `options.fields` its fields, and fruit.vtu.
 
     An array without points of flexure.vtu says that it is half a model, and about which plane.

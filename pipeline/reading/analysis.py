@@ -14,8 +14,8 @@ from pipeline.reading.measurement import (
 )
 from pipeline.reading.poses import Placement, occurring, read_moduli
 from pipeline.reading.press_time import fastest_press
+from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, Presses
 from pipeline.reading.read_out import LevelReading, ReadingConstants
-from pipeline.reading.sensor import RISE_TRAVELS, Presses, Sensor
 from pipeline.reading.uncertainty import (
     Channels,
     UncertaintySources,
@@ -139,7 +139,7 @@ class Readings(Record):
         return noise_to_reach(worst.uncertainty_limit, worst.sources)
 
 
-def analyse_readings(sensor: Sensor) -> Readings | None:
+def analyse_readings(sensor: PressedSensor) -> Readings | None:
     """Return the quality of a sensor's readings, None where its design does not ask; presses at tilts are left out.
 
     Raises InputError where a pose is outside the domain of contact, SolveError when a solve is not exact.
@@ -151,12 +151,12 @@ def analyse_readings(sensor: Sensor) -> Readings | None:
     return replace(error_analysis(sensor, reading, presses), pressures=skin_pressures(sensor, presses))
 
 
-def occurring_presses(sensor: Sensor, reading: Reading) -> Presses:
+def occurring_presses(sensor: PressedSensor, reading: Reading) -> Presses:
     """Return the presses at the moduli of a reading in all placements that occur; raises as `pose_forces`."""
     return sensor.presses(read_moduli(sensor.design.fruit), tuple(occurring(sensor.design, reading)))
 
 
-def error_analysis(sensor: Sensor, reading: Reading, presses: Presses) -> Readings:
+def error_analysis(sensor: PressedSensor, reading: Reading, presses: Presses) -> Readings:
     """Return how good the readings of a sensor are, of whole presses by the rise of their contrast.
 
     `presses` are those of `occurring_presses`. Raises InputError where the poses are outside the domain of contact,
@@ -321,7 +321,7 @@ def _read(
     return read, f"{len(reasons)} of {count} poses have no reading, {reasons[0]}"
 
 
-def _by_poisson(sensor: Sensor, model: RiseModel, press: Floats) -> float:
+def _by_poisson(sensor: PressedSensor, model: RiseModel, press: Floats) -> float:
     """Return the standard uncertainty of a reading [1] by Poisson's ratio nu.
 
     The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one away. A press feels E / (1 - nu^2).
@@ -385,7 +385,7 @@ def _touched(depths: Floats) -> Floats:
     return np.asarray(1.0 - np.divide(depths[0], grown, out=np.full_like(grown, math.inf), where=grown > 0.0))
 
 
-def tilted_presses(sensor: Sensor, reading: Reading) -> Presses | None:
+def tilted_presses(sensor: PressedSensor, reading: Reading) -> Presses | None:
     """Return presses at tilts along the tips up to the largest, to full travel of the middle; None without a tilt."""
     if reading.tilt_deg == 0.0:
         return None
@@ -394,7 +394,7 @@ def tilted_presses(sensor: Sensor, reading: Reading) -> Presses | None:
     return sensor.presses(read_moduli(sensor.design.fruit), placements)
 
 
-def skin_pressures(sensor: Sensor, presses: Presses) -> tuple[SkinPressure, ...]:
+def skin_pressures(sensor: PressedSensor, presses: Presses) -> tuple[SkinPressure, ...]:
     """Return the largest pressure at each modulus shown, at full travel; none where the fruit has no limit.
 
     The sensor stands in all placements of `occurring_presses`, whose `presses` are not solved again where they hold
@@ -428,7 +428,7 @@ def skin_pressures(sensor: Sensor, presses: Presses) -> tuple[SkinPressure, ...]
     return tuple(worst_at_each)
 
 
-def reading_constants(sensor: Sensor, press: ScenePress, readings: Readings | None) -> ReadingConstants:
+def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readings | None) -> ReadingConstants:
     """Return the reading constants of a finished sensor; raises SolveError when a solve is not exact."""
     contact = sensor.contact
     error = max(contact.error_own, contact.error_pair)

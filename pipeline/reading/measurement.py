@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from pipeline.reading.poses import Placement
+from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor
 from pipeline.reading.read_out import LevelReading, correct_reading
-from pipeline.reading.sensor import RISE_TRAVELS, Sensor
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_S
@@ -56,13 +56,13 @@ def times_by_hand(samples: int) -> Floats:
     return np.asarray(PRESS_S * (1.0 - np.sqrt(1.0 - np.linspace(0.0, 1.0, samples + 1)[1:])))
 
 
-def rise_model(sensor: Sensor) -> RiseModel:
+def rise_model(sensor: PressedSensor) -> RiseModel:
     """Return the model that reads whole presses of a sensor, with what shape and skin of its fruit add taken off."""
     model = RiseModel(law=sensor.law)
     return replace(model, level=level_readings(sensor, model))
 
 
-def level_readings(sensor: Sensor, model: RiseModel) -> tuple[LevelReading, ...]:
+def level_readings(sensor: PressedSensor, model: RiseModel) -> tuple[LevelReading, ...]:
     """Return what a model tells of presses of a level sensor at moduli, from the first touch to full travel.
 
     Under a skin they reach beyond the range of the fruit. There are none where the law holds all of such a press.
@@ -79,7 +79,7 @@ def level_readings(sensor: Sensor, model: RiseModel) -> tuple[LevelReading, ...]
     return tuple(rows)
 
 
-def seated_level_readings(sensor: Sensor) -> tuple[LevelReading, ...]:
+def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
     """Return what the law of a pair tells of level flat tips whose faces are seated; none where that is exact.
 
     The forces are in closed form, where those of cells are some parts in a thousand off. Tips without a flat face have

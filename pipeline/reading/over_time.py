@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.reading.poses import Placement
-from pipeline.reading.sensor import Sensor
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import scene_of
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
@@ -75,7 +75,7 @@ def refuse_unsolvable_time(design: Design) -> None:
         raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
 
 
-def reading_over_time(sensor: Sensor) -> ReadingOverTime | None:
+def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     """Return the readings of a sensor over time; None for flesh that does not relax. Raises SolveError."""
     design = sensor.design
     if design.fruit.relaxation is None:
@@ -116,7 +116,7 @@ def reading_over_time(sensor: Sensor) -> ReadingOverTime | None:
     )
 
 
-def _contrast(sensor: Sensor) -> ContrastLaw:
+def _contrast(sensor: PressedSensor) -> ContrastLaw:
     """Return the contrast of the tips; that of a pair is right where it is pressed level."""
     if not sensor.design.tips.tip_layout.is_pair:
         return sensor.contrast
@@ -154,7 +154,7 @@ def _moves(held: Floats, index: int) -> float:
     return change if math.isfinite(change) else math.inf
 
 
-def _off_elastic(sensor: Sensor, law: ContrastLaw, first_touch: float) -> float:
+def _off_elastic(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
     """Return by how much the law of the contrast misses the forces that are solved at full travel [1]."""
     design = sensor.design
     E = np.array(design.fruit.E_MPa)

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from pipeline.reading.poses import Placement
-from pipeline.reading.sensor import RISE_TRAVELS, Sensor
+from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor
 from sensor.design.reading import LARGEST_TOUCH_FRACTION, LEAST_OVER_NOISE
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, read_rise, rise_of
@@ -17,7 +17,7 @@ SAMPLES = 60
 
 
 @functools.lru_cache(maxsize=1)  # readings, constants and files for fabrication ask for that of one sensor
-def fastest_press(sensor: Sensor) -> float | None:
+def fastest_press(sensor: PressedSensor) -> float | None:
     """Return the shortest duration [s] of a press by hand, from the first touch to its deepest point, that tells E.
 
     The times of the channels then leave 2 % of E open on level fruit, one standard deviation, and enough samples follow

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.reading.sensor import Sensor
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of, spring_fractions
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.verdicts.rules import (
@@ -55,7 +55,7 @@ def printable_verdicts(design: Design, springs: FittedSprings) -> tuple[Verdict,
     return tuple(printable_verdict(spring) for spring in springs.springs)
 
 
-def tip_verdicts(sensor: Sensor, press: ScenePress | None) -> tuple[Verdict, ...]:
+def tip_verdicts(sensor: PressedSensor, press: ScenePress | None) -> tuple[Verdict, ...]:
     """Return the verdicts on the faces of printed domes and on bruising; none without a press.
 
     A design with readings has its verdict on bruising among those on its readings.
@@ -72,7 +72,7 @@ def tip_verdicts(sensor: Sensor, press: ScenePress | None) -> tuple[Verdict, ...
     return tuple(verdicts)
 
 
-def tip_pressure(sensor: Sensor, press: ScenePress) -> Estimate:
+def tip_pressure(sensor: PressedSensor, press: ScenePress) -> Estimate:
     """Return the largest mean pressure under a tip at the largest modulus and full travel, with its error [MPa]."""
     pair = sensor.pair
     springs = pair.springs
@@ -102,7 +102,7 @@ def _scene_in_words(press: ScenePress | None, reached: SceneTargets) -> str:
     return f"at full travel in this scene; a level sensor on flat fruit has {level}"
 
 
-def paper_verdicts(sensor: Sensor) -> tuple[Verdict, ...] | None:
+def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
     """Return the verdicts on the paper's own springs and targets under the contact of this design.
 
     None where fruit or tips are not the paper's.
@@ -119,7 +119,7 @@ def paper_verdicts(sensor: Sensor) -> tuple[Verdict, ...] | None:
     )
 
 
-def _on_paper_springs(sensor: Sensor) -> Sensor:
+def _on_paper_springs(sensor: PressedSensor) -> PressedSensor:
     """Return the sensor on springs exactly as stiff as those of the paper, which are not made."""
     springs = []
     for spring, K in zip(sensor.springs.springs, PAPER_SPRINGS.stiffnesses, strict=True):

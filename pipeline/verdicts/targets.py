@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.reading.sensor import Sensor
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, spring_fractions
 from pipeline.springs.sizing import SpringSizing
 from sensor.design.parameters import Targets
@@ -115,7 +115,7 @@ class SceneTargets:
     level: tuple[Estimate, Estimate]
 
 
-def reached_targets(sensor: Sensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
+def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
     """Return P_max and NL of a sensor in its own scene, with their errors, by the definitions of the targets.
 
     The two-spring law gives them where it is exact, and where the scene was not pressed. More tips than two are
@@ -130,7 +130,7 @@ def reached_targets(sensor: Sensor, targets: Targets, press: ScenePress | None) 
     return SceneTargets(P_max=P_max, NL=_scene_NL(law, targets, press.curve), level=level)
 
 
-def _scene_P_max(law: ForceRatioCurve, pair: Sensor, curve: SensorResponse) -> Estimate | None:
+def _scene_P_max(law: ForceRatioCurve, pair: PressedSensor, curve: SensorResponse) -> Estimate | None:
     """Return P at E_max and full travel, with the errors of cells and compliance and that of the springs [1]."""
     P = float(curve.P[-1, -1])
     if not math.isfinite(P):

@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 from pipeline.evaluate import PARTS, refuse_unsolvable
 from pipeline.options import RunOptions
-from pipeline.reading.sensor import Sensor
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.springs.fitted_springs import ideal_springs, leaning_springs
 from pipeline.springs.sizing import spring_sizing
 from pipeline.study.scenes import scene_compliance, unit_scene
@@ -18,7 +18,7 @@ def sized_sensor(
     *,
     parts: Collection[str] = PARTS,
     contact: FruitCompliance | None = None,
-) -> Sensor:
+) -> PressedSensor:
     """Return a sensor on springs as they were sized, its contact solved to a tolerance of theirs [1] unless given.
 
     Springs lean where a part is to be evaluated that feels it. Raises InputError, before a solve, for a scene or a pose
@@ -30,4 +30,4 @@ def sized_sensor(
         contact = scene_compliance(unit_scene(design), tolerance)
     sizing = spring_sizing(design, contact, RunOptions())
     springs = leaning_springs(design, sizing) if parts else ideal_springs(design, sizing)
-    return Sensor(design=design, contact=contact, sizing=sizing, springs=springs)
+    return PressedSensor(design=design, contact=contact, sizing=sizing, springs=springs)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pipeline import run
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
-from pipeline.reading.sensor import Sensor
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import TRAVELS, scene_of
 from pipeline.result import SensorResult
 from pipeline.storage.stopwatch import Progress, silent
@@ -146,7 +146,7 @@ class Search:
             self._budget_left -= 2.0 * _cost(design)
         return check_targets(sensor).verdicts
 
-    def _sized(self, design: Design) -> Sensor:
+    def _sized(self, design: Design) -> PressedSensor:
         """Return the sensor of a design on ideal springs, whose tips sag as those of the base where they may do so.
 
         The contact of the base is taken where that of the design is the same.

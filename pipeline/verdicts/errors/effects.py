@@ -13,7 +13,7 @@ import numpy as np
 
 from cad.parts.housing import ENGRAVED_MM
 from cad.parts.pin import tip_accuracy_mm
-from pipeline.reading.sensor import Sensor
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.behaviour import stiffening
 from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
@@ -119,7 +119,7 @@ class LevelSensor:
         return tuple(scene_of(self.design).slopes_deg)
 
 
-def level_sensor(sensor: Sensor) -> LevelSensor:
+def level_sensor(sensor: PressedSensor) -> LevelSensor:
     """Return the level pair that stands for a sensor."""
     pair = sensor.pair
     return LevelSensor(

@@ -16,7 +16,7 @@ from flat_square import (
 from stand_ins import analysed, with_compliance
 
 from pipeline.reading import analysis
-from pipeline.reading import sensor as sensor_module
+from pipeline.reading import pressed_sensor as sensor_module
 from pipeline.reading.analysis import (
     ModulusReading,
     Readings,
@@ -28,7 +28,7 @@ from pipeline.reading.analysis import (
 )
 from pipeline.reading.measurement import LEVEL_MODULI, RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
-from pipeline.reading.sensor import RISE_TRAVELS, Presses
+from pipeline.reading.pressed_sensor import RISE_TRAVELS, Presses
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.verdicts.rules import analysis_verdicts, skin_verdict
 from sensor.design.fruit import Fruit

@@ -11,11 +11,11 @@ from squares import GENTLE
 from stand_ins import analysed, with_compliance
 
 from cad.fabrication.signal_path import SignalPath
-from pipeline.reading import sensor as sensor_module
+from pipeline.reading import pressed_sensor as sensor_module
 from pipeline.reading.analysis import _by_poisson
 from pipeline.reading.measurement import RiseModel, rise_model, times_by_hand
 from pipeline.reading.poses import Placement
-from pipeline.reading.sensor import RISE_TRAVELS
+from pipeline.reading.pressed_sensor import RISE_TRAVELS
 from pipeline.reading.uncertainty import Channels, mean_sources, noise_to_reach, uncertainty_sources
 from pipeline.response.contact import contact_compliance
 from sensor.design.reading import PRESS_SAMPLES, Reading

@@ -53,7 +53,7 @@ class Presses(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Sensor(Record):
+class PressedSensor(Record):
     """A design, the compliance of its fruit under the tips, its springs as they were sized, and as they are made."""
 
     design: Design
@@ -62,7 +62,7 @@ class Sensor(Record):
     springs: FittedSprings
 
     @property
-    def pair(self) -> "Sensor":
+    def pair(self) -> "PressedSensor":
         """Return the pair that stands for the sensor: the tips of one kind, on one spring, count as one."""
         contact = self.contact.per_spring(*self.design.tips.spring_groups)
         return replace(self, design=self.design.per_spring, contact=contact, springs=self.springs.per_spring)
