@@ -16,8 +16,8 @@ from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import Housing
 from cad.parts.pin import STEEL_MPA
 from pipeline import RunOptions, load_design
-from pipeline.evaluate import fitted_sensor
 from pipeline.options import ROUGH_TOLERANCE
+from pipeline.sensor import Sensor
 from pipeline.springs.mounts import coarse_half, discs_at, mount_layers
 from sensor.design.processes import PROCESSES
 from solve.housing.clamped_half import HOLES, PRESS, ClampedHalf, with_symmetry
@@ -67,7 +67,7 @@ def comparisons() -> Iterator[Comparison]:
 def comparison(preset: str, process: str, mount: str) -> Comparison | None:
     """Return the largest change of a preset by another mount; None where its springs cannot be made."""
     design = load_design(preset, {"print.process": process, "print.mount": mount})
-    springs = fitted_sensor(design, RunOptions(tolerance=ROUGH_TOLERANCE)).springs.per_spring
+    springs = Sensor(design=design, options=RunOptions(tolerance=ROUGH_TOLERANCE)).springs.per_spring
     if springs.housing is None:
         return None
     changes = mount_changes(springs.housing, springs.process.E_MPa, springs.process.poisson)

@@ -1,29 +1,37 @@
 """The main job: targets -> springs -> solids -> meshes -> solutions -> verdicts, each stage from result to result."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from pipeline.evaluate import (
-    check_targets,
-    complete_evaluation,
-    evaluate,
-    housed_sensor,
-    refuse_unsolvable,
-    with_file_verdicts,
-    with_leaning_tips,
-)
 from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.making.fields import write_fields
 from pipeline.making.solids import SolidMaker
 from pipeline.options import RunOptions, refuse_unmakeable
 from pipeline.report.outputs import refuse_folder_of_a_run, write_outputs
 from pipeline.report.page.page import prepare_page
-from pipeline.result import SensorResult
+from pipeline.result import SensorResult, with_solids
+from pipeline.sensor import Sensor
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Progress, Stopwatch, silent
 from pipeline.storage.workers import cad_worker
 from pipeline.verdicts.hints import with_hints
 from sensor.design.parameters import Design
 from sensor.turns import in_turn
+from sensor.verdict import Verdict
+
+EVALUATED = (
+    "press",
+    "readings",
+    "over_time",
+    "reached",
+    "verdicts",
+    "behaviour",
+    "tilted",
+    "read_out",
+    "errors",
+    "paper",
+)
+"""The stages behind the springs in their order; each is a property of a sensor and a field of its result."""
 
 
 @in_turn
@@ -39,30 +47,32 @@ def run(
     options = options or RunOptions()
     timed = Stopwatch(progress)
     refuse_unmakeable(design, options)
-    refuse_unsolvable(design)
+    sensor = Sensor(design=design, options=options, timed=timed)
     if options.look:
-        return look(design, options, timed)
+        return look(sensor)
     with (
         output_folder(options.out, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,
     ):
         # The solids are drawn and checked by a worker, as soon as a housing may be the last one.
         maker = SolidMaker(design, executor)
-        sensor = housed_sensor(design, options, timed, maker.size)
+        sensor = replace(sensor, begin_solid=maker.size)
+        sensor.solve("contact", "sizing", "upright_springs")
+        springs = sensor.upright_springs
         with timed.stage("solids"):
-            solids = maker.files(sensor.springs.housing, sensor.springs.deflections)
-        sensor = with_leaning_tips(sensor, options, timed)
+            solids = maker.files(springs.housing, springs.deflections)
+        sensor.solve("springs")
+        pressed = sensor.pressed
         with timed.stage("fabrication"):
-            fabrication = begin_fabrication(sensor, options, executor)
+            fabrication = begin_fabrication(pressed, options, executor)
 
-        checked = check_targets(sensor, options, timed=timed)
-        result = complete_evaluation(checked, timed)
+        result = evaluated(sensor)
         with timed.stage("fields"):
-            fields_left_out = write_fields(sensor, result.press, options, folder)
+            fields_left_out = write_fields(pressed, result.press, options, folder)
             if options.out is not None:
                 prepare_page(result)  # while the solids are made
         with timed.stage("fabrication"):
-            sideways = sideways_verdicts(sensor.springs, options)
+            sideways = sideways_verdicts(pressed.springs, options)
         with timed.stage("solids"):
             geometry = solids.result().write_to(folder)
         with timed.stage("fabrication"):
@@ -73,15 +83,46 @@ def run(
     return replace(result, report=report)
 
 
-def look(design: Design, options: RunOptions, timed: Stopwatch) -> SensorResult:
+def look(sensor: Sensor) -> SensorResult:
     """Return a rough answer, accurate to a few per cent, without solids and files of parts.
 
     Raises as `run`, and OutputError for the folder of a whole run.
     """
+    options = sensor.options
     if options.out is not None:
         refuse_folder_of_a_run(options.out)
     with output_folder(options.out, force=options.force) as folder:
-        result = evaluate(design, options, timed=timed)
-        result = replace(result, verdicts=with_hints(result.verdicts, design, result.springs, options))
+        result = evaluated(sensor)
+        result = replace(result, verdicts=with_hints(result.verdicts, sensor.design, result.springs, options))
         report = write_outputs(result, folder, page=options.out is not None)
     return replace(result, report=report)
+
+
+@in_turn
+def evaluate(design: Design, options: RunOptions | None = None) -> SensorResult:
+    """Return every number, verdict and error of a design but the verdicts on its files; raises as `run`."""
+    return evaluated(Sensor(design=design, options=options or RunOptions()))
+
+
+def evaluated(sensor: Sensor) -> SensorResult:
+    """Return the result of a sensor whose stages are solved in their order."""
+    sensor.solve("contact", "sizing", "upright_springs", "springs")
+    stages = {name: getattr(sensor, name) for name in EVALUATED}
+    rough = "a rough answer: the solid and what pipeline design adds to a run are left out; --tol 0.001 has them"
+    return SensorResult(
+        options=sensor.options,
+        sensor=sensor.pressed,
+        left_out=(rough,) if sensor.options.rough else (),
+        seconds=sensor.timed.seconds(),
+        **stages,
+    )
+
+
+def with_file_verdicts(
+    result: SensorResult, geometry: Sequence[Verdict], making: Sequence[Verdict]
+) -> tuple[Verdict, ...]:
+    """Return the verdicts of a result with those on its solids and its fabrication; what did not pass has a hint."""
+    verdicts = result.verdicts
+    if result.design.tips.tip_layout.has_housing:
+        verdicts = (*with_solids(verdicts, geometry), *making)
+    return with_hints(verdicts, result.design, result.springs, result.options)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
-from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.reading.pressed_sensor import PressedSensor, Presses
 from pipeline.reading.read_out import ReadingConstants
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.behaviour import SpringBehaviour
@@ -35,20 +35,35 @@ class ReportData(Plain):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Evaluation(Record):
-    """A design, what was solved for its verdicts, and the verdicts that need no file.
+class SensorResult(Record):
+    """A design with all that is known of its sensor, each stage as the `Sensor` of a run solved it.
 
-    `reached` are P_max and NL. `press` and `readings` are None where they were not asked for, `readings` also where the
-    design asks for none. `over_time` is None likewise, and for flesh that does not relax.
+    `sensor` is what was pressed. `readings` and `tilted` are None for a design without readings, `over_time` for flesh
+    that does not relax. `reached` are P_max and NL. `paper` are the verdicts on the paper's own springs, None where
+    fruit or tips are not the paper's. `read_out` is what a finished sensor is read by. `left_out` says what could not
+    be solved or written after the verdicts. `seconds` are wall and processor seconds by stage. `report` are the data
+    of report.json, empty where nothing was written.
     """
 
     options: RunOptions
     sensor: PressedSensor
-    press: ScenePress | None
+    press: ScenePress
     readings: Readings | None
+    tilted: Presses | None
+    over_time: ReadingOverTime | None
     reached: SceneTargets
     verdicts: tuple[Verdict, ...]
-    over_time: ReadingOverTime | None
+    paper: tuple[Verdict, ...] | None
+    behaviour: SpringBehaviour | None
+    read_out: ReadingConstants
+    errors: SensorErrors
+    left_out: tuple[str, ...] = ()
+    seconds: Seconds
+    report: Plain = field(default_factory=dict, compare=False)
+
+    def __post_init__(self) -> None:
+        """Keep the data of the report so that they are short in print."""
+        object.__setattr__(self, "report", ReportData(self.report))
 
     def __repr__(self) -> str:
         """Return the design's name and how its verdicts ended: all numbers together fill many screens."""
@@ -78,39 +93,8 @@ class Evaluation(Record):
 
     @property
     def passed(self) -> bool | None:
-        """Say whether every verdict passed; None when one is undecided and none failed."""
+        """Return whether every verdict passed; None when one is undecided and none failed."""
         return all_passed(self.verdicts)
-
-    @property
-    def solved_press(self) -> ScenePress:
-        """Return the press; raises ValueError where it was not asked for."""
-        if self.press is None:
-            msg = "press: must be among the parts that are evaluated; ask for 'response'"
-            raise ValueError(msg)
-        return self.press
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class SensorResult(Evaluation):
-    """A design with all that is known of its sensor.
-
-    `paper` are the verdicts on the paper's own springs, None where fruit or tips are not the paper's. `read_out` is
-    what a finished sensor is read by. `left_out` says what could not be solved or written after the verdicts. `seconds`
-    are wall and processor seconds by stage. `report` are the data of report.json, empty where nothing was written.
-    """
-
-    press: ScenePress
-    paper: tuple[Verdict, ...] | None
-    behaviour: SpringBehaviour | None
-    read_out: ReadingConstants
-    errors: SensorErrors
-    left_out: tuple[str, ...] = ()
-    seconds: Seconds
-    report: Plain = field(default_factory=dict, compare=False)
-
-    def __post_init__(self) -> None:
-        """Keep the data of the report so that they are short in print."""
-        object.__setattr__(self, "report", ReportData(self.report))
 
 
 def with_solids(verdicts: Sequence[Verdict], geometry: Sequence[Verdict]) -> tuple[Verdict, ...]:

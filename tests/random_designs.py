@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pipeline.evaluate import refuse_unsolvable
 from pipeline.options import RunOptions, load_design
 from pipeline.response.contact import fruit_compliance
+from pipeline.sensor import refuse_unsolvable
 from pipeline.springs.fitted_springs import springs_as_sized
 from pipeline.springs.sizing import spring_sizing
 from sensor.design.parameters import Design

@@ -8,8 +8,8 @@ from random_designs import settings
 from cad.parts.assembly import sensor_of
 from cad.parts.layout import housing_for
 from cad.parts.sensor import SensorSolids
-from pipeline.evaluate import refuse_unsolvable
 from pipeline.options import load_design
+from pipeline.sensor import refuse_unsolvable
 from sensor.design.parameters import Design
 from sensor.quantity import InputError
 

@@ -12,9 +12,9 @@ import numpy as np
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from instrument.compress.specimens import Specimen
-from pipeline.evaluate import check_targets
+from pipeline.main_job import evaluated
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import Readings, error_analysis, occurring_presses, reading_constants
+from pipeline.reading.analysis import Readings, error_analysis, occurring_presses
 from pipeline.reading.over_time import reading_over_time
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.report.answer import every_section, summary
@@ -22,15 +22,12 @@ from pipeline.report.of_result import report_of_result
 from pipeline.report.report import report_data
 from pipeline.report.verdict_table import print_parts
 from pipeline.result import SensorResult, with_solids
-from pipeline.springs.behaviour import spring_behaviour
+from pipeline.sensor import Sensor
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Seconds
-from pipeline.verdicts.errors.effects import level_sensor
-from pipeline.verdicts.errors.sensor_errors import sensor_errors
-from pipeline.verdicts.sensor import paper_verdicts
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.printability import check_printable
@@ -156,29 +153,21 @@ def result_of(design: Design | None = None, options: RunOptions | None = None, *
     return _kept_result(design or Design(), options or RunOptions(), made=made)
 
 
+def solved(pressed: PressedSensor, options: RunOptions | None = None, **stages: object) -> Sensor:
+    """Return a sensor whose contact, springs and other stages are known."""
+    sensor = Sensor(design=pressed.design, options=options or RunOptions())
+    known = {name: getattr(pressed, name) for name in ("contact", "sizing", "springs")}
+    vars(sensor).update(known, pressed=pressed, upright_springs=pressed.springs, **stages)
+    return sensor
+
+
 def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> SensorResult:
     """Return what `result_of` keeps after the first time, anew."""
-    springs = springs_of(design, made=made)
-    sensor = sensor_of(design, springs)
-    checked = check_targets(sensor, options, parts=("response",))
-    press = checked.solved_press
-    reached = checked.reached
-    verdicts = with_solids(checked.verdicts, (GOOD,) if made else ())
-    pair = level_sensor(sensor)
-    return SensorResult(
-        options=options,
-        sensor=sensor,
-        press=press,
-        behaviour=spring_behaviour(springs, press),
-        reached=reached,
-        paper=paper_verdicts(sensor),
-        readings=None,
-        over_time=None,
-        read_out=reading_constants(sensor, press, None),
-        verdicts=verdicts,
-        errors=sensor_errors(pair, reached, press, RunOptions(), None),
-        seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),
-    )
+    pressed = sensor_of(design, springs_of(design, made=made))
+    errors = solved(pressed, readings=None).errors  # without the scatter of prints, which is solved
+    result = evaluated(solved(pressed, options, readings=None, over_time=None, errors=errors))
+    seconds = Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0})
+    return replace(result, verdicts=with_solids(result.verdicts, (GOOD,) if made else ()), seconds=seconds)
 
 
 def relaxing_result() -> SensorResult:

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from instrument.press.fruit_reading import FruitReading
     from instrument.press.measuring import MeasuringUnit
     from instrument.press.printed_unit import PrintedUnit
-    from pipeline.evaluate import evaluate
-    from pipeline.main_job import run
+    from pipeline.main_job import evaluate, run
     from pipeline.options import RunOptions, load_design
     from pipeline.report.report import Report, read_report
     from pipeline.result import SensorResult
@@ -73,8 +72,7 @@ __all__ = [
 ]
 
 _NAMES_OF = {
-    "pipeline.evaluate": ("evaluate",),
-    "pipeline.main_job": ("run",),
+    "pipeline.main_job": ("evaluate", "run"),
     "instrument.calibrate.calibration": ("Calibration",),
     "instrument.compress.bodies": (
         "RectangularBlock",

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -89,8 +89,7 @@ class Readings(Record):
     on the skin at each modulus. `heights` is by how much E moves per height contrast of the tips, which counts as a
     saddle of the skin [1/mm]. `flesh` is by how much E moves to either side where the flesh under domes obeys the law
     of Hencky or of Storakers [1]. `face_mm` is how wide the face of a dome must be to hold the contact in every pose, 0
-    for other tips. `tilted` are presses at tilts along the tips, at full travel of the middle, None without a tilt or
-    not asked for.
+    for other tips.
     """
 
     method: str
@@ -106,7 +105,6 @@ class Readings(Record):
     heights: float = 0.0
     flesh: float = 0.0
     face_mm: float = 0.0
-    tilted: Presses | None = field(default=None, repr=False, compare=False)
 
     @property
     def worst_bias(self) -> ModulusReading:

@@ -89,28 +89,32 @@ def _keys(item: Field[Any], kind: Any, name: str, level: str) -> Iterator[Report
 def value_at(report: object, name: str) -> object:
     """Return the value at a dotted key of a report, or of parts of one by their keys.
 
-    Verdicts are found by their name, parts of lists by their index. Raises KeyError where there is none.
+    Verdicts are found by their name, parts of lists by their index. Raises KeyError where there is none. An error of
+    the solve of a part passes through.
     """
-    value = report
     words = name.split(".")
-    try:
-        if words[0] == "verdicts":
-            verdicts: Any = _part(report, "verdicts")
-            by_name = {verdict.name: verdict for verdict in verdicts}
-            value = by_name[".".join(words[1:-1])]  # names of verdicts have dots
-            words = words[-1:]
-        for word in words:
-            value = _part(value, word)
-    except (AttributeError, LookupError, ValueError) as error:
-        raise KeyError(name) from error
+    value = report
+    if words[0] == "verdicts":
+        verdicts: Any = _part(report, "verdicts", name)
+        by_name = verdicts if isinstance(verdicts, Mapping) else {verdict.name: verdict for verdict in verdicts}
+        value = _part(by_name, ".".join(words[1:-1]), name)  # names of verdicts have dots
+        words = words[-1:]
+    for word in words:
+        value = _part(value, word, name)
     return value
 
 
-def _part(value: object, word: str) -> object:
-    """Return the part of a mapping, a list or a record that a word names; raises KeyError, ValueError and the like."""
+def _part(value: Any, word: str, name: str) -> object:  # noqa: ANN401 - a mapping, a list or a record
+    """Return the part of a mapping, a list or a record that a word names; raises KeyError with the name of the key."""
     if isinstance(value, Mapping):
-        return value[word]
-    return value[int(word)] if isinstance(value, tuple) else getattr(value, word)
+        if word in value:
+            return value[word]
+    elif isinstance(value, tuple):
+        if _INDEX.fullmatch(word) and -len(value) <= int(word) < len(value):
+            return value[int(word)]
+    elif word in getattr(value, "__dataclass_fields__", ()):
+        return getattr(value, word)
+    raise KeyError(name)
 
 
 def _element_type(kind: Any) -> Any:  # noqa: ANN401 - any type

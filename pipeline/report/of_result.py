@@ -1,8 +1,9 @@
 """The report of a run: every number of its result in the unit of its key; None where there is no number."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,8 @@ from pipeline.report.report import (
     TipReport,
 )
 from pipeline.response.scene_press import spring_fractions
-from pipeline.result import Evaluation, SensorResult
+from pipeline.result import SensorResult
+from pipeline.sensor import Sensor
 from pipeline.springs.behaviour import SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_as_sized
 from pipeline.springs.sizing import SpringSizing
@@ -49,6 +51,7 @@ from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
 from sensor.theory.two_spring_law import PAPER_SPRINGS
+from sensor.verdict import Verdict
 from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 
@@ -58,26 +61,18 @@ PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy"
 def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> Report:
     """Return the report of a run whose folder has these files."""
     design = result.design
-    springs = result.springs
-    process = springs.process
-    has_housing = design.tips.tip_layout.has_housing
+    process = result.springs.process
     return Report(
+        **{name: part(result) for name, part in PARTS.items()},
         design=design,
-        springs=sizing_report(result.design, result.sizing),
-        flexures=spring_reports(springs) if has_housing else {},
-        housing=springs.housing,
-        deflections_mm=springs.deflections,
+        housing=result.springs.housing,
         material=MaterialReport(
             name=process.material, E_MPa=process.E_MPa, poisson=process.poisson, process=process.name
         ),
         behaviour=None if result.behaviour is None else _behaviour(result.behaviour),
-        contact=contact_report(result.contact),
-        response=response_reports(design.tips, result.contact, springs, result.press.table),
         curve=_curve(result.errors.reading),
         tips=tip_reports(design.tips),
         read_out=result.read_out,
-        reading=None if result.readings is None else reading_report(result.readings),
-        level=_level(result.reached),
         verdicts=result.verdicts,
         remedy=next((verdict.remedy for verdict in result.verdicts if verdict.remedy is not None), None),
         errors=_errors(result),
@@ -94,23 +89,67 @@ def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> 
     )
 
 
-def evaluation_parts(evaluation: Evaluation) -> dict[str, object]:
-    """Return the parts of a report that need no solid, by their keys: those that an evaluation has."""
-    springs = evaluation.springs
-    parts: dict[str, object] = {
-        "springs": sizing_report(evaluation.design, evaluation.sizing),
-        "deflections_mm": springs.deflections,
-        "contact": contact_report(evaluation.contact),
-        "level": _level(evaluation.reached),
-        "reading": None if evaluation.readings is None else reading_report(evaluation.readings),
-        "verdicts": evaluation.verdicts,
-    }
-    if not springs.ideal:
-        parts["flexures"] = spring_reports(springs)
-    if evaluation.press is not None:
-        table = evaluation.press.table
-        parts["response"] = response_reports(evaluation.design.tips, evaluation.contact, springs, table)
-    return parts
+PARTS: dict[str, Callable[[Sensor | SensorResult], Any]] = {
+    "springs": lambda sensor: sizing_report(sensor.design, sensor.sizing),
+    "flexures": lambda sensor: _flexures(sensor.springs),
+    "deflections_mm": lambda sensor: sensor.sizing.deflections(sensor.design.full_travels_mm),
+    "contact": lambda sensor: contact_report(sensor.contact),
+    "response": lambda sensor: response_reports(sensor.design.tips, sensor.contact, sensor.springs, sensor.press.table),
+    "level": lambda sensor: _level(sensor.level if isinstance(sensor, Sensor) else sensor.reached),
+    "reading": lambda sensor: None if sensor.readings is None else reading_report(sensor.readings),
+}
+"""The keys that need no solid, and what each is filled from."""
+
+
+class SensorParts(Mapping[str, object]):
+    """The keys of a report that need no solid, of which each solves what it needs when it is asked for."""
+
+    def __init__(self, sensor: Sensor) -> None:
+        """Take the sensor."""
+        self._sensor = sensor
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether a key needs no solid; solves nothing."""
+        return name in PARTS or name == "verdicts"
+
+    def __getitem__(self, name: str) -> object:
+        """Return the part of a key; raises KeyError for one that needs a solid."""
+        return _VerdictsByName(self._sensor) if name == "verdicts" else PARTS[name](self._sensor)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the keys."""
+        return iter((*PARTS, "verdicts"))
+
+    def __len__(self) -> int:
+        """Return the number of keys."""
+        return len(PARTS) + 1
+
+
+class _VerdictsByName(Mapping[str, Verdict]):
+    """The verdicts of a sensor by their names, of which each is judged when it is asked for."""
+
+    def __init__(self, sensor: Sensor) -> None:
+        self._sensor = sensor
+
+    def __getitem__(self, name: str) -> Verdict:
+        verdict = self._sensor.verdict(name)
+        if verdict is None:
+            raise KeyError(name)
+        return verdict
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and self._sensor.verdict(name) is not None
+
+    def __iter__(self) -> Iterator[str]:
+        return (verdict.name for verdict in self._sensor.verdicts)
+
+    def __len__(self) -> int:
+        return len(self._sensor.verdicts)
+
+
+def _flexures(springs: FittedSprings) -> dict[str, SpringReport]:
+    """Return the springs by their names; none for a line of tips, which has no housing."""
+    return {spring.name: _spring(spring, springs) for spring in springs.springs} if not springs.ideal else {}
 
 
 def sizing_report(design: Design, sizing: SpringSizing) -> SizingReport:
@@ -126,11 +165,6 @@ def sizing_report(design: Design, sizing: SpringSizing) -> SizingReport:
         fruit_stiffness=sizing.basis,
         beam_law_leaves_mm=leaves,
     )
-
-
-def spring_reports(springs: FittedSprings) -> dict[str, SpringReport]:
-    """Return the springs by their names."""
-    return {spring.name: _spring(spring, springs) for spring in springs.springs}
 
 
 def _spring(spring: FittedSpring, springs: FittedSprings) -> SpringReport:

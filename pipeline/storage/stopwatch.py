@@ -37,27 +37,41 @@ def silent(_: str) -> None:
 
 
 class Stopwatch:
-    """Adds up the seconds of named stages; a stage may be entered more than once."""
+    """Adds up the seconds of named stages, which may be entered again, and inside each other: the inner one counts."""
 
     def __init__(self, progress: Progress = silent) -> None:
         """Start the total; `progress` is told of each stage."""
         self._progress = progress
         self._wall_start = time.perf_counter()
         self._cpu_start = time.process_time()
+        self._wall_counted = self._wall_start
+        self._cpu_counted = self._cpu_start
         self._wall: dict[str, float] = {}
         self._cpu: dict[str, float] = {}
+        self._entered: list[str] = []
 
     @contextmanager
     def stage(self, stage: str) -> Iterator[None]:
         """Count the seconds of a block to a stage."""
         self._progress(f"{stage}: {WORK[stage]}" if stage in WORK else stage)
-        wall = time.perf_counter()
-        cpu = time.process_time()
+        self._count()
+        self._entered.append(stage)
         try:
             yield
         finally:
-            self._wall[stage] = self._wall.get(stage, 0.0) + time.perf_counter() - wall
-            self._cpu[stage] = self._cpu.get(stage, 0.0) + time.process_time() - cpu
+            self._count()
+            self._entered.pop()
+
+    def _count(self) -> None:
+        """Count the seconds since the last count to the innermost stage."""
+        wall = time.perf_counter()
+        cpu = time.process_time()
+        if self._entered:
+            stage = self._entered[-1]
+            self._wall[stage] = self._wall.get(stage, 0.0) + wall - self._wall_counted
+            self._cpu[stage] = self._cpu.get(stage, 0.0) + cpu - self._cpu_counted
+        self._wall_counted = wall
+        self._cpu_counted = cpu
 
     def seconds(self) -> Seconds:
         """Return the seconds of every stage so far, to the millisecond, and of the whole since the start."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+from pipeline.response.unit_scene import UnitScene, move_contact, unit_scene
 from pipeline.study.points import Point, design_of, point_count, points_between
-from pipeline.study.scenes import UnitScene, move_contact, unit_scene
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import Study
 from pipeline.study.tasks import lost_points, solve_points

@@ -8,15 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from pipeline.evaluate import check_targets, fitted_sensor
 from pipeline.options import RunOptions
-from pipeline.report.of_result import evaluation_parts, report_of_result
-from pipeline.response.scene_press import scene_of
+from pipeline.report.of_result import SensorParts, report_of_result
+from pipeline.sensor import Sensor, SpringsAs
 from pipeline.study.points import Point, design_of
-from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.study_file import Study
-from pipeline.study.wanted import PASSED, parts_of, wanted_value
-from sensor.design.parameters import Design
+from pipeline.study.wanted import PASSED, wanted_value
 from sensor.quantity import InputError
 
 Status = Literal["done", "refused", "failed"]
@@ -89,22 +86,15 @@ def _fault_of_machine(failure: Exception) -> BaseException | None:
 def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object]:
     """Return the wanted values of a point, at the level of its study."""
     design = design_of(study, point.settings)
-    if study.level == "contact":
-        report = _sized_parts(study, design)
-    elif study.level == "flexures":
-        options = RunOptions(tolerance=study.tol)
-        report = evaluation_parts(check_targets(fitted_sensor(design, options), options))
-    else:
+    if study.level == "files":
         from pipeline import run  # with all that draws and writes, which takes seconds and only these points need
 
         out = None if folder is None else folder / "designs" / f"{point.number:07d}"
         options = RunOptions(tolerance=study.tol, out=out)
         result = run(design, options, beside=False)  # one process for each core
-        report = {**vars(report_of_result(result)), PASSED: result.passed}
+        report: Mapping[str, object] = {**vars(report_of_result(result)), PASSED: result.passed}
+    else:
+        options = RunOptions(tolerance=study.tol)
+        springs_as: SpringsAs = "sized" if study.level == "contact" else "fitted"
+        report = SensorParts(Sensor(design=design, options=options, springs_as=springs_as))
     return {key: wanted_value(report, key) for key in study.wanted}
-
-
-def _sized_parts(study: Study, design: Design) -> dict[str, object]:
-    """Return the parts of report.json that follow from contact and springs as they were sized."""
-    parts = parts_of(study.wanted, reads=design.reading is not None, linear=scene_of(design).linear)
-    return evaluation_parts(check_targets(sized_sensor(design, study.tol, parts=parts), parts=parts))

@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 from typing import Literal
 
-from pipeline.evaluate import Part
 from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key, report_keys, value_at
 from sensor.gone import refuse_gone_key
 from sensor.quantity import nearest, validation_error
 
+Part = Literal["response", "reading"]
 Level = Literal["contact", "flexures", "files"]
 
 LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")

@@ -17,20 +17,10 @@ from pipeline.verdicts.rules import (
     tip_face_verdict,
 )
 from pipeline.verdicts.targets import SceneTargets, reached_targets
-from sensor.design.parameters import PAPER_TARGETS, Design, Targets
+from sensor.design.parameters import PAPER_TARGETS, Design
 from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import PAPER_SPRINGS
 from sensor.verdict import Verdict
-
-
-def ratio_targets(design: Design, press: ScenePress | None) -> Targets | None:
-    """Return the targets of the force ratio; None for a design that is judged by its readings, or has no targets.
-
-    Without a press only a linear scene has a force ratio, by the two-spring law.
-    """
-    if design.reading is not None or (press is None and not scene_of(design).linear):
-        return None
-    return design.targets
 
 
 def stiffness_verdicts(springs: FittedSprings) -> tuple[Verdict, ...]:
@@ -41,10 +31,8 @@ def stiffness_verdicts(springs: FittedSprings) -> tuple[Verdict, ...]:
     return tuple(stiffness_verdict(name, spring, monolithic=springs.monolithic) for name, spring in rows)
 
 
-def response_verdicts(design: Design, press: ScenePress | None) -> tuple[Verdict, ...]:
-    """Return the verdicts on P over travel and modulus; none without a press, or where readings are judged."""
-    if design.reading is not None or press is None:
-        return ()
+def response_verdicts(press: ScenePress) -> tuple[Verdict, ...]:
+    """Return the verdicts on P over travel and modulus."""
     return displacement_verdict(press.table), monotonic_verdict(press.scan)
 
 
@@ -55,14 +43,12 @@ def printable_verdicts(design: Design, springs: FittedSprings) -> tuple[Verdict,
     return tuple(printable_verdict(spring) for spring in springs.springs)
 
 
-def tip_verdicts(sensor: PressedSensor, press: ScenePress | None) -> tuple[Verdict, ...]:
-    """Return the verdicts on the faces of printed domes and on bruising; none without a press.
+def tip_verdicts(sensor: PressedSensor, press: ScenePress) -> tuple[Verdict, ...]:
+    """Return the verdicts on the faces of printed domes and on bruising.
 
     A design with readings has its verdict on bruising among those on its readings.
     """
     design = sensor.design
-    if press is None:
-        return ()
     verdicts = []
     if design.tips.tip_layout.has_housing and design.tips.tip_shape.touches_beside_centre:
         verdicts.append(tip_face_verdict(design, press))
@@ -84,22 +70,22 @@ def tip_pressure(sensor: PressedSensor, press: ScenePress) -> Estimate:
     return Estimate(pressure, relative * pressure, "MPa")
 
 
-def ratio_in_words(springs: FittedSprings, press: ScenePress | None, reached: SceneTargets) -> str:
-    """Return the words that say of which springs, or in which scene, P_max and NL are."""
+def ratio_in_words(springs: FittedSprings, *, level: bool, reached: SceneTargets) -> str:
+    """Return the words that say of which springs, or in which scene, P_max and NL are; `level` is that of the press."""
     if springs.ideal:
         return "of springs exactly as they were sized or given"
     if springs.housing is None:
         return "of the target stiffnesses, which were not made"
-    return _scene_in_words(press, reached)
+    return _scene_in_words(level=level, reached=reached)
 
 
-def _scene_in_words(press: ScenePress | None, reached: SceneTargets) -> str:
+def _scene_in_words(*, level: bool, reached: SceneTargets) -> str:
     """Return the words for the scene, with P_max and NL of a level sensor where it is another one."""
-    if press is None or press.level:
+    if level:
         return "of a level sensor on flat fruit"
     P_max, NL = reached.level
-    level = f"P_max {P_max.value:.4g}, NL {NL.value:.3g}"
-    return f"at full travel in this scene; a level sensor on flat fruit has {level}"
+    of_level = f"P_max {P_max.value:.4g}, NL {NL.value:.3g}"
+    return f"at full travel in this scene; a level sensor on flat fruit has {of_level}"
 
 
 def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
@@ -113,7 +99,7 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
     press = press_scene(scene_of(paper.design), paper.contact, paper.C)
     reached = reached_targets(paper, PAPER_TARGETS, press)
     return (
-        *target_verdicts(reached.P_max, reached.NL, PAPER_TARGETS, _scene_in_words(press, reached)),
+        *target_verdicts(reached.P_max, reached.NL, PAPER_TARGETS, _scene_in_words(level=press.level, reached=reached)),
         displacement_verdict(press.table),
         monotonic_verdict(press.scan),
     )

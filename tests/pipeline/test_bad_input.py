@@ -157,7 +157,7 @@ def test_sensor_that_cannot_be_bolted_or_read_is_refused_before_anything_is_solv
     design, settings, start, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.setattr(
-        importlib.import_module("pipeline.evaluate"), "fruit_compliance", lambda *_: pytest.fail("solved")
+        importlib.import_module("pipeline.sensor"), "fruit_compliance", lambda *_: pytest.fail("solved")
     )
     flags = [word for setting in settings for word in ("--set", setting)]
     assert main(["run", "--design", design, *flags, "--out", str(tmp_path / "out")]) == 2

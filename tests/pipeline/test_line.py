@@ -90,7 +90,7 @@ def test_line_without_readings_is_judged_by_its_force_ratio(tmp_path):
 
 
 def test_files_to_make_a_line_by_are_refused_before_any_work(tmp_path, capsys, monkeypatch):
-    job = importlib.import_module("pipeline.evaluate")
+    job = importlib.import_module("pipeline.sensor")
     monkeypatch.setattr(job, "fruit_compliance", lambda *_: pytest.fail("solved"))
     assert main(["design", "--design", FOULY, "--out", str(tmp_path / "made")]) == 2
     out, err = capsys.readouterr()

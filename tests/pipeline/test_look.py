@@ -13,7 +13,7 @@ import pytest
 from deadline import DEADLINE_S
 from random_designs import ROUGH, random_designs
 
-from pipeline.evaluate import evaluate
+from pipeline.main_job import evaluate
 from pipeline.options import DESIGNS, RunOptions
 from pipeline.report.check import check_path
 from sensor.quantity import InputError

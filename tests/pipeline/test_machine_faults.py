@@ -29,9 +29,9 @@ LOOK = {  # where it arises: the faults that may, and the stage whose result is 
     "gmsh.model.mesh.generate": (BY_GMSH, "flexures"),
     "gmsh.model.mesh.getNodes": (BY_GMSH, "flexures"),
     "pipeline.springs.mounts.clamped_half": (FAULTS, "flexures"),
-    "pipeline.evaluate.press_scene": (FAULTS, None),
-    "pipeline.evaluate.spring_behaviour": (FAULTS, None),
-    "pipeline.evaluate.sensor_errors": (FAULTS, None),
+    "pipeline.sensor.press_scene": (FAULTS, None),
+    "pipeline.sensor.spring_behaviour": (FAULTS, None),
+    "pipeline.sensor.sensor_errors": (FAULTS, None),
     "pipeline.report.page.page.flexure_body": (FAULTS, None),
     "pipeline.report.outputs.page_of": (FAULTS, None),
 }
@@ -42,7 +42,7 @@ WHOLE_RUN = {  # what a look leaves out
     "pipeline.making.fields.write_vtu": (FAULTS, None),
 }
 ENVIRONMENT = (OSError, MemoryError, BrokenProcessPool, KeyboardInterrupt)
-QUICK = ("solve.linear.splu", "gmsh.initialize", "gmsh.model.mesh.generate", "pipeline.evaluate.press_scene")
+QUICK = ("solve.linear.splu", "gmsh.initialize", "gmsh.model.mesh.generate", "pipeline.sensor.press_scene")
 CASES = [
     pytest.param(place in LOOK, place, *given, id=place, marks=() if place in QUICK else pytest.mark.slow)
     for place, given in {**LOOK, **WHOLE_RUN}.items()

@@ -13,11 +13,10 @@ import numpy as np
 import pytest
 
 import twintip
-from pipeline import evaluate, main_job
+from pipeline import sensor
 from pipeline.options import load_design, preset_names
+from pipeline.response.unit_scene import unit_scene
 from pipeline.study.points import points_between
-from pipeline.study.scenes import unit_scene
-from pipeline.study.search import sized_sensor
 from pipeline.study.tasks import solve_points
 from sensor.design.design_file import TABLE_TYPES, design_as_mapping, design_as_toml, every_key, tables_as_toml
 from sensor.design.parameters import TABLES, Design
@@ -134,11 +133,10 @@ def began(monkeypatch):
         designs.append(design)
         raise Began(design)
 
-    for module in (evaluate, main_job, sized_sensor):
-        monkeypatch.setattr(module, "refuse_unsolvable", lambda _: None)
-    monkeypatch.setattr(evaluate, "fruit_compliance", begin)
-    monkeypatch.setattr(sized_sensor, "scene_compliance", lambda *_: None)
-    monkeypatch.setattr(sized_sensor, "spring_sizing", begin_point)
+    monkeypatch.setattr(sensor, "refuse_unsolvable", lambda _: None)
+    monkeypatch.setattr(sensor, "fruit_compliance", begin)
+    monkeypatch.setattr(sensor, "scene_compliance", lambda *_: None)
+    monkeypatch.setattr(sensor, "spring_sizing", begin_point)
     return designs
 
 
@@ -247,7 +245,7 @@ def by_study(case: Case, began: list[Design]) -> Design | None:
             value is None or name in ONLY_SET or (name == "print.process" and "print.process_file" in case.settings)
         )
         under["set" if set_only else "vary"][name] = "" if value is None else value if set_only else [value]
-    lines = [f'base = "{case.file.name}"', 'how = "grid"', 'wanted = ["verdicts.P_monotonic.value"]']
+    lines = [f'base = "{case.file.name}"', 'how = "grid"', 'wanted = ["springs.K_l_N_per_m"]']
     for table, values in under.items():
         lines += [f"[{table}]", *(f"{json.dumps(name)} = {json.dumps(value)}" for name, value in values.items())]
     file = case.file.parent / "a-study.toml"

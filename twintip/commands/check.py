@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from cad.parts.housing import Housing
-from pipeline.options import RunOptions, load_design
+from pipeline.options import load_design
 from pipeline.report.check import check_path
 from pipeline.report.verdict_table import verdict_parts
 from sensor.design.parameters import Design
@@ -38,11 +38,10 @@ def run(arguments: Namespace) -> Answer:
 
 def _housing(design: Design, named: str) -> Housing:
     """Return the housing of a design, its leaves as a run finds them; raises InputError for one without a housing."""
-    from pipeline.evaluate import housed_sensor  # it loads the solvers, which other checks do without
-    from pipeline.storage.stopwatch import Stopwatch
+    from pipeline.sensor import Sensor  # it loads the solvers, which other checks do without
 
     with refusing_what_cannot_be_solved():
-        housing = housed_sensor(design, RunOptions(), Stopwatch()).springs.housing
+        housing = Sensor(design=design).upright_springs.housing
     if housing is None:
         hint = f"see printable.* of pipeline run {named}"
         raise validation_error("--design", named, "", "a design whose housing can be made", hint)

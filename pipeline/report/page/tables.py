@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.reading.analysis import Readings
 from pipeline.reading.measurement import RiseModel
 from pipeline.reading.poses import FEWEST_MODULI
 from pipeline.reading.read_out import ReadingConstants, correct_reading
@@ -47,7 +46,7 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     """
     design = report.design
     tables = [_over_travel(design, report.read_out, result.press)]
-    over_tilt = _over_tilt(design, report.read_out, result.readings)
+    over_tilt = _over_tilt(result, report.read_out)
     if over_tilt is not None:
         tables.append(over_tilt)
     # The slider of the modulus reaches as far as all tables do.
@@ -107,11 +106,11 @@ def _over_travel(design: Design, read_out: ReadingConstants, press: ScenePress) 
     )
 
 
-def _over_tilt(design: Design, read_out: ReadingConstants, readings: Readings | None) -> Plain | None:
+def _over_tilt(result: SensorResult, read_out: ReadingConstants) -> Plain | None:
     """Return the table over modulus and tilt at full travel; None without a reading that allows for tilt."""
-    if readings is None or readings.tilted is None or design.press.roll_deg != 0.0:
+    design, readings, presses = result.design, result.readings, result.tilted
+    if readings is None or presses is None or design.press.roll_deg != 0.0:
         return None
-    presses = readings.tilted
     if len(presses.moduli) < FEWEST_MODULI:
         return None
     tilts = [placement.tilt_deg[0] for placement in presses.placements]

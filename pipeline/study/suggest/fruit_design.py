@@ -7,13 +7,12 @@ sizes, the bruise limit, how far off centre a hand is, what can be printed.
 
 import math
 
-from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions, load_design
-from pipeline.result import Evaluation, SensorResult
+from pipeline.result import SensorResult
+from pipeline.sensor import Sensor
 from pipeline.storage.stopwatch import Progress, silent
 from pipeline.study.search.candidate import Candidate
 from pipeline.study.search.proof import first_proved
-from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.suggest.changes import Changes, change_design, in_words, value_of
 from pipeline.study.suggest.fruit_range import Ends, FruitRange, bruise_limit, with_digits
 from pipeline.study.suggest.suggestion import Suggestion
@@ -151,7 +150,7 @@ def fruit_suggestion(
     runs = 0
     seen: set[Design] = set()
     tried: list[Candidate] = []
-    result: Evaluation | None
+    result: Sensor | SensorResult | None
     centring = _Centring()
     while len(seen) < MOST_TRIALS and runs < MOST_RUNS and design not in seen:
         seen.add(design)
@@ -201,7 +200,7 @@ class _Centring:
         return has_changed
 
 
-def _next_step(design: Design, result: Evaluation | None, centring: _Centring) -> Changes:
+def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _Centring) -> Changes:
     """Return the change after a design was judged, `_step`; pressed less deep too where the bias changed its sign."""
     is_between = centring.passes_over(_failing_bias(result))
     step = _step(design, result, centring.factor)
@@ -211,7 +210,7 @@ def _next_step(design: Design, result: Evaluation | None, centring: _Centring) -
     return {**step, "press.travel_mm": max(least_travel(design), less)}
 
 
-def _candidate(changes: Changes, result: Evaluation | None) -> Candidate:
+def _candidate(changes: Changes, result: Sensor | SensorResult | None) -> Candidate:
     """Return the candidate of some changes with the verdicts of its result; without any where it has none."""
     return Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
 
@@ -222,17 +221,19 @@ def _run(preset: Design, candidate: Candidate) -> SensorResult | None:
     return None if proof is None else proof.result
 
 
-def _sized(design: Design) -> Evaluation | None:
-    """Return the verdicts with springs as they were sized; None where a level press runs off the face of a dome."""
+def _sized(design: Design) -> Sensor | None:
+    """Return the sensor on springs as they were sized, judged; None if a level press runs off the face of a dome."""
+    sensor = Sensor(design=design, options=RunOptions(tolerance=TOLERANCE), springs_as="sized")
     try:
-        return check_targets(sized_sensor(design, TOLERANCE))
+        sensor.solve("verdicts")
     except InputError as error:
         if error.field != "tips.side_mm":
             raise
         return None
+    return sensor
 
 
-def _failing_bias(result: Evaluation | None) -> float:
+def _failing_bias(result: Sensor | SensorResult | None) -> float:
     """Return the largest bias [1] where its verdict fails, above 0 for fruit that is read too firm; else 0."""
     readings = None if result is None else result.readings
     if result is None or readings is None or not readings.moduli:
@@ -241,7 +242,7 @@ def _failing_bias(result: Evaluation | None) -> float:
     return 0.0 if passed.get("reading.bias") else readings.worst_bias.bias.value
 
 
-def _step(design: Design, result: Evaluation | None, centring: float) -> Changes:
+def _step(design: Design, result: Sensor | SensorResult | None, centring: float) -> Changes:
     """Return the change that brings a design nearer to passing, in steps that a maker can measure; none for no rule.
 
     `centring` is the factor [1] by which the fruit of the design becomes flatter, or rounder by its inverse.

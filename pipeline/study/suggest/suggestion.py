@@ -5,16 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pipeline import run
-from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
-from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import TRAVELS, scene_of
+from pipeline.response.unit_scene import unit_scene
 from pipeline.result import SensorResult
+from pipeline.sensor import Sensor
 from pipeline.storage.stopwatch import Progress, silent
-from pipeline.study.scenes import unit_scene
 from pipeline.study.search.candidate import Candidate
 from pipeline.study.search.proof import UNSOLVED, Proof, first_proved
-from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.suggest.changes import Changes, change_design, in_words, size, sweeps, value_of
 from pipeline.verdicts.hints import least_travel, rounded, shorter_travel
 from pipeline.verdicts.rules import displacement_verdict, tolerance_hint
@@ -142,21 +140,25 @@ class Search:
             x = travels(design.press.travel_mm, TRAVELS)
             spread = displacement_verdict(scene_response(scene, sensor.contact, sensor.springs.C, moduli, x))
             if spread.passed is not True:
-                return (*check_targets(sensor, parts=()).verdicts, spread)
+                return (*sensor.verdicts_on_printing, spread)
             self._budget_left -= 2.0 * _cost(design)
-        return check_targets(sensor).verdicts
+        return sensor.verdicts
 
-    def _sized(self, design: Design) -> PressedSensor:
+    def _sized(self, design: Design) -> Sensor:
         """Return the sensor of a design on ideal springs, whose tips sag as those of the base where they may do so.
 
         The contact of the base is taken where that of the design is the same.
         """
         base = self._base
         same_contact = unit_scene(design) == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
-        sensor = sized_sensor(design, ROUGH, contact=base.contact if same_contact else None)
         sags = design.press.attitude != "side" and design.tips.layout == base.design.tips.layout
-        offsets = base.press.height_offsets if sags else ()
-        return replace(sensor, springs=replace(sensor.springs, ideal_offsets_mm=offsets))
+        return Sensor(
+            design=design,
+            options=RunOptions(tolerance=ROUGH),
+            springs_as="sized",
+            known_contact=base.contact if same_contact else None,
+            known_offsets_mm=base.press.height_offsets if sags else (),
+        )
 
     def _nearer(self, candidate: Candidate) -> Candidate:
         """Return a candidate whose numbers are moved back towards those of the base, to just where it still passes.

@@ -42,7 +42,7 @@ NEAR_A_SIDE = r"^gap from tip to side face = 0.9 mm must be at least one side"
 )
 def test_scene_that_contact_cannot_solve_is_refused_before_anything_is_solved(change, message, monkeypatch):
     monkeypatch.setattr(
-        importlib.import_module("pipeline.evaluate"), "fruit_compliance", lambda *_: pytest.fail("the fruit was solved")
+        importlib.import_module("pipeline.sensor"), "fruit_compliance", lambda *_: pytest.fail("the fruit was solved")
     )
     with pytest.raises(InputError, match=message):
         pipeline.run(Design(**change))

@@ -7,11 +7,11 @@ import pytest
 from squares import BALL
 from stand_ins import with_compliance
 
-from pipeline.evaluate import refuse_unsolvable
 from pipeline.options import RunOptions, contact_inputs, load_design
 from pipeline.reading.measurement import RiseModel, seated_level_readings
 from pipeline.reading.over_time import refuse_unsolvable_time
 from pipeline.response.scene_press import scene_of
+from pipeline.sensor import refuse_unsolvable
 from pipeline.springs.sizing import fruit_stiffening, spring_sizing
 from sensor.quantity import InputError
 from sensor.theory.two_spring_law import (

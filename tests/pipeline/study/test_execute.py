@@ -9,15 +9,13 @@ import pytest
 import stand_ins
 
 from cad.files.export_error import ExportError
-from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions, load_design
-from pipeline.report.of_result import evaluation_parts
+from pipeline.report.of_result import SensorParts
 from pipeline.response.contact import fruit_compliance
+from pipeline.response.unit_scene import scene_compliance, unit_scene
 from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.study import execute, read_study, run_study, tasks
 from pipeline.study.points import Point
-from pipeline.study.scenes import scene_compliance, unit_scene
-from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.store import stored_study
 from pipeline.study.wanted import level_of
 from sensor.design.parameters import Design
@@ -91,10 +89,12 @@ def test_what_is_wanted_alone_is_what_it_is_among_all(written, engine, tmp_path)
         assert [row.values for row in alone] == [{key: row.values[key]} for row in together]
 
 
-def numbers_of(evaluation):
+def numbers_of(sensor):
     """Return the numbers, truths and nulls of the parts of a report, by the keys that a study asks for."""
-    parts = json.loads(json.dumps(evaluation_parts(evaluation), default=lambda record: vars(record)))
-    verdicts = {verdict["name"]: verdict for verdict in parts.pop("verdicts")}
+    parts = dict(SensorParts(sensor))
+    parts["verdicts"] = dict(parts["verdicts"])
+    parts = json.loads(json.dumps(parts, default=vars))
+    verdicts = parts.pop("verdicts")
     found = {}
     for name, verdict in verdicts.items():
         found |= {f"verdicts.{name}.{field}": verdict[field] for field in ("value", "error", "passed")}
@@ -116,7 +116,7 @@ def test_key_has_one_meaning_whatever_was_solved():
     design = Design()
     sizing = stand_ins.sizing_of(design)
     as_made, as_sized = (
-        numbers_of(check_targets(stand_ins.sensor_of(design, springs), parts=("response",)))
+        numbers_of(stand_ins.solved(stand_ins.sensor_of(design, springs)))
         for springs in (stand_ins.springs_of(design), ideal_springs(design, sizing))
     )
     told = {}
@@ -135,11 +135,9 @@ def test_key_has_one_meaning_whatever_was_solved():
 
 def test_springs_that_were_sized_alone_have_no_stiffness_by_elements():
     design = load_design("paper")
-    sensor = sized_sensor(design, 0.001, parts=())
-    sized = check_targets(sensor, parts=())
-    assert "flexures" not in evaluation_parts(sized)
-    fitted = replace(sized, sensor=replace(sensor, springs=replace(sensor.springs, ideal=False)))
-    assert set(evaluation_parts(fitted)["flexures"]) == {"low", "high"}
+    sized = stand_ins.sensor_of(design, ideal_springs(design, stand_ins.sizing_of(design)))
+    for pressed, names in ((sized, set()), (stand_ins.sensor_of(design), {"low", "high"})):
+        assert set(SensorParts(stand_ins.solved(pressed))["flexures"]) == names
 
 
 class Noting:
@@ -205,7 +203,7 @@ def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, t
             raise error("of this test")
         return {"springs": {"K_l_N_per_m": 1.0, "K_h_N_per_m": 2.0}}
 
-    monkeypatch.setattr(tasks, "_sized_parts", solve)
+    monkeypatch.setattr(tasks, "SensorParts", solve)
     summary = run_study(read_study(written()), tmp_path / "out", engine)
     assert (summary.done, summary.failed) == (7, 1)
 
@@ -223,7 +221,7 @@ def test_fault_of_the_machine_is_exit_code_2_and_tried_again(written, engine, tm
     monkeypatch.setattr(command, "chosen_engine", lambda *_: nullcontext(engine))
     words = ["study", str(written()), "--out", str(tmp_path / "out")]
     with monkeypatch.context() as patch:
-        patch.setattr(tasks, "_sized_parts", solve)
+        patch.setattr(tasks, "SensorParts", solve)
         assert main(words) == 2
         assert capsys.readouterr().err.count("\n") == 1
         with stored_study(tmp_path / "out") as store:
@@ -247,7 +245,7 @@ def test_full_disk_is_no_fault_of_a_point(written, engine, tmp_path, monkeypatch
 
     study = read_study(written())
     with monkeypatch.context() as patch:
-        patch.setattr(tasks, "_sized_parts", solve)
+        patch.setattr(tasks, "SensorParts", solve)
         with pytest.raises((OSError, InputError)):
             run_study(study, tmp_path / "out", engine)
     assert run_study(study, tmp_path / "out", engine).done == 8

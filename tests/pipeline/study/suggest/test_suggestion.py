@@ -6,8 +6,8 @@ import pytest
 from stand_ins import GOOD, result_of
 
 from pipeline.options import RunOptions, load_design
+from pipeline.sensor import Sensor
 from pipeline.study.search import proof
-from pipeline.study.search.sized_sensor import sized_sensor
 from pipeline.study.suggest import changes
 from pipeline.study.suggest import suggestion as room
 from pipeline.study.suggest.changes import change_design, setting_text, size, sweeps
@@ -35,7 +35,8 @@ def few_steps(monkeypatch, request):
 
 def search_of(design, fixed=frozenset()):
     base = result_of(Design())
-    contact = base.contact if design.tips == Design().tips else sized_sensor(design, 0.02, parts=()).contact
+    sized = Sensor(design=design, options=RunOptions(tolerance=0.02), springs_as="sized")
+    contact = base.contact if design.tips == Design().tips else sized.contact
     return Search(
         dataclasses.replace(base, sensor=dataclasses.replace(base.sensor, design=design, contact=contact)),
         fixed,

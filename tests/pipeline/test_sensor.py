@@ -2,9 +2,8 @@
 
 import pytest
 
-from pipeline.evaluate import check_targets, fitted_sensor
 from pipeline.options import RunOptions, load_design
-from pipeline.study.search.sized_sensor import sized_sensor
+from pipeline.sensor import Sensor
 
 BIAS = 0.001
 """Left of a bias between model and run: leaves of the beam law are 2 % off the fitted ones, which is 2 % of what the
@@ -17,14 +16,16 @@ def test_bias_of_small_domes_is_that_of_fitted_springs(name, tolerance):
     """Without the sideways compliance the bias of `kiwi` is 0.022 too low. Both have one contact, however rough."""
     design = load_design(name)
     options = RunOptions(tolerance=tolerance)
-    fitted = check_targets(fitted_sensor(design, options), options).readings
-    sized = check_targets(sized_sensor(design, tolerance)).readings
+    fitted = Sensor(design=design, options=options).readings
+    sized = Sensor(design=design, options=options, springs_as="sized").readings
     for of_model, of_run in zip(sized.moduli, fitted.moduli, strict=True):
         assert abs(of_model.bias.value) == pytest.approx(abs(of_run.bias.value), abs=BIAS)
         assert of_model.sources.total == pytest.approx(of_run.sources.total, rel=0.01)
 
 
-def test_springs_lean_where_a_part_feels_it():
-    design = load_design("mango")
-    assert sized_sensor(design, 0.02, parts=()).springs.sideways is None
-    assert sized_sensor(design, 0.02).springs.sideways is not None
+def test_springs_lean_where_a_stage_feels_it():
+    sensor = Sensor(design=load_design("mango"), options=RunOptions(tolerance=0.02), springs_as="sized")
+    assert sensor.level.level[0].value > 1.0
+    assert "springs" not in vars(sensor)  # whose sideways give is solved by finite elements
+    assert sensor.upright_springs.sideways is None
+    assert sensor.springs.sideways is not None

@@ -1,0 +1,265 @@
+"""A sensor: a design whose stages are solved when they are first asked for, each of them once."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from functools import cached_property, wraps
+from typing import Literal, TypeVar
+
+from pipeline.options import RunOptions
+from pipeline.reading.analysis import Readings, analyse_readings, reading_constants, tilted_presses
+from pipeline.reading.over_time import ReadingOverTime, reading_over_time, refuse_unsolvable_time
+from pipeline.reading.poses import refuse_unsolvable_poses
+from pipeline.reading.pressed_sensor import PressedSensor, Presses
+from pipeline.reading.read_out import ReadingConstants
+from pipeline.response.contact import fruit_compliance
+from pipeline.response.scene_press import ScenePress, press_scene
+from pipeline.response.unit_scene import scene_compliance, unit_scene
+from pipeline.springs.behaviour import SpringBehaviour, spring_behaviour
+from pipeline.springs.fitted_springs import (
+    BeginSolid,
+    FittedSprings,
+    fit_springs,
+    ideal_springs,
+    leaning_springs,
+    with_sideways_give,
+)
+from pipeline.springs.sizing import SpringSizing, spring_sizing
+from pipeline.storage.stopwatch import Stopwatch
+from pipeline.verdicts.errors.effects import level_sensor
+from pipeline.verdicts.errors.sensor_errors import SensorErrors, sensor_errors
+from pipeline.verdicts.rules import reading_verdicts, relaxation_verdicts, target_verdicts
+from pipeline.verdicts.sensor import (
+    paper_verdicts,
+    printable_verdicts,
+    ratio_in_words,
+    response_verdicts,
+    stiffness_verdicts,
+    tip_verdicts,
+)
+from pipeline.verdicts.targets import SceneTargets, reached_targets
+from sensor.design.parameters import Design
+from sensor.design.tip_mount import plate_depth
+from sensor.verdict import Verdict
+from solve.fruit.compliance import FruitCompliance
+
+Solved = TypeVar("Solved")
+SpringsAs = Literal["fitted", "sized"]
+"""Springs fitted to the housing by finite elements, or exactly as stiff as they were sized, which a search tries."""
+
+
+def refuse_unsolvable(design: Design) -> None:
+    """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate; solves nothing."""
+    refuse_unsolvable_poses(design)
+    refuse_unsolvable_time(design)
+    plate_depth(design, design.process)
+
+
+def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_property[Solved]"]:
+    """Return a decorator for a property that is solved once, whose seconds count to a stage of the run."""
+
+    def decorated(solve: Callable[["Sensor"], Solved]) -> "cached_property[Solved]":
+        @wraps(solve)
+        def timed(sensor: "Sensor") -> Solved:
+            with sensor.timed.stage(name):
+                return solve(sensor)
+
+        return cached_property(timed)
+
+    return decorated
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Sensor:
+    """A design with its stages: each property solves what it needs.
+
+    The springs are `fitted` to the housing by finite elements, or taken as `sized`. `begin_solid` begins the solid of
+    each housing that may be the last one, beside the solves. A search gives a contact that is known from a design with
+    the same scene, and for sized springs the height offsets of the tips [mm]. Each property raises InputError for a
+    scene that cannot be used, MeshError or SolveError for a solve that must not be believed.
+    """
+
+    design: Design
+    options: RunOptions = field(default_factory=RunOptions)
+    springs_as: SpringsAs = "fitted"
+    timed: Stopwatch = field(default_factory=Stopwatch)
+    begin_solid: BeginSolid | None = None
+    known_contact: FruitCompliance | None = None
+    known_offsets_mm: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a scene that cannot be pressed; sized springs may be asked for in any, until they are pressed."""
+        if self.springs_as == "fitted":
+            refuse_unsolvable(self.design)
+
+    def solve(self, *stages: str) -> None:
+        """Solve stages in this order; each solves by itself what it needs."""
+        for name in stages:
+            getattr(self, name)
+
+    @stage("contact")
+    def contact(self) -> FruitCompliance:
+        """Return the compliance of the fruit under the tips; designs of one shape share that of sized springs."""
+        if self.known_contact is not None:
+            return self.known_contact
+        if self.springs_as == "sized":
+            return scene_compliance(unit_scene(self.design), self.options.tolerance)
+        return fruit_compliance(self.design, self.options)
+
+    @stage("sizing")
+    def sizing(self) -> SpringSizing:
+        """Return the springs that the targets require, or that the design gives."""
+        return spring_sizing(self.design, self.contact, self.options)
+
+    @stage("springs")
+    def upright_springs(self) -> FittedSprings:
+        """Return the springs in their final housing, without what their tips give sideways."""
+        if self.springs_as == "sized":
+            return replace(ideal_springs(self.design, self.sizing), ideal_offsets_mm=self.known_offsets_mm)
+        return fit_springs(self.design, self.sizing, self.options, self.begin_solid)
+
+    @stage("springs")
+    def springs(self) -> FittedSprings:
+        """Return the springs with what their tips give sideways, where forces lean."""
+        if self.springs_as == "sized":
+            leaning = leaning_springs(self.design, self.sizing)
+            return replace(leaning, ideal_offsets_mm=self.known_offsets_mm)
+        return with_sideways_give(self.upright_springs, self.design, self.options)
+
+    @cached_property
+    def pressed(self) -> PressedSensor:
+        """Return what is pressed and read: the tips on their springs over the fruit."""
+        if self.springs_as == "sized":
+            refuse_unsolvable(self.design)
+        return PressedSensor(design=self.design, contact=self.contact, sizing=self.sizing, springs=self.springs)
+
+    @stage("response")
+    def press(self) -> ScenePress:
+        """Return the forces over travel and modulus."""
+        pressed = self.pressed
+        return press_scene(pressed.scene, pressed.contact, pressed.C)
+
+    @stage("reading")
+    def readings(self) -> Readings | None:
+        """Return the errors of the readings over all poses; None for a design without readings."""
+        return analyse_readings(self.pressed)
+
+    @stage("reading")
+    def tilted(self) -> Presses | None:
+        """Return presses at tilts along the tips; None for a design without readings or without a tilt."""
+        reading = self.design.reading
+        return None if reading is None else tilted_presses(self.pressed, reading)
+
+    @stage("reading")
+    def over_time(self) -> ReadingOverTime | None:
+        """Return the reading over time; None for flesh that does not relax."""
+        return reading_over_time(self.pressed)
+
+    @cached_property
+    def upright(self) -> PressedSensor:
+        """Return what is pressed as long as no force leans."""
+        return PressedSensor(design=self.design, contact=self.contact, sizing=self.sizing, springs=self.upright_springs)
+
+    @property
+    def is_level(self) -> bool:
+        """Return whether flat sharp tips touch a flat fruit all at once, so that the two-spring law is exact."""
+        scene = self.upright.scene
+        return scene.linear and not any(scene.height_offset_mm)
+
+    @stage("verdicts")
+    def level(self) -> SceneTargets:
+        """Return P_max and NL of a level sensor on flat fruit, by the two-spring law."""
+        return reached_targets(self.upright, self.design.nominal_targets, None)
+
+    @stage("verdicts")
+    def reached(self) -> SceneTargets:
+        """Return P_max and NL in the scene of the design, for which a level one needs no press."""
+        return self.level if self.is_level else reached_targets(self.pressed, self.design.nominal_targets, self.press)
+
+    @stage("verdicts")
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Return the verdicts on the sensor that need no file."""
+        return tuple(verdict for group in _GROUPS for verdict in getattr(self, group))
+
+    def verdict(self, name: str) -> Verdict | None:
+        """Return the verdict of a name, for which only its own group is judged; None if this design has none."""
+        for group, names in _GROUPS.items():
+            if any(fnmatchcase(name, pattern) for pattern in names):
+                verdicts: tuple[Verdict, ...] = getattr(self, group)
+                for verdict in verdicts:
+                    if verdict.name == name:
+                        return verdict
+        return None
+
+    @stage("verdicts")
+    def verdicts_on_readings(self) -> tuple[Verdict, ...]:
+        """Return the verdicts on bias, uncertainty, touch and bruising; none for a design without readings."""
+        return reading_verdicts(self.design, self.readings)
+
+    @stage("verdicts")
+    def verdicts_on_targets(self) -> tuple[Verdict, ...]:
+        """Return the verdicts P_max and NL; none for a design that is judged by its readings, or has no targets."""
+        if self.design.reading is not None or self.design.targets is None:
+            return ()
+        springs = self.springs.per_spring
+        words = ratio_in_words(springs, level=self.is_level, reached=self.reached)
+        return target_verdicts(
+            self.reached.P_max, self.reached.NL, self.design.targets, words, manufactured=springs.known
+        )
+
+    @stage("verdicts")
+    def verdicts_on_stiffness(self) -> tuple[Verdict, ...]:
+        """Return the verdicts K_l and K_h; none on sized springs."""
+        return stiffness_verdicts(self.springs.per_spring)
+
+    @stage("verdicts")
+    def verdicts_on_response(self) -> tuple[Verdict, ...]:
+        """Return the verdicts on P over travel and modulus; none for a design that is judged by its readings."""
+        return () if self.design.reading is not None else response_verdicts(self.press)
+
+    @stage("verdicts")
+    def verdicts_on_printing(self) -> tuple[Verdict, ...]:
+        """Return the verdicts on whether each spring can be printed; none for a line of tips, which has no housing."""
+        return printable_verdicts(self.design, self.springs.per_spring)
+
+    @stage("verdicts")
+    def verdicts_on_tips(self) -> tuple[Verdict, ...]:
+        """Return the verdicts on the faces of printed domes, and on bruising without readings."""
+        return tip_verdicts(self.pressed, self.press)
+
+    @stage("verdicts")
+    def verdicts_over_time(self) -> tuple[Verdict, ...]:
+        """Return the verdict on a reading while the flesh relaxes."""
+        return relaxation_verdicts(self.design, self.over_time)
+
+    @stage("behaviour")
+    def behaviour(self) -> SpringBehaviour | None:
+        """Return the tilt, stiffening, frequency and crosstalk of the springs; None where no housing is made."""
+        return spring_behaviour(self.springs, self.press)
+
+    @stage("reading")
+    def read_out(self) -> ReadingConstants:
+        """Return the constants by which a finished sensor is read."""
+        return reading_constants(self.pressed, self.press, self.readings)
+
+    @stage("errors")
+    def errors(self) -> SensorErrors:
+        """Return the budget of each number, and the table with its bands of the modulus."""
+        return sensor_errors(level_sensor(self.pressed), self.reached, self.press, self.options, self.readings)
+
+    @stage("verdicts")
+    def paper(self) -> tuple[Verdict, ...] | None:
+        """Return the verdicts on the paper's own springs; None where fruit or tips are not the paper's."""
+        return paper_verdicts(self.pressed)
+
+
+_GROUPS = {
+    "verdicts_on_readings": ("reading.bias", "reading.uncertainty", "reading.touch", "bruise"),
+    "verdicts_on_targets": ("P_max", "NL"),
+    "verdicts_on_stiffness": ("K_l", "K_h"),
+    "verdicts_on_response": ("P_displacement_independent", "P_monotonic"),
+    "verdicts_on_printing": ("printable.*",),
+    "verdicts_on_tips": ("geometry.tip_face", "bruise"),
+    "verdicts_over_time": ("reading.relaxation",),
+}
+"""The groups of verdicts in the order of a report, and the names of the verdicts in each."""
