@@ -8,7 +8,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from cad.templates import template_environment
-from sensor.quantity import COVERAGE, with_bar
+from sensor.quantity import COVERAGE
+from sensor.words import with_bar
 
 _ROOM = Path(__file__).parent
 _BAR = " | "

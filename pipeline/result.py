@@ -19,6 +19,7 @@ from pipeline.verdicts.targets import SceneTargets
 from sensor.design.parameters import Design
 from sensor.record import Record
 from sensor.verdict import Verdict, all_passed, failed_verdict
+from sensor.words import OUTCOMES
 from solve.fruit.compliance import FruitCompliance
 
 NOT_MADE = failed_verdict(
@@ -68,7 +69,7 @@ class SensorResult(Record):
     def __repr__(self) -> str:
         """Return the design's name and how its verdicts ended: all numbers together fill many screens."""
         outcomes = [verdict.passed for verdict in self.verdicts]
-        counts = f"{outcomes.count(True)} passed, {outcomes.count(False)} failed, {outcomes.count(None)} undecided"
+        counts = ", ".join(f"{outcomes.count(passed)} {word}" for passed, word in OUTCOMES.items())
         return f"{type(self).__name__}({self.design.name!r}: {counts})"
 
     @property

@@ -86,38 +86,14 @@ class Estimate:
         return Estimate(factor * self.value, factor * self.error, unit)
 
 
-# Below, a length is one of atoms and a modulus that of a gas: nothing that these models solve.
 COVERAGE = 2.0
 """Standard deviations to each side that hold 95 % of a normal distribution, rounded: JCGM 100:2008, 6.3.3."""
-_PLAIN_DECIMALS = 9  # of a number that is written out; a smaller bar has a power of ten
 BOUNDED = 1.0 / math.sqrt(3.0)
 """Standard deviation of what lies anywhere within a bound, over that bound (JCGM 100:2008, 4.3.7)."""
+# Below, a length is one of atoms and a modulus that of a gas: nothing that these models solve.
 LENGTH = Bounds(at_least=1e-6, at_most=1000.0)
 MODULUS = Bounds(at_least=1e-6, at_most=1e6)
 DURATION = Bounds(at_least=1e-3, at_most=1e6)
-
-
-def with_bar(value: float, bar: float | None, unit: str = "", *, in_percent: bool = False) -> str:
-    """Return a number ± the half width that holds 95 %, with its unit.
-
-    The bar has two digits, and the number ends with them; `in_percent` the bar is told as a share of the number. A
-    number without a bar has five digits.
-    """
-    of_unit = "" if unit in ("", "1") else f" {unit}"
-    if not bar or not math.isfinite(bar):
-        return f"{value:.5g}{of_unit}"
-    two_digits = float(f"{bar:.1e}")
-    decimals = 1 - math.floor(math.log10(two_digits))
-    if decimals > _PLAIN_DECIMALS:
-        number, shown = f"{value:.5g}", f"{two_digits:.2g}"
-    else:
-        number, shown = (f"{round(each, decimals):.{max(decimals, 0)}f}" for each in (value, two_digits))
-    if in_percent:
-        if not value:
-            return f"{number}{of_unit}"
-        percent = float(f"{100.0 * bar / abs(value):.2g}")
-        return f"{number}{of_unit} ± {percent:g} %"  # 140, not 1.4e+02
-    return f"{number} ± {shown}{of_unit}"
 
 
 def quantity(

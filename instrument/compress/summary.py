@@ -2,7 +2,7 @@
 
 import math
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from rich.console import RenderableType
 
 from instrument.compress.modulus import CompressionResult
 from instrument.template import template_parts
+from sensor.words import rounded
 
 _MODULI = 7  # in the design's list, as in the paper's
 
@@ -73,16 +74,10 @@ def design_range(results: Sequence[CompressionResult]) -> DesignRange:
     """
     E = np.array([test.E_MPa for test in results])
     u = 0.01 * np.array([test.u_percent for test in results])
-    E_max = _two_digits(float((E * (1.0 + u)).max()), math.ceil)
-    E_min = _two_digits(float((E * (1.0 - u)).min()), math.floor)
+    E_max = rounded(float((E * (1.0 + u)).max()), 2, towards=math.inf)
+    E_min = rounded(float((E * (1.0 - u)).min()), 2, towards=0.0)
     moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)
-    return DesignRange(E_max_MPa=float(f"{E_max:.3g}"), E_MPa=tuple(float(f"{modulus:.3g}") for modulus in moduli))
-
-
-def _two_digits(value: float, rounded: Callable[[float], int]) -> float:
-    """Return a positive value [any unit] rounded up or down to two digits."""
-    step = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return step * rounded(round(value / step, 9))
+    return DesignRange(E_max_MPa=E_max, E_MPa=tuple(rounded(modulus) for modulus in moduli))
 
 
 def result_parts(

@@ -8,7 +8,8 @@ from instrument.press.measuring import MeasuringUnit
 from pipeline.reading.uncertainty import by_heat
 from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
-from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, with_bar
+from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field
+from sensor.words import with_bar
 
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
 UNCERTAIN = 0.5

@@ -7,11 +7,10 @@ from rich.console import RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from pipeline.report.verdict_rule import number_text
 from pipeline.report.verdict_table import OUTCOME, reasons, verdict_table
 from pipeline.storage.digests import Json
-from sensor.quantity import with_bar
 from sensor.verdict import Verdict, all_passed
+from sensor.words import shown, with_bar
 
 _TARGETS = (
     *("reading.bias", "reading.uncertainty", "reading.touch", "reading.relaxation", "bruise"),
@@ -43,8 +42,8 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     if len(wrong) > _REASONS:
         yield f"and {len(wrong) - _REASONS} more: --verbose lists them all"
     notes = report["notes"]
-    shown = notes[: _NOTES - min(len(wrong), _REASONS + 1)]
-    yield from (f"- {escape(note)}" for note in shown)
+    for note in notes[: _NOTES - min(len(wrong), _REASONS + 1)]:
+        yield f"- {escape(note)}"
     out = escape(str(folder))
     yield f"files in {out}: response.csv is the table P -> E, report.json has every number"
     yield f"look at it: open {escape(str(folder / 'report.html'))} in a browser, or pipeline view {out}"
@@ -126,9 +125,9 @@ def _error_table(report: Json) -> Table:
         largest = [f"{part['effect']} {part['size_percent']:+.2g}" for part in contributions[:2]]
         table.add_row(
             name,
-            number_text(budget["discretisation_percent"], digits=2),
-            number_text(budget["model_percent"], digits=2),
-            number_text(budget["inputs_percent"], digits=2),
+            shown(budget["discretisation_percent"], digits=2),
+            shown(budget["model_percent"], digits=2),
+            shown(budget["inputs_percent"], digits=2),
             ", ".join(largest),
         )
     return table

@@ -2,11 +2,11 @@
 
 import csv
 import io
-import math
 from collections.abc import Iterator, Sequence
 
 from pipeline.verdicts.errors.sensor_errors import ReadingTable
 from sensor.design.tips import Tips
+from sensor.words import shown
 
 COLUMNS = (
     "E_MPa",
@@ -46,15 +46,11 @@ def _rows(table: ReadingTable, tips: Tips, single_tips: Sequence[int]) -> Iterat
             soft, stiff = (forces[list(kind)].mean() for kind in tips.spring_groups)
             numbers = (E, x, soft, stiff, response.P[i, j])
             # Three digits of an error: more differ from solver to solver, and the file would with them.
-            error = _digits(100.0 * response.P_error[i, j], 3)
+            error = shown(100.0 * response.P_error[i, j], digits=3)
             bounds = (*table.printed[i, j], *table.calibrated[i, j])
             yield [
-                *(_digits(one, 6) for one in numbers),
+                *(shown(one, digits=6) for one in numbers),
                 error,
-                *(_digits(one, 4) for one in bounds),
-                *(_digits(forces[tip], 6) for tip in single_tips),
+                *(shown(one, digits=4) for one in bounds),
+                *(shown(forces[tip], digits=6) for tip in single_tips),
             ]
-
-
-def _digits(value: float, count: int) -> str:
-    return f"{value:.{count}g}" if math.isfinite(value) else ""

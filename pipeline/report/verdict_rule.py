@@ -3,8 +3,9 @@
 from dataclasses import replace
 from typing import Any
 
-from sensor.quantity import COVERAGE, with_bar
+from sensor.quantity import COVERAGE
 from sensor.verdict import Verdict
+from sensor.words import ROUND_OFF, shown, with_bar
 
 ERRORS_IN_WORDS = "± holds 95 %"
 """What stands once over everything that a person reads; files keep standard uncertainties."""
@@ -23,9 +24,6 @@ _FRACTIONS = (
 
 UNREAD = "some poses have no reading"
 """Why a verdict on readings fails whose value keeps the limit: the value is that of the other poses."""
-
-ROUND_OFF = 1e-12
-"""Below it a number says nothing in any unit that is shown: mm, N, MPa, N/m, %, fractions of numbers near 1."""
 
 
 def as_read(verdict: Verdict) -> Verdict:
@@ -52,26 +50,16 @@ def bound_sign(verdict: Verdict) -> str:
     return {"at most": "≤ ", "at least": "≥ "}.get(verdict.limit_sense or "", "")
 
 
-def number_text(value: float | str | None, unit: str = "", digits: int = 5) -> str:
-    """Return a number with some digits and its unit, or a text; nothing for None, and round-off is 0."""
-    if value is None:
-        return ""
-    if not isinstance(value, str) and abs(value) < ROUND_OFF:
-        value = 0.0
-    text = value if isinstance(value, str) else f"{value:.{digits}g}"
-    return text if unit in ("", "1") or isinstance(value, str) else f"{text} {unit}"
-
-
 def limit_text(verdict: Verdict, unit: str) -> str:
     """Return the target or limit of a verdict with a unit, its sign before it where it bounds the value on one side."""
-    return bound_sign(verdict) + number_text(verdict.limit, unit)
+    return bound_sign(verdict) + shown(verdict.limit, unit)
 
 
 def tolerance_text(verdict: Verdict) -> str:
     """Return the tolerance of a verdict, in per cent where it is relative; nothing where it has none."""
     if verdict.relative and isinstance(verdict.tolerance, int | float):
-        return f"{100.0 * verdict.tolerance:.5g} %"
-    return "" if verdict.tolerance == 0.0 else number_text(verdict.tolerance, verdict.unit)
+        return shown(100.0 * verdict.tolerance, "%")
+    return "" if verdict.tolerance == 0.0 else shown(verdict.tolerance, verdict.unit)
 
 
 def fails_unread(verdict: Verdict) -> bool:

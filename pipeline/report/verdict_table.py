@@ -18,9 +18,11 @@ from pipeline.report.verdict_rule import (
     tolerance_text,
 )
 from sensor.verdict import READABLE, Verdict
+from sensor.words import OUTCOMES
 
 WIDTH = 132
-OUTCOME = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
+_COLOURS = {True: "green", False: "red", None: "yellow"}
+OUTCOME = {passed: f"[{_COLOURS[passed]}]{word}[/]" for passed, word in OUTCOMES.items()}
 
 
 def print_parts(parts: Iterable[RenderableType], width: int | None = None) -> None:

@@ -20,6 +20,7 @@ from pipeline.study.study_file import REFUSED, Study
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
 from sensor.design.design_file import TABLE_TYPES, design_as_toml
 from sensor.verdict import sense_of
+from sensor.words import shown
 
 PAGE = "study.html"
 BEST = 10
@@ -76,13 +77,13 @@ def write_page(
     points = []
     for point in store.rows(sorted({*best, *proved, *at_random})):
         points.append({**point.settings, **point.values, "number": point.number})
-    shown = shown_keys(study, columns)
+    keys = shown_keys(study, columns)
     data = {
         "vary": list(study.vary),
         "wanted": list(study.wanted),
-        "shown": [one.key for one in shown],
-        "labels": {one.key: one.label for one in shown},
-        "axes": [one.key for one in shown if columns.differs(one.key)],
+        "shown": [one.key for one in keys],
+        "labels": {one.key: one.label for one in keys},
+        "axes": [one.key for one in keys if columns.differs(one.key)],
         "parts": [key for key in study.wanted if is_part_of_limit(key)],
         "minimise": study.goal.minimise if study.how == "search" else study.wanted[0],
         "points": points,
@@ -97,8 +98,7 @@ def write_page(
         study=study,
         counts=store.counts(),
         dots=MOST_DOTS,
-        shown=shown,
-        told_text=told_text,
+        keys=keys,
         messages=store.messages(),
     )
     path = store.path.parent / PAGE
@@ -113,29 +113,22 @@ def shown_keys(study: Study, columns: PointColumns) -> tuple[ShownKey, ...]:
         name, _, last = key.rpartition(".")
         if name.startswith("verdicts.") and last == "value":
             folded |= {f"{name}.{field}" for field in VERDICT_FIELDS if field != last}
-    shown = []
+    keys = []
     for key in study.keys:
         if key not in folded:
             low, high = columns.span(key) if key in columns.values else (None, None)
             varies = key in study.vary
             label, meaning = _named(key, varies=varies)
             meaning = _LINK.sub(r"\1", meaning).replace("`", "")
-            counts = {told_text(value): count for value, count in columns.counts.get(key, {}).items()}
-            shown.append(ShownKey(key, label, varies, low, high, meaning, tuple(sorted(counts.items()))))
-    return tuple(shown)
+            counts = {shown(value): count for value, count in columns.counts.get(key, {}).items()}
+            keys.append(ShownKey(key, label, varies, low, high, meaning, tuple(sorted(counts.items()))))
+    return tuple(keys)
 
 
 def is_part_of_limit(key: str) -> bool:
     """Say whether a key is the limit of a verdict that its value must stay on one side of."""
     name, field = verdict_field(key)
     return field == "limit" and sense_of(name) is not None
-
-
-def told_text(value: object) -> str:
-    """Return a value of a point as text: an outcome in words, a number with five digits, nothing for None."""
-    if isinstance(value, bool):
-        return "passed" if value else "failed"
-    return "" if value is None else f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def _named(key: str, *, varies: bool) -> tuple[str, str]:

@@ -10,6 +10,7 @@ from pipeline.verdicts.rules import tolerance_hint
 from sensor.design.parameters import Design
 from sensor.tips.shapes import OPTIONAL_KEYS
 from sensor.verdict import Verdict
+from sensor.words import rounded
 
 Hint = Callable[[Verdict, Design, FittedSprings], str | None]
 
@@ -17,7 +18,6 @@ SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "`--fruit-stiffness contact` sizes the springs for the true contact"
 LEAST_OVER_HEIGHT_ERROR = 5.0  # travel over how far apart tips of a printed part may stand: less reads the print
 _WITHIN = 0.98  # of a bound, so that rounding and error bars keep it
-_DIGITS = 3
 
 
 def with_hints(
@@ -72,17 +72,8 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
             bound = travel * spring.printable.strain_limit / (strain.value + strain.error)
     if bound >= travel:  # what failed does not depend on the travel, as the length of a leaf
         return None
-    shorter = rounded(_WITHIN * bound, 0.0)
+    shorter = rounded(_WITHIN * bound, towards=0.0)
     return shorter if least_travel(design) <= shorter < travel else None
-
-
-def rounded(value: float, towards: float) -> float:
-    """Return a value rounded to three digits towards another number [its unit]."""
-    if value == 0.0:
-        return value
-    step = 10.0 ** (math.floor(math.log10(abs(value))) - _DIGITS + 1)
-    round_to_whole = math.ceil if towards > value else math.floor
-    return float(f"{round_to_whole(round(value / step, 6)) * step:.{_DIGITS}g}")
 
 
 def _less_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
@@ -129,7 +120,7 @@ def _more_travel(verdict: Verdict, design: Design, _springs: FittedSprings) -> s
         return None
     travel = design.press.travel_mm
     least = (verdict.value + (verdict.error or 0.0)) * travel / (_WITHIN * verdict.limit)
-    return f"would pass with more travel: `--set press.travel_mm={rounded(least, math.inf):g}`"
+    return f"would pass with more travel: `--set press.travel_mm={rounded(least, towards=math.inf):g}`"
 
 
 def _steadier(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str:

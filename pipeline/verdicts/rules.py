@@ -14,10 +14,11 @@ from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.storage.plain import first_largest
 from sensor.design.parameters import Design, Targets
 from sensor.design.reading import LARGEST_TOUCH_FRACTION, Reading
-from sensor.quantity import Estimate, with_bar
+from sensor.quantity import Estimate
 from sensor.theory.hertz import contact_reach, relative_radius
 from sensor.tips.layouts import Position
 from sensor.verdict import Verdict, all_passed, failed_verdict, one_sided
+from sensor.words import rounded, with_bar
 from solve.contact.linear_response import SensorResponse
 
 P_MAX_TOLERANCE = 0.01  # of the target
@@ -108,17 +109,10 @@ def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
     # A larger error than all parts may have at the tolerance asked for was met by no mesh: a smaller one is no help.
     parts = 1.0 if verdict.name in _STIFFNESSES else _PARTS
     if allowed > 0.0 and relative_error <= parts * asked:
-        tighter = _one_digit(allowed / parts)
+        tighter = rounded(allowed / parts, 1, towards=0.0)
         if tighter < asked and TOLERANCES.hold(tighter):
             return f"{UNDECIDED}, `--tol {tighter:g}` would decide"
     return f"{UNDECIDED}, no `--tol` would decide"
-
-
-def _one_digit(value: float) -> float:
-    """Return the largest number of one digit that is not above a positive value [its unit]."""
-    digit = 10.0 ** math.floor(math.log10(value))
-    count = math.floor(value / digit * (1.0 + 1e-9))  # round-off must not turn 3 into 2
-    return round(count * digit, 12)
 
 
 # Force ratio

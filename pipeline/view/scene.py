@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyvista as pv
 
-from pipeline.report.page.bodies import deformation_factor, round_below
+from pipeline.report.page.bodies import deformation_factor
+from sensor.words import round_below
 
 Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
 Plotter = Any

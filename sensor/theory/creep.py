@@ -31,7 +31,8 @@ after its lift. J rises ever more slowly, so a force that stayed at its largest 
 import math
 from dataclasses import dataclass
 
-from sensor.quantity import BOUNDED, COVERAGE, with_bar
+from sensor.quantity import BOUNDED, COVERAGE
+from sensor.words import with_bar
 
 EFFECTIVE = math.exp(-0.5)
 """Of the duration of a press: when a weight would meet the same stiffness."""

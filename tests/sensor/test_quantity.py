@@ -12,7 +12,6 @@ from sensor.quantity import (
     nearest,
     quantity,
     validation_error,
-    with_bar,
     written_number,
 )
 
@@ -96,27 +95,6 @@ def test_numbers_as_people_write_them(text, number):
 def test_nearest_name_is_found_whatever_its_case():
     assert nearest("PETG", ["sla-resin", "fdm-petg", "E_MPa"]) == "fdm-petg"
     assert nearest("e_mpa", ["sla-resin", "fdm-petg", "E_MPa"]) == "E_MPa"
-
-
-@pytest.mark.parametrize(
-    ("value", "bar", "unit", "in_percent", "text"),
-    [
-        (905.845, 0.34704, "N/m", False, "905.85 ± 0.35 N/m"),
-        (20829.8, 11.718, "N/m", False, "20830 ± 12 N/m"),
-        (23183.6, 201.7, "N/m", False, "23180 ± 200 N/m"),
-        (0.05000386, 2.9058e-5, "1", False, "0.050004 ± 0.000029"),
-        (1.0, 0.0996, "", False, "1.00 ± 0.10"),  # a bar that rounds up to the next power of ten
-        (1.494, 0.1434, "MPa", True, "1.49 MPa ± 9.6 %"),
-        (0.86, 1.2, "MPa", True, "0.9 MPa ± 140 %"),
-        (-0.0001, 0.0047, "mm", False, "-0.0001 ± 0.0047 mm"),
-        (3.2e-14, 1.04e-15, "", False, "3.2e-14 ± 1e-15"),
-        (905.72087, None, "N/m", False, "905.72 N/m"),
-        (905.72087, 0.0, "N/m", False, "905.72 N/m"),
-        (5.0, math.inf, "", False, "5"),
-    ],
-)
-def test_bar_has_two_digits_and_the_number_ends_with_it(value, bar, unit, in_percent, text):
-    assert with_bar(value, bar, unit, in_percent=in_percent) == text
 
 
 def test_estimate_in_another_unit_has_the_same_relative_error():

@@ -14,6 +14,7 @@ from sensor.design.parameters import Design
 from sensor.gone import refuse_gone
 from sensor.quantity import nearest, validation_error
 from sensor.verdict import Verdict
+from sensor.words import OUTCOMES, shown
 from twintip.commands.console import (
     FAILED,
     PASSED,
@@ -135,10 +136,9 @@ def _lines(found: "Suggestion", changes: list[Json]) -> list[str]:
     if found.changes is None:
         for verdict in found.verdicts:
             if verdict.passed is not True:
-                outcome = "undecided" if verdict.passed is None else "failed"
-                lines.append(f"{outcome} {verdict.name}: {_numbers(verdict)}{verdict.reference}")
+                lines.append(f"{OUTCOMES[verdict.passed]} {verdict.name}: {_numbers(verdict)}{verdict.reference}")
     rows = [("key", "from", "to")] if changes else []
-    rows += [(row["key"], _formatted(row["from"]), _formatted(row["to"])) for row in changes]
+    rows += [(row["key"], *(shown(row[end], digits=6, absent="not set") for end in ("from", "to"))) for row in changes]
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
     for row in rows:
         lines.append("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
@@ -149,11 +149,5 @@ def _numbers(verdict: Verdict) -> str:
     """Return a value with its error bar and its limit; nothing without a number."""
     if verdict.value is None:
         return ""
-    shown = as_read(verdict)
-    return f"{measured(shown)}, must be {limit_text(shown, shown.unit)}; "
-
-
-def _formatted(value: object) -> str:
-    if value is None:
-        return "not set"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    read = as_read(verdict)
+    return f"{measured(read)}, must be {limit_text(read, read.unit)}; "

@@ -5,11 +5,9 @@ from pathlib import Path
 from pipeline.report.explain.entries import Entry
 from pipeline.report.keys import value_at
 from pipeline.report.report import read_report
-from pipeline.report.verdict_rule import as_read, measured, number_text
-from sensor.quantity import with_bar
+from pipeline.report.verdict_rule import as_read, measured
 from sensor.verdict import Verdict
-
-_OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
+from sensor.words import OUTCOMES, shown, with_bar
 
 
 def number_in(folder: Path, entry: Entry, name: str) -> str:
@@ -26,10 +24,10 @@ def number_in(folder: Path, entry: Entry, name: str) -> str:
 
 
 def _of_verdict(verdict: Verdict) -> str:
-    shown = as_read(verdict)
-    limit = "" if shown.limit is None else f", limit {number_text(shown.limit, shown.unit)}"
+    read = as_read(verdict)
+    limit = "" if read.limit is None else f", limit {shown(read.limit, read.unit)}"
     hint = "" if verdict.remedy is None else f"; {verdict.remedy}"
-    return f"{verdict.name} {measured(shown) or 'no value'}{limit}: {_OUTCOMES[verdict.passed]}{hint}"
+    return f"{verdict.name} {measured(read) or 'no value'}{limit}: {OUTCOMES[verdict.passed]}{hint}"
 
 
 def _of_symbol(report: object, entry: Entry) -> str | None:

@@ -12,7 +12,6 @@ from sensor.verdict import Verdict
 
 BILL = "bom.csv"
 _MASS = f" g{EACH}"  # ends the size of a printed part in the bill
-OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 
 

@@ -16,6 +16,7 @@ from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import coarse_half
 from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
+from sensor.words import round_below
 from solve.housing.clamped_half import ClampedHalf
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 
@@ -143,12 +144,6 @@ def _label(text: str, position: Floats) -> Plain:
 def _middle_of(points: Floats, facets: NDArray[np.int64]) -> Floats:
     """Return the mean of points (n, 3) [mm] that facets name, shape (3,)."""
     return np.asarray(points[np.unique(facets)].mean(axis=0))
-
-
-def round_below(value: float) -> float:
-    """Return the largest of 1, 2 or 5 times a power of ten that is not above a positive value."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-12)))
 
 
 def deformation_factor(largest_mm: float, length_mm: float) -> float:

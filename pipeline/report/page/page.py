@@ -11,15 +11,7 @@ from pipeline.report.page.bodies import assembly_body, flexure_body, loaded_half
 from pipeline.report.page.tables import page_tables
 from pipeline.report.page.template import BODIES, FIGURES, load_templates, pack_bytes, render_page
 from pipeline.report.report import Report, report_data
-from pipeline.report.verdict_rule import (
-    ERRORS_IN_WORDS,
-    UNREAD,
-    as_read,
-    fails_unread,
-    limit_text,
-    measured,
-    tolerance_text,
-)
+from pipeline.report.verdict_rule import as_read
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
 from pipeline.storage.told import as_data
@@ -88,14 +80,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         printed_g=answer.printed_g(bill),
         speed=_SPEED,
         sizes={file.path: (folder / file.path).stat().st_size for file in report.files},
-        outcomes=answer.OUTCOMES,
-        errors_in_words=ERRORS_IN_WORDS,
-        measured=measured,
-        limit_text=limit_text,
-        tolerance_text=tolerance_text,
         meanings={name: entry.meaning for entry in entries() for name in entry.each or (entry.name,)},
-        unread=UNREAD,
-        fails_unread=fails_unread,
     )
 
 

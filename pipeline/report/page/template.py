@@ -6,6 +6,8 @@ import zlib
 from pathlib import Path
 
 from cad.templates import template_environment
+from pipeline.report import verdict_rule
+from sensor import words
 
 FIGURES = ("libraries/d3.min.js", "libraries/plot.min.js", "figures.js")
 BODIES = ("libraries/model-viewer.min.js", "still.js", "bodies.js")
@@ -13,6 +15,7 @@ BODIES = ("libraries/model-viewer.min.js", "still.js", "bodies.js")
 
 _HERE = Path(__file__).parent
 _ENVIRONMENT = template_environment(_HERE, autoescape=True)
+_ENVIRONMENT.globals |= {"words": words, "rule": verdict_rule}
 
 
 def render_page(

@@ -10,6 +10,7 @@ from sensor.design.design_tables import DesignTables
 from sensor.design.parameters import Design, GivenSprings
 from sensor.design.processes import PROCESSES
 from sensor.tips.shapes import OPTIONAL_KEYS
+from sensor.words import shown
 
 Value = Setting | None
 Changes = Mapping[str, Value]
@@ -64,10 +65,7 @@ def setting_text(value: Value) -> str:
 
 def in_words(changes: Changes) -> str:
     """Return the changes in one line, numbers with four digits."""
-    words = []
-    for key, value in changes.items():
-        words.append(f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value or 'not set'}")
-    return ", ".join(words)
+    return ", ".join(f"{key} = {shown(value, digits=4, absent='not set')}" for key, value in changes.items())
 
 
 def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:

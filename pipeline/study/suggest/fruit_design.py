@@ -14,12 +14,13 @@ from pipeline.storage.stopwatch import Progress, silent
 from pipeline.study.search.candidate import Candidate
 from pipeline.study.search.proof import first_proved
 from pipeline.study.suggest.changes import Changes, change_design, in_words, value_of
-from pipeline.study.suggest.fruit_range import Ends, FruitRange, bruise_limit, with_digits
+from pipeline.study.suggest.fruit_range import Ends, FruitRange, bruise_limit
 from pipeline.study.suggest.suggestion import Suggestion
 from pipeline.verdicts.hints import least_travel
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.quantity import InputError
+from sensor.words import rounded
 
 PRESETS = ("apple", "avocado", "kiwi", "mango", "peach", "tomato")
 """Sensors of single fruits, all of which pass."""
@@ -130,7 +131,7 @@ def _same_position_in_range(ends: Ends, of_preset: float, ends_of_preset: Ends) 
     """Return the length that lies within its ends as that of the preset does, to three digits [mm]."""
     least, most = ends_of_preset
     fraction = math.log(of_preset / least) / math.log(most / least) if least < most else 0.5
-    return with_digits(ends[0] * (ends[1] / ends[0]) ** fraction, 3)
+    return rounded(ends[0] * (ends[1] / ends[0]) ** fraction)
 
 
 def fruit_suggestion(
@@ -267,14 +268,14 @@ def _step(design: Design, result: Sensor | SensorResult | None, centring: float)
 def _centred(design: Design, factor: float) -> Changes:
     """Return the radii of the fruit of the design times a factor [1]: rounder fruit than that is read too soft."""
     radii = {"fruit.radius_mm": design.fruit.radius_mm, "fruit.radius_across_mm": design.fruit.radius_across_mm}
-    return {key: with_digits(factor * radius, 3) for key, radius in radii.items() if radius is not None}
+    return {key: rounded(factor * radius) for key, radius in radii.items() if radius is not None}
 
 
 def _springs(design: Design, low: float, high: float) -> Changes:
     """Return the given springs of a design times two factors [1], with three digits."""
     return {
-        "springs.K_l_N_per_m": with_digits((design.springs.K_l_N_per_m or 0.0) * low, 3),
-        "springs.K_h_N_per_m": with_digits((design.springs.K_h_N_per_m or 0.0) * high, 3),
+        "springs.K_l_N_per_m": rounded((design.springs.K_l_N_per_m or 0.0) * low),
+        "springs.K_h_N_per_m": rounded((design.springs.K_h_N_per_m or 0.0) * high),
     }
 
 

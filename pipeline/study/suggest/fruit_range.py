@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.verdicts.hints import rounded
 from sensor.input_file import read_bytes
 from sensor.quantity import LENGTH, MODULUS, check_fields, quantity, validation_error, written_number
+from sensor.words import rounded
 
 BRUISE_MPA = 0.1  # of flesh of 1 MPa: an assumption, as the exponent; apple flesh of 3.5 MPa fails at 0.29
 BRUISE_EXPONENT = 0.85
@@ -59,7 +59,7 @@ class FruitRange:
         """Return the principal radii that occur, from and to [mm]; those of a ball lie within 20 %."""
         radius = self.radius_mm
         if not isinstance(radius, tuple):
-            radius = (with_digits((1.0 - BALL_SPREAD) * radius, 3), with_digits((1.0 + BALL_SPREAD) * radius, 3))
+            radius = (rounded((1.0 - BALL_SPREAD) * radius), rounded((1.0 + BALL_SPREAD) * radius))
         return radius, self.radius_across_mm or radius
 
     @property
@@ -72,7 +72,7 @@ class FruitRange:
     def moduli_MPa(self) -> tuple[float, ...]:
         """Return four moduli from the softest to the firmest, each the same multiple of the one before [MPa]."""
         _, *between, _ = np.geomspace(self.E_min_MPa, self.E_max_MPa, 4).tolist()
-        return (self.E_min_MPa, *(with_digits(E, 2) for E in between), self.E_max_MPa)
+        return (self.E_min_MPa, *(rounded(E, 2) for E in between), self.E_max_MPa)
 
 
 def fruit_range(text: str) -> FruitRange:
@@ -111,7 +111,7 @@ def _measured_range(path: Path) -> FruitRange:
         ]
     except (ValueError, LookupError, TypeError, OverflowError, RecursionError) as error:
         raise validation_error("--fruit", str(path), "", _FORM, "give the radius to pipeline modulus too") from error
-    E_min, E_max = with_digits(lowest, 2), with_digits(highest, 2)
+    E_min, E_max = rounded(lowest, 2), rounded(highest, 2)
     if radii == across:
         return FruitRange(radius_mm=radii[0], E_min_MPa=E_min, E_max_MPa=E_max)
     return FruitRange(
@@ -127,9 +127,4 @@ def bruise_limit(E: float) -> float:
 
     0.1 E^0.85, an assumption of this project.
     """
-    return rounded(BRUISE_MPA * E**BRUISE_EXPONENT, 0.0)
-
-
-def with_digits(value: float, digits: int) -> float:
-    """Return a number of so many digits [its unit]."""
-    return float(f"{value:.{digits}g}")
+    return rounded(BRUISE_MPA * E**BRUISE_EXPONENT, towards=0.0)

@@ -14,10 +14,11 @@ from pipeline.storage.stopwatch import Progress, silent
 from pipeline.study.search.candidate import Candidate
 from pipeline.study.search.proof import UNSOLVED, Proof, first_proved
 from pipeline.study.suggest.changes import Changes, change_design, in_words, size, sweeps, value_of
-from pipeline.verdicts.hints import least_travel, rounded, shorter_travel
+from pipeline.verdicts.hints import least_travel, shorter_travel
 from pipeline.verdicts.rules import displacement_verdict, tolerance_hint
 from sensor.design.parameters import Design
 from sensor.verdict import Verdict, failed_verdict
+from sensor.words import rounded
 from solve.contact.linear_response import travels
 from solve.contact.response import scene_response
 
@@ -179,7 +180,7 @@ class Search:
                     passing = middle
                 else:
                     failing = middle
-            value = rounded(passing * (1.0 + beyond), passing * (1.0 + 2.0 * beyond))
+            value = rounded(passing * (1.0 + beyond), towards=passing * (1.0 + 2.0 * beyond))
             final = self.trial({**candidate.changes, key: value})
             if final is not None and not final.failed:
                 candidate = final

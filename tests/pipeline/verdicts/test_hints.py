@@ -7,7 +7,7 @@ from stand_ins import GOOD, result_of, springs_of
 
 from pipeline.options import RunOptions, load_design
 from pipeline.study.suggest.changes import sweeps
-from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, rounded, shorter_travel, with_hints
+from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, shorter_travel, with_hints
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.tips import Press, Tips
@@ -94,15 +94,6 @@ def test_travel_of_a_bruised_soft_fruit():
     dome = Tips(shape="dome", dome_radius_mm=2.0)
     for design, bound in ((Design(fruit=fruit), 0.6 * 0.75), (Design(fruit=fruit, tips=dome), 0.6 * 0.75**2)):
         assert 0.97 * bound < shorter_travel(bruise, design, springs) < bound
-
-
-@pytest.mark.parametrize(
-    ("value", "towards", "expected"),
-    [(0.12345, 0.0, 0.123), (0.12345, 1.0, 0.124), (1234.0, 0.0, 1230.0), (0.123, 1.0, 0.123), (0.0, 1.0, 0.0)],
-)
-def test_rounded(value, towards, expected):
-    """Three digits, on the side of the other number."""
-    assert rounded(value, towards) == pytest.approx(expected, rel=1e-12)
 
 
 def test_strain_by_finite_elements_asks_for_less_travel():

@@ -17,8 +17,9 @@ from pipeline.storage.plain import to_plain
 from pipeline.storage.told import as_data
 from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable
-from sensor.quantity import COVERAGE, validation_error, with_bar
+from sensor.quantity import COVERAGE, validation_error
 from sensor.verdict import all_passed
+from sensor.words import with_bar
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
 
 NAMES = ("tip", "coupon", "force", "deflection", "t", "travel", "fruit", "firmness", "E")

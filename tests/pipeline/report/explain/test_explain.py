@@ -17,7 +17,8 @@ from pipeline.report.explain.entries import entries, entry_of
 from pipeline.report.explain.numbers import number_in
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import read_report
-from sensor.quantity import InputError, with_bar
+from sensor.quantity import InputError
+from sensor.words import with_bar
 
 ROOT = Path(__file__).parents[4]
 NAMED = re.compile(r"\"((?:geometry|printable|sideways|files|report)\.[a-z0-9_]+)\"")

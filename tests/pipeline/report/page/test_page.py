@@ -18,8 +18,8 @@ from pipeline.report.page.template import finite
 from pipeline.report.report import read_data
 from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest
-from sensor.quantity import with_bar
 from sensor.verdict import Verdict
+from sensor.words import with_bar
 
 MOST_BYTES = 2_500_000
 IN_PERCENT = (
