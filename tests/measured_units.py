@@ -12,7 +12,7 @@ from deadline import DEADLINE_S
 from stand_ins import analysed
 
 from cad.parts.housing import Housing
-from instrument.firmware.firmware import c_header
+from instrument.firmware.firmware import header_text
 from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
@@ -207,7 +207,7 @@ def random_pose(design, rng, E, travel):
 
 def printed_by_header(folder, sensor, program, rows):
     """Return the numbers that a C program prints with the header of a unit, fed rows of numbers; skips without C."""
-    key = (c_header(sensor), program)
+    key = (header_text(sensor), program)
     if key not in _COMPILED:
         _COMPILED[key] = _compiled(folder, *key)
     command = _COMPILED[key]

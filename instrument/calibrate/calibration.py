@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -24,7 +25,13 @@ from instrument.calibrate.weights import (
 )
 from instrument.press.count_codes import refuse_without_counts, with_signed_counts
 from instrument.press.measuring import MeasuringUnit
-from instrument.press.printed_unit import WEIGHED_AFTER, PrintedUnit, design_digest, nominal_unit
+from instrument.press.printed_unit import (
+    WEIGHED_AFTER,
+    PrintedUnit,
+    check_weighed_after,
+    design_digest,
+    nominal_unit,
+)
 from instrument.press.signals import COUNTS, count_keys
 from pipeline.report.report import Report
 from pipeline.tables.files import place_of
@@ -35,6 +42,7 @@ from pipeline.tables.words import WORDS
 from sensor.design.reading import Reading
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, InputError, validation_error
 from sensor.theory.contrast_law import ReadingError
+from sensor.turns import in_turn
 from sensor.verdict import Verdict
 
 _OBJECTS = {"tip": Quantity(units={}, words=tuple(WORDS["calibration"]["tip"])), "coupon": Quantity(units={})}
@@ -75,6 +83,26 @@ class Calibration:
     press_s: float
     scale: ScaleFit | None = None
     channels: ChannelCalibration | None = None
+
+
+@in_turn
+def calibrate(
+    report: Report,
+    weights: str | Path,
+    after_s: float | None = None,
+    counts_as: Literal["unsigned", "offset"] | None = None,
+) -> Calibration:
+    """Return the calibration of a printed unit by a table of weights, as `pipeline calibrate` does.
+
+    `after_s` is the time from the hanging of a weight to its reading [s] where the table has no times. `counts_as` is
+    as in `read_press`. Raises InputError for a table that is no measurement of this design's springs.
+    """
+    check_weighed_after("after_s", after_s)
+    table = measured_print(weights, report, counts_as=counts_as)
+    if "coupon" in table.texts:
+        hint = "pipeline calibrate finds the modulus of a coupon"
+        raise validation_error("weights", str(weights), "", "a table with a column tip", hint)
+    return calibrate_unit(report, table, after_s=after_s)
 
 
 def measured_print(

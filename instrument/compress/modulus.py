@@ -11,9 +11,10 @@ from instrument.compress.holds import HeldRelaxation, held_relaxation
 from instrument.compress.law_fit import LawFit, fit_law
 from instrument.compress.phases import Loading, phases, without_frame
 from instrument.compress.range_choice import RangeFit, choose_range
-from instrument.compress.specimens import Specimen
+from instrument.compress.specimens import Specimen, read_specimens
 from sensor.design.fruit import USUAL_MODULI
 from sensor.quantity import Bounds, report_field, validation_error
+from sensor.turns import in_turn
 
 COVERAGE = 1.96
 """Standard errors to each side that hold 95 %."""
@@ -87,6 +88,16 @@ class CompressionResult:
     def name(self) -> str:
         """Return the name of the modulus in an answer."""
         return f"{Path(self.file).name} {self.specimen}"
+
+
+@in_turn
+def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]:
+    """Return the modulus [MPa] of each specimen in the file of a compression test, as `pipeline modulus` does.
+
+    Raises InputError for a file that holds no force over travel, and for a curve that is no compression of a fruit.
+    Raises SolveError where the force of such a body cannot be solved.
+    """
+    return [measured_modulus(specimen, geometry) for specimen in read_specimens(Path(file))]
 
 
 def measured_modulus(

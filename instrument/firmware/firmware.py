@@ -3,6 +3,7 @@
 import inspect
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -11,20 +12,41 @@ from instrument.press.fruit_reading import AT_THE_EDGE
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.press_core import Unit
 from instrument.press.presses import TARE_SAMPLES
+from instrument.press.printed_unit import PrintedUnit
 from instrument.press.seating import ROUNDS, seating_of
 from instrument.press.spikes import spike_constants
 from instrument.template import render_template
 from pipeline.reading.read_out import LevelReading
+from pipeline.report.report import Report
 from sensor.design.readout import AMPLIFIERS
 from sensor.quantity import validation_error
 from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, LARGEST_TOUCH_FORCE, LEAST_RISE, RiseLaw
+from sensor.turns import in_turn
 
 SADDLE_STEPS = 12
 """Of finding the offset of a saddle: each leaves some per cent of the error of the step before."""
 SETTLED = 1e-4  # of the springs' part of the contrast: an offset that moves more in the last step is of no press
 
 
-def c_header(sensor: MeasuringUnit) -> str:
+@in_turn
+def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
+    """Return the read-out of a unit as a C99 header, as `pipeline read --c-header` writes it.
+
+    `unit` is as in `read_press`. Raises InputError for a design with fruit.relaxation.
+    """
+    return header_text(MeasuringUnit.from_report(report, unit))
+
+
+@in_turn
+def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
+    """Return the read-out of a unit as a MicroPython module, as `pipeline read --micropython` writes it.
+
+    `unit` is as in `read_press`. Raises InputError for a design with fruit.relaxation.
+    """
+    return module_text(MeasuringUnit.from_report(report, unit))
+
+
+def header_text(sensor: MeasuringUnit) -> str:
     """Return the read-out of a unit in single-precision C99, without heap, the unit's constants in it.
 
     Raises InputError where the design has fruit.relaxation.
@@ -32,7 +54,7 @@ def c_header(sensor: MeasuringUnit) -> str:
     return render_template("firmware/firmware.h.j2", _single, **_about(sensor), **_constants(sensor))
 
 
-def micropython(sensor: MeasuringUnit) -> str:
+def module_text(sensor: MeasuringUnit) -> str:
     """Return the read-out of a unit as a MicroPython module that imports math alone: press_core.py with its constants.
 
     Raises InputError where the design has fruit.relaxation.

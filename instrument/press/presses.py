@@ -4,6 +4,8 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -12,13 +14,34 @@ from instrument.press.count_codes import signed_counts
 from instrument.press.fruit_reading import ZERO_AFTER_S, FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.one_time import at_one_time
+from instrument.press.printed_unit import PrintedUnit
 from instrument.press.signals import Sample, Signal
 from instrument.press.touches import PressSamples, presses_of
+from pipeline.report.report import Report
+from pipeline.tables.rows import rows_of
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
+from sensor.turns import in_turn
 
 TARE_SAMPLES = 10
 """Of a signal of counts, at its start, of a sensor that hangs free."""
+
+
+@in_turn
+def read_press(
+    report: Report,
+    file: str | Path,
+    unit: PrintedUnit | str | Path | None = None,
+    counts_as: Literal["unsigned", "offset"] | None = None,
+) -> list[FruitReading]:
+    """Return one reading for each press in a CSV file of forces or counts, as `pipeline read` does.
+
+    `unit` is that of a calibration, or the path of its unit.toml. Without it the springs are taken as designed. Forces
+    that tell no modulus give a reading with flags and without E. `counts_as` says how counts without signs are written.
+    Raises InputError for a file that is no signal of the sensor.
+    """
+    signal = Signal(rows_of(Path(file)), len(report.tips))
+    return list(readings_of(MeasuringUnit.from_report(report, unit), signal, counts_as=counts_as))
 
 
 def readings_of(

@@ -1,17 +1,42 @@
 """The solids of a sensor: files of the part and of the part over its fruit, and the verdicts on their geometry."""
 
+from __future__ import annotations
+
 from concurrent.futures import Executor, Future
 from functools import partial
+from typing import TYPE_CHECKING
 
 from cad.parts.hall_seats import seats_of
 from cad.parts.housing import Housing, PartSize, solid_size
 from pipeline.making.cad_tasks import write_solids
+from pipeline.result import SensorResult
 from pipeline.storage.kept_files import KeptFiles, begin_files
 from pipeline.storage.workers import finished_future, submit
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
+from sensor.quantity import validation_error
+from sensor.turns import in_turn
+
+if TYPE_CHECKING:
+    import cadquery as cq
 
 _SHAPES = ("name", "fruit", "tips", "press")  # tables of the design that solids and their checks depend on
+
+
+@in_turn
+def housing(result: SensorResult) -> cq.Workplane:
+    """Return the housing of a result [mm] on a CadQuery workplane.
+
+    It is the solid of housing.step, of a square one of its two equal plates. The axis x runs along the tips, whose
+    faces lie at z = 0, and z points away from the fruit. Raises InputError where the springs are not made.
+    """
+    made = result.springs.housing
+    if made is None:
+        hint = "see the verdicts printable.low and printable.high; a line of tips has no housing"
+        raise validation_error("housing", result.design.name, "", "of a design whose springs are made", hint)
+    from cad.parts.assembly import on_workplane, sensor_of  # they load the CAD kernel, which workers have
+
+    return on_workplane(sensor_of(result.design, made).part)
 
 
 class SolidMaker:

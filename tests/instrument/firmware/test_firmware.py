@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from measured_units import MeasuredDesign, printed_by_header, read_log, read_press, with_heights
 
-from instrument.firmware.firmware import micropython
+from instrument.firmware.firmware import module_text
 from instrument.press import press_core
 from instrument.press.fruit_reading import flags_of_forces
 from instrument.press.press_core import Unit
@@ -57,7 +57,7 @@ def in_c(tmp_path):
 
 def module_of(folder, sensor):
     path = folder / "unit.py"
-    path.write_text(micropython(sensor), encoding="utf-8")
+    path.write_text(module_text(sensor), encoding="utf-8")
     return runpy.run_path(str(path))
 
 

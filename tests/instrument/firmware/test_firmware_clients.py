@@ -12,7 +12,7 @@ from boards import BOARDS
 from deadline import DEADLINE_S
 from measured_units import read_log
 
-from instrument.firmware.firmware import c_header, micropython
+from instrument.firmware.firmware import header_text, module_text
 from instrument.press.presses import TARE_SAMPLES
 from solve.contact.poses import Pose
 
@@ -92,7 +92,7 @@ def test_header_compiles_without_a_warning(compiler, file, standard, press, tmp_
     if shutil.which(compiler) is None:
         pytest.skip(f"no {compiler}")
     sensor, forces = press
-    (tmp_path / "unit.h").write_text(c_header(sensor), encoding="utf-8")
+    (tmp_path / "unit.h").write_text(header_text(sensor), encoding="utf-8")
     (tmp_path / file).write_text(program_of(forces), encoding="utf-8")
     words = [f"-std={standard}", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic", "-O2", "-c", file]
     subprocess.run([compiler, *words], check=True, cwd=tmp_path, timeout=DEADLINE_S)
@@ -102,7 +102,7 @@ def test_header_compiles_without_a_warning(compiler, file, standard, press, tmp_
 def test_microcontroller_reads_what_the_command_reads(board, press, tmp_path):
     board.skip_without_programs()
     sensor, forces = press
-    (tmp_path / "unit.h").write_text(c_header(sensor), encoding="utf-8")
+    (tmp_path / "unit.h").write_text(header_text(sensor), encoding="utf-8")
     said = board.said(tmp_path, program_of(forces))
     words = [int(word, 16) for word in re.findall(r"reads ([0-9a-f]{8})", said)]
     assert len(words) == 2
@@ -145,7 +145,7 @@ def said_by_micropython(folder, sensor, program, counts=""):
     interpreter = INTERPRETER / "node_modules/@micropython/micropython-webassembly-pyscript/micropython.mjs"
     if shutil.which("node") is None or not interpreter.exists():
         pytest.skip("no MicroPython interpreter: npm ci --prefix .ci/micropython")
-    (folder / "unit.py").write_text(micropython(sensor), encoding="utf-8")
+    (folder / "unit.py").write_text(module_text(sensor), encoding="utf-8")
     (folder / "counts.csv").write_text(counts, encoding="utf-8")
     (folder / "program.py").write_text(program, encoding="utf-8")
     (folder / "run.mjs").write_text(IN_NODE.format(interpreter=interpreter.as_uri()), encoding="utf-8")

@@ -13,7 +13,7 @@ import pytest
 from measured_units import read_press, stated_and_moved, with_heights
 from stored_presses import STORED
 
-from instrument.firmware.firmware import c_header, micropython
+from instrument.firmware.firmware import header_text, module_text
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
 from pipeline.tables.rows import Rows
@@ -243,7 +243,7 @@ def test_a_report_without_readings_of_presses_is_refused(mango):
     old = replace(sensor.report, read_out=replace(sensor.report.read_out, rise_level=()))
     sensor = replace(sensor, report=old)
     signal = Signal(Rows(["t_s,F_1_N,F_2_N,F_3_N,F_4_N", "0,0,0,0,0"], "press.csv"), 4)
-    for work in (lambda: list(readings_of(sensor, signal)), lambda: c_header(sensor), lambda: micropython(sensor)):
+    for work in (lambda: list(readings_of(sensor, signal)), lambda: header_text(sensor), lambda: module_text(sensor)):
         with pytest.raises(InputError) as refused:
             work()
         assert refused.value.field == "read_out.rise_level"

@@ -19,7 +19,7 @@ from measured_units import MeasuredDesign, elastic, printed_by_header, random_po
 
 from instrument.calibrate import plate as room
 from instrument.calibrate.calibration import WITHOUT_PLATE
-from instrument.firmware.firmware import micropython
+from instrument.firmware.firmware import module_text
 from instrument.press.count_codes import signed_counts
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import TARE_SAMPLES, readings_of
@@ -480,7 +480,7 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
     unit = calibrate(measured.report, weights(measured, factors, electronics)).unit
     sensor = MeasuringUnit(report=measured.report, unit=elastic(unit))
     script = tmp_path / "unit.py"
-    script.write_text(micropython(sensor), encoding="utf-8")
+    script.write_text(module_text(sensor), encoding="utf-8")
     module = runpy.run_path(str(script))
     shares = np.linspace(0.15, 1.0, 20)
     for E in (0.6, 1.4, 3.3):
@@ -517,7 +517,7 @@ def test_no_pins_are_driven_without_a_read_out(mango, paper, rng, calibrate, tmp
     """The module of a design without [readout] takes recorded counts alone, and says so."""
     for measured, pins in ((paper, False), (mango, True)):
         unit = calibrate(measured.report, weights(measured, 1.0, Electronics(measured, rng))).unit
-        source = micropython(MeasuringUnit(report=measured.report, unit=unit))
+        source = module_text(MeasuringUnit(report=measured.report, unit=unit))
         assert ("machine" in source) is pins
         if not pins:
             script = tmp_path / "unit.py"

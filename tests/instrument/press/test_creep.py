@@ -8,7 +8,7 @@ import pytest
 from maxwell_springs import pressed, read_by_command, weighed_stiffness
 from measured_units import elastic, read_in_c, read_press
 
-from instrument.firmware.firmware import micropython
+from instrument.firmware.firmware import module_text
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.pair_press import single_reading
 from instrument.press.presses import readings_of
@@ -80,7 +80,7 @@ def test_without_times_the_press_is_that_of_the_design(paper, tmp_path):
     assert pytest.approx(factor * read_press(replace(sensor, unit=still), forces).E, rel=1e-12) == found.E
     assert pytest.approx(2.0, rel=0.01) == single_reading(sensor, forces[-1]).E
     path = tmp_path / "unit.py"
-    path.write_text(micropython(sensor), encoding="utf-8")
+    path.write_text(module_text(sensor), encoding="utf-8")
     press = runpy.run_path(str(path))["Press"]()
     for row in forces.tolist():
         press.add(row)
@@ -91,7 +91,7 @@ def test_without_times_the_press_is_that_of_the_design(paper, tmp_path):
 def test_a_level_table_of_firmware_has_the_creep_in_it(mango, tmp_path):
     _, sensor = weighed(mango)
     path = tmp_path / "unit.py"
-    path.write_text(micropython(sensor), encoding="utf-8")
+    path.write_text(module_text(sensor), encoding="utf-8")
     corrected = runpy.run_path(str(path))["UNIT"].corrected
     for read in (0.4, 0.9, 2.2, 4.0):
         assert corrected(read) == pytest.approx(sensor.corrected(read), rel=1e-12)

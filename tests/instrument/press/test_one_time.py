@@ -13,7 +13,7 @@ from scipy.interpolate import PchipInterpolator
 from stored_presses import STORED
 
 from cad.fabrication.signal_path import Spring, balanced_order, signal_path
-from instrument.firmware.firmware import micropython
+from instrument.firmware.firmware import module_text
 from instrument.press.one_time import at_one_time
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
@@ -147,7 +147,7 @@ def test_firmware_takes_the_same_skew_off_and_has_the_same_flag(sensor, tmp_path
         rows = forces.astype(np.float32)
         expected = read(unit, lines_of(times, rows, timed=False))
         namespace = {}
-        exec(micropython(unit), namespace)
+        exec(module_text(unit), namespace)
         press = namespace["Press"]()
         for row in rows.tolist():
             press.add(row)
@@ -175,7 +175,7 @@ def test_a_pair_is_brought_to_one_time_too(paper, tmp_path):
     expected = read_in_c(tmp_path, plain, at_once).E
     assert pytest.approx(expected, rel=1e-4) == read_in_c(tmp_path, unit, later[:-1]).E
     namespace = {}
-    exec(micropython(unit), namespace)
+    exec(module_text(unit), namespace)
     press = namespace["Press"]()
     for row in later[:-1].tolist():
         press.add(row)
@@ -217,7 +217,7 @@ def test_fastest_press_of_a_pair_is_the_one_that_is_flagged_also_by_firmware(pap
     assert (signal.delays, signal.time_error_ms) == ((), 50.0)
     fastest = fastest_press(with_signal(paper.sensor, signal))
     module = {}
-    exec(micropython(at_once), module)
+    exec(module_text(at_once), module)
     for duration, too_fast in ((0.9 * fastest, True), (1.1 * fastest, False)):
         forces = pair_by_hand(paper, duration).astype(np.float32)
         found = read_pair(at_once, forces)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from measured_units import random_pose, read_in_c, read_press
 
-from instrument.firmware.firmware import micropython
+from instrument.firmware.firmware import module_text
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal, force_keys
 from pipeline.tables.rows import Rows
@@ -256,7 +256,7 @@ def test_firmware_leaves_out_what_the_command_does(name, hands, tmp_path):
     hand = hands[name]
     sensor = hand.sensor
     script = tmp_path / "unit.py"
-    script.write_text(micropython(sensor), encoding="utf-8")
+    script.write_text(module_text(sensor), encoding="utf-8")
     press_of_board = runpy.run_path(str(script))["Press"]
     left_out = 0
     for _ in range(12):

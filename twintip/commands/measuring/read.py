@@ -132,12 +132,12 @@ def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Pat
     paths = {flag: path for flag, path in paths.items() if path is not None}
     if not paths:
         return {}
-    from instrument.firmware.firmware import c_header, micropython  # it imports jinja, which readings do without
+    from instrument.firmware.firmware import header_text, module_text  # it imports jinja, which readings do without
 
     if len({path.resolve() for path in paths.values()}) < len(paths):
         bound = "another file than that of --c-header"
         raise validation_error("--micropython", str(arguments.micropython), "", bound, "choose another name")
-    written = {"--c-header": c_header, "--micropython": micropython}
+    written = {"--c-header": header_text, "--micropython": module_text}
     files = {flag: {path: written[flag](sensor).encode()} for flag, path in paths.items()}
     for flag, file in files.items():
         refuse_taken(file, flag, force=arguments.force)
