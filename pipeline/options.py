@@ -17,7 +17,7 @@ from sensor.design.parameters import Design
 from sensor.design.tips import Tips
 from sensor.gone import refuse_gone
 from sensor.input_file import read_toml
-from sensor.quantity import Bounds, nearest, validation_error
+from sensor.quantity import Bounds, check_fields, choice, nearest, quantity, validation_error
 from sensor.tips.layouts import LAYOUTS
 
 DEFAULT_DESIGN = "paper"
@@ -49,24 +49,22 @@ class RunOptions:
     """
 
     out: Path | None = None
-    fruit_stiffness: Literal["contact", "hayes"] = "contact"
+    fruit_stiffness: Literal["contact", "hayes"] = choice(
+        FRUIT_STIFFNESSES, default="contact", flag="--fruit-stiffness"
+    )
     fields: bool = False
     fabrication: bool = False
-    tolerance: float = DEFAULT_TOLERANCE
+    tolerance: float = quantity(
+        "1", TOLERANCES, default=DEFAULT_TOLERANCE, hint=f"the default is {DEFAULT_TOLERANCE:g}", flag="--tol"
+    )
     force: bool = False
     look: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse fields beside a look, words that name no stiffness, and a tolerance without a mesh."""
-        if not TOLERANCES.hold(self.tolerance):
-            raise validation_error(
-                "--tol", self.tolerance, "1", str(TOLERANCES), f"the default is {DEFAULT_TOLERANCE:g}"
-            )
+        """Check each field, and refuse fields of a mesh beside a look."""
+        check_fields(self, "options")
         if self.look and self.fields:
             raise validation_error("--fields", "given", "", "left out beside --look", "ask for a whole run")
-        if self.fruit_stiffness not in FRUIT_STIFFNESSES:
-            bound, guess = f"one of {', '.join(FRUIT_STIFFNESSES)}", nearest(self.fruit_stiffness, FRUIT_STIFFNESSES)
-            raise validation_error("--fruit-stiffness", self.fruit_stiffness, "", bound, f"did you mean {guess}?")
 
     @property
     def command(self) -> str:

@@ -103,18 +103,26 @@ def quantity(
     hint: str = "",
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
+    flag: str = "",
 ) -> Any:  # noqa: ANN401 - stands where a field's value will stand
     """Declare a field that holds a number, or several: unit, bounds, what to do outside them, and what it means.
 
-    Data say for all their fields what to do: `Sourced.HINT`.
+    Data say for all their fields what to do: `Sourced.HINT`. A field that a `flag` gives is called so in messages.
     """
-    metadata = {"unit": unit, "bounds": bounds, "hint": hint, "meaning": meaning}
+    metadata = {"unit": unit, "bounds": bounds, "hint": hint, "meaning": meaning, "flag": flag}
     return field(default=default, metadata=metadata)
 
 
-def choice(options: Sequence[str], *, default: str | None, hint: str = "choose one of these", meaning: str = "") -> Any:  # noqa: ANN401 - as above
-    """Declare a field that holds one of the options."""
-    return field(default=default, metadata={"options": tuple(options), "hint": hint, "meaning": meaning})
+def choice(
+    options: Sequence[str],
+    *,
+    default: str | None,
+    hint: str = "choose one of these",
+    meaning: str = "",
+    flag: str = "",
+) -> Any:  # noqa: ANN401 - as above
+    """Declare a field that holds one of the options; `flag` is as in `quantity`."""
+    return field(default=default, metadata={"options": tuple(options), "hint": hint, "meaning": meaning, "flag": flag})
 
 
 def text_field(
@@ -184,6 +192,18 @@ def nearest(word: str, names: Sequence[str]) -> str:
     return by_lower_case[match[0]]
 
 
+def unknown_name(kind: str, name: str, names: Sequence[str], word: str | None = None) -> InputError:
+    """Return the error for an unknown name, with the known names and the nearest one.
+
+    `word` is the part of the name that is none of the known ones, if not the whole name.
+    """
+    given = name if word is None else word
+    shown = name if name.isprintable() else repr(name)
+    bound = f"one of {', '.join(names)}"
+    message = f"{shown} is an unknown {kind}; it must be {bound}. Did you mean {nearest(given, names)}?"
+    return InputError(message, field=name, value=given, bound=bound)
+
+
 def as_float(number: float) -> float:
     """Return a number as a float [same unit]; a whole number too large for one is infinite."""
     try:
@@ -207,7 +227,7 @@ def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # n
         may_be_left_out = value is None and item.default is None
         if item.name not in but and not may_be_left_out:
             hint = item.metadata["hint"] or record.HINT
-            _check_field(f"{table}.{item.name}", value, item, hint)
+            _check_field(item.metadata.get("flag") or f"{table}.{item.name}", value, item, hint)
 
 
 @functools.cache

@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 
 from pipeline.storage.interrupts import ended_by
 from sensor.gone import refuse_gone
-from sensor.quantity import InputError, nearest
+from sensor.quantity import InputError, unknown_name
 from twintip.commands.console import (
     EXIT_CODES,
     FAILED,
@@ -42,8 +42,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         _prepare_process()
     try:
         words = sys.argv[1:] if argv is None else list(argv)
-        arguments = _parsed(words)
-        code = PASSED if arguments is None else _answered(words[0], arguments)
+        help_text = _help(words)
+        if help_text is None:
+            code = _answered(words[0], _parsed(words[0], words[1:]))
+        else:
+            code = PASSED
+            with answering():  # of an answer that is lost argparse itself would say nothing
+                print(help_text, end="")
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read the output has left
         drop_output()
@@ -95,53 +100,57 @@ def _prepare_process() -> None:
         os.environ.pop("COLUMNS", None)  # rich would take any digits for a width
 
 
-def _print_answer(text: str) -> None:
-    """Print a text; raises InputError where it is lost, of which argparse itself would say nothing."""
-    with answering():
-        print(text, end="")
+def _help(words: list[str]) -> str | None:
+    """Return the help or the version that the words ask for; None where they ask for neither."""
+    first = words[0] if words else "--help"
+    if first in ("-h", "--help"):
+        return front_parser().format_help()
+    if first == "--version":
+        from importlib.metadata import version
+
+        return f"twintip {version('twintip')}\n"
+    if first in COMMANDS and not {"-h", "--help"}.isdisjoint(words):
+        return command_parser(first).format_help()
+    return None
 
 
-def _parsed(words: list[str]) -> argparse.Namespace | None:
-    """Return the arguments of the command that the first word names; None where help or the version was printed.
+def _parsed(first: str, rest: list[str]) -> argparse.Namespace:
+    """Return the arguments of a command.
 
     Raises InputError for an unknown command or flag, with the nearest known one, and for a flag that is gone.
     """
-    parser, parsers = command_parsers()
-    if not words or words[0] in ("-h", "--help"):
-        _print_answer(parser.format_help())
-        return None
-    if words[0] == "--version":
-        from importlib.metadata import version
-
-        _print_answer(f"twintip {version('twintip')}\n")
-        return None
-    if words[0] not in parsers:
-        kind = "flag" if words[0].startswith("-") else "command"
-        raise _unknown(kind, words[0], ("--help", "--version") if kind == "flag" else (*parsers,))
-    chosen = parsers[words[0]]
-    if "-h" in words or "--help" in words:
-        _print_answer(chosen.format_help())
-        return None
-    for word in words[1:]:
-        refuse_gone(f"{chosen.prog} {word.partition('=')[0]}")
-    arguments, rest = chosen.parse_known_intermixed_args(words[1:])
-    if rest and rest[0].startswith("-"):
-        raise _unknown("flag", rest[0], chosen.flags)
-    if rest:
-        msg = f"{rest[0]!r} must be a flag or its value. Remove it, or see {chosen.prog} -h."
+    if first not in COMMANDS:
+        kind, known = ("flag", ["--help", "--version"]) if first.startswith("-") else ("command", [*COMMANDS])
+        raise unknown_name(kind, _flag(first), known)
+    parser = command_parser(first)
+    refuse_gone(*(f"{parser.prog} {_flag(word)}" for word in rest))
+    arguments, unknown = parser.parse_known_intermixed_args(rest)
+    if unknown and unknown[0].startswith("-"):
+        raise unknown_name("flag", _flag(unknown[0]), parser.flags)
+    if unknown:
+        msg = f"{unknown[0]!r} must be a flag or its value. Remove it, or see {parser.prog} -h."
         raise InputError(msg)
     return arguments
 
 
-def _unknown(kind: str, word: str, known: Sequence[str]) -> InputError:
-    """Return the error for an unknown word of a kind, with all known ones and the nearest."""
-    given = word.partition("=")[0]
-    bound = f"one of {', '.join(known)}"
-    return InputError(f"{given} is an unknown {kind}; it must be {bound}. Did you mean {nearest(given, known)}?")
+def _flag(word: str) -> str:
+    """Return a word without the value that stands behind its equals sign."""
+    return word.partition("=")[0]
 
 
 class _Parser(argparse.ArgumentParser):
     """Argparse without its usage noise: an error is one line, as everywhere else."""
+
+    def __init__(self, prog: str, description: str, example: str) -> None:
+        """Take the name, what it does, and an example, which stands at the end of the help over the exit codes."""
+        codes = [f"{code:d} {meaning}" for code, meaning in EXIT_CODES.items()]
+        super().__init__(
+            prog=prog,
+            description=description,
+            epilog=f"example: {example}\nexit code: {', '.join(codes[:3])},\n           {', '.join(codes[3:])}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
 
     @property
     def flags(self) -> list[str]:
@@ -155,27 +164,21 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(msg)
 
 
-def command_parsers() -> tuple[_Parser, dict[str, _Parser]]:
-    """Return the parser of the command line, which prints its help, and by name the parser of each command."""
-    codes = [f"{code:d} {meaning}" for code, meaning in EXIT_CODES.items()]
-    told_codes = f"exit code: {', '.join(codes[:3])},\n           {', '.join(codes[3:])}"
-    parser = _Parser(
-        prog="pipeline",
-        description="Design a two-spring tactile sensor for fruit and prove it by finite elements.",
-        epilog=f"example: pipeline run --nl 0.05 --p-max 5      each command has its own -h\n{told_codes}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def command_parser(name: str) -> _Parser:
+    """Return the parser of the flags of a command."""
+    command = COMMANDS[name]
+    parser = _Parser(f"pipeline {name}", f"{command.purpose[0].upper()}{command.purpose[1:]}.", command.example)
+    command.add_flags(parser)
+    return parser
+
+
+def front_parser() -> _Parser:
+    """Return the parser whose help lists the commands."""
+    example = "pipeline run --nl 0.05 --p-max 5      each command has its own -h"
+    purpose = "Design a two-spring tactile sensor for fruit and prove it by finite elements."
+    parser = _Parser("pipeline", purpose, example)
     parser.add_argument("--version", action="store_true", help="print the version")
-    adder = parser.add_subparsers(metavar="COMMAND", parser_class=_Parser)
-    parsers = {}
+    commands = parser.add_subparsers(metavar="COMMAND", parser_class=argparse.ArgumentParser)
     for name, command in COMMANDS.items():
-        parsers[name] = adder.add_parser(
-            name,
-            help=command.purpose,
-            description=f"{command.purpose[0].upper()}{command.purpose[1:]}.",
-            epilog=f"example: {command.example}\n{told_codes}",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            allow_abbrev=False,
-        )
-        command.add_flags(parsers[name])
-    return parser, parsers
+        commands.add_parser(name, help=command.purpose)
+    return parser

@@ -2,7 +2,7 @@
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from sensor.design.fruit import Fruit
@@ -13,7 +13,7 @@ from sensor.design.readout import Readout
 from sensor.design.tips import Press, Tips
 from sensor.gone import refuse_gone, without_nothing
 from sensor.input_file import parsed_toml
-from sensor.quantity import InputError, as_float, nearest, validation_error, written_number
+from sensor.quantity import InputError, as_float, unknown_name, validation_error, written_number
 
 TABLE_TYPES: dict[str, Any] = {
     "targets": Targets,
@@ -27,14 +27,6 @@ TABLE_TYPES: dict[str, Any] = {
 }
 
 
-def unknown_name(kind: str, name: str, word: str, names: Sequence[str]) -> InputError:
-    """Return the error for an unknown name, with the known names and the nearest one."""
-    shown = name if name.isprintable() else repr(name)
-    bound = f"one of {', '.join(names)}"
-    message = f"{shown} is an unknown {kind}; it must be {bound}. Did you mean {nearest(word, names)}?"
-    return InputError(message, field=name, value=word, bound=bound)
-
-
 def not_a_table(name: str, value: object) -> InputError:
     """Return the error for a value in the place of a table."""
     message = f"{name} = {value} must be a table. Write [{name}] and its keys below it."
@@ -45,7 +37,7 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
     """Return the design that nested tables, or records in their place, describe; raises InputError for a bad key."""
     for key in data:
         if key != "name" and key not in TABLES:
-            raise unknown_name("table", key, key, ["name", *TABLES])
+            raise unknown_name("table", key, ["name", *TABLES])
     name = data.get("name", "paper")
     if not isinstance(name, str):
         raise validation_error("name", name, "", "text", "choose a name that can be part of a file name")
@@ -89,7 +81,7 @@ def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of
     refuse_gone(*(f"{table}.{key}" for key in values))
     for key in values:
         if key not in known:
-            raise unknown_name("key", f"{table}.{key}", key, known)
+            raise unknown_name("key", f"{table}.{key}", known, key)
     return kind(**{key: _frozen(value) for key, value in values.items()})
 
 

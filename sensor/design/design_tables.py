@@ -19,12 +19,11 @@ from sensor.design.design_file import (
     parsed_setting,
     refuse_typed_noise,
     table_as_record,
-    unknown_name,
 )
 from sensor.design.parameters import TABLES, Design
 from sensor.design.processes import PROCESSES, check_process_name, read_process_file
 from sensor.gone import refuse_gone
-from sensor.quantity import InputError, validation_error
+from sensor.quantity import InputError, unknown_name, validation_error
 
 _PROCESS = "print.process"
 _PROCESS_FILE = "print.process_file"
@@ -169,7 +168,7 @@ def _refuse_unknown(name: str, value: object) -> None:
     if value is None:
         known = name in TABLES or name in every_key()
     if not known and name != "name":
-        raise unknown_name("setting", name, name, ["name", *every_key()])
+        raise unknown_name("setting", name, ["name", *every_key()])
 
 
 def _processes_of(file_name: object, folder: Path) -> Mapping[str, Mapping[str, Any]]:

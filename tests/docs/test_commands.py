@@ -9,7 +9,7 @@ import pytest
 
 import pipeline
 from solve.linear import SolveError
-from twintip.cli import command_parsers, main
+from twintip.cli import front_parser, main
 from twintip.commands.console import EXIT_CODES, FAILED, PASSED, WRONG_INPUT
 
 ROOT = Path(__file__).parents[2]
@@ -139,7 +139,7 @@ def test_shown_commands_pass(chain):
 def test_exit_codes_of_help_and_docs_are_those_of_the_code():
     """The first words of each meaning in the docs are those of the help."""
     told = dict(re.findall(r"^\| (\d+) \| (.+) \|$", (ROOT / "docs" / "commands.md").read_text("utf-8"), re.MULTILINE))
-    help_text = " ".join(command_parsers()[0].format_help().split())
+    help_text = " ".join(front_parser().format_help().split())
     assert [*map(int, told)] == [PASSED, FAILED, WRONG_INPUT, 130, 143] == [*EXIT_CODES]
     for code, meaning in EXIT_CODES.items():
         assert f"{code:d} {meaning}" in help_text

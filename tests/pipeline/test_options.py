@@ -102,14 +102,21 @@ def test_bad_value_is_one_line(key, value):
 @pytest.mark.parametrize(
     ("option", "value", "flag"),
     [
-        *(("tolerance", value, "--tol") for value in (0.0, 0.99e-4, 0.101, math.nan)),
+        *(("tolerance", value, "--tol") for value in (0.0, 0.99e-4, 0.101, math.nan, "0.01", True, None)),
         ("fruit_stiffness", "hays", "--fruit-stiffness"),
     ],
 )
 def test_option_that_names_nothing_is_refused(option, value, flag):
+    """By the name of its flag."""
     with pytest.raises(InputError) as caught:
         RunOptions(**{option: value})
     assert caught.value.field == flag
+
+
+def test_look_writes_no_fields():
+    with pytest.raises(InputError) as caught:
+        RunOptions(look=True, fields=True)
+    assert caught.value.field == "--fields"
 
 
 def test_contact_takes_a_quarter_of_the_tolerance():
