@@ -1,4 +1,4 @@
-"""Write the last section of python.md from the scripts in examples: what each is about and what it prints.
+"""Write the examples at the end of python.md from their scripts: what each is about and what it prints.
 
 `python docs/gallery.py` runs them all, in a minute or two, in a folder of their own.
 """
@@ -24,16 +24,8 @@ PICTURES = {
 }
 """The picture that a script writes into its outputs; a copy stands in docs."""
 
-HEAD = """\
-## Ten examples
-
-*Written by `docs/gallery.py`, which runs them.* Each example is a short script that uses the public names above. In the
-folder of the clone, this command runs the first one:
-
-    .venv/bin/python examples/two_spring_law.py
-
-The examples write their files into `outputs` of the current folder.
-"""
+MARK = "<!-- examples -->\n"
+"""What stands in the page before the first example."""
 
 
 def printed_by(name: str, folder: Path) -> str:
@@ -64,8 +56,8 @@ def main() -> None:
         sections = [section(name, printed_by(name, folder)) for name in ORDER]
         for picture in PICTURES.values():
             (ROOT / "docs" / picture).write_bytes((folder / "outputs" / picture).read_bytes())
-    before, _, _ = PAGE.read_text(encoding="utf-8").partition(HEAD.splitlines()[0])
-    PAGE.write_text(before + "\n".join([HEAD, *sections]), encoding="utf-8")
+    before, mark, _ = PAGE.read_text(encoding="utf-8").partition(MARK)
+    PAGE.write_text("\n".join([before + mark, *sections]), encoding="utf-8")
 
 
 if __name__ == "__main__":

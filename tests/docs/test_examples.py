@@ -19,8 +19,8 @@ OWN_PACKAGES = {"sensor", "cad", "mesh", "solve", "pipeline", "instrument", "ref
 def test_gallery_has_every_example():
     assert sorted(GALLERY.ORDER) == sorted(path.stem for path in (ROOT / "examples").glob("*.py"))
     assert len(GALLERY.ORDER) == 10
-    _, head, gallery = GALLERY.PAGE.read_text(encoding="utf-8").partition(GALLERY.HEAD)
-    assert head
+    _, mark, gallery = GALLERY.PAGE.read_text(encoding="utf-8").partition(GALLERY.MARK)
+    assert mark
     assert len(re.findall("^##+ ", gallery, flags=re.MULTILINE)) == 10
 
 

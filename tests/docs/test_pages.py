@@ -6,6 +6,11 @@ from pathlib import Path
 import pytest
 from scripts import loaded_script
 
+from sensor.design.design_file import TABLE_TYPES
+from sensor.design.processes import PROCESSES
+from sensor.design.tip_mount import pad_height
+from solve.contact.scene import STEEPEST_DEG
+
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline", "instrument", "twintip")
@@ -14,6 +19,7 @@ HEADING = re.compile(r"^#+ (.+)$", flags=re.MULTILINE)
 SOURCE = re.compile(r"`((?:sensor|cad|mesh|solve|pipeline|twintip|tests|docs|designs)/[\w/.-]+)`")
 ROW = re.compile(r"^\| (`[a-z_/`, ]+) \|", flags=re.MULTILINE)
 MACHINE = re.compile(r"(?<![\w.:/-])/(?:work|tmp|home|root|usr|opt|var|mnt|media|Users)\b|[A-Z]:\\")
+GENERATOR = loaded_script(ROOT / "docs" / "pages.py")
 ARCHITECTURE = ROOT / "docs" / "architecture.md"
 
 
@@ -47,11 +53,6 @@ def missing_sources(text):
     return [path for path in SOURCE.findall(text) if not (ROOT / path).exists()]
 
 
-def generator():
-    """Return docs/pages.py as a module."""
-    return loaded_script(ROOT / "docs" / "pages.py")
-
-
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_page_is_true_of_the_tree(page):
     assert broken_links(page) == []
@@ -68,10 +69,33 @@ def test_page_is_reached_from_the_readme(page):
     assert f"docs/{page.name}" in linked | beyond
 
 
-@pytest.mark.parametrize("name", ["design-file.md", "words.md", "report-json.md", "read-a-fruit.md", "modulus.md"])
-def test_generated_page_is_up_to_date(name):
+@pytest.mark.parametrize("name", GENERATOR.PAGES)
+def test_tables_of_a_page_are_up_to_date(name):
     """Else run `python docs/pages.py`."""
-    assert text_of(ROOT / "docs" / name) == generator().PAGES[name]()
+    assert text_of(ROOT / "docs" / name) == GENERATOR.page(name)
+
+
+def test_every_generated_table_stands_on_a_page():
+    text = "".join(text_of(ROOT / "docs" / name) for name in GENERATOR.PAGES)
+    told = dict.fromkeys(re.findall(r"<!-- (\w+: .+?) -->\n\| ", text))
+    asked = {f"design: {name}" for name in TABLE_TYPES} | {"processes: numbers", "processes: sources"}
+    asked |= {"words: verdicts", "words: symbols", "answer: read", "answer: modulus"}
+    assert {comment for comment in told if not comment.startswith("keys: ")} == asked
+
+
+def test_page_on_the_design_has_the_numbers_of_the_code():
+    """Which its tables do not hold: the steepest tip, the pads of a square, the lines of a leaf of PETG."""
+    text = text_of(ROOT / "docs" / "design-file.md")
+    petg = PROCESSES["fdm-petg"]
+    leaves = (petg.leaf_thickness_low_mm, petg.leaf_thickness_high_mm)
+    low, high = (f"{leaf / petg.line_width_mm:g}" for leaf in leaves)
+    pads = sorted({2.0 * pad_height(process) for process in PROCESSES.values()})
+    for sentence in (
+        f"must be at most {STEEPEST_DEG:g} degrees; a run refuses",
+        f"the pads between the plates, {', '.join(f'{pad:g}' for pad in pads[:-1])} or {pads[-1]:g} mm.",
+        f"A leaf of the low spring has {low} lines of {petg.line_width_mm:g} mm, a leaf of the high spring {high}.",
+    ):
+        assert sentence in " ".join(text.split())
 
 
 def test_table_of_the_architecture_has_every_folder():
