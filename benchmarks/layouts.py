@@ -18,7 +18,7 @@ from sensor.design.tips import Press, Tips
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, read_modulus
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import spring_compliance, travels
-from solve.contact.poses import Pose, pose_forces
+from solve.contact.poses import Pose, Stand, pose_forces
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
@@ -82,7 +82,7 @@ def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: f
     law = ContrastLaw(weights=weights, gaps=(0.0,) * len(S), C=row.C.tolist(), S=S.tolist(), hertz=hertz)
     angles = 2.0 * math.pi * np.arange(DIRECTIONS if tilt else 1) / DIRECTIONS
     turns = [(tilt * math.cos(angle), tilt * math.sin(angle)) for angle in angles]
-    poses = [Pose(E=E, travel=row.travel, tilt_deg=turn) for E in MODULI for turn in turns]
+    poses = [Pose(E=E, travel=row.travel, stand=Stand(tilt_deg=turn)) for E in MODULI for turn in turns]
     solution = pose_forces(scene, compliance, row.C, poses)
     for pose, forces in zip(poses, solution.F, strict=True):
         try:

@@ -55,9 +55,9 @@ def linear_pose_forces(scene: Scene, contact: FruitCompliance, C: Floats, poses:
     places = np.array(scene.tips.places_mm)
     rows, errors = [], []
     for pose in poses:
-        lowered = pose.travel + places @ np.tan(np.radians(np.add(pose.tilt_deg, pose.turned_deg)))
-        if pose.from_touch:
-            lowered = lowered - (places @ np.tan(np.radians(pose.tilt_deg))).max()
+        lowered = pose.travel + places @ np.tan(np.radians(np.add(pose.stand.tilt_deg, pose.stand.turned_deg)))
+        if pose.stand.from_touch:
+            lowered = lowered - (places @ np.tan(np.radians(pose.stand.tilt_deg))).max()
         compliance = np.asarray(C) + contact.S / pose.E
         pushed = np.linalg.solve(compliance, lowered)
         softer = np.linalg.solve(compliance, contact.S / pose.E @ pushed)

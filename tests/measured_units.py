@@ -34,7 +34,7 @@ from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.theory.creep import CreepLaw
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, pose_forces
+from solve.contact.poses import Pose, Stand, pose_forces
 from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 
@@ -202,7 +202,9 @@ def random_pose(design, rng, E, travel):
         fruit["radii_mm"] = (radius, radius)
     if asked.thickness_mm is not None:
         fruit["thickness_mm"] = rng.uniform(*asked.thickness_mm)
-    return Pose(E=E, travel=travel, tilt_deg=tuple(tilt), off_centre_mm=tuple(place), from_touch=True, **fruit)
+    return Pose(
+        E=E, travel=travel, stand=Stand(tilt_deg=tuple(tilt), off_centre_mm=tuple(place), from_touch=True, **fruit)
+    )
 
 
 def printed_by_header(folder, sensor, program, rows):

@@ -32,6 +32,7 @@ from sensor.quantity import BOUNDED, Estimate
 from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseReading
+from solve.contact.poses import Pose
 from solve.halfspace.layered import base_compliance
 
 TILTS = 5
@@ -409,7 +410,9 @@ def skin_pressures(sensor: PressedSensor, presses: Presses) -> tuple[SkinPressur
         pressure_error = presses.pressure_error[at, :, -1]
     else:
         travel = design.press.travel_mm
-        forces = sensor.in_poses([each.pressed(E, travel) for E in design.fruit.E_MPa for each in placements])
+        forces = sensor.in_poses(
+            [Pose(E=E, travel=travel, stand=each) for E in design.fruit.E_MPa for each in placements]
+        )
         mean_pressure = forces.mean_pressure
         pressure_error = forces.pressure_error
     tips = mean_pressure.shape[-1]

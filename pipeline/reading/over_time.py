@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.reading.poses import Placement
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import scene_of
 from sensor.arrays import Floats, rows_of
@@ -19,6 +18,7 @@ from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from sensor.theory.relaxation import Relaxation
 from solve.contact.linear_response import high_over_low
+from solve.contact.poses import Pose
 from solve.contact.relaxing import elastic_forces, timed_forces
 
 RAMP_STEPS = 12
@@ -161,6 +161,6 @@ def _off_elastic(sensor: PressedSensor, law: ContrastLaw, first_touch: float) ->
     if law.hertz == 0.0:
         return 0.0
     travel = design.press.travel_mm
-    solved = sensor.in_poses([Placement().pressed(modulus, travel) for modulus in design.fruit.E_MPa]).F
+    solved = sensor.in_poses([Pose(E=modulus, travel=travel) for modulus in design.fruit.E_MPa]).F
     by_law = elastic_forces(law, E, np.full(len(E), first_touch + travel))
     return float(np.abs(by_law / solved - 1.0).max())

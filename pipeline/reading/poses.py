@@ -12,7 +12,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.quantity import validation_error
-from solve.contact.poses import Pose, posed_scene
+from solve.contact.poses import Stand, posed_scene
 from solve.contact.scene import STEEPEST_DEG
 from solve.contact.scene_cells import scene_footprints
 
@@ -28,36 +28,13 @@ _AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # by their angle 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placement:
-    """How a sensor stands on a fruit: tilt [deg] and distance from the apex [mm] along and across, and which fruit.
+class Placement(Stand):
+    """A stand that occurs, with its name; `is_drawn` says that it was drawn from all that occur, as often as they do.
 
-    `radii_mm`, `azimuth_deg` and `thickness_mm` are those of the fruit, None for the design's own. Where `from_touch`,
-    a hand presses: see `Pose`. `turned_deg` is by how much the tilt changes during the press. `is_drawn` says that the
-    placement was drawn from all that occur, as often as they do.
+    `turned_deg` is the change of the tilt during the whole press.
     """
 
-    tilt_deg: Vector = LEVEL
-    off_centre_mm: Vector = LEVEL
-    radii_mm: Vector | None = None
-    azimuth_deg: float | None = None
-    thickness_mm: float | None = None
-    turned_deg: Vector = LEVEL
-    from_touch: bool = False
     is_drawn: bool = False
-
-    def pressed(self, E: float, travel: float, fraction: float = 1.0) -> Pose:
-        """Return the pose on a fruit of a modulus [MPa] at a travel [mm], which is a fraction [1] of the whole one."""
-        return Pose(
-            E=E,
-            travel=travel,
-            tilt_deg=self.tilt_deg,
-            off_centre_mm=self.off_centre_mm,
-            radii_mm=self.radii_mm,
-            azimuth_deg=self.azimuth_deg,
-            thickness_mm=self.thickness_mm,
-            from_touch=self.from_touch,
-            turned_deg=(fraction * self.turned_deg[0], fraction * self.turned_deg[1]),
-        )
 
     def __str__(self) -> str:
         """Return the placement in words; it is the tips on the side named that are lower."""
@@ -221,7 +198,7 @@ def refuse_unsolvable_poses(design: Design) -> None:
         return
     scene = scene_of(design)
     for placement in occurring(design, reading):
-        posed = posed_scene(scene, placement.pressed(design.fruit.E_max_MPa, design.press.travel_mm))
+        posed = posed_scene(scene, placement)
         if posed.steepest_deg <= STEEPEST_DEG:
             continue
         bound = (

@@ -139,10 +139,8 @@ class PressedSensor(Record):
         """Return the presses at moduli [MPa] in placements; raises as `pose_forces`."""
         travel = self.design.press.travel_mm
         x = travels(travel, RISE_TRAVELS).tolist()
-        poses = []
-        for E in moduli:
-            for placement in placements:
-                poses += [placement.pressed(E, each, each / travel) for each in x]
+        stands = [(each, placement.after(each / travel)) for placement in placements for each in x]
+        poses = [Pose(E=E, travel=each, stand=stand) for E in moduli for each, stand in stands]
         forces = self.in_poses(poses)
         shape = (len(moduli), len(placements), RISE_TRAVELS)
         return Presses(

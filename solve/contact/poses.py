@@ -9,7 +9,7 @@ import dataclasses
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -33,18 +33,16 @@ NO_FORCE = 1e-300  # [N] stands for a force of 0 that is divided by
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pose:
-    """One press: modulus E [MPa], travel [mm], tilt along and across [deg], shift off centre along and across [mm].
+class Stand:
+    """How a sensor stands on a fruit: tilt [deg] and distance from the apex [mm] along and across, and which fruit.
 
     `radii_mm` are the principal radii of the fruit, the first at an azimuth [deg] from the line along the tips;
-    `thickness_mm` is its flesh. Where they are None the fruit is that of the scene.
+    `thickness_mm` is its flesh. If they are None, the fruit is the one of the scene.
 
-    Where `from_touch`, a hand presses. The tilt is against the normal of the skin where the sensor is set down. The
-    travel counts from the first touch in this pose, since when the tilt has changed by `turned_deg`.
+    If `from_touch`, a hand presses. The tilt is against the normal of the skin where the sensor is set down. Travels
+    count from the first touch, since when the tilt has changed by `turned_deg`.
     """
 
-    E: float
-    travel: float
     tilt_deg: Point = (0.0, 0.0)
     off_centre_mm: Point = (0.0, 0.0)
     radii_mm: Point | None = None
@@ -53,18 +51,19 @@ class Pose:
     from_touch: bool = False
     turned_deg: Point = (0.0, 0.0)
 
-    @property
-    def stand(self) -> tuple[Any, ...]:
-        """Return all but modulus and travel."""
-        return (
-            self.tilt_deg,
-            self.off_centre_mm,
-            self.radii_mm,
-            self.azimuth_deg,
-            self.thickness_mm,
-            self.from_touch,
-            self.turned_deg,
-        )
+    def after(self, fraction: float) -> Self:
+        """Return the stand after a fraction of a press [1], over which the tilt changes evenly by `turned_deg`."""
+        along, across = self.turned_deg
+        return dataclasses.replace(self, turned_deg=(fraction * along, fraction * across))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pose:
+    """One press: the modulus E [MPa] of the fruit, the travel [mm], and how the sensor stands on the fruit."""
+
+    E: float
+    travel: float
+    stand: Stand = Stand()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -98,14 +97,12 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
     is too steep or outside the domain of contact, SolveError when a solve is not exact.
     """
     # Many poses share a scene: each is made, and its first touch found, once.
-    made: dict[tuple[Any, ...], Scene] = {}
-    scenes = []
+    made: dict[Stand, Scene] = {}
     for pose in poses:
-        key = pose.stand
-        if key not in made:
-            made[key] = posed_scene(scene, pose)
-            check_scene(made[key])
-        scenes.append(made[key])
+        if pose.stand not in made:
+            made[pose.stand] = posed_scene(scene, pose.stand)
+            check_scene(made[pose.stand])
+    scenes = [made[pose.stand] for pose in poses]
     C = np.asarray(C, dtype=np.float64)
     if compliance.skin is not None:
         return _at_each_modulus(scene, compliance, C, poses)
@@ -115,12 +112,12 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
         return _cell_forces(scene, compliance, C, poses, scenes)
 
 
-def posed_scene(scene: Scene, pose: Pose) -> Scene:
-    """Return the scene in a pose: its press turned, the sensor moved, on the fruit that is met."""
-    fruit = _fruit_met(scene.fruit, pose.radii_mm, pose.azimuth_deg, pose.thickness_mm)
-    off_centre = (scene.off_centre_mm[0] + pose.off_centre_mm[0], scene.off_centre_mm[1] + pose.off_centre_mm[1])
-    tilt, roll = pose.tilt_deg
-    if pose.from_touch and any(off_centre) and scene.curved:
+def posed_scene(scene: Scene, stand: Stand) -> Scene:
+    """Return the scene of a stand: its press turned, the sensor moved, on the fruit that is met."""
+    fruit = _fruit_met(scene.fruit, stand.radii_mm, stand.azimuth_deg, stand.thickness_mm)
+    off_centre = (scene.off_centre_mm[0] + stand.off_centre_mm[0], scene.off_centre_mm[1] + stand.off_centre_mm[1])
+    tilt, roll = stand.tilt_deg
+    if stand.from_touch and any(off_centre) and scene.curved:
         # A hand tilts against the normal where it sets the sensor down; a scene's tilt is against the apex's.
         normal = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))
         tilt, roll = tilt + float(normal[0]), roll + float(normal[1])
@@ -129,8 +126,8 @@ def posed_scene(scene: Scene, pose: Pose) -> Scene:
         fruit=fruit,
         press=_turned(scene.press, tilt, roll),
         off_centre_mm=off_centre,
-        from_touch=pose.from_touch,
-        turned_deg=pose.turned_deg,
+        from_touch=stand.from_touch,
+        turned_deg=stand.turned_deg,
     )
 
 

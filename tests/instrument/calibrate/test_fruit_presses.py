@@ -12,7 +12,7 @@ from instrument.press.printed_unit import read_unit, unit_as_toml
 from pipeline.response.scene_press import scene_of
 from pipeline.storage.told import as_data
 from sensor.quantity import COVERAGE, InputError
-from solve.contact.poses import Pose, pose_forces
+from solve.contact.poses import Pose, Stand, pose_forces
 
 HEADER = "fruit,E_MPa,F_1_N,F_2_N,F_3_N,F_4_N"
 SETS = 60
@@ -141,7 +141,7 @@ def test_pair_reads_all_rows_of_a_fruit_as_one_press(paper, tmp_path):
     moduli = np.geomspace(0.5, 3.5, 7).tolist()
     travels = np.linspace(0.15, 0.6, 10).tolist()
     for E in moduli:
-        rows = paper.forces([Pose(E=E, travel=travel, tilt_deg=(0.5, 0.0)) for travel in travels]).tolist()
+        rows = paper.forces([Pose(E=E, travel=travel, stand=Stand(tilt_deg=(0.5, 0.0))) for travel in travels]).tolist()
         lines += [f"{E:.2f},{20.0 * E},{low:.9f},{high:.9f}" for low, high in rows]
     path = tmp_path / "fruit.csv"
     path.write_text("\n".join(lines), encoding="utf-8")

@@ -14,7 +14,7 @@ from instrument.firmware.firmware import module_text
 from instrument.press import press_core
 from instrument.press.fruit_reading import flags_of_forces
 from instrument.press.press_core import Unit
-from solve.contact.poses import Pose
+from solve.contact.poses import Pose, Stand
 
 AGREES = 1e-5
 IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise", "too_fast")
@@ -94,7 +94,9 @@ def test_press_of_a_square_agrees_sample_for_sample(samples, mango, rng, tmp_pat
         x = np.concatenate([np.linspace(0.15, 1.0, samples), np.linspace(0.9, 0.5, 3)]) * travel
         tilt = tuple(rng.uniform(-2.0, 2.0, 2))
         steps = np.linspace(0.15, 1.0, 60) * travel
-        forces = mango.forces([Pose(E=E, travel=at, tilt_deg=tilt) for at in steps.tolist()], FACTORS["mango"])
+        forces = mango.forces(
+            [Pose(E=E, travel=at, stand=Stand(tilt_deg=tilt)) for at in steps.tolist()], FACTORS["mango"]
+        )
         rows = np.column_stack([np.interp(x, steps, row) for row in forces.T])
         rows = rows + rng.normal(size=rows.shape) * sensor.noises
         rows = np.concatenate([np.zeros((3, 4)), rows, np.zeros((3, 4))]).astype(np.float32)
@@ -113,7 +115,9 @@ def test_of_two_touches_firmware_reads_the_deeper_one(mango, tmp_path, in_c):
     sensor = mango.measuring(FACTORS["mango"])
     travels = np.linspace(0.1, 1.0, 20) * mango.design.press.travel_mm
     tilted, level = (
-        mango.forces([Pose(E=1.0, travel=x, tilt_deg=tilt) for x in (part * travels).tolist()], FACTORS["mango"])
+        mango.forces(
+            [Pose(E=1.0, travel=x, stand=Stand(tilt_deg=tilt)) for x in (part * travels).tolist()], FACTORS["mango"]
+        )
         for part, tilt in ((0.6, (2.0, 0.0)), (1.0, (0.0, 0.0)))
     )
     higher = with_heights(sensor, (0.03, 0.0, 0.03, 0.0))
@@ -208,7 +212,9 @@ def test_press_of_a_pair_agrees_sample_for_sample(samples, pair, rng, tmp_path, 
         x = np.concatenate([np.linspace(0.15, 1.0, samples), np.linspace(0.9, 0.5, 3)]) * travel
         steps = np.linspace(0.15, 1.0, 30) * travel
         tilt = (rng.uniform(-1.0, 1.0), 0.0)
-        forces = pair.forces([Pose(E=E, travel=at, tilt_deg=tilt) for at in steps.tolist()], FACTORS["paper"])
+        forces = pair.forces(
+            [Pose(E=E, travel=at, stand=Stand(tilt_deg=tilt)) for at in steps.tolist()], FACTORS["paper"]
+        )
         rows = np.column_stack([np.interp(x, steps, row) for row in forces.T])
         rows = rows + 0.3 * rng.normal(size=rows.shape) * sensor.noises
         rows = np.concatenate([np.zeros((3, 2)), rows, np.zeros((3, 2))]).astype(np.float32)

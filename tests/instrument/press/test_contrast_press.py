@@ -20,7 +20,7 @@ from pipeline.tables.rows import Rows
 from reference.ellipsoid_presses import press, random_fruits, square
 from sensor.quantity import InputError
 from sensor.theory.contrast_rise import read_rise, rise_of
-from solve.contact.poses import Pose
+from solve.contact.poses import Pose, Stand
 from twintip.cli import main
 
 E = 1.0
@@ -50,7 +50,7 @@ def into_the_ball(ball):
 def forces_into_the_fruit(measured):
     """Return the forces [N] at thirty travels, the last one full, where all tips touch."""
     travel = measured.design.press.travel_mm
-    forces = measured.forces([Pose(E=E, travel=float(share) * travel, tilt_deg=TILT) for share in SHARES])
+    forces = measured.forces([Pose(E=E, travel=float(share) * travel, stand=Stand(tilt_deg=TILT)) for share in SHARES])
     return forces[(forces > 0.02).all(axis=1)]
 
 
@@ -281,7 +281,7 @@ def test_a_zero_that_is_off_by_less_than_a_per_cent_is_no_touch(mango, tip, modu
     design = mango.design
     travels = np.linspace(0.0, design.press.travel_mm, 25)[1:].tolist()
     saddle = {"radii_mm": (45.0, 110.0), "azimuth_deg": 30.0, "tilt_deg": (1.5, 1.0), "from_touch": True}
-    forces = mango.forces([Pose(E=modulus, travel=x, **saddle) for x in travels])
+    forces = mango.forces([Pose(E=modulus, travel=x, stand=Stand(**saddle)) for x in travels])
     sensor = mango.measuring()
     zero = 0.008 * np.array(sensor.report.read_out.full_scale_N)[tip]
     found = read_rise(sensor.rise_law, rise_of(forces, 4, sensor.least_forces), np.zeros(4))

@@ -29,7 +29,7 @@ from pipeline.report.report import read_report
 from pipeline.tables.rows import Rows
 from sensor.design.readout import AMPLIFIERS, USUAL_AMPLIFIER
 from sensor.quantity import InputError
-from solve.contact.poses import Pose
+from solve.contact.poses import Pose, Stand
 from twintip.cli import main
 
 GRAM = 9.80665e-3  # [N]
@@ -485,7 +485,9 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
     shares = np.linspace(0.15, 1.0, 20)
     for E in (0.6, 1.4, 3.3):
         full = measured.design.press.travel_mm
-        forces = measured.forces([Pose(E=E, travel=share * full, tilt_deg=(0.5, 0.0)) for share in shares], factors)
+        forces = measured.forces(
+            [Pose(E=E, travel=share * full, stand=Stand(tilt_deg=(0.5, 0.0))) for share in shares], factors
+        )
         rows = np.concatenate([free(electronics), electronics.counts(forces)])
         (expected,) = read(sensor, rows)
         assert pytest.approx(E, rel=expected.u) == expected.E

@@ -16,13 +16,13 @@ from sensor.theory.contrast_rise import read_rise, rise_of
 from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
-from solve.contact.poses import Pose
+from solve.contact.poses import Pose, Stand
 
 TRAVELS = np.linspace(0.0, 0.5, 41)[1:]  # [mm] of the square
 
 
 def pressed(ball, E, **pose):
-    return ball.forces([Pose(E=E, travel=x, **pose) for x in TRAVELS.tolist()])
+    return ball.forces([Pose(E=E, travel=x, stand=Stand(**pose)) for x in TRAVELS.tolist()])
 
 
 def test_level_square_reads_what_it_presses(ball):

@@ -14,13 +14,13 @@ from pipeline.tables.rows import Rows
 from sensor.design.reading import Reading
 from sensor.quantity import InputError
 from sensor.theory.contrast_rise import read_rise, rise_of
-from solve.contact.poses import Pose
+from solve.contact.poses import Pose, Stand
 
 TRAVELS = np.linspace(0.03, 0.6, 40)
 
 
 def press(paper, E, tilt=0.0, factors=1.0):
-    return paper.forces([Pose(E=E, travel=x, tilt_deg=(tilt, 0.0)) for x in TRAVELS.tolist()], factors)
+    return paper.forces([Pose(E=E, travel=x, stand=Stand(tilt_deg=(tilt, 0.0))) for x in TRAVELS.tolist()], factors)
 
 
 def read(sensor, forces):
@@ -132,7 +132,7 @@ def test_samples_before_flat_tips_are_seated_do_not_count(curved):
     """By the contact solver: the whole press is read some per cent too firm, its seated part is not."""
     sensor = curved.measuring()
     travels = np.linspace(0.02, 1.0, 40) * curved.design.press.travel_mm
-    forces = curved.forces([Pose(E=0.5, travel=x, tilt_deg=(1.0, 0.0)) for x in travels.tolist()])
+    forces = curved.forces([Pose(E=0.5, travel=x, stand=Stand(tilt_deg=(1.0, 0.0))) for x in travels.tolist()])
     seated = read(sensor, forces)
     assert pytest.approx(0.5, rel=1e-3) == seated.E
     found = read_rise(sensor.rise_law, rise_of(forces, 2, sensor.least_forces), sensor.noises)

@@ -16,7 +16,7 @@ from instrument.press.signals import Signal, force_keys
 from pipeline.tables.rows import Rows
 from sensor.quantity import InputError
 from sensor.theory.contrast_rise import moduli_without, rise_of
-from solve.contact.poses import Pose
+from solve.contact.poses import Pose, Stand
 
 STEPS = np.linspace(0.0, 1.0, 41)
 AIR = 4  # samples before and after a press
@@ -39,7 +39,9 @@ class Hand:
         self.fruit = []
         for E in np.exp(rng.uniform(np.log(0.5), np.log(3.5), fruit)).tolist():
             if measured.design.reading is None:
-                pose = Pose(E=E, travel=full, tilt_deg=(float(rng.uniform(-1.0, 1.0)), 0.0), from_touch=True)
+                pose = Pose(
+                    E=E, travel=full, stand=Stand(tilt_deg=(float(rng.uniform(-1.0, 1.0)), 0.0), from_touch=True)
+                )
             else:
                 pose = random_pose(measured.design, rng, E, full)
             self.fruit.append(measured.forces([replace(pose, travel=float(step) * full) for step in STEPS[1:]]))

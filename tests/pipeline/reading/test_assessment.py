@@ -41,7 +41,7 @@ from solve.contact.domes.body import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, posed_scene
+from solve.contact.poses import Pose, Stand, posed_scene
 from solve.contact.scene import Scene
 
 pytestmark = pytest.mark.usefixtures("linear_world")
@@ -74,7 +74,7 @@ def test_heights_of_the_tips_drop_out(monkeypatch):
 
     def on_uneven_tips(scene, contact, C, poses):
         made = linear_pose_forces(scene, contact, C, poses)
-        moved = [np.linalg.solve(np.asarray(C) + contact.S / pose.E, longer) * pose.from_touch for pose in poses]
+        moved = [np.linalg.solve(np.asarray(C) + contact.S / pose.E, longer) * pose.stand.from_touch for pose in poses]
         F = np.array(made.F) + moved
         return dataclasses.replace(made, F=np.where((made.F > 0.0) & (F > 0.0), F, 0.0))
 
@@ -108,9 +108,9 @@ def judged_with_round_off(design, monkeypatch, seed):
     random = np.random.default_rng(seed)
 
     def leaning(scene, contact, C, poses):
-        level = [dataclasses.replace(pose, tilt_deg=(0.0, 0.0), turned_deg=(0.0, 0.0)) for pose in poses]
+        level = [dataclasses.replace(pose, stand=Stand(from_touch=pose.stand.from_touch)) for pose in poses]
         made = linear_pose_forces(scene, contact, C, level)
-        lean = np.array([np.hypot(*pose.tilt_deg) for pose in poses])[:, None]
+        lean = np.array([np.hypot(*pose.stand.tilt_deg) for pose in poses])[:, None]
         factors = (1.0 + 0.01 * lean * np.array([0.0, 1.0, 0.0, 1.0])) * (
             1.0 + 1e-12 * random.normal(size=made.F.shape)
         )
@@ -138,7 +138,7 @@ def test_planted_misread_spring_fails_the_bias(monkeypatch):
     def stiffer(scene, contact, C, poses):
         other = np.asarray(C) * np.array([1.0, 0.9, 1.0, 0.9])[:, None]
         by_stand, by_hand = (linear_pose_forces(scene, contact, springs, poses) for springs in (C, other))
-        from_touch = np.array([pose.from_touch for pose in poses])
+        from_touch = np.array([pose.stand.from_touch for pose in poses])
         return dataclasses.replace(by_hand, F=np.where(from_touch[:, None], by_hand.F, by_stand.F))
 
     monkeypatch.setattr(sensor_module, "pose_forces", stiffer)
@@ -205,7 +205,7 @@ def test_poses_whose_contact_runs_off_the_face_have_no_reading_and_fail(monkeypa
 
     def off_face_where_tilted(scene, contact, C, poses):
         made = linear_pose_forces(scene, contact, C, poses)
-        tilted = np.array([any(pose.tilt_deg) for pose in poses])
+        tilted = np.array([any(pose.stand.tilt_deg) for pose in poses])
         return dataclasses.replace(
             made, F=np.where(tilted[:, None], np.nan, made.F), face_mm=np.where(tilted, wide, 0.0)
         )
@@ -296,7 +296,7 @@ def test_pressure_on_the_skin(shown):
     rows = skin_pressures(sensor, presses)
     assert [row.E for row in rows] == list(some)
     for row in rows:
-        forces = sensor.in_poses([placement.pressed(row.E, 0.6) for placement in placements]).F
+        forces = sensor.in_poses([Pose(E=row.E, travel=0.6, stand=placement) for placement in placements]).F
         place, _ = np.unravel_index(forces.argmax(), forces.shape)
         assert row.pressure.value == pytest.approx(forces.max() / design.tips.face_mm2, rel=1e-9)
         assert forces[placements.index(row.placement)].max() == pytest.approx(forces[place].max(), rel=1e-9)
@@ -385,7 +385,7 @@ BALL = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0)
 def dome_press(pose, travels):
     """Return the forces of domes on a half-space, a hand's press sample by sample, (travels, tips)."""
     scene = Scene(fruit=BALL, tips=DOMES, press=Press(travel_mm=0.9))
-    posed = posed_scene(scene, pose)
+    posed = posed_scene(scene, pose.stand)
     none = np.zeros((len(travels), 4, 4))
     body = FruitUnderDomes(poisson=0.3, remainder=none, bound=none, size=np.inf, feet=np.array(DOMES.places_mm))
     domes = dome_poses([posed] * len(travels), np.array(travels))
@@ -400,7 +400,7 @@ def test_touch_of_domes_is_within_its_bar(angle, E):
     Towards 135 degrees it is a high one: where it has just touched it bears more than the low ones, which went before.
     """
     toward = np.radians(angle)
-    pose = Pose(E=E, travel=0.9, tilt_deg=(3.0 * np.cos(toward), 3.0 * np.sin(toward)), from_touch=True)
+    pose = Pose(E=E, travel=0.9, stand=Stand(tilt_deg=(3.0 * np.cos(toward), 3.0 * np.sin(toward)), from_touch=True))
     fine = dome_press(pose, np.linspace(0.0, 0.9, 901)[1:])
     expected = float(np.argmax((fine > 0.0).all(axis=1))) / 900
     count = RISE_TRAVELS

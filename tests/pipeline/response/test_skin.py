@@ -23,7 +23,7 @@ from sensor.theory.two_spring_law import (
     size_springs,
 )
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, pose_forces
+from solve.contact.poses import Pose, Stand, pose_forces
 from solve.contact.response import scene_response
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
@@ -129,7 +129,7 @@ def dome_forces(contact, E):
     """Return the forces of the domes of the mango's sensor, level and tilted [N], and how far each may be off."""
     design = load_design("mango", {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0})
     C = spring_compliance(*design.tips.each(0.15, 1.6))
-    poses = [Pose(E=E, travel=0.5, tilt_deg=tilt) for tilt in ((0.0, 0.0), (2.0, 1.0))]
+    poses = [Pose(E=E, travel=0.5, stand=Stand(tilt_deg=tilt)) for tilt in ((0.0, 0.0), (2.0, 1.0))]
     found = pose_forces(scene_of(design), contact, C, poses)
     return found.F, found.F_error
 

@@ -13,7 +13,7 @@ from solve.contact.domes.body import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, pose_forces, posed_scene
+from solve.contact.poses import Pose, Stand, pose_forces, posed_scene
 from solve.contact.scene import Scene
 from solve.fruit.split import split_compliance
 
@@ -32,11 +32,11 @@ def scene(fruit=EGG, tips=TIPS):
 
 
 def hand(travel, **pose):
-    return Pose(E=1.0, travel=travel, from_touch=True, **pose)
+    return Pose(E=1.0, travel=travel, stand=Stand(from_touch=True, **pose))
 
 
 def domes_in(pose, fruit=EGG):
-    return dome_poses([posed_scene(scene(fruit), pose)], np.array([pose.travel]))
+    return dome_poses([posed_scene(scene(fruit), pose.stand)], np.array([pose.travel]))
 
 
 class Egg:
@@ -120,7 +120,7 @@ def test_tilt_changes_about_the_middle_of_the_tips():
     """The middle of the faces moves by no more than its depth times the angle; the tips turn about it as one body."""
     change = 0.5
     pose = hand(0.6, tilt_deg=(2.0, 1.0))
-    before, after = domes_in(pose), domes_in(dataclasses.replace(pose, turned_deg=(change, 0.0)))
+    before, after = domes_in(pose), domes_in(hand(0.6, tilt_deg=(2.0, 1.0), turned_deg=(change, 0.0)))
     middles = [poses.centres[0].mean(axis=0) - DOME * poses.frame[0, 2] for poses in (before, after)]
     assert np.linalg.norm(middles[1] - middles[0]) < 1.01 * np.linalg.norm(middles[0]) * math.radians(change)
     lowered = (before.centres - after.centres)[0, :, 2]
@@ -131,13 +131,13 @@ def test_tilt_changes_about_the_middle_of_the_tips():
 
 def test_tilt_that_changes_later_leaves_the_first_touch_where_it_is():
     pose = hand(0.0, tilt_deg=(2.0, 1.0))
-    for poses in (domes_in(pose), domes_in(dataclasses.replace(pose, turned_deg=(1e-6, 0.0)))):
+    for poses in (domes_in(pose), domes_in(hand(0.0, tilt_deg=(2.0, 1.0), turned_deg=(1e-6, 0.0)))):
         entered = poses.approach(np.zeros(poses.centres.shape)).interference
         assert entered.max() == pytest.approx(0.0, abs=1e-6)
 
 
 def half_space_forces(poses, fruit=BALL):
-    scenes = [posed_scene(scene(fruit), pose) for pose in poses]
+    scenes = [posed_scene(scene(fruit), pose.stand) for pose in poses]
     none = np.zeros((len(poses), 4, 4))
     body = FruitUnderDomes(poisson=0.3, remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm))
     domes = dome_poses(scenes, np.array([pose.travel for pose in poses]))
@@ -184,7 +184,7 @@ def test_flat_tips_on_a_tilt_count_from_the_edge_that_touches_first(flat):
     slope = math.tan(math.radians(2.0))
     edge = 0.5 * (6.0 + FLAT_TIPS.side_mm) * slope
     by_hand = hand(0.4, tilt_deg=(2.0, 0.0))
-    stand = Pose(E=1.0, travel=0.4 - edge, tilt_deg=(2.0, 0.0))
+    stand = Pose(E=1.0, travel=0.4 - edge, stand=Stand(tilt_deg=(2.0, 0.0)))
     found = pose_forces(*flat, SPRINGS, [by_hand, stand, dataclasses.replace(by_hand, travel=1e-4)]).F
     # Contact is found at the middles of cells, the outer ones less than 2 % of a side from the edge: 0.7 um of 0.4 mm.
     np.testing.assert_allclose(found[0], found[1], rtol=5e-3)

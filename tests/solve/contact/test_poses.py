@@ -10,7 +10,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
 from sensor.quantity import InputError
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, _softer_flesh_fall, pose_forces, posed_scene
+from solve.contact.poses import Pose, Stand, _softer_flesh_fall, pose_forces, posed_scene
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.split import split_compliance
@@ -19,7 +19,7 @@ PIECE = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0, length_mm=30.0,
 GENTLE = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.8, spacing_mm=6.0)
 SPRINGS = spring_compliance(1.2, 20.0, 1.2, 20.0)
 LEVEL = Pose(E=1.0, travel=0.4)
-TILTED = Pose(E=0.5, travel=0.3, tilt_deg=(1.0, -2.0), off_centre_mm=(0.3, 0.2), radii_mm=(42.0, 36.0))
+TILTED = Pose(E=0.5, travel=0.3, stand=Stand(tilt_deg=(1.0, -2.0), off_centre_mm=(0.3, 0.2), radii_mm=(42.0, 36.0)))
 LINE = Tips(layout="line", order="LHL", spacing_mm=2.5, outer_mm=2.5**2 / 70.0)
 
 
@@ -37,7 +37,7 @@ def forces(poses, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
 
 
 def alone(pose, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
-    posed = posed_scene(square(tips, fruit), pose)
+    posed = posed_scene(square(tips, fruit), pose.stand)
     return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel])
 
 
@@ -70,16 +70,16 @@ def test_fall_on_softer_flesh():
 
 
 def test_scene_of_a_pose():
-    posed = posed_scene(square(), TILTED)
+    posed = posed_scene(square(), TILTED.stand)
     assert (posed.press.tilt_deg, posed.press.roll_deg) == (1.0, -2.0)
     assert posed.fruit.radius_mm == 42.0
     np.testing.assert_allclose(posed.centres, np.array(GENTLE.places_mm) + np.array([0.3, 0.2]))
     whole = Scene(fruit=Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0), tips=GENTLE, press=Press())
-    assert posed_scene(whole, TILTED).fruit.whole
+    assert posed_scene(whole, TILTED.stand).fruit.whole
     egg = Fruit(shape="ellipsoid", radius_mm=35.0, radius_across_mm=25.0, thickness_mm=12.0)
-    assert posed_scene(dataclasses.replace(whole, fruit=egg), TILTED).fruit.radii_mm == (42.0, 36.0)
-    met = dataclasses.replace(TILTED, azimuth_deg=30.0, thickness_mm=9.0)
-    thinner = posed_scene(whole, dataclasses.replace(TILTED, radii_mm=None, thickness_mm=8.0)).fruit
+    assert posed_scene(dataclasses.replace(whole, fruit=egg), TILTED.stand).fruit.radii_mm == (42.0, 36.0)
+    met = dataclasses.replace(TILTED.stand, azimuth_deg=30.0, thickness_mm=9.0)
+    thinner = posed_scene(whole, Stand(thickness_mm=8.0)).fruit
     assert thinner.whole
     assert thinner.length_mm == pytest.approx(2.0 * np.sqrt(35.0**2 - 27.0**2))
     piece = dataclasses.replace(egg, length_mm=24.0, width_mm=24.0)
@@ -89,9 +89,10 @@ def test_scene_of_a_pose():
 
 
 def test_domes_in_many_poses_are_pressed_each_as_alone():
-    found = forces([LEVEL, dataclasses.replace(TILTED, radii_mm=None), LEVEL])
+    tilted = dataclasses.replace(TILTED, stand=dataclasses.replace(TILTED.stand, radii_mm=None))
+    found = forces([LEVEL, tilted, LEVEL])
     np.testing.assert_allclose(found.F[0], alone(LEVEL).F[0, 0], rtol=1e-9)
-    np.testing.assert_allclose(found.F[1], alone(dataclasses.replace(TILTED, radii_mm=None)).F[0, 0], rtol=1e-9)
+    np.testing.assert_allclose(found.F[1], alone(tilted).F[0, 0], rtol=1e-9)
     np.testing.assert_array_equal(found.F[0], found.F[2])
     assert found.touching.all()
     np.testing.assert_allclose(found.mean_pressure, found.F / (np.pi * found.contact_radius**2), rtol=0.02)
@@ -115,7 +116,7 @@ def test_pose_off_the_face_of_a_dome_has_no_number_and_names_the_width():
 def test_line_of_flat_tips_in_many_poses_is_pressed_as_alone():
     """One coarse grid, moved with the sensor; alone on a finer grid of its own."""
     springs = spring_compliance(0.753, 17.3, 0.753)
-    pose = Pose(E=1.0, travel=0.4, tilt_deg=(2.0, 1.0), off_centre_mm=(0.0, 0.5))
+    pose = Pose(E=1.0, travel=0.4, stand=Stand(tilt_deg=(2.0, 1.0), off_centre_mm=(0.0, 0.5)))
     found = forces([pose], LINE, springs)
     expected = alone(pose, LINE, springs)
     np.testing.assert_allclose(found.F[0], expected.F[0, 0], rtol=float(found.error[0] + expected.F_error[0, 0]))
@@ -125,7 +126,7 @@ def test_line_of_flat_tips_in_many_poses_is_pressed_as_alone():
 
 @pytest.mark.parametrize("pose", [LEVEL, TILTED])
 def test_too_steep(pose):
-    steep = dataclasses.replace(pose, tilt_deg=(18.0, 12.0))
+    steep = dataclasses.replace(pose, stand=dataclasses.replace(pose.stand, tilt_deg=(18.0, 12.0)))
     with pytest.raises(InputError) as refused:
         forces([pose, steep])
     assert refused.value.field == "press.tilt_deg"

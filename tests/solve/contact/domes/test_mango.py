@@ -14,7 +14,7 @@ from reference.stored import stored
 from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
-from solve.contact.poses import Pose, pose_forces
+from solve.contact.poses import Pose, Stand, pose_forces
 
 LOW, HIGH = 0.15, 1.6  # stiffness [N/mm]
 SPRINGS = np.diag([1.0 / LOW, 1.0 / HIGH] * 2)
@@ -63,9 +63,7 @@ def test_tip_that_is_lifted_most_is_within_its_bar(mango):
     pose = Pose(
         E=1.0,
         travel=design.press.travel_mm,
-        radii_mm=(28.0, 28.0),
-        tilt_deg=(4.0 * share, -4.0 * share),
-        off_centre_mm=(-share, share),
+        stand=Stand(radii_mm=(28.0, 28.0), tilt_deg=(4.0 * share, -4.0 * share), off_centre_mm=(-share, share)),
     )
     found = pose_forces(scene_of(design), compliance, SPRINGS, [pose])
     assert found.F[0, 3] == pytest.approx(0.04523, abs=found.F_error[0, 3])
@@ -92,9 +90,11 @@ def test_forces_in_poses_are_those_of_solids(mango, name):
     pose = Pose(
         E=press["E"],
         travel=press["travel"],
-        radii_mm=(press["radius"], press["radius"]),
-        tilt_deg=(press["tilt_deg"] * x, press["tilt_deg"] * y),
-        off_centre_mm=(press["off_centre"] * x, press["off_centre"] * y),
+        stand=Stand(
+            radii_mm=(press["radius"], press["radius"]),
+            tilt_deg=(press["tilt_deg"] * x, press["tilt_deg"] * y),
+            off_centre_mm=(press["off_centre"] * x, press["off_centre"] * y),
+        ),
     )
     found = pose_forces(scene_of(design), compliance, SPRINGS, [pose])
     expected = np.array(PRESSES[name]["extrapolated_N"])
