@@ -20,8 +20,7 @@ from cad.parts.part import FaceTest, Part, named_part, on_plane
 from mesh.housing.blocks import counts
 from mesh.housing.sweep import flexure_mesh, mesh_of_counts
 from mesh.volume import SizeField, volume_mesh
-from pipeline.springs.leaf_lengths import MESH_PAIRS, HousingSolver
-from pipeline.springs.rough_fit import rough_stiffness
+from pipeline.springs.leaf_lengths import MESH_PAIRS, HousingSolver, MeshPair, rough_compliance, rough_stiffness
 from reference.element_study import element_stiffness
 from sensor.theory.leaf_spring import Flexure, pair_stiffness
 from solve.housing.stiffness import HousingStiffness
@@ -75,11 +74,16 @@ def beam_stiffness(flexure: Flexure, modulus: float, shear: float) -> float:
 
 def product_rows() -> Iterator[Measurement]:
     """Yield the product's solver on the rough mesh, and on its pairs of meshes, with the error bars that it states."""
-    rough, cpu = timed(partial(rough_stiffness, HOUSING, E_MPA, POISSON))
-    yield BENCH.row(f"{OURS}hex 20, one rough mesh", "rough", _solved(rough, cpu))
+    rough, cpu = timed(partial(rough_compliance, HOUSING, E_MPA, POISSON))
+    yield BENCH.row(f"{OURS}hex 20, one rough mesh", "rough", _solved(rough_stiffness(HOUSING, rough), cpu))
     for pair in MESH_PAIRS:
-        stiffness, cpu = timed(partial(HousingSolver(E_MPA, POISSON).stiffness, HOUSING, pair))
+        stiffness, cpu = timed(partial(stiffness_on, pair, HOUSING, HousingSolver(E_MPA, POISSON)))
         yield BENCH.row(f"{OURS}hex 20, error pair", f"scale {pair.fine:g}", _solved(stiffness, cpu))
+
+
+def stiffness_on(pair: MeshPair, housing: Housing, solver: HousingSolver) -> HousingStiffness:
+    """Return the stiffness of a housing as it is [N/mm] on a pair of meshes, with its error bars."""
+    return pair.judged(housing, solver.solve(housing, pair.fine), solver.solve(housing, pair.coarse))
 
 
 def _solved(stiffness: HousingStiffness, cpu: float) -> Solved:

@@ -15,7 +15,6 @@ from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.springs.leaf_lengths import FittedHousing, HousingSolver, fit_lengths
 from pipeline.springs.mounts import sideways_give
-from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from sensor.arrays import Floats
@@ -280,8 +279,6 @@ def _fitted_housing(
     }
 
     def fit() -> FittedHousing:
-        if options.rough:
-            return fit_roughly(guess, targets, E, poisson)
         return fit_lengths(guess, targets, solver, options.tolerance)
 
     return cached("flexures", inputs, fit, FittedHousing)

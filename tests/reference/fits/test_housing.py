@@ -11,20 +11,15 @@ from scipy.optimize import curve_fit
 
 from cad.parts.layout import housing_for
 from mesh.housing.sweep import flexure_mesh
-from pipeline.springs import leaf_lengths
-from pipeline.springs.leaf_lengths import DEFAULT, MESH_PAIRS
+from pipeline.springs.leaf_lengths import COARSE, DEFAULT, MESH_PAIRS, coarse_lift
 from pipeline.verdicts.errors.effects import FRAME_FRACTIONS
 from sensor.design.parameters import Design, Print
 from sensor.design.processes import PROCESSES
-from solve.housing.stiffness import (
-    STRAIN_ERROR_SHARE,
-    housing_stiffness,
-    tip_compliance,
-)
+from solve.housing.stiffness import STRAIN_ERROR_SHARE, tip_compliance
 
 pytestmark = pytest.mark.study
 
-COARSE_LIFT = 5e-4  # of the stiffness: what the docstring of `_lift` promises
+COARSE_LIFT = 5e-4  # of the stiffness: what the docstring of `coarse_lift` promises
 RIGID_FROM = 2.5  # [mm] behind the leaf roots, where the letters L and H begin
 
 
@@ -87,8 +82,8 @@ def test_stiffness_on_the_coarse_mesh_is_lifted_as_the_fit_says():
     slenderness, measured, code = [], [], []
     for case in EVERY:
         slenderness.extend(np.array(case.lengths) / case.housing.depth)
-        measured.extend(stiffness(case, leaf_lengths.COARSE) / stiffness(case, 1.0) - 1.0)
-        code.extend(leaf_lengths._lift(arm.flexure) - 1.0 for arm in case.housing.arms)
+        measured.extend(stiffness(case, COARSE) / stiffness(case, 1.0) - 1.0)
+        code.extend(coarse_lift(arm.flexure) - 1.0 for arm in case.housing.arms)
 
     def law(x, a, b):
         return a / (1.0 + b * x)
@@ -108,9 +103,8 @@ def test_stiffness_on_the_coarse_mesh_is_lifted_as_the_fit_says():
 def test_bar_of_a_pair_of_meshes_is_filled_by_the_error_against_a_finer_one(pair, cases, reference):
     filled = []
     for case in cases:
-        found = housing_stiffness(solved(case, pair.fine), solved(case, pair.coarse))
-        bars = np.array(pair.errors(case.housing, found.error))
-        filled.extend(np.abs(np.array(found.K) / stiffness(case, reference) - 1.0) / bars)
+        found = pair.judged(case.housing, solved(case, pair.fine), solved(case, pair.coarse))
+        filled.extend(np.abs(np.array(found.K) / stiffness(case, reference) - 1.0) / found.error)
     assert covers(1.0, filled)
 
 

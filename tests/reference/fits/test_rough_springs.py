@@ -1,4 +1,4 @@
-"""LIFT and ERROR of `pipeline/springs/rough_fit.py`: the rough mesh against the mesh to solve on, on random designs."""
+"""ROUGH_LIFT and ROUGH_ERROR of leaf lengths: the rough mesh against the mesh to solve on, on random designs."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -26,7 +26,9 @@ def compared(springs: FittedSprings) -> tuple[np.ndarray, np.ndarray]:
     housing = springs.fitted.housing
     rough = springs.fitted.stiffness
     E, poisson = springs.process.E_MPa, springs.process.poisson
-    fine = add_pin_compliance(HousingSolver(E, poisson).stiffness(housing, DEFAULT), housing, E, poisson)
+    solver = HousingSolver(E, poisson)
+    feet = DEFAULT.judged(housing, solver.solve(housing, DEFAULT.fine), solver.solve(housing, DEFAULT.coarse))
+    fine = add_pin_compliance(feet, housing, E, poisson)
     of_K = np.abs(np.array(rough.K) / fine.K - 1.0) / rough.error
     of_strain = np.abs(np.array(rough.strain_per_N) / fine.strain_per_N - 1.0) / rough.strain_error
     return of_K, of_strain
