@@ -111,7 +111,7 @@ def evaluated(sensor: Sensor) -> SensorResult:
     rough = "a rough answer: the solid and what pipeline design adds to a run are left out; --tol 0.001 has them"
     return SensorResult(
         options=sensor.options,
-        sensor=sensor.pressed,
+        pressed=sensor.pressed,
         left_out=(rough,) if sensor.options.rough else (),
         seconds=sensor.timed.seconds(),
         **stages,

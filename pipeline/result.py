@@ -39,15 +39,15 @@ class ReportData(Plain):
 class SensorResult(Record):
     """A design with all that is known of its sensor, each stage as the `Sensor` of a run solved it.
 
-    `sensor` is what was pressed. `readings` and `tilted` are None for a design without readings, `over_time` for flesh
-    that does not relax. `reached` are P_max and NL. `paper` are the verdicts on the paper's own springs, None where
-    fruit or tips are not the paper's. `read_out` is what a finished sensor is read by. `left_out` says what could not
-    be solved or written after the verdicts. `seconds` are wall and processor seconds by stage. `report` are the data
-    of report.json, empty where nothing was written.
+    `pressed` is what was pressed and read. `readings` and `tilted` are None for a design without readings, `over_time`
+    for flesh that does not relax. `reached` are P_max and NL. `paper` are the verdicts on the paper's own springs, None
+    where fruit or tips are not the paper's. `read_out` is what a finished sensor is read by. `left_out` says what could
+    not be solved or written after the verdicts. `seconds` are wall and processor seconds by stage. `report` are the
+    data of report.json, empty where nothing was written.
     """
 
     options: RunOptions
-    sensor: PressedSensor
+    pressed: PressedSensor
     press: ScenePress
     readings: Readings | None
     tilted: Presses | None
@@ -75,22 +75,22 @@ class SensorResult(Record):
     @property
     def design(self) -> Design:
         """Return the design."""
-        return self.sensor.design
+        return self.pressed.design
 
     @property
     def sizing(self) -> SpringSizing:
         """Return the springs as they were sized."""
-        return self.sensor.sizing
+        return self.pressed.sizing
 
     @property
     def contact(self) -> FruitCompliance:
         """Return the compliance of the fruit under the tips."""
-        return self.sensor.contact
+        return self.pressed.contact
 
     @property
     def springs(self) -> FittedSprings:
         """Return the springs as they are made."""
-        return self.sensor.springs
+        return self.pressed.springs
 
     @property
     def passed(self) -> bool | None:

@@ -26,7 +26,6 @@ from pipeline.springs.fitted_springs import (
 )
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
-from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import SensorErrors, sensor_errors
 from pipeline.verdicts.rules import reading_verdicts, relaxation_verdicts, target_verdicts
 from pipeline.verdicts.sensor import (
@@ -245,7 +244,7 @@ class Sensor:
     @stage("errors")
     def errors(self) -> SensorErrors:
         """Return the budget of each number, and the table with its bands of the modulus."""
-        return sensor_errors(level_sensor(self.pressed), self.reached, self.press, self.options, self.readings)
+        return sensor_errors(self.pressed, self.reached, self.press, self.options, self.readings)
 
     @stage("verdicts")
     def paper(self) -> tuple[Verdict, ...] | None:

@@ -226,8 +226,8 @@ class StandInRun:
     def __call__(self, design, options, **_):
         """Run nothing, or raise inside the output folder."""
         verdicts = tuple(replace(verdict, passed=self.passed) for verdict in self.result.verdicts)
-        sensor = replace(self.result.sensor, design=design)
-        result = replace(self.result, sensor=sensor, options=options, verdicts=verdicts)
+        pressed = replace(self.result.pressed, design=design)
+        result = replace(self.result, pressed=pressed, options=options, verdicts=verdicts)
         with output_folder(options.out, force=options.force) as folder:
             result = replace(result, report=stored_report(result))
             (folder / "report.json").write_text(json.dumps(result.report), encoding="utf-8")

@@ -5,11 +5,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
-
 from pipeline.options import run_key
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.report.notes import notes
 from pipeline.report.report import (
     AccuracyReport,
@@ -38,7 +37,6 @@ from pipeline.report.report import (
     SpringReport,
     TipReport,
 )
-from pipeline.response.scene_press import spring_fractions
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.springs.behaviour import SpringBehaviour
@@ -46,7 +44,7 @@ from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.errors.sensor_errors import ReadingTable
-from pipeline.verdicts.targets import SceneTargets
+from pipeline.verdicts.targets import SceneTargets, force_errors_of_springs
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
@@ -94,7 +92,7 @@ PARTS: dict[str, Callable[[Sensor | SensorResult], Any]] = {
     "flexures": lambda sensor: _flexures(sensor.springs),
     "deflections_mm": lambda sensor: sensor.sizing.deflections(sensor.design.full_travels_mm),
     "contact": lambda sensor: contact_report(sensor.contact),
-    "response": lambda sensor: response_reports(sensor.design.tips, sensor.contact, sensor.springs, sensor.press.table),
+    "response": lambda sensor: response_reports(sensor.pressed, sensor.press.table),
     "level": lambda sensor: _level(sensor.level if isinstance(sensor, Sensor) else sensor.reached),
     "reading": lambda sensor: None if sensor.readings is None else reading_report(sensor.readings),
 }
@@ -214,14 +212,12 @@ def contact_report(contact: FruitCompliance) -> ContactReport:
     )
 
 
-def response_reports(
-    tips: Tips, contact: FruitCompliance, springs: FittedSprings, table: SensorResponse
-) -> tuple[ResponseReport, ...]:
+def response_reports(sensor: PressedSensor, table: SensorResponse) -> tuple[ResponseReport, ...]:
     """Return the response at each modulus with the errors of contact and springs."""
-    relative = np.array(tips.each(*(spring.error / spring.stiffness for spring in springs.springs)))
+    tips = sensor.design.tips
     rows = []
     for i, E in enumerate(table.E.tolist()):
-        spring_errors = spring_fractions(contact, springs.C, E) * relative  # of the force of each tip [1]
+        spring_errors = force_errors_of_springs(sensor, E)
         low, high = (table.F[i, :, list(group)].mean(axis=0) for group in tips.spring_groups)
         row = ResponseReport(
             E_MPa=E,

@@ -2,10 +2,8 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from pipeline.reading.pressed_sensor import PressedSensor
-from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of, spring_fractions
+from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.verdicts.rules import (
     bruise_verdict,
@@ -16,7 +14,7 @@ from pipeline.verdicts.rules import (
     target_verdicts,
     tip_face_verdict,
 )
-from pipeline.verdicts.targets import SceneTargets, reached_targets
+from pipeline.verdicts.targets import SceneTargets, force_errors_of_springs, reached_targets
 from sensor.design.parameters import PAPER_TARGETS, Design
 from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import PAPER_SPRINGS
@@ -60,10 +58,7 @@ def tip_verdicts(sensor: PressedSensor, press: ScenePress) -> tuple[Verdict, ...
 
 def tip_pressure(sensor: PressedSensor, press: ScenePress) -> Estimate:
     """Return the largest mean pressure under a tip at the largest modulus and full travel, with its error [MPa]."""
-    pair = sensor.pair
-    springs = pair.springs
-    fractions = spring_fractions(pair.contact, pair.C, float(press.at_largest_E.E[-1]))
-    of_springs = float(np.max(fractions * np.divide(springs.errors, springs.stiffnesses.stiffnesses)))
+    of_springs = float(force_errors_of_springs(sensor.pair, float(press.at_largest_E.E[-1])).max())
     of_contact = float(press.at_largest_E.F_error[-1, -1])
     relative = of_springs + (of_contact if of_contact > 0.0 else 0.0)  # nan where no tip is on the fruit
     pressure = mean_tip_pressure(sensor.design, press)

@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, spring_fractions
-from pipeline.springs.sizing import SpringSizing
+from sensor.arrays import Floats
 from sensor.design.parameters import Targets
 from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import (
@@ -18,11 +18,13 @@ from sensor.theory.two_spring_law import (
     force_ratio,
     fruit_stiffness,
     nonlinearity,
+    spring_give,
 )
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import SAFETY
 from solve.error_estimate import propagate_errors
-from solve.fruit.compliance import FruitCompliance
+
+LEAST_TRAVEL = 1e-6  # [mm] errors at a smaller travel are taken at this one
 
 Law = Callable[[Springs, float, float], float]
 """A number of springs at a fruit stiffness [N/mm] and its ratio under the two tips [1]."""
@@ -75,6 +77,14 @@ class ForceRatioCurve:
             return math.inf
         return fruit_stiffness(self.springs, P, self.stiffness_ratio)
 
+    def deflections(self, K_m: Floats | float, travel: Floats | float) -> Floats:
+        """Return the deflection of each spring (2, ...) at fruit stiffnesses [N/mm] and travels [mm] that broadcast."""
+        K_m = np.asarray(K_m, dtype=np.float64)
+        travel = np.maximum(LEAST_TRAVEL, travel)
+        low = spring_give(self.springs.K_l, K_m, travel)
+        high = spring_give(self.springs.K_h, np.asarray(self.stiffness_ratio * K_m), travel)
+        return np.array([low, high])
+
     def _estimate(self, law: Law) -> Estimate:
         """Return a number by a law, with the errors of springs and fruit stiffness carried through it."""
         # In the middle of the fruit both tips meet the same stiffness, and no error of a solve parts them.
@@ -88,19 +98,24 @@ class ForceRatioCurve:
         return Estimate(number(*values), propagate_errors(number, values, errors))
 
 
-def characteristic(
-    contact: FruitCompliance, sizing: SpringSizing, springs: Springs, errors: tuple[float, ...] = (0.0, 0.0)
-) -> ForceRatioCurve:
-    """Return springs with their errors [N/mm] against the stiffest fruit under the true contact."""
+def characteristic(pair: PressedSensor) -> ForceRatioCurve:
+    """Return the springs of a pair with their errors against the stiffest fruit under the true contact."""
+    sizing = pair.sizing
     K_m = sizing.K_m_max_contact
     return ForceRatioCurve(
-        springs=springs,
+        springs=pair.springs.stiffnesses,
         K_m_max=K_m,
-        spring_errors=errors,
-        K_m_error=contact.error_pair * K_m,
+        spring_errors=pair.springs.errors,
+        K_m_error=pair.contact.error_pair * K_m,
         stiffness_ratio=sizing.stiffness_ratio,
         stiffening=sizing.stiffening,
     )
+
+
+def force_errors_of_springs(sensor: PressedSensor, E: float) -> Floats:
+    """Return the error of the force of each tip by the numerical error of its spring at E [MPa], (tips,) [1]."""
+    errors = [spring.error / spring.stiffness for spring in sensor.springs.springs]
+    return spring_fractions(sensor.contact, sensor.C, E) * sensor.design.tips.each(*errors)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,21 +137,19 @@ def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress |
     evaluated by the pair that stands for them.
     """
     pair = sensor.pair
-    law = characteristic(pair.contact, pair.sizing, pair.springs.stiffnesses, pair.springs.errors)
+    law = characteristic(pair)
     level = (law.P_max(), law.NL(targets))
     if press is None or press.level:
         return SceneTargets(P_max=level[0], NL=level[1], level=level)
-    P_max = _scene_P_max(law, pair, press.curve)
-    return SceneTargets(P_max=P_max, NL=_scene_NL(law, targets, press.curve), level=level)
+    return SceneTargets(P_max=_scene_P_max(pair, press.curve), NL=_scene_NL(law, targets, press.curve), level=level)
 
 
-def _scene_P_max(law: ForceRatioCurve, pair: PressedSensor, curve: SensorResponse) -> Estimate | None:
+def _scene_P_max(pair: PressedSensor, curve: SensorResponse) -> Estimate | None:
     """Return P at E_max and full travel, with the errors of cells and compliance and that of the springs [1]."""
     P = float(curve.P[-1, -1])
     if not math.isfinite(P):
         return None
-    spring_errors = np.divide(law.spring_errors, law.springs.stiffnesses)
-    of_springs = float(spring_fractions(pair.contact, pair.C, float(curve.E[-1])) @ spring_errors)
+    of_springs = float(force_errors_of_springs(pair, float(curve.E[-1])).sum())
     return Estimate(P, P * (float(curve.P_error[-1, -1]) + of_springs))
 
 

@@ -13,10 +13,11 @@ from scipy.special import ndtri
 
 from cad.parts.housing import Housing
 from mesh.housing.sweep import flexure_mesh
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import mount_layers
 from pipeline.storage.cache import cached
-from pipeline.verdicts.errors.effects import CALIBRATED, LevelSensor
+from pipeline.verdicts.errors.causes import CALIBRATED
 from pipeline.verdicts.errors.scatter_bands import Interval, ScatterBands
 from pipeline.verdicts.targets import ForceRatioCurve, characteristic
 from sensor.arrays import Floats
@@ -47,14 +48,14 @@ class StiffnessSurrogate:
         return np.stack([np.exp(slope * s + curve * s * s) for slope, curve, s in rows])
 
 
-def print_scatter(sensor: LevelSensor) -> ScatterBands | None:
+def print_scatter(sensor: PressedSensor) -> ScatterBands | None:
     """Return the bands of prints of a sensor, the surrogate solved by finite elements and kept; None where not made."""
     springs = sensor.springs
     housing = springs.housing
     process = springs.process
     if housing is None:
         return None
-    law = characteristic(sensor.contact, sensor.sizing, springs.stiffnesses)
+    law = characteristic(sensor)
     targets = sensor.design.nominal_targets
 
     def coarse(changed: Housing) -> tuple[float, ...]:

@@ -8,7 +8,8 @@ import numpy as np
 
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings
-from pipeline.response.scene_press import ScenePress, spring_fractions
+from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.response.scene_press import ScenePress
 from pipeline.verdicts.errors.budget import (
     Budgets,
     LevelPress,
@@ -17,10 +18,10 @@ from pipeline.verdicts.errors.budget import (
     total_errors,
     uncertainty_budgets,
 )
-from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
+from pipeline.verdicts.errors.causes import after_calibration
 from pipeline.verdicts.errors.print_scatter import print_scatter
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
-from pipeline.verdicts.targets import ForceRatioCurve, SceneTargets
+from pipeline.verdicts.targets import ForceRatioCurve, SceneTargets, characteristic, force_errors_of_springs
 from sensor.arrays import Floats
 from sensor.record import Record
 from solve.contact.linear_response import SensorResponse
@@ -51,43 +52,37 @@ class SensorErrors(Record):
 
 
 def sensor_errors(
-    sensor: LevelSensor, reached: SceneTargets, press: ScenePress, options: RunOptions, readings: Readings | None
+    sensor: PressedSensor, reached: SceneTargets, press: ScenePress, options: RunOptions, readings: Readings | None
 ) -> SensorErrors:
     """Return all errors of a sensor that reaches P_max and NL in its scene; raises as the solves of the scatter do.
 
     The table of a sensor with readings shows their uncertainty.
     """
+    pair = sensor.pair
     if readings is not None:
-        budgets = uncertainty_budgets(sensor, reached, press, None)
+        budgets = uncertainty_budgets(pair, reached, press, None)
         return SensorErrors(budgets=budgets, reading=table_of_readings(press.curve, readings, budgets), scatter=None)
-    level = level_press(sensor, press.curve.E, press.curve.x)
-    scatter = None
-    if options.fabrication:
-        scatter = print_scatter(sensor)
+    level = level_press(pair, press.curve.E, press.curve.x)
     return SensorErrors(
-        budgets=uncertainty_budgets(sensor, reached, press, level),
-        reading=reading_table(sensor, press, level),
-        scatter=scatter,
+        budgets=uncertainty_budgets(pair, reached, press, level),
+        reading=reading_table(pair, press.curve, level),
+        scatter=print_scatter(pair) if options.fabrication else None,
     )
 
 
-def reading_table(sensor: LevelSensor, press: ScenePress, level: LevelPress) -> ReadingTable:
-    """Return the table of the scene with its two bands of modulus.
+def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress) -> ReadingTable:
+    """Return the table of the curve of a scene with its two bands of modulus.
 
     The numerical error of P is the scene's own; its other errors are those of a level sensor at the same press.
     """
-    curve = press.curve
-    law = sensor.characteristic
-    spring_errors = np.divide(law.spring_errors, law.springs.stiffnesses)
-    of_springs = [spring_fractions(sensor.contact, sensor.springs.C, each) @ spring_errors for each in curve.E.tolist()]
+    of_springs = [force_errors_of_springs(pair, E).sum() for E in curve.E.tolist()]
     numerical = curve.P_error + np.array(of_springs)[:, None]
     change = relative_change(level.ratio)
-    errors_printed = total_errors(numerical, level.effects, change)
-    errors_calibrated = total_errors(numerical, effects_after_calibration(level.effects), change)
+    law = characteristic(pair)
     return ReadingTable(
         response=curve,
-        printed=_bands_of_ratio(law, curve, errors_printed),
-        calibrated=_bands_of_ratio(law, curve, errors_calibrated),
+        printed=_bands_of_ratio(law, curve, total_errors(numerical, level.causes, change)),
+        calibrated=_bands_of_ratio(law, curve, total_errors(numerical, after_calibration(level.causes), change)),
     )
 
 

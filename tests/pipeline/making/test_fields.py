@@ -21,7 +21,7 @@ def write(default_run, tmp_path_factory):
 
     def written():
         folder = tmp_path_factory.mktemp("fields")
-        assert write_fields(result.sensor, result.press, options, folder) == ()
+        assert write_fields(result.pressed, result.press, options, folder) == ()
         return pv.read(folder / "flexure.vtu"), pv.read(folder / "fruit.vtu")
 
     return written

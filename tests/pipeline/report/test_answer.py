@@ -36,7 +36,9 @@ def runs(tmp_path, monkeypatch):
 
     def run(design, options, **_):
         designs.append(design)
-        result = dataclasses.replace(RESULT, sensor=dataclasses.replace(RESULT.sensor, design=design), options=options)
+        result = dataclasses.replace(
+            RESULT, pressed=dataclasses.replace(RESULT.pressed, design=design), options=options
+        )
         with output_folder(options.out, force=options.force) as folder:
             (folder / "part.step").write_text(f"part {len(designs)}")
             report = write_outputs(result, folder)

@@ -112,7 +112,7 @@ def read_result(**changes):
     """Return a result whose readings have the changed numbers."""
     design = Design(reading=Reading())
     readings = Readings(method="rise", touch=Estimate(0.4, 0.01), **changes)
-    return dataclasses.replace(result_of(), sensor=sensor_of(design), readings=readings)
+    return dataclasses.replace(result_of(), pressed=sensor_of(design), readings=readings)
 
 
 def test_notes_of_a_reading():
@@ -166,7 +166,7 @@ def test_weight():
     sagging = dataclasses.replace(stiffness, weight_sag=(0.02 / weight, 0.005 / weight))
     fitted = dataclasses.replace(result.springs.fitted, stiffness=sagging)
     springs = dataclasses.replace(result.springs, fitted=fitted)
-    heavy = dataclasses.replace(result, sensor=dataclasses.replace(result.sensor, springs=springs))
+    heavy = dataclasses.replace(result, pressed=dataclasses.replace(result.pressed, springs=springs))
     assert numbers_of(note(heavy, "Zero the forces"))[0] == pytest.approx(0.015)
 
 
@@ -180,8 +180,8 @@ def test_free_fruit():
     series = [1.0 / (1.0 / K + 1.0 / (3.5 * CONTACT.K_m_over_E())) for K in result.springs.stiffnesses.stiffnesses]
     for radius in (35.0, 200.0):
         fruit = Fruit(shape="sphere", radius_mm=radius, thickness_mm=1.9 * radius)
-        sensor = dataclasses.replace(result.sensor, design=Design(fruit=fruit))
-        told = numbers_of(note(dataclasses.replace(result, sensor=sensor), "Hold the fruit"))
+        sensor = dataclasses.replace(result.pressed, design=Design(fruit=fruit))
+        told = numbers_of(note(dataclasses.replace(result, pressed=sensor), "Hold the fruit"))
         at_table = 100.0 * table_share(float(low + high), 0.6, 3.5, fruit.poisson, radius)
         moment = 4.0 * (high - low)
         turn = math.degrees(moment / (low + high - 16.0 * sum(series) / radius) / radius)

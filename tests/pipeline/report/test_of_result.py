@@ -193,7 +193,8 @@ def test_response_of_a_square():
         C=np.diag([1.0, 0.05, 1.0, 0.05]),
     )
     contact = dataclasses.replace(CONTACT, tips=tips.names, S=np.diag([0.5] * 4), shape_change=np.zeros((4, 4)))
-    (row,) = response_reports(tips, contact, springs, table)
+    sensor = SimpleNamespace(design=SimpleNamespace(tips=tips), contact=contact, springs=springs, C=springs.C)
+    (row,) = response_reports(sensor, table)
     assert (row.F_l_N, row.F_h_N, row.F_N) == ((1.5,), (6.0,), ((1.0,), (5.0,), (2.0,), (7.0,)))
     low, high = 0.01 * 1.0 / (1.0 + 0.25), 0.03 * 0.05 / (0.05 + 0.25)
     assert row.F_error_percent == pytest.approx((100.0 * (0.01 + max(low, high)),))

@@ -10,7 +10,6 @@ from stand_ins import CONTACT, K_M_OVER_E, result_of, sizing_of
 
 from pipeline.report.response_csv import COLUMNS, response_csv
 from pipeline.verdicts.errors.budget import level_press
-from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import modulus_scale, reading_table
 from pipeline.verdicts.targets import ForceRatioCurve
 from sensor.design.parameters import Design
@@ -79,9 +78,7 @@ def test_travel_at_which_a_tip_is_off_some_fruit_has_no_bands():
     curve = RESULT.press.curve
     P = curve.P.copy()
     P[:5, 0] = np.nan
-    sensor = level_sensor(RESULT.sensor)
-    table = reading_table(
-        sensor, replace(RESULT.press, curve=replace(curve, P=P)), level_press(sensor, curve.E, curve.x)
-    )
+    pair = RESULT.pressed.pair
+    table = reading_table(pair, replace(curve, P=P), level_press(pair, curve.E, curve.x))
     assert np.isnan(table.printed[:, 0]).all()
     np.testing.assert_array_equal(table.printed[:, 1:], RESULT.errors.reading.printed[:, 1:])

@@ -139,7 +139,7 @@ def test_numbers_over_the_tilt_are_those_of_a_solve(preset_page, open_page, rng)
     moduli, tilts, settings = random_settings(page, rng, "tilt")
     assert np.ptp(tilts) > design.reading.tilt_deg
     found = evaluated(page, settings)
-    sensor = result.sensor
+    sensor = result.pressed
     placements = [Placement(tilt_deg=(tilt, 0.0)) for tilt in tilts]
     solved = sensor.presses(moduli.tolist(), placements)
     F = solved.F[:, :, -1].reshape(len(settings), -1)

@@ -38,7 +38,7 @@ def search_of(design, fixed=frozenset()):
     sized = Sensor(design=design, options=RunOptions(tolerance=0.02), springs_as="sized")
     contact = base.contact if design.tips == Design().tips else sized.contact
     return Search(
-        dataclasses.replace(base, sensor=dataclasses.replace(base.sensor, design=design, contact=contact)),
+        dataclasses.replace(base, pressed=dataclasses.replace(base.pressed, design=design, contact=contact)),
         fixed,
     )
 

@@ -22,7 +22,7 @@ from pipeline.verdicts.errors.budget import (
     total_errors,
     uncertainty_budgets,
 )
-from pipeline.verdicts.errors.effects import LARGEST_MOUNT_CHANGES, effects_after_calibration, effects_on, level_sensor
+from pipeline.verdicts.errors.causes import LARGEST_MOUNT_CHANGES, after_calibration, all_causes
 from pipeline.verdicts.rules import target_verdicts
 from pipeline.verdicts.targets import SceneTargets, characteristic
 from sensor.design.fruit import Fruit
@@ -51,28 +51,28 @@ FREE = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
 STEP = 4.0 * math.tan(math.radians(1.0))  # [mm] that one degree of tilt lifts or lowers a tip
 
 
-def sensor_of(design, springs=None):
-    springs = springs or springs_of(design)
-    return level_sensor(stand_ins.sensor_of(design, springs))
+def pair_of(design, springs=None):
+    return stand_ins.sensor_of(design, springs).pair
 
 
 def budgets_of(design, springs=None):
-    """Return the budgets as of a level sensor, whatever the scene."""
-    sensor = sensor_of(design, springs)
-    level = sensor.characteristic.P_max(), sensor.characteristic.NL(design.targets)
-    reached = SceneTargets(P_max=level[0], NL=level[1], level=level)
-    return uncertainty_budgets(sensor, reached, SimpleNamespace(tilted=()), pressed(sensor))
+    """Return the budgets as of a level pair, whatever the scene."""
+    pair = pair_of(design, springs)
+    law = characteristic(pair)
+    level = law.P_max(), law.NL(design.targets)
+    return in_scene(pair, SceneTargets(P_max=level[0], NL=level[1], level=level))
 
 
-def pressed(sensor):
-    """Return the level presses of a sensor over its moduli and travels."""
-    return level_press(sensor, curve_moduli(scene_of(sensor.design)), travels(sensor.design.press.travel_mm, 2))
+def in_scene(pair, reached, tilted=()):
+    """Return the budgets of a pair in a scene with the responses of its tilted presses."""
+    level = level_press(pair, curve_moduli(scene_of(pair.design)), travels(pair.design.press.travel_mm, 2))
+    return uncertainty_budgets(pair, reached, SimpleNamespace(tilted=tilted), level)
 
 
-def ratio_budget(sensor, E, travel, numerical=0.0, effects=None):
-    """Return the budget of P in one press."""
-    press = level_press(sensor, np.array([E]), np.array([travel]))
-    return budget_of(numerical, effects or press.effects, relative_change(press.largest_ratio))
+def ratio_budget(pair, E, travel, numerical=0.0, of=tuple):
+    """Return the budget of P in one press, by a selection of its causes."""
+    press = level_press(pair, np.array([E]), np.array([travel]))
+    return budget_of(numerical, of(press.causes), relative_change(press.largest_ratio))
 
 
 @pytest.fixture(scope="module")
@@ -107,8 +107,7 @@ def test_every_number_says_all_three_shares(name, model, inputs, budgets):
 
 
 def test_numerical_error_is_the_bar_that_the_verdicts_use(budgets):
-    springs = springs_of(Design())
-    own = characteristic(CONTACT, sizing_of(Design()), springs.stiffnesses, springs.errors)
+    own = characteristic(pair_of(Design()))
     P, NL = target_verdicts(own.P_max(), own.NL(Targets()), Targets(), "")
     assert (budgets.K_l.numerical, budgets.K_h.numerical) == pytest.approx(ERRORS, rel=1e-12)
     assert budgets.P_max.numerical * P.value == pytest.approx(P.error, rel=1e-12)
@@ -352,23 +351,23 @@ def test_whole_fruit_that_lies_free_is_rolled_by_a_pair():
 def test_turn_of_a_ball_that_lies_free():
     """Rolling by u meets the moment sum k x with sum k - sum k x^2 / (R travel) a millimetre; the tips turn with it."""
     design, travel, radius = Design(fruit=Fruit(shape="sphere", radius_mm=200.0, thickness_mm=395.0)), 0.6, 200.0
-    sensor = sensor_of(design)
-    (free,) = (effect for effect in effects_on(sensor, travel, np.zeros(2)) if effect.name == "free fruit")
+    pair = pair_of(design)
+    (free,) = (cause for cause in all_causes(pair, travel, np.zeros(2)) if cause.name == "free fruit")
     low, high = (1.0 / (1.0 / K + 1.0 / K_M) for K in SPRINGS.stiffnesses)
     turn = (high - low) * 4.0 / (low + high - (low + high) * 16.0 / (radius * travel)) / radius
     assert free.height_offsets == pytest.approx((-4.0 * turn, 4.0 * turn), rel=1e-9)
     # a ball of 35 mm runs away: one tip loses the whole travel more than the other, which is twice what there is
-    on_small = effects_on(sensor_of(Design(fruit=FREE)), travel, np.zeros(2))
-    (away,) = (effect for effect in on_small if effect.name == "free fruit")
+    on_small = all_causes(pair_of(Design(fruit=FREE)), travel, np.zeros(2))
+    (away,) = (cause for cause in on_small if cause.name == "free fruit")
     assert away.height_offsets == pytest.approx((-travel, travel), rel=1e-9)
 
 
 def under_a_skin():
     """Return the sensor on flesh whose compliance times E falls as the flesh gets stiffer."""
-    sensor = sensor_of(Design())
+    pair = pair_of(Design())
     E = np.array([0.1, 1.0, 4.0])
     table = SkinTable(E=E, S=np.multiply.outer(1.0 - 0.1 * np.log(E), CONTACT.S))
-    return dataclasses.replace(sensor, contact=dataclasses.replace(sensor.contact, skin=table))
+    return dataclasses.replace(pair, contact=dataclasses.replace(pair.contact, skin=table))
 
 
 def giving_sideways():
@@ -376,58 +375,53 @@ def giving_sideways():
     for tip, K in enumerate(SPRINGS.stiffnesses):
         give[tip, tip, 0, 0] = 0.3 / K
     design = Design(fruit=SPHERE)
-    return sensor_of(design, dataclasses.replace(springs_of(design), of_plate=SidewaysGive(give, 0.0)))
+    return pair_of(design, dataclasses.replace(springs_of(design), of_plate=SidewaysGive(give, 0.0)))
 
 
 @pytest.mark.parametrize(
     "made",
-    [lambda: sensor_of(Design()), lambda: sensor_of(Design(fruit=FREE)), under_a_skin,
+    [lambda: pair_of(Design()), lambda: pair_of(Design(fruit=FREE)), under_a_skin,
      giving_sideways],
     ids=["block", "free fruit", "skin", "sideways"],
 )  # fmt: skip
 def test_errors_of_a_table_are_those_of_each_press_by_itself(made):
     """Also where a tip is taken off the fruit, at a travel of 0.05 mm."""
-    sensor = made()
+    pair = made()
     E, travel = np.array([0.35, 1.75, 3.5]), np.array([0.05, 0.3, 0.6])
     numerical = np.arange(9.0).reshape(3, 3) * 1e-4
-    press = level_press(sensor, E, travel)
-    found = total_errors(numerical, press.effects, relative_change(press.ratio))
+    press = level_press(pair, E, travel)
+    found = total_errors(numerical, press.causes, relative_change(press.ratio))
     for i, j in np.ndindex(3, 3):
-        by_itself = ratio_budget(sensor, float(E[i]), float(travel[j]), float(numerical[i, j]))
+        by_itself = ratio_budget(pair, float(E[i]), float(travel[j]), float(numerical[i, j]))
         assert found[i, j] == pytest.approx(by_itself.total, rel=1e-12)
 
 
 def test_deflections_off_the_middle():
     """Off the middle the fruit is stiffer under the high tip by the stiffness ratio: deflections of both in series."""
-    sensor = sensor_of(Design())
-    law = dataclasses.replace(sensor.characteristic, stiffness_ratio=1.25)
-    low, high = dataclasses.replace(sensor, characteristic=law).deflections(2.0, 0.6)
-    assert low == pytest.approx(0.6 * 2.0 / (2.0 + K_L), rel=1e-12)
-    assert high == pytest.approx(0.6 * 2.5 / (2.5 + K_H), rel=1e-12)
-    level = sensor.deflections(sensor.sizing.K_m_at_largest_E, 0.6)
-    bent = dataclasses.replace(sensor.springs, deflections=(0.9, 0.0))
-    assert dataclasses.replace(sensor, springs=bent).largest_deflections == pytest.approx((0.9, level[1]), rel=1e-12)
+    law = dataclasses.replace(characteristic(pair_of(Design())), stiffness_ratio=1.25)
+    deflections = law.deflections(2.0, 0.6)
+    assert deflections == pytest.approx((0.6 * 2.0 / (2.0 + K_L), 0.6 * 2.5 / (2.5 + K_H)), rel=1e-12)
 
 
 def test_pose_of_a_solved_scene():
     """It is the worst of the tilted presses: P of 4.5 and 5.8, and curves bent by 0.06 and 0.03 of their rise."""
-    sensor = sensor_of(Design())
+    pair = pair_of(Design())
     numbers = Estimate(5.0, 0.01), Estimate(0.05, 0.001)
     reached = SceneTargets(P_max=numbers[0], NL=numbers[1], level=numbers)
     tilted = [SimpleNamespace(P=np.array([[1.0], [middle], [top]])) for middle, top in ((2.96, 4.5), (3.544, 5.8))]
-    budgets = uncertainty_budgets(sensor, reached, SimpleNamespace(tilted=tilted), pressed(sensor))
+    budgets = in_scene(pair, reached, tilted)
     assert size_of(budgets.P_max, "pose") == pytest.approx(5.8 / 5.0 - 1.0, rel=1e-9)
     assert size_of(budgets.NL, "pose") == pytest.approx(1.0 - 0.03 / 0.05, rel=1e-9)
-    off = [SimpleNamespace(P=np.array([[1.0], [2.9], [math.nan]]))]
-    budgets = uncertainty_budgets(sensor, reached, SimpleNamespace(tilted=off), pressed(sensor))
+    off = [SimpleNamespace(P=np.array([[1.0], [2.9], [top]])) for top in (math.nan, 5.0)]
+    budgets = in_scene(pair, reached, off)
     assert size_of(budgets.P_max, "pose") == 1.0
 
 
 def test_other_mounts_count_by_a_bound_that_moves_P_most():
     """The softer low spring and the stiffer high one both raise P; the level law has no crosstalk, 1.4 % of S."""
-    sensor = sensor_of(Design())
+    pair = pair_of(Design())
     soft, stiff = LARGEST_MOUNT_CHANGES
-    budget = ratio_budget(sensor, 3.5, 0.6)
+    budget = ratio_budget(pair, 3.5, 0.6)
     moved = force_ratio(Springs(K_l=K_L * (1.0 + soft), K_h=K_H * (1.0 + stiff)), K_M) / force_ratio(SPRINGS, K_M) - 1.0
     assert size_of(budget, "mount") == pytest.approx(moved, rel=0.02)
 
@@ -449,10 +443,9 @@ def test_widest_spring(budgets):
 
 
 def test_calibrating_leaves_one_per_cent_a_spring_and_takes_the_print_away():
-    sensor = sensor_of(Design())
-    after = effects_after_calibration(level_press(sensor, np.array([3.5]), np.array([0.6])).effects)
-    printed = ratio_budget(sensor, 3.5, 0.6, 1e-4)
-    calibrated = ratio_budget(sensor, 3.5, 0.6, 1e-4, after)
+    pair = pair_of(Design())
+    printed = ratio_budget(pair, 3.5, 0.6, 1e-4)
+    calibrated = ratio_budget(pair, 3.5, 0.6, 1e-4, after_calibration)
     left = names_of((*calibrated.model, *calibrated.input))
     assert not {*OF_PRINT, "engraved marks", "elephant's foot", "mount"} & set(left)
     for effect, K in zip(("low spring", "high spring"), SPRINGS.stiffnesses, strict=True):

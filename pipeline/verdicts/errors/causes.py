@@ -1,0 +1,258 @@
+"""What moves the numbers of a sensor beside their numerical error.
+
+A cause is either left out by the model, or the scatter of an input, two sigma. It changes the stiffness of a spring,
+the stiffness of the fruit under a tip, or the height of a tip. `budget.py` carries it to each number.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cad.parts.housing import ENGRAVED_MM
+from cad.parts.pin import tip_accuracy_mm
+from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.response.scene_press import scene_of
+from pipeline.springs.behaviour import stiffening
+from pipeline.springs.fitted_springs import tip_height_offsets
+from pipeline.verdicts.targets import LEAST_TRAVEL, characteristic
+from sensor.arrays import Floats
+from sensor.design.parameters import Design
+from sensor.design.processes import Process
+from sensor.design.reading import WEIGHED_AFTER_S
+from sensor.quantity import COVERAGE
+from sensor.theory.free_fruit import roll
+from sensor.theory.rounded_edge import edge_loss
+from sensor.theory.sloped_skin import frictionless_press
+from sensor.theory.soft_tissue import (
+    LARGEST_CHANGE,
+    constitutive_spread,
+    large_strain_factor,
+    no_slip,
+)
+from sensor.theory.two_spring_law import series_stiffness
+
+BEAM_SLOPE = 3.0  # of ln K over ln t: a beam's, which solids stay under
+INCOMPRESSIBLE = 0.5  # Poisson's ratio
+# How far the first layer of a print spreads on each side of a leaf, and how high: a judgement, one layer of 0.2 mm.
+FOOT_MM = 0.15
+FOOT_HIGH_MM = 0.2
+# Fraction of the frame in 1/K times E w / K: 0.08 and 0.6 % at K 0.753 and 17.3 N/mm, E 2000 MPa, w 6 mm. It covers
+# leaves of plastic; the long leaves of steel see 6 to 7 times it, 0.005 and 0.04 %.
+# tests/reference/fits/test_housing.py
+FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
+# Largest change of the low and of the high spring by another mount, over presets, processes and mounts, with a margin
+# of a quarter: docs/measurements.md#other-mounts. The low spring counts as softer and the high one as stiffer, which
+# moves P most.
+LARGEST_MOUNT_CHANGES = (-0.0011, 0.0086)
+POSE = "pose"  # the cause that a tilted scene solves itself
+CALIBRATED = 0.01  # of each stiffness: what weighing a printed unit reaches
+ZEROED_MM = 0.01  # what zeroing on a flat plate leaves between the heights of two tips: a judgement
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cause:
+    """What moves a number: relative changes of each spring and of the fruit under each tip [1], height offsets [mm].
+
+    All three have a row for each tip. Their shape is (2,) if they are the same in all presses, else (2, ...) with the
+    shape of the presses.
+
+    `scatters` marks an input known within a range, which goes either way; otherwise the model leaves the cause out.
+    `calibrated` means that calibrating the printed unit takes it away.
+    """
+
+    name: str
+    reason: str
+    springs: Floats = field(default_factory=lambda: np.zeros(2))
+    fruit: Floats = field(default_factory=lambda: np.zeros(2))
+    height_offsets: Floats = field(default_factory=lambda: np.zeros(2))
+    scatters: bool = False
+    calibrated: bool = False
+
+
+NO_CAUSE = Cause(name="", reason="")
+
+
+def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats) -> tuple[Cause, ...]:
+    """Return all causes in presses of a pair to travels [mm] that bend its springs by deflections [mm], (2, ...)."""
+    travel = np.maximum(LEAST_TRAVEL, travel)
+    depths = travel - deflections
+    return (
+        *_left_out_of_housing(pair, deflections),
+        *_left_out_of_contact(pair.design, depths),
+        *_left_out_of_motion(pair, travel, deflections),
+        *_scatter_of_prints(pair.springs.process),
+        *_scatter_of_tips(pair, depths),
+        *_scatter_of_scenes(pair),
+    )
+
+
+def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
+    """Return the causes that remain after a unit is calibrated: the others, and the errors of the calibration."""
+    zeroed = f"tips zeroed on a flat plate to {ZEROED_MM:g} mm"
+    half = 0.5 * ZEROED_MM
+    return (
+        *(cause for cause in causes if not cause.calibrated),
+        *known_springs(),
+        Cause(name="tip height", reason=zeroed, height_offsets=np.array([-half, half]), scatters=True),
+    )
+
+
+def known_springs() -> tuple[Cause, ...]:
+    """Return the errors of the stiffnesses of a calibrated unit, each by itself."""
+    known = f"known to {100.0 * CALIBRATED:g} %"
+    return (
+        Cause(name="low spring", reason=known, springs=np.array([CALIBRATED, 0.0]), scatters=True),
+        Cause(name="high spring", reason=known, springs=np.array([0.0, CALIBRATED]), scatters=True),
+    )
+
+
+def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[Cause]:
+    """Yield what the model leaves out of springs that are made; nothing if no housing is made."""
+    housing = pair.springs.housing
+    if housing is None:
+        return
+    process = pair.springs.process
+    leaves = [arm.flexure for arm in housing.arms]
+
+    bent = " and ".join(f"{deflection.max():.3g}" for deflection in deflections)
+    stiffer = np.array([stiffening(leaf, deflection) for leaf, deflection in zip(leaves, deflections, strict=True)])
+    yield Cause(name="large deflection", reason=f"elastica of leaves bent by {bent} mm", springs=stiffer)
+
+    marked = []
+    for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, pair.springs.stiffnesses.stiffnesses, strict=True):
+        of_frame = fraction * K / (process.E_MPa * leaf.depth)  # fraction of 1/K [1], which grows as the depth falls
+        marked.append(-of_frame * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
+    reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
+    yield Cause(name="engraved marks", reason=reason, springs=np.array(marked), calibrated=True)
+
+    if process.line_width_mm is not None:  # the first layer of lines spreads
+        footed = []
+        for leaf in leaves:
+            thicker = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
+            footed.append(FOOT_HIGH_MM / leaf.depth * (thicker**BEAM_SLOPE - 1.0))
+        reason = f"a first layer {FOOT_MM:g} mm wider on each side, {FOOT_HIGH_MM:g} mm high; cut it off or calibrate"
+        yield Cause(name="elephant's foot", reason=reason, springs=np.array(footed), calibrated=True)
+
+    percents = " and ".join(f"{100.0 * abs(change):.2g}" for change in LARGEST_MOUNT_CHANGES)
+    reason = (
+        f"another mount than the sheet's: at most {percents} % over presets, processes and mounts "
+        "(docs/measurements.md)"
+    )
+    yield Cause(name="mount", reason=reason, springs=np.array(LARGEST_MOUNT_CHANGES), calibrated=True)
+
+    creep = pair.springs.creep
+    if creep.exponent != 0.0 and pair.design.reading is None:  # a reading corrects creep, and its sources hold the rest
+        press_s = pair.design.press_s
+        stiffer_in_a_press = creep.press_over_weighed(WEIGHED_AFTER_S, press_s) - 1.0
+        reason = (
+            f"in a press of {press_s:.3g} s, against a weight read after {WEIGHED_AFTER_S:g} s; the compliance grows "
+            f"by {100.0 * creep.per_decade:.2g} % a decade"
+        )
+        yield Cause(name="creep", reason=reason, springs=np.full(2, stiffer_in_a_press))
+
+
+def _left_out_of_contact(design: Design, depths: Floats) -> Iterator[Cause]:
+    """Yield what the model leaves out of the fruit under tips at their depths in it [mm]."""
+    poisson = design.fruit.poisson
+    stiffer = no_slip(poisson)
+    reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
+    yield Cause(name="no slip", reason=reason, fruit=np.array([stiffer, stiffer]))
+
+    sides_deep = depths / design.tips.side_mm
+    reason = f"FE of one tip, at most {sides_deep.max():.2g} tip sides deep"
+    yield Cause(name="large strain", reason=reason, fruit=large_strain_factor(sides_deep, poisson) - 1.0)
+    reason = f"{reason}; Hencky and foam apart, with neo-Hooke between"
+    yield Cause(name="law of the flesh", reason=reason, fruit=constitutive_spread(sides_deep, poisson))
+
+    slopes = scene_of(design).slopes_deg
+    sliding = np.array([frictionless_press(poisson, math.tan(math.radians(angle))) for angle in slopes])
+    reason = f"a tip that slides on a skin falling by {max(map(abs, slopes)):.2g} deg presses along its normal"
+    yield Cause(name="slope", reason=reason, fruit=sliding)
+
+
+def _left_out_of_motion(pair: PressedSensor, travel: Floats, deflections: Floats) -> Iterator[Cause]:
+    """Yield what the model leaves out of motion sideways: of flat tips down a slope, and of a fruit that rolls."""
+    design = pair.design
+    sideways = pair.springs.sideways
+    if sideways is not None and not design.tips.tip_shape.obeys_hertz:  # the law of domes has it
+        slopes = scene_of(design).slopes_deg
+        softer = []
+        for tip, deflection in enumerate(deflections):
+            # The force over its part along the press. The spring gives more, which counts as a softer fruit.
+            lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
+            more = float(lean @ sideways.compliance[tip, tip] @ lean / pair.C[tip, tip])
+            depth = np.maximum(LEAST_TRAVEL, travel - deflection)
+            softer.append(1.0 / (1.0 + more * deflection / depth) - 1.0)
+        reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
+        yield Cause(name="sideways give", reason=reason, fruit=np.array(softer))
+
+    radius = design.fruit.radius_mm
+    if design.fruit.can_roll and radius is not None:
+        places = design.tips.centres_mm
+        law = characteristic(pair)
+        stiffness = [
+            series_stiffness(law.springs.K_l, law.K_m_max),
+            series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
+        ]
+        turns = []
+        for each in travel.flat:
+            rolled = roll([K * each for K in stiffness], places, stiffness, radius)
+            # A fruit that runs away takes a tip out of contact: one more travel than there is.
+            turns.append(math.radians(rolled.angle_deg) if rolled.steady else 2.0 * each / design.tips.spacing_mm)
+        # The coefficient of friction is the same at all travels, as all forces are proportional to them.
+        reason = f"a fruit that lies free on a table rolls, unless friction holds it: {rolled.friction:.2g} is enough"
+        offsets = np.multiply.outer(places, np.reshape(turns, travel.shape))
+        yield Cause(name="free fruit", reason=reason, height_offsets=offsets)
+
+
+def _scatter_of_prints(process: Process) -> Iterator[Cause]:
+    """Yield the scatter of prints, the same for all springs as they are one print."""
+    E = COVERAGE * process.E_scatter
+    reason = f"E of {process.name} within {100.0 * E:g} % from print to print"
+    yield Cause(name="modulus", reason=reason, springs=np.array([E, E]), scatters=True, calibrated=True)
+
+    off = process.accuracy_mm  # which holds 95 % already
+    thicker = np.array([((t + off) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
+    reason = f"leaves {off:g} mm off; K goes with t to the {BEAM_SLOPE:g}"
+    yield Cause(name="leaf thickness", reason=reason, springs=thicker, scatters=True, calibrated=True)
+
+
+def _scatter_of_tips(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
+    """Yield the scatter of tips as they are made: side, edge, which acts at depths in the fruit [mm], and height."""
+    tips = pair.design.tips
+    off = tip_accuracy_mm(tips, pair.springs.process)
+    wider = min(LARGEST_CHANGE, off / tips.side_mm)
+    reason = f"tips {off:g} mm off; the fruit's goes with the side"
+    yield Cause(name="tip side", reason=reason, fruit=np.array([wider, wider]), scatters=True)
+
+    reason = f"edges rounded by {off:g} mm, at the depth of each tip"
+    yield Cause(name="tip edge", reason=reason, fruit=-edge_loss(depths, tips.side_mm, off), scatters=True)
+
+    apart = np.array([-0.5 * off, 0.5 * off])  # up for one tip, down for the other
+    reason = f"{off:g} mm between the tips; zero the tips on a flat plate"
+    yield Cause(name="tip height", reason=reason, height_offsets=apart, scatters=True, calibrated=True)
+
+
+def _scatter_of_scenes(pair: PressedSensor) -> Iterator[Cause]:
+    """Yield the scatter of fruit and press: Poisson's ratio, tilt, and the attitude of the sensor."""
+    design = pair.design
+    fruit = design.fruit
+    largest = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
+    change = (1.0 - fruit.poisson**2) / (1.0 - largest**2) - 1.0
+    reason = f"within {fruit.poisson_spread:g}; the fruit's goes with 1 / (1 - nu^2), as on a half-space"
+    yield Cause(name="Poisson's ratio", reason=reason, fruit=np.array([change, change]), scatters=True)
+
+    degrees = design.press.tilt_spread_deg
+    step = 0.5 * design.tips.spacing_mm * math.tan(math.radians(degrees))
+    reason = f"the sensor tilted by {degrees:g} deg"
+    yield Cause(name=POSE, reason=reason, height_offsets=np.array([-step, step]), scatters=True)
+
+    offsets = tip_height_offsets(pair.springs, "down") if design.press.attitude == "side" else ()
+    if offsets:
+        apart = max(offsets) - min(offsets)
+        reason = (
+            f"pressed down, not sideways, its tips stand {apart:.2g} mm off level: see press.attitude, or zero them"
+        )
+        yield Cause(name="weight", reason=reason, height_offsets=np.array(offsets), scatters=True, calibrated=True)
