@@ -14,7 +14,6 @@ from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import (
     Springs,
     curve_nonlinearity,
-    curve_shares,
     force_ratio,
     fruit_stiffness,
     nonlinearity,
@@ -56,19 +55,6 @@ class ForceRatioCurve:
             lambda springs, K_m, ratio: nonlinearity(springs, K_m, definition, ratio, self.stiffening)
         )
 
-    def modulus_fraction(self, K_m: float) -> float:
-        """Return the modulus of the flesh over E_max [1] at which the fruit has a stiffness [N/mm].
-
-        Without a skin K_m is proportional to E. With one it lies on the curve of `stiffening`. Beyond its end it lies
-        on the line through its last two points.
-        """
-        stiffness = K_m / self.K_m_max
-        if not self.stiffening:
-            return stiffness
-        moduli = curve_shares(len(self.stiffening) - 1)  # over E_max, at the points of `stiffening`
-        beyond = max(0.0, stiffness - 1.0) * (moduli[-1] - moduli[-2]) / (1.0 - self.stiffening[-2])
-        return float(np.interp(stiffness, self.stiffening, moduli)) + beyond
-
     def fruit_stiffness(self, P: float) -> float:
         """Return the fruit stiffness at which P is shown [N/mm], (4); 0 below all, infinite beyond the springs."""
         if self.stiffness_ratio >= P:
@@ -76,6 +62,36 @@ class ForceRatioCurve:
         if self.springs.K_h / self.springs.K_l <= P:
             return math.inf
         return fruit_stiffness(self.springs, P, self.stiffness_ratio)
+
+    def modulus_scale(self, P: Floats, E: Floats) -> Callable[[float], float] | None:
+        """Return the modulus [MPa] as a function of P [1] at one travel, through P at moduli E, softest first.
+
+        Between these it is interpolated over the fruit stiffness by the two-spring law, over which it is nearly a
+        straight line. Beyond the last it goes on along the line through the last two. Below the first it is 0. It is
+        nan if the springs show no such P. The result is None if some P is not known, or P does not rise.
+        """
+
+        def stiffness(ratio: float) -> float:
+            """Return the fruit stiffness [N/mm] at which a level sensor has this P over that on the softest fruit."""
+            level = ratio / float(P[0]) * self.stiffness_ratio
+            return self.fruit_stiffness(level) if math.isfinite(level) else math.nan
+
+        nodes = np.array([stiffness(ratio) for ratio in P.tolist()])
+        if not (np.diff(nodes) > 0.0).all():
+            return None
+
+        def modulus(ratio: float) -> float:
+            K_m = stiffness(ratio)
+            if not math.isfinite(K_m):
+                return math.nan
+            if K_m <= nodes[0]:
+                return 0.0
+            if K_m <= nodes[-1]:
+                return float(np.interp(K_m, nodes, E))
+            slope = (E[-1] - E[-2]) / (nodes[-1] - nodes[-2])
+            return float(E[-1] + slope * (K_m - nodes[-1]))
+
+        return modulus
 
     def deflections(self, K_m: Floats | float, travel: Floats | float) -> Floats:
         """Return the deflection of each spring (2, ...) at fruit stiffnesses [N/mm] and travels [mm] that broadcast."""

@@ -59,7 +59,8 @@ class Cause:
     shape of the presses.
 
     `scatters` marks an input known within a range, which goes either way; otherwise the model leaves the cause out.
-    `calibrated` means that calibrating the printed unit takes it away.
+    `calibrated` means that calibrating the printed unit takes it away. The stiffness of a spring is proportional to
+    its input to the `power`.
     """
 
     name: str
@@ -69,6 +70,7 @@ class Cause:
     height_offsets: Floats = field(default_factory=lambda: np.zeros(2))
     scatters: bool = False
     calibrated: bool = False
+    power: float = 1.0
 
 
 NO_CAUSE = Cause(name="", reason="")
@@ -216,7 +218,7 @@ def _scatter_of_prints(process: Process) -> Iterator[Cause]:
     off = process.accuracy_mm  # which holds 95 % already
     thicker = np.array([((t + off) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
     reason = f"leaves {off:g} mm off; K goes with t to the {BEAM_SLOPE:g}"
-    yield Cause(name="leaf thickness", reason=reason, springs=thicker, scatters=True, calibrated=True)
+    yield Cause(name="leaf thickness", reason=reason, springs=thicker, scatters=True, calibrated=True, power=BEAM_SLOPE)
 
 
 def _scatter_of_tips(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:

@@ -1,11 +1,29 @@
-"""How far a print may be off before it is calibrated; the fields are keys of report.json, in its units."""
+"""How much prints differ before they are calibrated: bands of their numbers, whose fields are keys of report.json.
 
-from dataclasses import dataclass
+The bands are those of a sample of prints. In each of them, every cause that scatters from print to print has a value of
+its own, common to all springs.
+"""
 
-from sensor.quantity import report_field
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import ndtri
+
+from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.verdicts.errors.budget import LevelPress
+from pipeline.verdicts.errors.causes import Cause, known_springs
+from pipeline.verdicts.targets import characteristic
+from sensor.arrays import Floats
+from sensor.quantity import COVERAGE, report_field
 from sensor.record import Record
+from sensor.theory.two_spring_law import curve_nonlinearity
 
 Interval = tuple[float | None, float | None]
+
+SAMPLES = 1024
+LEVEL = 0.95
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -24,8 +42,54 @@ class ScatterBands(Record):
     calibrated_modulus_error: float | None = report_field(
         "1", "relative error of the modulus if both stiffnesses of the unit are known to 1 %"
     )
-    surrogate_error: float = report_field(
-        "1",
-        "relative error of the approximate formula for the stiffness over the leaf thickness, from which "
-        "these bands are computed",
+    surrogate_error: float = report_field("1", "always 0; this key will be removed in 0.4", default=0.0)
+
+
+def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None:
+    """Return the bands of prints of a pair by its level presses; None if no housing is made.
+
+    P is the one that each print shows at the largest modulus; its modulus is read with the nominal springs.
+    """
+    if pair.springs.housing is None:
+        return None
+    of_prints = [cause for cause in level.causes if cause.scatters and cause.calibrated and cause.springs.any()]
+    factors = _sampled_factors(of_prints)
+    prints = Cause(name="prints", reason="", springs=factors[:, None, :] - 1.0)
+    at_full_travel = replace(level, travel=level.travel[-1:])
+    P = at_full_travel.ratio(prints, 1.0)  # (moduli, samples)
+    E = level.E[:, 0]
+    K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))
+    modulus_at = characteristic(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
+    error = 0.0
+    for cause in known_springs():
+        low, high = (modulus_at(float(at_full_travel.largest_ratio(cause, sign))) for sign in (-1.0, 1.0))
+        error += 0.5 * abs(high - low) / float(E[-1])
+    return ScatterBands(
+        K_l_N_per_m=_band(K_l),
+        K_h_N_per_m=_band(K_h),
+        P_max=_band(P[-1]),
+        NL=_band([curve_nonlinearity(each, E.tolist(), level.NL_definition) for each in P.T.tolist()]),
+        modulus_error=_band([modulus_at(each) / E[-1] - 1.0 for each in P[-1].tolist()]),
+        calibrated_modulus_error=error if math.isfinite(error) else None,
     )
+
+
+def _sampled_factors(causes: Sequence[Cause]) -> Floats:
+    """Return the stiffness of each spring over its nominal one [1] in a Sobol sample of normal causes, (2, samples)."""
+    from scipy.stats import qmc  # a tenth of all imports, and only fabrication needs it
+
+    points = qmc.Sobol(len(causes), seed=1).random(SAMPLES)
+    normal = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))
+    factors = np.ones((2, SAMPLES))
+    for cause, of_sample in zip(causes, normal.T, strict=True):
+        two_sigma = (1.0 + cause.springs[:, None]) ** (1.0 / cause.power) - 1.0  # of the input, over its nominal value
+        factors = factors * (1.0 + two_sigma * of_sample / COVERAGE) ** cause.power
+    return factors
+
+
+def _band(values: Sequence[float] | Floats) -> Interval:
+    """Return the ends of the middle 95 %; None for one that lies beyond all numbers, which nan stands for."""
+    numbers = np.nan_to_num(values, nan=math.inf, posinf=math.inf)
+    ends = np.quantile(numbers, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], method="inverted_cdf")
+    low, high = (float(end) if math.isfinite(end) else None for end in ends)
+    return low, high

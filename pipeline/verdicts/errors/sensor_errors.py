@@ -1,7 +1,7 @@
 """All errors of a sensor: the budget of each number, the table with its bands of modulus, the scatter of prints."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +19,7 @@ from pipeline.verdicts.errors.budget import (
     uncertainty_budgets,
 )
 from pipeline.verdicts.errors.causes import after_calibration
-from pipeline.verdicts.errors.print_scatter import print_scatter
-from pipeline.verdicts.errors.scatter_bands import ScatterBands
+from pipeline.verdicts.errors.scatter_bands import ScatterBands, scatter_bands
 from pipeline.verdicts.targets import ForceRatioCurve, SceneTargets, characteristic, force_errors_of_springs
 from sensor.arrays import Floats
 from sensor.record import Record
@@ -54,7 +53,7 @@ class SensorErrors(Record):
 def sensor_errors(
     sensor: PressedSensor, reached: SceneTargets, press: ScenePress, options: RunOptions, readings: Readings | None
 ) -> SensorErrors:
-    """Return all errors of a sensor that reaches P_max and NL in its scene; raises as the solves of the scatter do.
+    """Return all errors of a sensor that reaches P_max and NL in its scene.
 
     The table of a sensor with readings shows their uncertainty.
     """
@@ -66,7 +65,7 @@ def sensor_errors(
     return SensorErrors(
         budgets=uncertainty_budgets(pair, reached, press, level),
         reading=reading_table(pair, press.curve, level),
-        scatter=print_scatter(pair) if options.fabrication else None,
+        scatter=scatter_bands(pair, level) if options.fabrication else None,
     )
 
 
@@ -93,44 +92,13 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     for j in range(len(curve.x)):
-        modulus_at = modulus_scale(law, curve.P[:, j], curve.E)
+        modulus_at = law.modulus_scale(curve.P[:, j], curve.E)
         if modulus_at is None:
             continue
         for i, P in enumerate(curve.P[1:, j].tolist(), start=1):
             if math.isfinite(P):
                 bands[i, j] = [modulus_at(P * (1.0 + sign * float(errors[i, j]))) for sign in (-1.0, 1.0)]
     return bands
-
-
-def modulus_scale(law: ForceRatioCurve, P: Floats, E: Floats) -> Callable[[float], float] | None:
-    """Return the modulus [MPa] as a function of P [1] at one travel, through P of the scene at moduli E, softest first.
-
-    Between these it is interpolated over the fruit stiffness by the two-spring law, over which it is nearly a straight
-    line. Beyond the last it goes on along the line through the last two. Below the first it is 0. It is nan where the
-    springs show no such P. None where some P is not known, or P does not rise.
-    """
-
-    def stiffness(ratio: float) -> float:
-        """Return the fruit stiffness [N/mm] at which a level sensor has this P over that on the softest fruit."""
-        level = ratio / float(P[0]) * law.stiffness_ratio
-        return law.fruit_stiffness(level) if math.isfinite(level) else math.nan
-
-    nodes = np.array([stiffness(ratio) for ratio in P.tolist()])
-    if not (np.diff(nodes) > 0.0).all():
-        return None
-
-    def modulus(ratio: float) -> float:
-        K_m = stiffness(ratio)
-        if not math.isfinite(K_m):
-            return math.nan
-        if K_m <= nodes[0]:
-            return 0.0
-        if K_m <= nodes[-1]:
-            return float(np.interp(K_m, nodes, E))
-        slope = (E[-1] - E[-2]) / (nodes[-1] - nodes[-2])
-        return float(E[-1] + slope * (K_m - nodes[-1]))
-
-    return modulus
 
 
 def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budgets) -> ReadingTable:

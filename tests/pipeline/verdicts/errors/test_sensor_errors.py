@@ -1,4 +1,4 @@
-"""Bands of a modulus that is read, and the modulus over the stiffness of fruit under a skin: by their formulas."""
+"""Bands of a modulus that is read, and the law of the force ratio over the fruit: by their formulas."""
 
 import math
 from types import SimpleNamespace
@@ -12,10 +12,9 @@ from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.verdicts.errors.sensor_errors import table_of_readings
 from pipeline.verdicts.targets import ForceRatioCurve
 from sensor.quantity import Estimate
-from sensor.theory.two_spring_law import Springs, curve_shares
+from sensor.theory.two_spring_law import Springs
 
 SPRINGS = Springs(K_l=0.9, K_h=20.0)
-STEPS = 24
 
 
 def read(E, bias, noise, slope):
@@ -44,19 +43,6 @@ def test_bands_of_readings():
         assert np.isnan(bands[:, :-1]).all()
     unread = table_of_readings(curve, SimpleNamespace(moduli=()), SimpleNamespace(widest_spring=0.2))
     assert np.isnan(unread.printed).all()
-
-
-def test_modulus_fraction():
-    """Where K_m rises as E^0.8 the modulus is the power 1.25 of it, and goes on as a straight line beyond the range."""
-    shares = np.array(curve_shares(STEPS))
-    law = ForceRatioCurve(springs=SPRINGS, K_m_max=3.0, stiffening=tuple((shares**0.8).tolist()))
-    for fraction in (0.3, 0.77):
-        # a straight line between 24 steps misses the curve by less than a thousandth
-        assert law.modulus_fraction(3.0 * fraction) == pytest.approx(fraction**1.25, abs=1e-3)
-    slope = (1.0 / STEPS) / (1.0 - (1.0 - 1.0 / STEPS) ** 0.8)
-    assert law.modulus_fraction(3.0 * 1.2) == pytest.approx(1.0 + 0.2 * slope, rel=1e-9)
-    bare = ForceRatioCurve(springs=SPRINGS, K_m_max=3.0)
-    assert bare.modulus_fraction(1.2) == pytest.approx(0.4, rel=1e-12)
 
 
 def test_fruit_stiffness_of_a_ratio():
