@@ -2,12 +2,13 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import Field, dataclass, fields, is_dataclass
+from dataclasses import Field, dataclass, is_dataclass
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from pipeline.report.report import LeftOut, Report
+from pipeline.storage.told import told_fields, told_value
 
 _INDEX = re.compile(r"-?[0-9]+")
 
@@ -58,8 +59,8 @@ def report_keys() -> Iterator[ReportKey]:
     `[]` stands for the elements of a list, SPRING for low or high, other words in capitals for names that a design or a
     run decides.
     """
-    for item, kind in _fields(Report).values():
-        yield from _keys(item, kind, item.name, "")
+    for name, (item, kind) in _fields(Report).items():
+        yield from _keys(item, kind, name, "")
 
 
 def _keys(item: Field[Any], kind: Any, name: str, level: str) -> Iterator[ReportKey]:  # noqa: ANN401 - any type
@@ -112,8 +113,8 @@ def _part(value: Any, word: str, name: str) -> object:  # noqa: ANN401 - a mappi
     elif isinstance(value, tuple):
         if _INDEX.fullmatch(word) and -len(value) <= int(word) < len(value):
             return value[int(word)]
-    elif word in getattr(value, "__dataclass_fields__", ()):
-        return getattr(value, word)
+    elif is_dataclass(value) and word in (told := told_fields(value)):
+        return told_value(value, told[word])
     raise KeyError(name)
 
 
@@ -133,7 +134,7 @@ def _fields(kind: type) -> dict[str, tuple[Field[Any], Any]]:
     if not is_dataclass(kind):
         return {}
     hints = get_type_hints(kind)
-    return {item.name: (item, _without_none(hints[item.name])) for item in fields(kind)}
+    return {key: (item, _without_none(hints[item.name])) for key, item in told_fields(kind).items()}
 
 
 def _without_none(kind: Any) -> Any:  # noqa: ANN401 - any type

@@ -6,21 +6,20 @@ docs/report-json.md is printed from it.
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, is_dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any, get_origin, get_type_hints
+from typing import get_origin, get_type_hints
 
 import numpy as np
-from cattrs.gen import make_dict_structure_fn
 
 from cad.parts.housing import Housing
 from pipeline.reading.read_out import Matrix, ReadingConstants
 from pipeline.springs.arm_behaviour import ArmBehaviour
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
-from pipeline.storage.told import as_data
+from pipeline.storage.told import as_data, structure_hook
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
 from sensor.design.design_file import design_from_mapping
 from sensor.design.parameters import Design
@@ -515,32 +514,8 @@ class Report:
         )
 
 
-def _is_needed(item: Field[Any]) -> bool:
-    """Say whether a report must have the key of a field: one that may be left out, or that came later, need not be."""
-    return item.default is item.default_factory is MISSING or not {"left_out", "since"} & item.metadata.keys()
-
-
-def _structure_hook(kind: Any) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - the class of any record
-    """Return the function with which cattrs makes a record of JSON data.
-
-    A key that is missing raises InputError, unless it may be left out.
-    """
-    needed = [item.name for item in fields(kind) if _is_needed(item)]
-    structure = make_dict_structure_fn(kind, _CONVERTER, _cattrs_forbid_extra_keys=True)
-
-    def structure_complete(data: Any, of_kind: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
-        if isinstance(data, Mapping):
-            for name in needed:
-                if name not in data:
-                    msg = f"{name} is missing"
-                    raise InputError(msg, field=name)
-        return structure(data, of_kind)
-
-    return structure_complete
-
-
 _CONVERTER = strict_converter()
-_CONVERTER.register_structure_hook_factory(is_dataclass, _structure_hook)
+_CONVERTER.register_structure_hook_factory(is_dataclass, lambda kind: structure_hook(kind, _CONVERTER))
 _CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(data))
 _CONVERTER.register_structure_hook(ScatterBands | LeftOut, lambda data, _: _CONVERTER.structure(data, ScatterBands))
 

@@ -1,4 +1,4 @@
-"""How a record is told: as data by the keys that its fields declare, and as one line of text.
+"""How a record is told: as data by the keys that its fields declare, which are read back, and as one line of text.
 
 A field declares its key, unit and meaning with `report_field`, and where it needs them:
 
@@ -11,18 +11,17 @@ A field declares its key, unit and meaning with `report_field`, and where it nee
 - `absent`: the text in its place if the field has its default.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
 from typing import Any
 
 import cattrs
-from cattrs.gen import make_dict_unstructure_fn, override
+from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 
 from pipeline.storage.plain import Plain, strict_converter
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
-
-_DECLARED = {"key", "times", "left_out", "inline"}
+from sensor.quantity import InputError
 
 
 def as_data(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
@@ -43,30 +42,93 @@ def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any rec
 def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], Any]:  # noqa: ANN401 - any record
     """Return the function with which cattrs makes JSON data of a record, its keys in the order of the fields."""
     items = fields(kind)
-    hidden: dict[str, Any] = {item.name: override(omit=True) for item in items if not item.metadata.get("told", True)}
-    unstructure = make_dict_unstructure_fn(kind, converter, **hidden)
-    if not any(item.metadata.keys() & _DECLARED for item in items):
+    unstructure = make_dict_unstructure_fn(kind, converter, **{item.name: _override(item, converter) for item in items})
+    by_key = {_key(item): item for item in items}
+    if not any(item.metadata.keys() & {"left_out", "inline"} for item in items):
         return unstructure
-    by_name = {item.name: item for item in items}
 
     def data_of(record: Any) -> Plain:  # noqa: ANN401 - the record
-        plain = unstructure(record)
         data: Plain = {}
-        for name, value in plain.items():
-            item = by_name[name]
+        for key, value in unstructure(record).items():
+            item = by_key[key]
             left_out = item.metadata.get("left_out")
-            decides = by_name[left_out] if isinstance(left_out, str) else item
+            decides = kind.__dataclass_fields__[left_out] if isinstance(left_out, str) else item
             if left_out and _is_default(record, decides):
                 continue
             if "inline" in item.metadata:
                 data |= item.metadata["inline"](record)
-            elif "times" in item.metadata and value is not None:
-                data[item.metadata["key"]] = item.metadata["times"] * value
             else:
-                data[item.metadata.get("key", name)] = value
+                data[key] = value
         return data
 
     return data_of
+
+
+def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - any record
+    """Return the function with which cattrs makes a record of the JSON data that `unstructure_hook` makes of it.
+
+    A key that is missing raises InputError, unless it may be left out or came later: a field with `since`.
+    """
+    items = fields(kind)
+    overrides = {item.name: _override(item, converter) for item in items}
+    structure = make_dict_structure_fn(kind, converter, _cattrs_forbid_extra_keys=True, **overrides)
+    needed = [_key(item) for item in items if item.metadata.get("told", True) and _is_needed(item)]
+
+    def structure_complete(data: Any, of_kind: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
+        if isinstance(data, Mapping):
+            for name in needed:
+                if name not in data:
+                    msg = f"{name} is missing"
+                    raise InputError(msg, field=name)
+        return structure(data, of_kind)
+
+    return structure_complete
+
+
+def told_fields(kind: Any) -> dict[str, Field[Any]]:  # noqa: ANN401 - any record
+    """Return the fields of a record by their keys, without those that are no key."""
+    return {_key(item): item for item in fields(kind) if item.metadata.get("told", True)}
+
+
+def told_value(record: object, item: Field[Any]) -> Any:  # noqa: ANN401 - of any field
+    """Return the value of a field in the unit of its key."""
+    return scaled(getattr(record, item.name), item.metadata.get("times", 1.0))
+
+
+def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or records if the factor is 1
+    """Return a number, or each number of lists and mappings, times a factor; None stays None."""
+    if factor == 1.0 or value is None:
+        return value
+    if isinstance(value, Mapping):
+        return {name: scaled(each, factor) for name, each in value.items()}
+    if isinstance(value, tuple | list):
+        return type(value)(scaled(each, factor) for each in value)
+    return factor * value
+
+
+def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: ANN401 - cattrs names no type for it
+    """Return how cattrs tells a field and reads it back."""
+    if not item.metadata.get("told", True):
+        return override(omit=True)
+    times = item.metadata.get("times")
+    if times is None:
+        return override(rename=item.metadata.get("key"))
+    return override(
+        rename=item.metadata.get("key"),
+        unstruct_hook=lambda value: scaled(converter.unstructure(value), times),
+        struct_hook=lambda value, kind: scaled(converter.structure(value, kind), 1.0 / times),
+    )
+
+
+def _key(item: Field[Any]) -> str:
+    """Return the key of a field in data."""
+    key: str = item.metadata.get("key", item.name)
+    return key
+
+
+def _is_needed(item: Field[Any]) -> bool:
+    """Return whether data must have the key of a field: one that may be left out, or that came later, need not be."""
+    return item.default is item.default_factory is MISSING or not {"left_out", "since"} & item.metadata.keys()
 
 
 def _is_default(record: object, item: Field[Any]) -> bool:

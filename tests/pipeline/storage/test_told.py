@@ -1,11 +1,13 @@
 """A record is told by what its fields declare: keys, factors, what is left out, and its line."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass
 
+import cattrs
 import pytest
 
-from pipeline.storage.told import as_data, as_line
-from sensor.quantity import report_field
+from pipeline.storage.plain import strict_converter
+from pipeline.storage.told import as_data, as_line, structure_hook
+from sensor.quantity import InputError, report_field
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,3 +64,37 @@ def test_data_are_as_declared_in_the_order_of_the_fields(record, data):
 )
 def test_line_has_the_texts_of_the_named_fields(record, names, line):
     assert as_line(record, names) == line
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kept:
+    a: float = report_field("1", "needed")
+    share: float = report_field("%", "a fraction", key="share_percent", times=100.0)
+    shares: dict[str, float] = report_field("%", "fractions", times=100.0)
+    rows: tuple[float | None, ...] = report_field("mm", "lengths", key="rows_mm", times=1e3, default=(), left_out=True)
+    later: float | None = report_field("1", "came later", default=None, since="0.3")
+    hidden: object = field(default=None, metadata={"told": False})
+
+
+CONVERTER = strict_converter()
+CONVERTER.register_structure_hook_factory(is_dataclass, lambda kind: structure_hook(kind, CONVERTER))
+
+
+@pytest.mark.parametrize(
+    "kept",
+    [
+        Kept(a=1.0, share=0.25, shares={"x": 0.5}),
+        Kept(a=1.0, share=0.25, shares={}, rows=(0.5, None), later=2.0),
+    ],
+)
+def test_data_are_read_back(kept):
+    data = as_data(kept)
+    assert data["share_percent"] == 25.0
+    assert CONVERTER.structure(data, Kept) == kept
+
+
+@pytest.mark.parametrize("changed", [{"share_percent": None}, {"share": 0.25}, {"hidden": 1}, {"a": ...}])
+def test_data_of_another_record_are_refused(changed):
+    data = as_data(Kept(a=1.0, share=0.25, shares={})) | changed
+    with pytest.raises((cattrs.BaseValidationError, InputError)):
+        CONVERTER.structure({key: value for key, value in data.items() if value is not ...}, Kept)
