@@ -7,15 +7,12 @@ from rich.console import RenderableType
 from rich.markup import escape
 from rich.table import Table
 
+from pipeline.report.verdict_rule import is_on_the_part, not_passed
 from pipeline.report.verdict_table import OUTCOME, reasons, verdict_table
 from pipeline.storage.digests import Json
 from sensor.verdict import Verdict, all_passed
-from sensor.words import shown, with_bar
+from sensor.words import OUTCOMES, shown, with_bar
 
-_TARGETS = (
-    *("reading.bias", "reading.uncertainty", "reading.touch", "reading.relaxation", "bruise"),
-    *("P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic"),
-)
 _REASONS = 3  # lines of what did not pass before the rest is counted
 _NOTES = 5  # with the lines of what did not pass
 
@@ -28,16 +25,14 @@ def report_passed(report: Json) -> bool | None:
 def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     """Yield the answer on one screen: outcome, targets against values, springs, what did not pass, notes, files."""
     verdicts = _verdicts(report)
-    table = verdict_table("", [verdict for verdict in verdicts if verdict.name in _TARGETS])
-    others = [verdict for verdict in verdicts if verdict.name not in _TARGETS]
+    table = verdict_table("", [verdict for verdict in verdicts if not is_on_the_part(verdict)])
+    others = [verdict.passed for verdict in verdicts if is_on_the_part(verdict)]
     if others:
-        passed = sum(verdict.passed is True for verdict in others)
-        table.add_row(f"{len(others)} on geometry and print", "", "", "", f"{passed} passed")
+        table.add_row(f"{len(others)} on geometry and print", "", "", "", f"{others.count(True)} passed")
     yield _headline(report, verdicts)
     yield table
     yield from _spring_lines(report)
-    wrong = [verdict for verdict in verdicts if verdict.passed is not True]
-    wrong.sort(key=lambda verdict: verdict.passed is None)  # those that failed first
+    wrong = not_passed(verdicts)
     yield from reasons(wrong[:_REASONS])
     if len(wrong) > _REASONS:
         yield f"and {len(wrong) - _REASONS} more: --verbose lists them all"
@@ -72,17 +67,10 @@ def _verdicts(data: Json) -> list[Verdict]:
 
 def _headline(report: Json, verdicts: list[Verdict]) -> str:
     """Return the outcome, the name of the design, and how many verdicts passed, failed or are undecided."""
-    passed = all_passed(verdicts)
-    words = f"all {len(verdicts)} verdicts passed"
-    if not passed:
-        outcomes = [verdict.passed for verdict in verdicts]
-        counts = []
-        if False in outcomes:
-            counts.append(f"{outcomes.count(False)} failed")
-        if None in outcomes:
-            counts.append(f"{outcomes.count(None)} undecided")
-        words = f"of {len(verdicts)} verdicts {', '.join(counts)}"
-    return f"{OUTCOME[passed]}  twintip · {escape(report['design']['name'])}: {words}"
+    outcomes = [verdict.passed for verdict in verdicts]
+    wrong = [f"{outcomes.count(passed)} {OUTCOMES[passed]}" for passed in (False, None) if passed in outcomes]
+    words = f"of {len(verdicts)} verdicts {', '.join(wrong)}" if wrong else f"all {len(verdicts)} verdicts passed"
+    return f"{OUTCOME[all_passed(verdicts)]}  twintip · {escape(report['design']['name'])}: {words}"
 
 
 def _spring_lines(report: Json) -> Iterator[str]:
@@ -123,13 +111,8 @@ def _error_table(report: Json) -> Table:
         contributions = [*budget["model"], *budget["inputs"]]
         contributions.sort(key=lambda contribution: abs(contribution["size_percent"]), reverse=True)
         largest = [f"{part['effect']} {part['size_percent']:+.2g}" for part in contributions[:2]]
-        table.add_row(
-            name,
-            shown(budget["discretisation_percent"], digits=2),
-            shown(budget["model_percent"], digits=2),
-            shown(budget["inputs_percent"], digits=2),
-            ", ".join(largest),
-        )
+        totals = (budget[f"{kind}_percent"] for kind in ("discretisation", "model", "inputs"))
+        table.add_row(name, *(shown(total, digits=2) for total in totals), ", ".join(largest))
     return table
 
 

@@ -1,5 +1,6 @@
 """A verdict in words: its numbers as text, with the sign of a limit that bounds its value on one side."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -22,8 +23,20 @@ _FRACTIONS = (
     "unit.uncertainty",
 )
 
+_ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
+
 UNREAD = "some poses have no reading"
 """Why a verdict on readings fails whose value keeps the limit: the value is that of the other poses."""
+
+
+def is_on_the_part(verdict: Verdict) -> bool:
+    """Say whether a verdict is on the part and its print, not on targets and readings."""
+    return verdict.name.startswith(_ON_THE_PART)
+
+
+def not_passed(verdicts: Iterable[Verdict]) -> list[Verdict]:
+    """Return the verdicts that did not pass, those that failed first."""
+    return sorted((one for one in verdicts if not one.passed), key=lambda one: one.passed is None)
 
 
 def as_read(verdict: Verdict) -> Verdict:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.files.glb import GlbBody, glb_of
-from pipeline.report.page.bodies import assembly_body, legend, page_body, palette_colours
+from cad.files.glb import GlbBody
+from pipeline.report.page.bodies import ColourScale, assembly_body, field_body
 from pipeline.report.page.template import BODIES, FIGURES, render_page
 from pipeline.report.report import Report, read_report
 from pipeline.storage.files import refuse_taken, write_files
@@ -54,15 +54,13 @@ def _coloured(scene: FieldScene, field: Field) -> Plain:
     """Return a scene in the colours of a field, which its animation bends."""
     at_rest, _ = deformed_surface(scene, subdivision=0)
     surface = at_rest.triangulate()
-    lowest, highest = field.range_on(scene.mesh)
-    values = np.asarray(surface.point_data[field.array], dtype=np.float64)
+    low, high = field.range_on(scene.mesh)
+    scale = ColourScale(label=field.title, low=low, high=high)
     body = GlbBody(
         name=scene.name,
         vertices=np.asarray(surface.points, dtype=np.float64),
         triangles=surface.regular_faces,
-        colour=palette_colours(values, lowest, highest if highest > lowest else lowest + 1.0),
+        colour=scale.colours(np.asarray(surface.point_data[field.array], dtype=np.float64)),
         moved=scene.factor * np.asarray(surface.point_data[DISPLACEMENT], dtype=np.float64),
     )
-    colours = legend(field.title, lowest, highest)
-    name = f"{scene.name}: {field.title}"
-    return page_body(name, glb_of([body]), slider="press", caption=f"{scene.caption}.", legend=colours, labels=[])
+    return field_body(f"{scene.name}: {field.title}", body, scale, f"{scene.caption}.")

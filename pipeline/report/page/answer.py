@@ -1,8 +1,9 @@
 """The answer in words."""
 
 import csv
-from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,16 +13,6 @@ from sensor.verdict import Verdict
 
 BILL = "bom.csv"
 _MASS = f" g{EACH}"  # ends the size of a printed part in the bill
-_ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
-
-
-@dataclass(frozen=True, kw_only=True)
-class PageAnswer:
-    """The first thing that is said: passed, failed or undecided, a headline, and what did not pass."""
-
-    outcome: str
-    headline: str
-    not_passed: tuple[Verdict, ...]
 
 
 class Dimension(NamedTuple):
@@ -32,22 +23,14 @@ class Dimension(NamedTuple):
     meaning: str
 
 
-def answer_of(report: Report) -> PageAnswer:
-    """Return the answer: what failed first, then what is undecided."""
-    failed = tuple(verdict for verdict in report.verdicts if verdict.passed is False)
-    undecided = tuple(verdict for verdict in report.verdicts if verdict.passed is None)
-    count = len(report.verdicts)
-    name = report.design.name
-    if failed:
-        outcome = "failed"
-        headline = f"No: {name} fails {len(failed)} of {count} verdicts in the scene asked for."
-    elif undecided:
-        outcome = "undecided"
-        headline = f"Not decided: {len(undecided)} of {count} verdicts of {name} lie within their own error bars."
-    else:
-        outcome = "passed"
-        headline = f"Yes: {name} passes all {count} verdicts in the scene asked for."
-    return PageAnswer(outcome=outcome, headline=headline, not_passed=(*failed, *undecided))
+def headline(name: str, verdicts: Sequence[Verdict]) -> str:
+    """Return the answer on a design of a name in one sentence."""
+    counts = Counter(verdict.passed for verdict in verdicts)
+    if counts[False]:
+        return f"No: {name} fails {counts[False]} of {len(verdicts)} verdicts in the scene asked for."
+    if counts[None]:
+        return f"Not decided: {counts[None]} of {len(verdicts)} verdicts of {name} lie within their own error bars."
+    return f"Yes: {name} passes all {len(verdicts)} verdicts in the scene asked for."
 
 
 class Closest(NamedTuple):
@@ -69,11 +52,6 @@ def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
         elif verdict.limit_sense == "at least":
             found.append(Closest(verdict, limit / value))
     return max(found, key=lambda one: one.fraction, default=None)
-
-
-def is_on_the_part(verdict: Verdict) -> bool:
-    """Say whether a verdict is on the part and its print, not on targets and readings."""
-    return verdict.name.startswith(_ON_THE_PART)
 
 
 def dimensions(report: Report) -> list[Dimension]:

@@ -1,6 +1,8 @@
 """The bodies that the page shows, as GLB: the assembly, and the bent flexures in their stress."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -31,22 +33,34 @@ _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#
 """From the least to the most: viridis of S. van der Walt and N. Smith, for every kind of sight; CC0."""
 
 
-def palette_colours(values: Floats, low: float, high: float) -> Floats:
-    """Return the colours of values (n,) between two ends [their unit] as red, green and blue from 0 to 1, (n, 3)."""
-    shades = np.array([[int(shade[i : i + 2], 16) / 255.0 for i in (1, 3, 5)] for shade in _PALETTE])
-    positions = np.clip((values - low) / (high - low), 0.0, 1.0) * (len(_PALETTE) - 1)
-    steps = np.arange(len(_PALETTE))
-    return np.stack([np.interp(positions, steps, shade) for shade in shades.T], axis=1)
+@dataclass(frozen=True, kw_only=True)
+class ColourScale:
+    """The colours of a field: its name with its unit, the ends of its values, and the limit of the field."""
+
+    label: str
+    low: float
+    high: float
+    limit: float | None = None
+    palette: tuple[str, ...] = _PALETTE
+
+    def colours(self, values: Floats) -> Floats:
+        """Return the colours of values (n,) as red, green and blue from 0 to 1, (n, 3)."""
+        shades = np.array([[int(shade[i : i + 2], 16) / 255.0 for i in (1, 3, 5)] for shade in self.palette])
+        span = self.high - self.low if self.high > self.low else 1.0
+        positions = np.clip((values - self.low) / span, 0.0, 1.0) * (len(shades) - 1)
+        return np.stack([np.interp(positions, np.arange(len(shades)), shade) for shade in shades.T], axis=1)
 
 
-def page_body(name: str, glb: bytes, **shown_with: object) -> Plain:
-    """Return a body as the page reads it: its name, its GLB, and the slider, caption, legend and labels beside it."""
-    return {"name": name, "glb": pack_bytes(glb), **shown_with}
-
-
-def legend(label: str, low: float, high: float, limit: float | None = None) -> Plain:
-    """Return the colours of a field with its label and unit, the ends of its values and its limit."""
-    return {"label": label, "low": low, "high": high, "limit": limit, "palette": list(_PALETTE)}
+def field_body(title: str, body: GlbBody, scale: ColourScale, caption: str, labels: Sequence[Plain] = ()) -> Plain:
+    """Return a body in the colours of a field as the page reads it; its slider bends it, `labels` stand at points."""
+    return {
+        "name": title,
+        "glb": pack_bytes(glb_of([body])),
+        "slider": "press",
+        "caption": caption,
+        "legend": asdict(scale),
+        "labels": list(labels),
+    }
 
 
 def assembly_body(folder: Path) -> Plain:
@@ -55,7 +69,7 @@ def assembly_body(folder: Path) -> Plain:
     if not path.is_file():
         msg = "no part is made"
         raise ValueError(msg)
-    return page_body("Sensor over its fruit", path.read_bytes(), slider="apart")
+    return {"name": "Sensor over its fruit", "glb": pack_bytes(path.read_bytes()), "slider": "apart"}
 
 
 def loaded_half(springs: FittedSprings, options: RunOptions) -> ClampedHalf:
@@ -86,38 +100,30 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     displacement = fields.displacement[corners]
     stress = fields.von_mises[corners]
     factor = deformation_factor(float(np.linalg.norm(displacement, axis=1).max()), length)
-    highest = float(stress.max())
     process = result.springs.process
-    limit = process.E_MPa * process.strain_limit
-
-    # The half y >= 0 with its mirror image, whose quadrilaterals are turned so that they face outwards too.
-    half_quads = np.searchsorted(corners, quads)
-    colours = palette_colours(stress, 0.0, highest)
-    mirror = np.array([1.0, -1.0, 1.0])
-    body = GlbBody(
-        name="housing",
-        vertices=np.concatenate([at_rest, at_rest * mirror]),
-        triangles=_triangles(np.concatenate([half_quads, len(corners) + half_quads[:, ::-1]])),
-        colour=np.concatenate([colours, colours]),
-        moved=factor * np.concatenate([displacement, displacement * mirror]),
+    scale = ColourScale(
+        label="von Mises stress [MPa]", low=0.0, high=float(stress.max()), limit=process.E_MPa * process.strain_limit
     )
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
     housing = result.springs.housing
     part = "One of the two plates of the square, which are alike. " if housing and housing.back_to_back else ""
     caption = (
         f"{part}At full travel on the firmest fruit, deflection drawn {factor:g} times. The largest von Mises stress "
-        f"is {highest:.3g} MPa, its limit {limit:.3g} MPa (E of {process.name} times its strain limit). Safety "
-        f"against the strain limit: {', '.join(factors)}. The mesh is coarse: the largest stress may be up to "
+        f"is {scale.high:.3g} MPa, its limit {scale.limit:.3g} MPa (E of {process.name} times its strain limit). "
+        f"Safety against the strain limit: {', '.join(factors)}. The mesh is coarse: the largest stress may be up to "
         f"{100.0 * STRESS_OFF:g} % off, mostly too high."
     )
-    return page_body(
-        "Springs under load",
-        glb_of([body]),
-        slider="press",
-        caption=caption,
-        legend=legend("von Mises stress [MPa]", 0.0, highest, limit),
-        labels=_spring_labels(half, _LABEL_ASIDE * length),
+    # The half y >= 0 with its mirror image, whose quadrilaterals are turned so that they face outwards too.
+    half_quads = np.searchsorted(corners, quads)
+    mirror = np.array([1.0, -1.0, 1.0])
+    body = GlbBody(
+        name="housing",
+        vertices=np.concatenate([at_rest, at_rest * mirror]),
+        triangles=_triangles(np.concatenate([half_quads, len(corners) + half_quads[:, ::-1]])),
+        colour=scale.colours(np.concatenate([stress, stress])),
+        moved=factor * np.concatenate([displacement, displacement * mirror]),
     )
+    return field_body("Springs under load", body, scale, caption, _spring_labels(half, _LABEL_ASIDE * length))
 
 
 def _spring_labels(half: ClampedHalf, aside: float) -> list[Plain]:

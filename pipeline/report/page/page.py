@@ -11,11 +11,12 @@ from pipeline.report.page.bodies import assembly_body, flexure_body, loaded_half
 from pipeline.report.page.tables import page_tables
 from pipeline.report.page.template import BODIES, FIGURES, load_templates, pack_bytes, render_page
 from pipeline.report.report import Report, report_data
-from pipeline.report.verdict_rule import as_read
+from pipeline.report.verdict_rule import as_read, is_on_the_part, not_passed
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
 from pipeline.storage.told import as_data
 from sensor.quantity import COVERAGE
+from sensor.verdict import all_passed
 from solve.linear import SolveError
 
 TEMPLATE = "page.html.j2"
@@ -45,12 +46,11 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
     bill = answer.bill(folder) if answer.BILL in own else []
     verdicts = [as_read(verdict) for verdict in report.verdicts]
+    wrong = not_passed(verdicts)
     # A verdict keeps the number by which the page finds it in its data.
-    on_the_part = [(i, one) for i, one in enumerate(verdicts) if answer.is_on_the_part(one)]
-    targets = [(i, one) for i, one in enumerate(verdicts) if not answer.is_on_the_part(one)]
-    first_answer = answer.answer_of(report)
-    not_passed = [as_read(verdict) for verdict in first_answer.not_passed]
-    paper = [] if report.paper is None else [as_read(verdict) for verdict in report.paper.verdicts]
+    on_the_part = [(i, one) for i, one in enumerate(verdicts) if is_on_the_part(one)]
+    targets = [(i, one) for i, one in enumerate(verdicts) if not is_on_the_part(one)]
+    paper = () if report.paper is None else report.paper.verdicts
     page_data = {
         "report": report_data(report),
         "coverage": COVERAGE,
@@ -66,14 +66,15 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         latest=result.options.look,
         report=report,
         command=result.options.command,
-        answer=first_answer,
+        passed=all_passed(verdicts),
+        headline=answer.headline(report.design.name, verdicts),
         has_housing=report.design.tips.tip_layout.has_housing,
-        not_passed=not_passed,
-        numbers=[*not_passed, *(one for _, one in targets if one.passed)][:_FIRST_NUMBERS],
+        not_passed=wrong,
+        numbers=[*wrong, *(one for _, one in targets if one.passed)][:_FIRST_NUMBERS],
         closest=answer.closest_to_limit(one for _, one in targets),
         targets=targets,
         part=on_the_part,
-        paper={verdict.name: verdict for verdict in paper},
+        paper={verdict.name: as_read(verdict) for verdict in paper},
         missing=missing,
         dimensions=answer.dimensions(report),
         bill=bill,

@@ -4,7 +4,8 @@ Nothing is solved for the page. It interpolates in these tables, in tables.js.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -22,21 +23,23 @@ from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_SAMPLES
 from sensor.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
 
-_AXES = {"travel": ("Travel, x", "mm"), "tilt": ("Tilt along the tips", "degrees")}
+_LABELS = {
+    "E": ("Modulus of the fruit, E", "MPa"),
+    "travel": ("Travel, x", "mm"),
+    "tilt": ("Tilt along the tips", "degrees"),
+}
 _NOISE_PERCENT = 0.5  # where the design asks for no reading
 
-
-class NodeReading(NamedTuple):
-    """A modulus that is read [MPa], and that over its standard deviation by noise [1]; nan where nothing is read.
-
-    The noise is one per cent of the full scale in every force.
-    """
-
-    E: float
-    over_noise: float
+Reader = Callable[[Floats], tuple[float, Floats]]
+"""From forces [N] to the modulus [MPa], and the relative change of it by noise in each force [1/N]."""
 
 
-NOT_READ = NodeReading(math.nan, math.nan)
+class Axis(NamedTuple):
+    """The second axis of a table; along one with `log` the logarithms of numbers are smooth over that of the nodes."""
+
+    key: str
+    nodes: list[float]
+    log: bool = False
 
 
 def page_tables(report: Report, result: SensorResult) -> Plain:
@@ -54,29 +57,26 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     softest = max(min(design.fruit.E_MPa), *(nodes[0] for nodes in moduli))
     firmest = min(nodes[-1] for nodes in moduli)
     middle_E = design.fruit.E_MPa[len(design.fruit.E_MPa) // 2]
+    noise = noise_percent(report)
+    ends = {"E": (softest, firmest)}
+    ends |= {axis["key"]: (axis["nodes"][0], axis["nodes"][-1]) for axis in (table["axes"][1] for table in tables)}
+    sliders = [_slider(key, *_LABELS[key], *between) for key, between in ends.items()]
+    if any(np.isfinite(table["numbers"]["E_read"]).any() for table in tables):
+        sliders.append(_slider("noise", "Noise of each force", "% of full scale", 0.0, 4.0 * (noise or _NOISE_PERCENT)))
     start = {
         "E": min(max(middle_E, softest), firmest),
         "travel": design.press.travel_mm,
         "tilt": design.press.tilt_deg,
-        "noise": _noise_percent(report),
+        "noise": noise,
     }
-    sliders = [_slider("E", "Modulus of the fruit, E", "MPa", [softest, firmest])]
-    for table in tables:
-        axis = table["axes"][1]
-        label, unit = _AXES[axis["key"]]
-        sliders.append(_slider(axis["key"], label, unit, axis["nodes"]))
-    if any(np.isfinite(table["numbers"]["E_read"]).any() for table in tables):
-        most = 4.0 * start["noise"] or 4.0 * _NOISE_PERCENT
-        sliders.append(_slider("noise", "Noise of each force", "% of full scale", [0.0, most]))
     return {"tables": tables, "sliders": sliders, "start": start, "bruise": list(design.fruit.bruise_limits_MPa)}
 
 
-def _slider(key: str, label: str, unit: str, nodes: Sequence[float]) -> Plain:
-    """Return a slider from the first to the last node."""
-    return {"key": key, "label": label, "unit": unit, "min": nodes[0], "max": nodes[-1]}
+def _slider(key: str, label: str, unit: str, least: float, most: float) -> Plain:
+    return {"key": key, "label": label, "unit": unit, "min": least, "max": most}
 
 
-def _noise_percent(report: Report) -> float:
+def noise_percent(report: Report) -> float:
     """Return the noise of the forces [% of full scale]; of a named read-out the largest over its channels."""
     reading = report.design.reading
     if reading is None:
@@ -95,92 +95,92 @@ def _over_travel(design: Design, read_out: ReadingConstants, press: ScenePress) 
     """
     curve = press.curve
     F = curve.F[1:]
-    pressure = F / design.tips.face_mm2 if curve.mean_pressure is None else curve.mean_pressure[1:]
     is_read = design.tips.tip_layout.is_pair and press.level
     return _table(
-        axes=(curve.E[1:], _axis("travel", curve.x, log=not design.tips.tip_shape.has_flat_face)),
+        curve.E[1:].tolist(),
+        Axis("travel", curve.x.tolist(), log=not design.tips.tip_shape.has_flat_face),
         forces=F,
-        pressure=pressure,
+        pressure=F / design.tips.face_mm2 if curve.mean_pressure is None else curve.mean_pressure[1:],
         held={"tilt": design.press.tilt_deg},
-        read=lambda i, j: _by_ratio(read_out, F[i, j]) if is_read else NOT_READ,
+        read=readings(F, ratio_reader(read_out), read_out) if is_read else np.full((*F.shape[:2], 2), np.nan),
     )
 
 
 def _over_tilt(result: SensorResult, read_out: ReadingConstants) -> Plain | None:
     """Return the table over modulus and tilt at full travel; None without a reading that allows for tilt."""
-    design, readings, presses = result.design, result.readings, result.tilted
-    if readings is None or presses is None or design.press.roll_deg != 0.0:
+    design, presses = result.design, result.tilted
+    if result.readings is None or presses is None or design.press.roll_deg != 0.0:
         return None
     if len(presses.moduli) < FEWEST_MODULI:
         return None
-    tilts = [placement.tilt_deg[0] for placement in presses.placements]
     F = presses.F[:, :, -1]
     is_dome = design.tips.dome_radius_mm is not None
-    pressure = presses.mean_pressure[:, :, -1] if is_dome else F / design.tips.face_mm2
-    model = RiseModel(law=rise_law(design, read_out.contrast), level=readings.level)
-    one_percent = 0.01 * np.array(read_out.full_scale_N)
+    model = RiseModel(law=rise_law(design, read_out.contrast), level=result.readings.level)
     return _table(
-        axes=(np.array(presses.moduli), _axis("tilt", np.array(tilts))),
+        list(presses.moduli),
+        Axis("tilt", [placement.tilt_deg[0] for placement in presses.placements]),
         forces=F,
-        pressure=pressure,
+        pressure=presses.mean_pressure[:, :, -1] if is_dome else F / design.tips.face_mm2,
         held={"travel": design.press.travel_mm},
-        read=lambda i, j: _by_press(model, presses.F[i, j], one_percent),
+        read=readings(presses.F, press_reader(model), read_out),
     )
 
 
-def _axis(key: str, nodes: Floats, *, log: bool = False) -> Plain:
-    """Return an axis; along one with `log` the logarithms of numbers are smooth over that of the nodes."""
-    return {"key": key, "nodes": nodes.tolist(), "log": log}
-
-
 def _table(
-    *,
-    axes: tuple[Floats, Plain],
-    forces: Floats,
-    pressure: Floats,
-    held: dict[str, float],
-    read: Callable[[int, int], NodeReading],
+    moduli: list[float], second: Axis, *, forces: Floats, pressure: Floats, held: dict[str, float], read: Floats
 ) -> Plain:
-    """Return the table of forces [N], (moduli, columns, tips); `axes` are the moduli [MPa] and the second axis.
+    """Return the table of forces [N], (moduli, columns, tips), over the moduli [MPa] and the second axis.
 
-    `pressure` [MPa], as `forces`, is the mean one of each contact; `read` gives the reading of a row and a column.
-    Forces and pressures have a grid for each tip, the modulus that is read and that over its noise one each.
+    `pressure` [MPa], as `forces`, is the mean one of each contact; `read` is that of `readings`. Forces and pressures
+    have a grid for each tip, the modulus that is read and that over its noise one each.
     """
-    moduli, second = axes
-    found = np.array([[read(i, j) for j in range(forces.shape[1])] for i in range(len(forces))])
     return {
-        "axes": [_axis("E", moduli, log=True), second],
+        "axes": [axis._asdict() for axis in (Axis("E", moduli, log=True), second)],
         "held": held,
         "numbers": {
             "F": np.moveaxis(forces, 2, 0).tolist(),
             "pressure": np.moveaxis(pressure, 2, 0).tolist(),
-            "E_read": found[..., 0].tolist(),
-            "E_over_noise": found[..., 1].tolist(),
+            "E_read": read[..., 0].tolist(),
+            "E_over_noise": read[..., 1].tolist(),
         },
     }
 
 
-def _by_ratio(read_out: ReadingConstants, forces: Floats) -> NodeReading:
-    """Return the reading of a pair by its forces at one moment, (tips,) [N]."""
+def readings(presses: Floats, reader: Reader, read_out: ReadingConstants) -> Floats:
+    """Return what forces [N], (moduli, columns, ...), tell: the modulus [MPa], and that over its standard deviation.
+
+    The shape is (moduli, columns, 2); what has no reading is nan. The noise is 1 % of the full scale in every force.
+    """
+    one_percent = 0.01 * np.array(read_out.full_scale_N)
+    found = np.full((*presses.shape[:2], 2), np.nan)
+    for place in np.ndindex(presses.shape[:2]):
+        if np.isfinite(presses[place]).all():
+            with suppress(ReadingError):
+                E, per_force = reader(presses[place])
+                found[place] = E, 1.0 / np.linalg.norm(per_force * one_percent)
+    return found
+
+
+def ratio_reader(read_out: ReadingConstants) -> Reader:
+    """Return what reads a pair by its forces at one moment, (tips,) [N]."""
     law = read_out.contrast
-    try:
-        read = read_modulus(law, forces.tolist())
-    except ReadingError:
-        return NOT_READ
-    by_noise = contrast_slopes(law, forces.tolist(), read).forces * (0.01 * np.array(read_out.full_scale_N))
-    return NodeReading(correct_reading(read, read_out.level), 1.0 / float(np.linalg.norm(by_noise)))
+
+    def read(forces: Floats) -> tuple[float, Floats]:
+        E = read_modulus(law, forces.tolist())
+        slopes = contrast_slopes(law, forces.tolist(), E)
+        return correct_reading(E, read_out.level), np.array(slopes.forces)
+
+    return read
 
 
-def _by_press(model: RiseModel, press: Floats, one_percent: Floats) -> NodeReading:
-    """Return the reading of a whole press by its forces, (samples, tips) [N]; `one_percent` of the full scale in N.
+def press_reader(model: RiseModel) -> Reader:
+    """Return what reads whole presses by their forces, (samples, tips) [N].
 
     A press is measured in `PRESS_SAMPLES`, more than are solved here: noise counts as so much less.
     """
-    if not np.isfinite(press).all():
-        return NOT_READ
-    try:
+
+    def read(press: Floats) -> tuple[float, Floats]:
         found = model.reading(press, np.zeros(press.shape[1]))
-    except ReadingError:
-        return NOT_READ
-    by_noise = np.array(found.slopes.noise) * one_percent * math.sqrt(len(press) / PRESS_SAMPLES)
-    return NodeReading(found.E, 1.0 / float(np.linalg.norm(by_noise)))
+        return found.E, np.array(found.slopes.noise) * math.sqrt(len(press) / PRESS_SAMPLES)
+
+    return read

@@ -12,11 +12,11 @@ from stand_ins import result_of
 
 from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
-from pipeline.report.page.answer import answer_of, closest_to_limit
+from pipeline.report.page.answer import closest_to_limit, headline
 from pipeline.report.page.page import page_of
 from pipeline.report.page.template import finite
 from pipeline.report.report import read_data
-from pipeline.report.verdict_rule import limit_text
+from pipeline.report.verdict_rule import limit_text, not_passed
 from pipeline.storage.digests import file_digest
 from sensor.verdict import Verdict
 from sensor.words import with_bar
@@ -128,18 +128,19 @@ def planted(name, **changes):
 
 
 @pytest.mark.parametrize(
-    ("outcomes", "outcome", "names"),
+    ("outcomes", "names", "answer", "counts"),
     [
-        ((True, True), "passed", []),
-        ((True, None), "undecided", ["1"]),
-        ((None, True, False), "failed", ["2", "0"]),
+        ((True, True), [], "Yes", [2]),
+        ((True, None), ["1"], "Not decided", [1, 2]),
+        ((None, True, False, None, False), ["2", "4", "0", "3"], "No", [2, 5]),
     ],
 )
-def test_answer_names_what_failed_first(outcomes, outcome, names, flat_page):
+def test_answer_names_what_failed_first(outcomes, names, answer, counts):
     verdicts = tuple(planted(str(index), passed=passed) for index, passed in enumerate(outcomes))
-    answer = answer_of(dataclasses.replace(flat_page.report, verdicts=verdicts))
-    assert answer.outcome == outcome
-    assert [verdict.name for verdict in answer.not_passed] == names
+    assert [verdict.name for verdict in not_passed(verdicts)] == names
+    sentence = headline("mine", verdicts)
+    assert sentence.startswith(f"{answer}: ")
+    assert [int(number) for number in re.findall(r"\d+", sentence)] == counts
 
 
 def test_first_tile_is_that_of_a_verdict_that_failed(flat_page):

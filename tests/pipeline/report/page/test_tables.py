@@ -11,7 +11,7 @@ from stand_ins import result_of
 from pipeline.options import load_design
 from pipeline.reading.measurement import rise_model
 from pipeline.reading.poses import Placement
-from pipeline.report.page.tables import _by_press, _noise_percent, page_tables
+from pipeline.report.page.tables import noise_percent, page_tables, press_reader, readings
 from pipeline.response.scene_press import scene_of
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
@@ -205,10 +205,12 @@ def test_modulus_over_its_noise(flat_page):
     np.testing.assert_allclose(over_noise, pair_over_noise(flat_page.result, F), rtol=1e-6)
     found = SimpleNamespace(E=2.0, slopes=SimpleNamespace(noise=(3.0, 0.5)))
     model = SimpleNamespace(reading=lambda *_: found)
-    one_percent = np.array([0.01, 0.08])
-    E, ratio = _by_press(model, np.ones((15, 2)), one_percent)
-    assert (E, ratio) == (2.0, pytest.approx(1.0 / (np.hypot(0.03, 0.04) * np.sqrt(15.0 / PRESS_SAMPLES))))
-    assert np.isnan(_by_press(model, np.array([[1.0, np.nan]]), one_percent)).all()
+    presses = np.ones((1, 2, 15, 2))
+    presses[0, 1, 3, 0] = np.nan
+    (read,) = readings(presses, press_reader(model), SimpleNamespace(full_scale_N=(1.0, 8.0)))
+    by_noise = np.hypot(0.03, 0.04) * np.sqrt(15.0 / PRESS_SAMPLES)
+    assert read[0].tolist() == pytest.approx([2.0, 1.0 / by_noise])
+    assert np.isnan(read[1]).all()
 
 
 def test_noise_of_the_sliders(flat_page):
@@ -222,7 +224,7 @@ def test_noise_of_the_sliders(flat_page):
     signal = SimpleNamespace(errors_N=(0.001, 0.006))
     for named, expected in ((None, 0.2), (signal, 0.3)):
         read_out = SimpleNamespace(signal=named, full_scale_N=(0.5, 2.0))
-        assert _noise_percent(SimpleNamespace(design=asked, read_out=read_out)) == pytest.approx(expected)
+        assert noise_percent(SimpleNamespace(design=asked, read_out=read_out)) == pytest.approx(expected)
 
 
 def test_sliders_end_where_the_tables_do(flat_page):
