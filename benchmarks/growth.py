@@ -23,7 +23,7 @@ from benchmarks.usage import ONE_THREAD, resource_usage
 from pipeline import RunOptions, load_design
 from pipeline.response.contact import contact_compliance
 from pipeline.response.scene_press import scene_of
-from pipeline.springs.fitted_springs import fit_springs, ideal_springs
+from pipeline.springs.fitted_springs import springs_for
 from pipeline.springs.sizing import spring_sizing
 from pipeline.study import process_engine, read_study, run_study
 from pipeline.study.workers import Engine, cluster_engine
@@ -73,7 +73,7 @@ def tilted_moduli(count: int) -> None:
     """Press a tilted pair on fruits of a number of moduli, the compliance included."""
     design = load_design("paper", {"press.tilt_deg": 1})
     contact = contact_compliance(design.fruit, design.tips)
-    springs = ideal_springs(design, spring_sizing(design, contact, RunOptions()))
+    springs = springs_for(design, spring_sizing(design, contact, RunOptions()), "sized")
     x = travels(design.press.travel_mm, 12)
     scene_response(scene_of(design), contact, springs.C, np.linspace(0.5, 3.5, count), x)
 
@@ -82,7 +82,7 @@ def poses_of_domes(count: int) -> None:
     """Press the domes of mango on fruits in a number of poses."""
     design = load_design("mango")
     contact = contact_compliance(design.fruit, design.tips)
-    springs = ideal_springs(design, spring_sizing(design, contact, RunOptions()))
+    springs = springs_for(design, spring_sizing(design, contact, RunOptions()), "sized")
     pose_forces(scene_of(design), contact, springs.C, [Pose(E=E, travel=0.4) for E in np.linspace(0.5, 3.5, count)])
 
 
@@ -90,8 +90,7 @@ def springs_to_digits(inverse: int) -> None:
     """Fit the springs of the paper's sensor to a tolerance of one over `inverse`."""
     design = load_design("paper")
     contact = contact_compliance(design.fruit, design.tips)
-    options = RunOptions(tolerance=1.0 / inverse)
-    fit_springs(design, spring_sizing(design, contact, options), options)
+    springs_for(design, spring_sizing(design, contact, RunOptions()), "fitted", 1.0 / inverse)
 
 
 def contact_to_digits(inverse: int) -> None:

@@ -12,7 +12,7 @@ from benchmarks.harness import percent, section, signed_percent, timed, write_se
 from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
 from pipeline.response.contact import fruit_compliance
-from pipeline.springs.fitted_springs import fit_springs
+from pipeline.springs.fitted_springs import springs_for
 from pipeline.springs.sizing import spring_sizing
 from sensor.design.parameters import Design, Print
 from sensor.design.processes import PROCESSES
@@ -33,7 +33,7 @@ def rows_of(name: str) -> tuple[list[list[str]], bool]:
     design = Design(print=Print(process=name))
     options = RunOptions()
     sizing = spring_sizing(design, fruit_compliance(design, options), options)
-    springs, cpu = timed(partial(fit_springs, design, sizing, options))
+    springs, cpu = timed(partial(springs_for, design, sizing, "fitted"))
     if springs.housing is None:
         return [], True
     material = (design.process.E_MPa, design.process.poisson)

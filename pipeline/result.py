@@ -9,7 +9,7 @@ from pipeline.reading.over_time import ReadingOverTime
 from pipeline.reading.pressed_sensor import PressedSensor, Presses
 from pipeline.reading.read_out import ReadingConstants
 from pipeline.response.scene_press import ScenePress
-from pipeline.springs.behaviour import SpringBehaviour
+from pipeline.springs.behaviour_record import SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.plain import Plain

@@ -15,15 +15,9 @@ from pipeline.reading.read_out import ReadingConstants
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import ScenePress, press_scene
 from pipeline.response.unit_scene import scene_compliance, unit_scene
-from pipeline.springs.behaviour import SpringBehaviour, spring_behaviour
-from pipeline.springs.fitted_springs import (
-    BeginSolid,
-    FittedSprings,
-    fit_springs,
-    ideal_springs,
-    leaning_springs,
-    with_sideways_give,
-)
+from pipeline.springs.behaviour import spring_behaviour
+from pipeline.springs.behaviour_record import SpringBehaviour
+from pipeline.springs.fitted_springs import BeginSolid, FittedSprings, springs_for, with_sideways_give
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.sensor_errors import SensorErrors, sensor_errors
@@ -114,14 +108,14 @@ class Sensor:
     def upright_springs(self) -> FittedSprings:
         """Return the springs in their final housing, without what their tips give sideways."""
         if self.springs_as == "sized":
-            return replace(ideal_springs(self.design, self.sizing), ideal_offsets_mm=self.known_offsets_mm)
-        return fit_springs(self.design, self.sizing, self.options, self.begin_solid)
+            return replace(springs_for(self.design, self.sizing, "sized"), ideal_offsets_mm=self.known_offsets_mm)
+        return springs_for(self.design, self.sizing, "fitted", self.options.tolerance, self.begin_solid)
 
     @stage("springs")
     def springs(self) -> FittedSprings:
         """Return the springs with what their tips give sideways, where forces lean."""
         if self.springs_as == "sized":
-            leaning = leaning_springs(self.design, self.sizing)
+            leaning = springs_for(self.design, self.sizing, "leaning")
             return replace(leaning, ideal_offsets_mm=self.known_offsets_mm)
         return with_sideways_give(self.upright_springs, self.design, self.options)
 

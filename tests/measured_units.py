@@ -28,7 +28,7 @@ from pipeline.report.of_result import contact_report, reading_report, tip_report
 from pipeline.report.report import ContactReport, ModulusReport, TipReport
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import scene_of
-from pipeline.springs.fitted_springs import ideal_springs
+from pipeline.springs.fitted_springs import springs_for
 from pipeline.springs.sizing import spring_sizing
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
@@ -98,7 +98,7 @@ class MeasuredDesign:
             give[range(len(self.K)), range(len(self.K)), 1, 1] = design.tips.each(*ACROSS)
             self.sideways = SidewaysGive(give, 0.0)
         sizing = spring_sizing(design, self.contact, RunOptions())
-        ideal = ideal_springs(design, sizing)
+        ideal = springs_for(design, sizing, "sized")
         springs = SimpleNamespace(**{**vars(ideal), "C": self.C, "sideways": self.sideways, "creep": ideal.creep})
         self.sensor = PressedSensor(design=design, contact=self.contact, sizing=sizing, springs=springs)
         readings = analysed(self.sensor) if assessed and design.reading else None

@@ -16,7 +16,7 @@ from mesh.housing.sweep import flexure_mesh
 from mesh.quality import check_quality
 from pipeline.options import RunOptions
 from pipeline.response.contact import contact_compliance
-from pipeline.springs.fitted_springs import fit_springs
+from pipeline.springs.fitted_springs import springs_for
 from pipeline.springs.leaf_lengths import DEFAULT, HousingSolver, MeshPair
 from pipeline.springs.mounts import mount_layers
 from pipeline.springs.sizing import spring_sizing
@@ -73,7 +73,7 @@ def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[Ref
 
 def _springs_checks(design: Design) -> tuple[ReferenceCheck, ...]:
     sizing = spring_sizing(design, contact_compliance(design.fruit, design.tips), RunOptions())
-    springs = fit_springs(design, sizing, RunOptions())
+    springs = springs_for(design, sizing, "fitted")
     each, housing = springs.springs, springs.housing
     failed = [spring.printable for spring in each if spring.printable.passed is False]
     if failed or housing is None:

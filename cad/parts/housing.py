@@ -190,6 +190,15 @@ class Housing:
         level = 0.5 * (self.cavity_level + SETBACK_MM + self.top_level)
         return tuple((arm.post - arm.sign * self.dowel_hole, level) for arm in self.arms)
 
+    def shuttle_volume(self, arm: Arm) -> float:
+        """Return the volume of the block, the tapered neck and the tip of a shuttle [mm^3]."""
+        section = self.shuttle_width * self.depth
+        tip_face = self.tip_side**2
+        block = section * (arm.top_level - self.neck_level)
+        # The neck is a truncated pyramid from the section of the block to the face of the tip.
+        neck = (self.neck_level - self.tip_height) * (section + tip_face + math.sqrt(section * tip_face)) / 3.0
+        return block + neck + tip_face * self.tip_height
+
     def depth_share(self, z: float) -> float:
         """Return the share of the depth that is solid at height z [mm] of a tip or neck; 1 above the neck."""
         share = self.tip_side / self.depth

@@ -12,7 +12,6 @@ from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.report.notes import notes
 from pipeline.report.report import (
     AccuracyReport,
-    BehaviourReport,
     BudgetReport,
     ContactReport,
     ContributionReport,
@@ -39,7 +38,6 @@ from pipeline.report.report import (
 )
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
-from pipeline.springs.behaviour import SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_as_sized
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
@@ -67,7 +65,7 @@ def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> 
         material=MaterialReport(
             name=process.material, E_MPa=process.E_MPa, poisson=process.poisson, process=process.name
         ),
-        behaviour=None if result.behaviour is None else _behaviour(result.behaviour),
+        behaviour=result.behaviour,
         curve=_curve(result.errors.reading),
         tips=tip_reports(design.tips),
         read_out=result.read_out,
@@ -180,15 +178,6 @@ def _spring(spring: FittedSpring, springs: FittedSprings) -> SpringReport:
         safety_factor=spring.safety_factor,
         dofs=None if info is None else info.dofs,
         seconds=None if info is None else info.seconds,
-    )
-
-
-def _behaviour(behaviour: SpringBehaviour) -> BehaviourReport:
-    """Return the behaviour of the finished springs."""
-    return BehaviourReport(
-        crosstalk_C12_over_C22=behaviour.crosstalk,
-        low=behaviour.arms["low"],
-        high=behaviour.arms["high"],
     )
 
 

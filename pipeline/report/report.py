@@ -16,7 +16,7 @@ import numpy as np
 
 from cad.parts.housing import Housing
 from pipeline.reading.read_out import Matrix, ReadingConstants
-from pipeline.springs.arm_behaviour import ArmBehaviour
+from pipeline.springs.behaviour_record import SpringBehaviour
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.storage.told import as_data, structure_hook
@@ -111,19 +111,6 @@ class MaterialReport:
     E_MPa: float = report_field("MPa", "modulus of the material")
     poisson: float = report_field("1", "Poisson's ratio of the material")
     process: str = report_field("", "name of the print process")
-
-
-@dataclass(frozen=True, kw_only=True)
-class BehaviourReport:
-    """How the finished springs behave."""
-
-    crosstalk_C12_over_C22: float = report_field(
-        "1",
-        "crosstalk through the frame that carries both springs: movement of one tip when the other one is "
-        "pressed, divided by the deflection of the pressed one",
-    )
-    low: ArmBehaviour = report_field("", "the low spring at full travel")
-    high: ArmBehaviour = report_field("", "the high spring at full travel")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -412,7 +399,7 @@ class Report:
         "mm", "deflection of the low and of the high spring at full travel on the firmest fruit", level="flexures"
     )
     material: MaterialReport = report_field("", "material of the print process")
-    behaviour: BehaviourReport | None = report_field(
+    behaviour: SpringBehaviour | None = report_field(
         "", "properties of the fitted springs; null where `housing` is null", level="files"
     )
     contact: ContactReport = report_field("", "compliance of the fruit under the tips", level="contact")

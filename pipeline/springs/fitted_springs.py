@@ -1,9 +1,10 @@
 """The springs as they are printed: leaves that fit the targets, or the reason why the process cannot make them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from cad.parts.layout import housing_for
 from cad.parts.pin import pin_mass
 from mesh.session import MeshError
 from pipeline.options import RunOptions
-from pipeline.springs.leaf_lengths import FittedHousing, HousingSolver, fit_lengths
+from pipeline.springs.leaf_lengths import TOLERANCE, FittedHousing, HousingSolver, fit_lengths
 from pipeline.springs.mounts import sideways_give
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
@@ -31,6 +32,7 @@ from solve.contact.linear_response import spring_compliance
 from solve.contact.scene import SidewaysGive
 from solve.linear import SolveError
 
+SpringKind = Literal["sized", "leaning", "fitted"]
 BeginSolid = Callable[[Housing, tuple[float, ...]], Future[PartSize]]
 """Begins the solid of a housing whose springs deflect by so much [mm] and returns its size to come."""
 
@@ -129,6 +131,13 @@ class FittedSprings(Record):
         """Return the creep of the springs."""
         return self.process.creep
 
+    def undecided(self, reason: str) -> "FittedSprings":
+        """Return the springs, with the verdicts on whether they can be printed left undecided for a reason."""
+        springs = []
+        for spring in self.springs:
+            springs.append(replace(spring, printable=replace(spring.printable, passed=None, reason=reason)))
+        return replace(self, springs=tuple(springs))
+
     @property
     def per_spring(self) -> "FittedSprings":
         """Return the springs with one tip each."""
@@ -167,80 +176,50 @@ class FittedSprings(Record):
         return replace(self.of_plate, compliance=compliance)
 
 
-def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
-    """Return springs exactly as they were sized or given."""
-    return FittedSprings(
+def springs_for(
+    design: Design,
+    sizing: SpringSizing,
+    as_: SpringKind,
+    tolerance: float = TOLERANCE,
+    begin_solid: BeginSolid | None = None,
+) -> FittedSprings:
+    """Return the springs of a design, as stiff as they were sized or given, or fitted by FE to a relative tolerance.
+
+    "sized" springs have nothing but their stiffness. "leaning" ones have the sideways compliance of their housing under
+    domes too, from one rough mesh and leaves as long as the beam law has them. "fitted" ones are made, and what they
+    give sideways is left to `with_sideways_give`. `begin_solid` begins the solid of each housing that may be the last.
+
+    A line has no housing, so its springs are just as stiff as the design gives them. Springs that the beam law rules
+    out are not made; where no mesh or no fit is found, all are undecided. The two springs stand for all tips of their
+    kinds: those of a square are in two equal plates.
+    """
+    process = design.process
+    has_housing = design.tips.tip_layout.has_housing
+    springs = FittedSprings(
         springs=springs_as_sized(design, sizing),
-        process=design.process,
+        process=process,
         deflections=sizing.deflections(design.full_travels_mm),
         fitted=None,
         tips=design.tips,
-        ideal=True,
+        ideal=as_ != "fitted" or not has_housing,
     )
-
-
-def leaning_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
-    """Return springs exactly as they were sized or given, with the sideways compliance of their housing under domes.
-
-    The leaves have the lengths of the beam law, and one rough mesh is solved. Springs under other tips, or that cannot
-    be printed, have no sideways compliance; where no housing is found, both are undecided.
-    """
-    springs = ideal_springs(design, sizing)
-    printable = [spring.printable for spring in springs.springs]
-    tips = design.tips
-    if not (tips.tip_layout.has_housing and tips.tip_shape.obeys_hertz):
+    needs_housing = {"sized": False, "leaning": design.tips.tip_shape.obeys_hertz, "fitted": True}[as_]
+    is_ruled_out = any(spring.printable.passed is False for spring in springs.springs)
+    if is_ruled_out or not (has_housing and needs_housing):
         return springs
-    if any(verdict.passed is False for verdict in printable):
-        return springs
-    process = design.process
-    lengths = tuple(verdict.length_mm for verdict in printable)
+    lengths = tuple(spring.printable.length_mm for spring in springs.springs)
+    targets = sizing.springs.stiffnesses
     try:
         housing = housing_for(design, process, lengths, springs.deflections)
-        K = springs.stiffnesses.stiffnesses
-        return replace(springs, of_plate=sideways_give(housing, process.E_MPa, process.poisson, K, rough=True))
+        if as_ == "leaning":
+            give = sideways_give(housing, process.E_MPa, process.poisson, targets, rough=True)
+            return replace(springs, of_plate=give)
+        begin = None if begin_solid is None else (lambda housing: begin_solid(housing, springs.deflections))
+        solver = HousingSolver(process.E_MPa, process.poisson, begin)
+        fitted = _fitted_housing(housing, targets, solver, tolerance)
     except (InputError, MeshError, SolveError) as error:
-        return replace(springs, springs=_undecided(springs.springs, str(error)))
-
-
-def _undecided(springs: Sequence[FittedSpring], reason: str) -> tuple[FittedSpring, ...]:
-    """Return the springs, with the verdicts on whether they can be printed left undecided for a reason."""
-    return tuple(replace(spring, printable=replace(spring.printable, passed=None, reason=reason)) for spring in springs)
-
-
-def fit_springs(
-    design: Design, sizing: SpringSizing, options: RunOptions, begin_solid: BeginSolid | None = None
-) -> FittedSprings:
-    """Return the springs of a design, fitted by FE to the relative tolerance unless the beam law rules one out.
-
-    A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
-    two springs stand for all tips of their kinds: those of a square are in two equal plates. A line has no housing, so
-    its springs are just as stiff as the design gives them. `begin_solid` begins the solid of each housing that may be
-    the last one. What the tips give sideways is left to `with_sideways_give`.
-    """
-    if not design.tips.tip_layout.has_housing:
-        return ideal_springs(design, sizing)
-    process = design.process
-    deflections = sizing.deflections(design.full_travels_mm)
-    springs = springs_as_sized(design, sizing)
-    fitted = None
-    if all(spring.printable.passed is not False for spring in springs):
-        lengths = tuple(spring.printable.length_mm for spring in springs)
-        try:
-            guess = housing_for(design, process, lengths, deflections)
-            begin = None if begin_solid is None else (lambda housing: begin_solid(housing, deflections))
-            solver = HousingSolver(process.E_MPa, process.poisson, begin)
-            fitted = _fitted_housing(guess, sizing.springs.stiffnesses, solver, options)
-        except (InputError, MeshError, SolveError) as error:
-            springs = _undecided(springs, str(error))
-        else:
-            springs = _springs_as_fitted(design, sizing, fitted, deflections)
-    return FittedSprings(
-        springs=springs,
-        process=process,
-        deflections=deflections,
-        fitted=fitted,
-        tips=design.tips,
-    )
+        return springs.undecided(str(error))
+    return _as_fitted(springs, design, sizing, fitted)
 
 
 def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptions) -> FittedSprings:
@@ -261,50 +240,41 @@ def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptio
     try:
         return replace(springs, of_plate=cached("sideways give", inputs, solve, SidewaysGive))
     except (MeshError, SolveError) as error:
-        return replace(springs, springs=_undecided(springs.springs, str(error)))
+        return springs.undecided(str(error))
 
 
 def _fitted_housing(
-    guess: Housing, targets: tuple[float, ...], solver: HousingSolver, options: RunOptions
+    guess: Housing, targets: tuple[float, ...], solver: HousingSolver, tolerance: float
 ) -> FittedHousing:
     """Return the housing whose leaves have been fitted to the targets [N/mm], from a first guess; solved and kept."""
-    E = solver.E
-    poisson = solver.poisson
     inputs = {
         "guess": asdict(guess),
         "targets": targets,
-        "E": E,
-        "poisson": poisson,
-        "tolerance": options.tolerance,
+        "E": solver.E,
+        "poisson": solver.poisson,
+        "tolerance": tolerance,
     }
-
-    def fit() -> FittedHousing:
-        return fit_lengths(guess, targets, solver, options.tolerance)
-
-    return cached("flexures", inputs, fit, FittedHousing)
+    return cached("flexures", inputs, partial(fit_lengths, guess, targets, solver, tolerance), FittedHousing)
 
 
-def _springs_as_fitted(
-    design: Design, sizing: SpringSizing, fitted: FittedHousing, deflections: Sequence[float]
-) -> tuple[FittedSpring, ...]:
-    """Return the springs with the stiffness and the root strain of their solve, checked at their solved lengths."""
+def _as_fitted(springs: FittedSprings, design: Design, sizing: SpringSizing, fitted: FittedHousing) -> FittedSprings:
+    """Return sized springs with the stiffness and the root strain of their solve, checked at their solved lengths."""
     solution = fitted.stiffness
     lengths = tuple(arm.flexure.length for arm in fitted.housing.arms)
-    ratio = sizing.sizing_stiffness_ratio
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, lengths, ratio)
-    springs = []
-    for i, arm in enumerate(fitted.housing.arms):
-        strain = solution.K[i] * deflections[i] * solution.strain_per_N[i]
-        spring = FittedSpring(
-            name=arm.name,
-            target=sizing.springs.stiffnesses[i],
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, lengths, sizing.sizing_stiffness_ratio)
+    made = []
+    for i, (spring, arm) in enumerate(zip(springs.springs, fitted.housing.arms, strict=True)):
+        K = solution.K[i]
+        strain = K * springs.deflections[i] * solution.strain_per_N[i]
+        of_solve = replace(
+            spring,
             printable=printable[i],
             flexure=arm.flexure,
-            K=Estimate(solution.K[i], solution.error[i] * solution.K[i], "N/mm"),
+            K=Estimate(K, solution.error[i] * K, "N/mm"),
             root_strain=Estimate(strain, solution.strain_error[i] * strain),
         )
-        springs.append(spring)
-    return tuple(springs)
+        made.append(of_solve)
+    return replace(springs, springs=tuple(made), fitted=fitted)
 
 
 def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:

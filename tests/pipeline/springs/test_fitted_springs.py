@@ -13,7 +13,7 @@ from cad.parts.housing import solid_size
 from cad.parts.layout import housing_for
 from mesh.session import MeshError
 from pipeline.options import RunOptions, load_design
-from pipeline.springs.fitted_springs import fit_springs, leaning_springs, tip_height_offsets, with_sideways_give
+from pipeline.springs.fitted_springs import springs_for, tip_height_offsets, with_sideways_give
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.mounts import sideways_give
 from sensor.design.fruit import Fruit
@@ -47,7 +47,8 @@ def fit(tmp_path, monkeypatch):
 
 def springs_of(design, options=None):
     options = options or RunOptions()
-    return with_sideways_give(fit_springs(design, sizing_of(design), options), design, options)
+    springs = springs_for(design, sizing_of(design), "fitted", options.tolerance)
+    return with_sideways_give(springs, design, options)
 
 
 def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_process(fit):
@@ -89,15 +90,17 @@ def test_sideways_give_is_solved_where_a_force_may_lean():
 
 
 @pytest.mark.usefixtures("fit")
-def test_springs_whose_sideways_give_is_not_found_are_undecided(monkeypatch, tmp_path):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-
+@pytest.mark.parametrize("error", [MeshError("generate", "no room", "take smaller elements"), SolveError("residual 1")])
+@pytest.mark.parametrize("as_", ["leaning", "fitted"])
+def test_springs_whose_sideways_give_is_not_found_are_undecided(as_, error, monkeypatch):
     def failing(*_, **__):
-        raise SolveError("residual 1")
+        raise error
 
     monkeypatch.setattr(pipeline.springs.fitted_springs, "sideways_give", failing)
-    springs = springs_of(gentle())
-    assert [(s.printable.passed, s.printable.reason) for s in springs.springs] == [(None, "residual 1")] * 2
+    springs = springs_for(gentle(), sizing_of(gentle()), as_)
+    if as_ == "fitted":
+        springs = with_sideways_give(springs, gentle(), RunOptions())
+    assert [(s.printable.passed, s.printable.reason) for s in springs.springs] == [(None, str(error))] * 2
     assert springs.sideways is None
 
 
@@ -106,7 +109,7 @@ def test_sideways_compliance_of_sized_springs_is_that_of_a_finer_mesh(name):
     """To 1 %, on leaves as the beam law has them; more than two cantilevers L^3 / (6 E I) alone, as they twist too."""
     design = load_design(name)
     sizing = sizing_of(design)
-    springs = leaning_springs(design, sizing)
+    springs = springs_for(design, sizing, "leaning")
     process = design.process
     lengths = [spring.printable.length_mm for spring in springs.springs]
     housing = housing_for(design, process, tuple(lengths), springs.deflections)
@@ -119,23 +122,31 @@ def test_sideways_compliance_of_sized_springs_is_that_of_a_finer_mesh(name):
     assert springs.ideal
 
 
+LINE = gentle(layout="line", order="LHL")
+TOO_LONG = replace(gentle(), print=Print(max_length_mm=8.0))
+
+
 @pytest.mark.parametrize(
-    "design",
-    [Design(), gentle(layout="line", order="LHL"), replace(gentle(), print=Print(max_length_mm=8.0))],
-    ids=["flat tips", "no housing", "leaf too long"],
+    ("as_", "design"),
+    [
+        ("sized", Design()),
+        ("sized", gentle()),
+        ("leaning", Design()),
+        ("leaning", LINE),
+        ("leaning", TOO_LONG),
+        ("fitted", LINE),
+    ],
+    ids=["sized", "sized domes", "flat tips", "leaning line", "leaf too long", "fitted line"],
 )
-def test_sized_springs_do_not_lean_without_domes_or_leaves(design):
-    assert leaning_springs(design, sizing_of(design)).sideways is None
-
-
-def test_sized_springs_without_a_mesh_are_undecided(monkeypatch):
-    def fail(*_, **__):
-        raise MeshError("generate", "no room", "take smaller elements")
-
-    monkeypatch.setattr(pipeline.springs.fitted_springs, "sideways_give", fail)
-    springs = leaning_springs(gentle(), sizing_of(gentle()))
-    assert [spring.printable.passed for spring in springs.springs] == [None, None]
-    assert springs.sideways is None
+def test_springs_without_a_housing_are_just_as_stiff_as_they_were_sized(as_, design, fit):
+    """None of them is solved, leans or sags, and no tip moves another one."""
+    sizing = sizing_of(design)
+    springs = springs_for(design, sizing, as_)
+    assert (fit.asked, springs.ideal, springs.housing, springs.sideways) == ([], True, None, None)
+    assert springs.stiffnesses == sizing.springs
+    assert (springs.errors, springs.monolithic, tip_height_offsets(springs, "down")) == ((0.0, 0.0), True, ())
+    K = dict(zip(("low", "high"), sizing.springs.stiffnesses, strict=True))
+    np.testing.assert_allclose(springs.C, np.diag([1.0 / K[kind] for kind in design.tips.springs]), rtol=1e-12)
 
 
 def test_root_strain_is_that_of_the_force_at_full_travel(fit):
@@ -194,17 +205,6 @@ def test_tips_of_a_square_are_coupled_within_their_plate_alone():
     assert np.array_equal(C, expected)
 
 
-def test_springs_of_a_line_are_just_those_it_gives_for_every_tip_of_their_kind(fit):
-    """It has no housing: nothing is fitted, no tip moves another one, and none hangs by its weight."""
-    line = replace(GENTLE, tips=replace(GENTLE.tips, layout="line", order="HLH", spacing_mm=6.0))
-    springs = springs_of(line)
-    assert fit.asked == []
-    assert springs.housing is None
-    np.testing.assert_allclose(springs.C, np.diag([1 / 20.0, 1 / 1.2, 1 / 20.0]), rtol=1e-12)
-    assert (springs.errors, springs.sideways, springs.ideal) == ((0.0, 0.0), None, True)
-    assert tip_height_offsets(springs, "down") == ()
-
-
 def test_square_is_fitted_as_one_plate(fit):
     springs = springs_of(GENTLE)
     assert springs.housing.back_to_back
@@ -221,9 +221,9 @@ def size_of_thicker_leaves(housing):
 
 def test_mesh_that_is_not_its_solid_leaves_the_springs_undecided(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    design, options = Design(), RunOptions(tolerance=0.01)
+    design = Design()
     monkeypatch.setattr(pipeline.springs.leaf_lengths, "solid_size", size_of_thicker_leaves)
-    springs = fit_springs(design, sizing_of(design), options)
+    springs = springs_for(design, sizing_of(design), "fitted", 0.01)
     assert springs.housing is None
     for spring in springs.springs:
         assert spring.printable.passed is None

@@ -13,7 +13,7 @@ from pipeline.options import RunOptions, load_design
 from pipeline.report.of_result import SensorParts
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.unit_scene import scene_compliance, unit_scene
-from pipeline.springs.fitted_springs import ideal_springs
+from pipeline.springs.fitted_springs import springs_for
 from pipeline.study import execute, read_study, run_study, tasks
 from pipeline.study.points import Point
 from pipeline.study.store import stored_study
@@ -117,7 +117,7 @@ def test_key_has_one_meaning_whatever_was_solved():
     sizing = stand_ins.sizing_of(design)
     as_made, as_sized = (
         numbers_of(stand_ins.solved(stand_ins.sensor_of(design, springs)))
-        for springs in (stand_ins.springs_of(design), ideal_springs(design, sizing))
+        for springs in (stand_ins.springs_of(design), springs_for(design, sizing, "sized"))
     )
     told = {}
     for key, value in as_made.items():
@@ -135,7 +135,7 @@ def test_key_has_one_meaning_whatever_was_solved():
 
 def test_springs_that_were_sized_alone_have_no_stiffness_by_elements():
     design = load_design("paper")
-    sized = stand_ins.sensor_of(design, ideal_springs(design, stand_ins.sizing_of(design)))
+    sized = stand_ins.sensor_of(design, springs_for(design, stand_ins.sizing_of(design), "sized"))
     for pressed, names in ((sized, set()), (stand_ins.sensor_of(design), {"low", "high"})):
         assert set(SensorParts(stand_ins.solved(pressed))["flexures"]) == names
 

@@ -8,7 +8,7 @@ import pytest
 from random_designs import ROUGH, random_designs
 
 from pipeline.response.contact import fruit_compliance
-from pipeline.springs.fitted_springs import FittedSprings, fit_springs
+from pipeline.springs.fitted_springs import FittedSprings, springs_for
 from pipeline.springs.leaf_lengths import DEFAULT, HousingSolver, add_pin_compliance
 from pipeline.springs.sizing import spring_sizing
 
@@ -16,7 +16,8 @@ from pipeline.springs.sizing import spring_sizing
 def rough_springs(seed: int) -> Iterator[FittedSprings]:
     """Yield the rough springs of random designs; those whose leaves the solve does not let print are left out."""
     for design in random_designs(seed):
-        springs = fit_springs(design, spring_sizing(design, fruit_compliance(design, ROUGH), ROUGH), ROUGH)
+        sizing = spring_sizing(design, fruit_compliance(design, ROUGH), ROUGH)
+        springs = springs_for(design, sizing, "fitted", ROUGH.tolerance)
         if springs.fitted is not None:
             yield springs
 

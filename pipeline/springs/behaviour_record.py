@@ -1,4 +1,4 @@
-"""How one printed spring behaves at full travel; the fields are keys of report.json, in its units."""
+"""How the printed springs behave beside their stiffness; the fields are keys of report.json, in its units."""
 
 from dataclasses import dataclass
 
@@ -18,3 +18,16 @@ class ArmBehaviour:
     natural_frequency_Hz: float = report_field(
         "Hz", "first natural frequency of the free spring by Rayleigh's quotient, accurate to some per cent"
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpringBehaviour:
+    """Both springs, and one tip under the force of the other."""
+
+    crosstalk_C12_over_C22: float = report_field(
+        "1",
+        "crosstalk through the frame that carries both springs: movement of one tip when the other one is "
+        "pressed, divided by the deflection of the pressed one",
+    )
+    low: ArmBehaviour = report_field("", "the low spring at full travel")
+    high: ArmBehaviour = report_field("", "the high spring at full travel")
