@@ -140,8 +140,7 @@ class Sensor:
     @stage("reading")
     def tilted(self) -> Presses | None:
         """Return presses at tilts along the tips; None for a design without readings or without a tilt."""
-        reading = self.design.reading
-        return None if reading is None else tilted_presses(self.pressed, reading)
+        return tilted_presses(self.pressed)
 
     @stage("reading")
     def over_time(self) -> ReadingOverTime | None:

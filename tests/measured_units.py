@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from deadline import DEADLINE_S
-from stand_ins import analysed
 
 from cad.parts.housing import Housing
 from instrument.firmware.firmware import header_text
@@ -21,7 +20,7 @@ from instrument.press.printed_unit import unit_of
 from instrument.press.signals import Sample
 from instrument.press.touches import PressSamples, presses_of
 from pipeline.options import RunOptions, load_design
-from pipeline.reading.analysis import reading_constants
+from pipeline.reading.analysis import analyse_readings, reading_constants
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.reading.read_out import ReadingConstants
 from pipeline.report.of_result import contact_report, reading_report, tip_reports
@@ -101,7 +100,7 @@ class MeasuredDesign:
         ideal = springs_for(design, sizing, "sized")
         springs = SimpleNamespace(**{**vars(ideal), "C": self.C, "sideways": self.sideways, "creep": ideal.creep})
         self.sensor = PressedSensor(design=design, contact=self.contact, sizing=sizing, springs=springs)
-        readings = analysed(self.sensor) if assessed and design.reading else None
+        readings = analyse_readings(self.sensor) if assessed else None
         level = self.forces([Pose(E=design.fruit.largest_E_MPa, travel=design.press.travel_mm)])
         press = SimpleNamespace(at_largest_E=SimpleNamespace(F=level[None]))
         read_out = reading_constants(self.sensor, press, readings)

@@ -14,7 +14,6 @@ from cad.parts.layout import housing_for
 from instrument.compress.specimens import Specimen
 from pipeline.main_job import evaluated
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import Readings, error_analysis, occurring_presses
 from pipeline.reading.over_time import reading_over_time
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.report.answer import every_section, summary
@@ -140,12 +139,6 @@ def with_compliance(
         creep=design.process.creep,
     )
     return PressedSensor(design=design, contact=contact, sizing=None, springs=springs)
-
-
-def analysed(sensor: PressedSensor) -> Readings:
-    """Return the errors of the readings of a sensor whose design has a reading, without the pressures on the skin."""
-    reading = sensor.design.reading
-    return error_analysis(sensor, reading, occurring_presses(sensor, reading))
 
 
 def result_of(design: Design | None = None, options: RunOptions | None = None, *, made: bool = True) -> SensorResult:

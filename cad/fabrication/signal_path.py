@@ -51,15 +51,17 @@ class SignalPath:
     time_error_ms: float = report_field("ms", "bound of the error of a conversion time, in addition to `delay_ms`")
 
     @property
-    def quanta_N(self) -> tuple[float, ...]:
-        """Return the force of one count of each tip [N]."""
-        return tuple(1.0 / counts for counts in self.counts_per_N)
+    def rounding_N(self) -> tuple[float, ...]:
+        """Return the standard deviation of the force of each tip by its rounding to whole counts [N].
+
+        The force may lie anywhere within one count (JCGM 100:2008, F.2.2.1).
+        """
+        return tuple(1.0 / counts / math.sqrt(12.0) for counts in self.counts_per_N)
 
     @property
     def noises_N(self) -> tuple[float, ...]:
         """Return the standard deviation of a sample of each tip [N]: its noise, and its rounding to whole counts."""
-        rows = zip(self.noise_N, self.quanta_N, strict=True)
-        return tuple(math.hypot(noise, quantum / math.sqrt(12.0)) for noise, quantum in rows)  # JCGM 100:2008, F.2.2.1
+        return tuple(math.hypot(noise, rounding) for noise, rounding in zip(self.noise_N, self.rounding_N, strict=True))
 
     @property
     def delays(self) -> tuple[float, ...]:

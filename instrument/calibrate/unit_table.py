@@ -109,7 +109,7 @@ def read_exactly(sensor: MeasuringUnit, press: Floats) -> RiseReading:
 
 def _by_unit(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     """Return what springs leave open of a press, on a plate channels too [1], each one standard deviation."""
-    by_unit = sensor.left_open().of_channels(np.array(slopes.springs), np.array(slopes.gains))
+    by_unit = sensor.channels.of_springs_and_gains(np.array(slopes.springs), np.array(slopes.gains))
     on_plate = sensor.unit.calibrated_by == "plate"
     return list(by_unit.values()) if on_plate else [by_unit["stiffness"], by_unit.get("creep", 0.0)]
 

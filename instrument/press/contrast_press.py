@@ -46,9 +46,9 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
     found = seated.found
     press_s = press.duration_s
     E = sensor.corrected(found.E, press_s)
-    left_open = sensor.left_open(timing.deviation, press_s).of_press(found.slopes)
+    by_unit = sensor.channels_in(timing.deviation, press_s).of_press([found.slopes])
     bend = sensor.steepness(E) * sensor.by_bends(found.slopes.channel_bends, found.slopes.spring_bends)
-    u = half_width(sensor, E, [found.noise, *left_open.values(), *_by_shape(sensor, found.slopes)]) + bend
+    u = half_width(sensor, E, [found.noise, *by_unit.values(), *_by_shape(sensor, found.slopes)]) + bend
     tilt, direction = _pose(sensor, law, seated)
     forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
     flags = flags_of_modulus(sensor, E, u, forces, tilt)
@@ -59,7 +59,7 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         "uncertain": u <= UNCERTAIN < wider,
         "one_sample": wider > u,
         "read_outs_disagree": beside.disagrees,
-        "too_fast": left_open["times"] > LARGEST_BY_TIME,
+        "too_fast": by_unit["times"] > LARGEST_BY_TIME,
     }
     noise = COVERAGE * sensor.steepness(E) * found.noise
     # A gap of the high tips above that of the low ones is what they stand farther from the skin. That of a pair is a

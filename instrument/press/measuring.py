@@ -13,7 +13,7 @@ from instrument.press.printed_unit import PrintedUnit, nominal_unit, read_unit, 
 from instrument.press.ripeness import RipenessClasses, ripeness_classes
 from pipeline.reading.read_out import correct_reading
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
-from pipeline.reading.uncertainty import OF_FRUIT, Channels, LeftOpen, least_forces
+from pipeline.reading.uncertainty import OF_FRUIT, Channels, designed_channels
 from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats
 from sensor.design.reading import Reading
@@ -117,18 +117,32 @@ class MeasuringUnit:
         return 0.01 * self.report.read_out.model_error_percent
 
     @cached_property
+    def channels(self) -> Channels:
+        """Return the errors of its channels and springs in a press of the duration of its design."""
+        read_out = self.report.read_out
+        full_scale = np.array(read_out.full_scale_N)
+        designed = designed_channels(self.report.design.reading or Reading(), full_scale, read_out.signal)
+        return replace(
+            designed,
+            gains={"gain": 0.01 * np.array(self.unit.gain_percent)},
+            springs=0.01 * np.array(self.unit.K_percent),
+            time_s=0.0,
+            on_plate=self.unit.calibrated_by == "plate",
+            creep=self.creep.deviation(self.unit.weighed_after_s, self.report.design.press_s),
+        )
+
+    def channels_in(self, time_s: float, press_s: float | None) -> Channels:
+        """Return the errors of its channels in a press of a duration [s], or of the duration of its design.
+
+        `time_s` [s] is the standard deviation of the time of each channel.
+        """
+        press_s = press_s or self.report.design.press_s
+        return replace(self.channels, time_s=time_s, creep=self.creep.deviation(self.unit.weighed_after_s, press_s))
+
+    @cached_property
     def noises(self) -> Floats:
         """Return the standard deviation of the noise of each channel [N]."""
-        return Channels(
-            reading=self.report.design.reading or Reading(),
-            full_scale=np.array(self.report.read_out.full_scale_N),
-            signal=self.report.read_out.signal,
-        ).noises
-
-    @property
-    def force_errors(self) -> Floats:
-        """Return the error of the force of each channel without a touch [N]: by noise and by drift of its zero."""
-        return np.hypot(self.noises, self.report.read_out.channels.zero_drift_N)
+        return self.channels.noises
 
     @cached_property
     def creep(self) -> CreepLaw:
@@ -149,20 +163,6 @@ class MeasuringUnit:
         """
         return 1.0 / self.creep.growth_in_hold(held_s, press_s or self.report.design.press_s)
 
-    def left_open(self, time_s: float = 0.0, press_s: float | None = None) -> LeftOpen:
-        """Return what is left open of channels and springs in a press of a duration [s], or of that of the design.
-
-        `time_s` [s] is the standard deviation of the time of each channel.
-        """
-        return LeftOpen(
-            zeros=BOUNDED * np.array(self.report.read_out.channels.zero_drift_N),
-            gains={"gain": 0.01 * np.array(self.unit.gain_percent)},
-            springs=0.01 * np.array(self.unit.K_percent),
-            time_s=time_s,
-            on_plate=self.unit.calibrated_by == "plate",
-            creep=self.creep.deviation(self.unit.weighed_after_s, press_s or self.report.design.press_s),
-        )
-
     def by_bends(self, channels: BendSlopes, springs: BendSlopes) -> float:
         """Return the size of the error of a modulus [1] by channels and springs whose lines bend, of its slopes."""
         unit = self.unit
@@ -178,7 +178,7 @@ class MeasuringUnit:
     @cached_property
     def least_forces(self) -> Floats:
         """Return the force of each channel below which its tip counts as off the fruit [N]."""
-        return least_forces(self.force_errors, self.report.read_out.full_scale_N)
+        return self.channels.least_forces
 
     @cached_property
     def lowest_forces(self) -> Floats:

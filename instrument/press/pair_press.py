@@ -24,14 +24,14 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     slopes = _ratio_slopes(sensor, forces)
     by_noise = float(np.linalg.norm(np.multiply(slopes.forces, sensor.noises)))
     by_tilt = slopes.contrast * sensor.lead_deviation
-    left_open = sensor.left_open().of_moment(slopes, forces)
+    by_unit = sensor.channels.of_moment(slopes, forces)
     # The force of one moment is a chord from zero, which has the slope of a parabola at half of it.
     channels, springs = (
         BendSlopes(at_zero=tuple(each.tolist()), per_N=tuple((0.5 * each * forces).tolist()))
         for each in (np.multiply(slopes.forces, forces), np.array(slopes.springs))
     )
     bend = sensor.by_bends(channels, springs)
-    u = half_width(sensor, E, [by_noise, by_tilt, *left_open.values()]) + sensor.steepness(E) * bend
+    u = half_width(sensor, E, [by_noise, by_tilt, *by_unit.values()]) + sensor.steepness(E) * bend
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
@@ -46,7 +46,7 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
 def ratio_modulus_and_noise(sensor: MeasuringUnit, forces: Floats) -> tuple[float, float]:
     """Return the modulus [MPa] by the force ratio of forces [N] and its error by theirs [1]; raises ReadingError."""
     slopes = _ratio_slopes(sensor, forces)
-    return sensor.ratio_modulus(forces), float(np.linalg.norm(np.multiply(slopes.forces, sensor.force_errors)))
+    return sensor.ratio_modulus(forces), float(np.linalg.norm(np.multiply(slopes.forces, sensor.channels.errors)))
 
 
 def _ratio_slopes(sensor: MeasuringUnit, forces: Floats) -> ReadingSlopes:

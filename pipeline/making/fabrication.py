@@ -7,7 +7,6 @@ from cad.fabrication.signal_path import SpringReadOut
 from mesh.housing.sweep import flexure_mesh
 from pipeline.making.cad_tasks import write_fabrication_files
 from pipeline.options import RunOptions
-from pipeline.reading.press_time import fastest_press
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_to_read
 from pipeline.springs.leaf_lengths import COARSE
@@ -35,7 +34,7 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
     if not options.fabrication or housing is None:
         return finished_future(KeptFiles())
     to_read = springs_to_read(springs)
-    fastest_s = fastest_press(sensor)
+    fastest_s = sensor.fastest_press_s
     folder = "OUT" if options.out is None else str(options.out)
     inputs = {
         "design": design_as_mapping(design),

@@ -3,31 +3,19 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from pipeline.reading.measurement import (
-    RiseModel,
-    rise_model,
-    seated_level_readings,
-)
+from pipeline.reading.measurement import RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, occurring, read_moduli
-from pipeline.reading.press_time import fastest_press
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, Presses
 from pipeline.reading.read_out import LevelReading, ReadingConstants
-from pipeline.reading.uncertainty import (
-    Channels,
-    UncertaintySources,
-    least_forces,
-    mean_sources,
-    noise_to_reach,
-    uncertainty_sources,
-)
+from pipeline.reading.uncertainty import Channels, UncertaintySources, by_heat, designed_channels, uncertainty_sources
 from pipeline.response.scene_press import ScenePress
 from pipeline.storage.plain import first_largest
 from sensor.arrays import Flags, Floats, rows_of
-from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
+from sensor.design.parameters import Design
+from sensor.design.reading import PRESS_S, PRESS_SAMPLES
 from sensor.quantity import BOUNDED, Estimate
 from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
@@ -45,9 +33,8 @@ NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stat
 class ModulusReading:
     """What is read at one modulus [MPa]: the largest error over all poses [1] and where it is, and its uncertainty.
 
-    `reach` is the error [1] of the pose that with its bar reaches farthest, which may be another pose. `sources` are
-    those of a fruit and a pose that are drawn from all that occur; `uncertainty_limit` [1] is the limit of all
-    together.
+    `reach` is the error [1] of the pose whose bar reaches farthest, which may be another pose. `sources` are those of a
+    fruit and a pose that are drawn from all that occur; `uncertainty_limit` [1] is the limit of all together.
     """
 
     E: float
@@ -80,26 +67,21 @@ class SkinPressure:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Readings(Record):
-    """How good readings of whole presses are: at each modulus, the worst bias and standard uncertainty [1].
+    """How good readings of whole presses are, at each modulus in `moduli`, which is empty if a level press has none.
 
     `touch` is the travel at which all tips touch over the whole one [1], the largest over all poses. `refused` says in
-    how many poses there is no reading, and why, None where there always is. Bias and uncertainty are those of the
-    others, None where a level press has no reading. `level` are the readings of level presses, by which all are
-    corrected. `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does
-    without noise. `full_scale` is the largest force of each channel over all poses [N], (tips,). `pressures` are those
-    on the skin at each modulus. `heights` is by how much E moves per height contrast of the tips, which counts as a
-    saddle of the skin [1/mm]. `flesh` is by how much E moves to either side where the flesh under domes obeys the law
-    of Hencky or of Storakers [1]. `face_mm` is how wide the face of a dome must be to hold the contact in every pose, 0
-    for other tips.
+    how many poses there is no reading, and why; None if there always is one. Bias and uncertainty are those of the
+    others. `level` are the readings of level presses, by which all are corrected. `full_scale` is the largest force of
+    each channel over all poses [N], (tips,). `pressures` are those on the skin at each modulus. `heights` is the change
+    of E per height contrast of the tips, which is counted as a saddle of the skin [1/mm]. `flesh` is the change of E to
+    either side if the flesh under domes obeys the law of Hencky or of Storakers [1]. `face_mm` is the width that the
+    face of a dome needs to hold the contact in every pose, 0 for other tips.
     """
 
     method: str
     touch: Estimate
     level: tuple[LevelReading, ...] = ()
     moduli: tuple[ModulusReading, ...] = ()
-    uncertainty: Estimate | None = None
-    uncertainty_limit: float = math.inf
-    noise_percent: float | None = None
     refused: str | None = None
     full_scale: tuple[float, ...] | None = None
     pressures: tuple[SkinPressure, ...] = ()
@@ -119,7 +101,7 @@ class Readings(Record):
 
     @property
     def reach(self) -> Estimate | None:
-        """Return the bias without its sign that with its bar reaches farthest [1]."""
+        """Return the bias without its sign whose bar reaches farthest [1]."""
         reaches = [_unsigned(row.reach) for row in self.moduli]
         return max(reaches, key=lambda reach: reach.value + reach.error, default=None)
 
@@ -129,214 +111,167 @@ class Readings(Record):
         return self.moduli[first_largest(row.over_limit for row in self.moduli)]
 
     @property
-    def noise_at_limit_percent(self) -> float | None:
-        """Return the noise [% of full scale] at which the uncertainty reaches its limit; None where it is without.
+    def uncertainty(self) -> Estimate | None:
+        """Return the standard uncertainty at that modulus, with its bar [1]."""
+        if not self.moduli:
+            return None
+        widest = self.worst_uncertainty
+        return Estimate(widest.sources.total, widest.reach.error * widest.sources.total)
 
-        Raises ValueError where nothing is read.
-        """
-        worst = self.worst_uncertainty
-        return noise_to_reach(worst.uncertainty_limit, worst.sources)
+    @property
+    def noise_percent(self) -> float | None:
+        """Return the noise [% of full scale] at which the uncertainty reaches 10 %; None if it does without noise."""
+        return self.worst_uncertainty.sources.noise_to_reach(NOISE_LIMIT) if self.moduli else None
 
 
 def analyse_readings(sensor: PressedSensor) -> Readings | None:
-    """Return the quality of a sensor's readings, None where its design does not ask; presses at tilts are left out.
-
-    Raises InputError where a pose is outside the domain of contact, SolveError when a solve is not exact.
-    """
-    reading = sensor.design.reading
-    if reading is None:
-        return None
-    presses = occurring_presses(sensor, reading)
-    return replace(error_analysis(sensor, reading, presses), pressures=skin_pressures(sensor, presses))
-
-
-def occurring_presses(sensor: PressedSensor, reading: Reading) -> Presses:
-    """Return the presses at the moduli of a reading in all placements that occur; raises as `pose_forces`."""
-    return sensor.presses(read_moduli(sensor.design.fruit), tuple(occurring(sensor.design, reading)))
-
-
-def error_analysis(sensor: PressedSensor, reading: Reading, presses: Presses) -> Readings:
     """Return how good the readings of a sensor are, of whole presses by the rise of their contrast.
 
-    `presses` are those of `occurring_presses`. Raises InputError where the poses are outside the domain of contact,
-    SolveError when a solve is not exact.
+    None if its design has no `[reading]`; presses at tilts are left out. Raises InputError if a pose is outside the
+    domain of contact, SolveError when a solve is not exact.
     """
     design = sensor.design
+    reading = design.reading
+    if reading is None:
+        return None
+    presses = sensor.presses(read_moduli(design.fruit), tuple(occurring(design, reading)))
     model = rise_model(sensor)
-    press_s = max(PRESS_S, fastest_press(sensor) or 0.0)  # no faster than its read-out allows
-    channels = Channels(
-        reading=reading,
-        full_scale=presses.full_scale,
-        signal=sensor.signal,
-        press_s=press_s,
-        creep=sensor.springs.creep,
-    )
-    read, refused = _read(model, presses, channels, design.tips.side_mm)
+    press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # no faster than its read-out allows
+    channels = designed_channels(reading, presses.full_scale, sensor.signal, sensor.springs.creep, press_s)
+    found, refused = _read(model, presses, channels, design.tips.side_mm)
     analysis = Readings(
         method=model.method,
         touch=touch_fraction(presses),
         level=model.level,
         refused=refused,
         face_mm=float(presses.face_mm.max()),
+        pressures=_skin_pressures(sensor, presses),
     )
+    if any(level is None for level, *_ in found):
+        return analysis
+    biases = np.array([[math.nan if each is None else each.E for each in row] for row in found])
+    biases = biases / np.array(presses.moduli)[:, None] - 1.0
+    bars = _bars(model, presses, biases)
+    by_pose = uncertainty_by_pose(biases, presses.placements)
+    by_thickness = uncertainty_by_thickness(biases, presses.placements)
+    drawn = [0, *(place for place, each in enumerate(presses.placements) if each.is_drawn)]
+
+    def bias_at(i: int, place: int) -> Estimate:
+        return Estimate(float(biases[i, place]), float(bars[i, place]))
+
     rows = []
-    for at_modulus in read:
-        if at_modulus.level is None:
-            return analysis
-        limit = reading.uncertainty_limit_at(at_modulus.E, design.fruit.E_MPa)
-        by_poisson = _by_poisson(sensor, model, at_modulus.F[0])
-        rows.append(at_modulus.judged(model, channels, by_poisson, limit))
-    widest = rows[first_largest(row.over_limit for row in rows)]
-    flesh = 0.0
-    if presses.flesh.any():
-        for forces, more in zip(presses.F[:, 0], presses.flesh[:, 0], strict=True):
-            flesh = max(flesh, abs(model.modulus(forces + more) / model.modulus(forces) - 1.0))
+    for i, E in enumerate(presses.moduli):
+        worst = _largest(np.nan_to_num(biases[i]))
+        farthest = _largest(np.abs(np.nan_to_num(biases[i])) + bars[i])
+        others = {
+            **by_heat(sensor.signal),
+            "pose": float(by_pose[i]),
+            "thickness": float(by_thickness[i]),
+            "poisson": uncertainty_by_poisson(design, model, presses.F[i, 0]),
+        }
+        of_drawn = [each for each in (found[i][place] for place in drawn) if each is not None]
+        row = ModulusReading(
+            E=E,
+            bias=bias_at(i, worst),
+            worst=presses.placements[worst],
+            reach=bias_at(i, farthest),
+            sources=uncertainty_sources(of_drawn, channels, RISE_TRAVELS, others),
+            uncertainty_limit=reading.uncertainty_limit_at(E, design.fruit.E_MPa),
+        )
+        rows.append(row)
     return replace(
         analysis,
         moduli=tuple(rows),
-        uncertainty=Estimate(widest.sources.total, widest.reach.error * widest.sources.total),
-        uncertainty_limit=widest.uncertainty_limit,
-        noise_percent=noise_to_reach(NOISE_LIMIT, widest.sources),
         full_scale=tuple(presses.full_scale.tolist()),
-        heights=max(at_modulus.per_height for at_modulus in read),
-        flesh=flesh,
+        heights=max(abs(each.slopes.offset) for row in found for each in row if each is not None),
+        flesh=max(map(model.change, presses.F[:, 0], presses.flesh[:, 0])) if presses.flesh.any() else 0.0,
     )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _ReadAtModulus:
-    """Presses on fruit of one modulus E [MPa], level first, and what they tell, None where that is nothing.
-
-    Forces F [N] and their `error` [N] have shape (placements, samples, tips).
-    """
-
-    E: float
-    placements: tuple[Placement, ...]
-    F: Floats
-    error: Floats
-    found: tuple[RiseReading | None, ...]
-
-    @property
-    def level(self) -> RiseReading | None:
-        """Return the reading of a level press in the middle of the design's own fruit."""
-        return self.found[0]
-
-    @cached_property
-    def biases(self) -> Floats:
-        """Return E read / E - 1 in each placement, nan where there is none."""
-        return np.array([math.nan if reading is None else reading.E / self.E - 1.0 for reading in self.found])
-
-    @property
-    def per_height(self) -> float:
-        """Return by how much E moves per height contrast of the tips [1/mm], at most."""
-        return max(abs(reading.slopes.offset) for reading in self.found if reading is not None)
-
-    def judged(self, model: RiseModel, channels: Channels, by_poisson: float, limit: float) -> ModulusReading:
-        """Return the worst bias with its bar, and the standard uncertainty of what is drawn from all that occurs."""
-        errors = self._errors(model)
-        biases = np.abs(np.nan_to_num(self.biases))
-        worst = _largest(biases.tolist())
-        farthest = _largest((biases + errors).tolist())
-        others = {"pose": self._by_pose, "thickness": self._by_thickness, "poisson": by_poisson}
-        drawn = []
-        for reading, placement in zip(self.found, self.placements, strict=True):
-            if reading is not None and (placement.is_drawn or placement == self.placements[0]):
-                drawn.append(uncertainty_sources(reading, channels, RISE_TRAVELS, others))
-        return ModulusReading(
-            E=self.E,
-            bias=Estimate(float(self.biases[worst]), float(errors[worst])),
-            worst=self.placements[worst],
-            reach=Estimate(float(self.biases[farthest]), float(errors[farthest])),
-            sources=mean_sources(drawn),
-            uncertainty_limit=limit,
-        )
-
-    def _errors(self, model: RiseModel) -> Floats:
-        """Return how far what is left open of the forces moves E [1], (placements,); 0 where the bias is small.
-
-        Small is less than half of the largest. All that a bound leaves open of forces has one sign under all tips, as
-        the fruit is one.
-        """
-        biases = np.abs(np.nan_to_num(self.biases))
-        errors = np.zeros(len(biases))
-        for place, bias in enumerate(biases.tolist()):
-            if place and (self.found[place] is None or bias < _SMALL * biases.max()):
-                continue
-            moved = model.modulus(self.F[place] + self.error[place])
-            errors[place] = abs(moved / model.modulus(self.F[place]) - 1.0)
-        return errors
-
-    @property
-    def _by_pose(self) -> float:
-        """Return the standard uncertainty of a reading [1] by the shape of the fruit and by the pose."""
-        pairs = zip(self.biases.tolist(), self.placements, strict=True)
-        drawn = [bias for bias, placement in pairs if placement.is_drawn and math.isfinite(bias)]
-        return math.hypot(*drawn) / math.sqrt(max(len(drawn), 1))
-
-    @property
-    def _by_thickness(self) -> float:
-        """Return the standard uncertainty [1] by a thickness anywhere within its range (JCGM 100:2008, 4.3.7)."""
-        place_of = {placement: place for place, placement in enumerate(self.placements)}
-        most = 0.0
-        for placement, place in place_of.items():
-            if placement.thickness_mm is not None:
-                change = self.biases[place] - self.biases[place_of[replace(placement, thickness_mm=None)]]
-                most = max(most, abs(float(np.nan_to_num(change))))
-        return BOUNDED * most
 
 
 def _read(
     model: RiseModel, presses: Presses, channels: Channels, side_mm: float
-) -> tuple[list[_ReadAtModulus], str | None]:
-    """Return what presses tell at each modulus, and in words where and why some tell nothing.
+) -> tuple[list[list[RiseReading | None]], str | None]:
+    """Return the reading at each modulus in each placement, and as text where and why there is none.
 
     A contact that needs more of a dome's face than `side_mm` has no force.
     """
-    least = least_forces(channels.errors, channels.full_scale)
     # A press is solved in few samples; noise refuses one of as many as it has.
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
     reasons = []
-    read = []
-    for i, E in enumerate(presses.moduli):
-        found: list[RiseReading | None] = []
-        for j, placement in enumerate(presses.placements):
-            face = presses.face_mm[i, j]
+    found: list[list[RiseReading | None]] = []
+    for E, forces, faces in zip(presses.moduli, presses.F, presses.face_mm.tolist(), strict=True):
+        row: list[RiseReading | None] = []
+        for placement, press, face in zip(presses.placements, forces, faces, strict=True):
             reading = None
             try:
                 if face > side_mm:
                     msg = f"tips.side_mm = {side_mm:g} mm is less than the {face:.3g} mm that the contact needs"
                     raise ReadingError(msg)
-                reading = model.reading(presses.F[i, j], noises, least)
+                reading = model.reading(press, noises, channels.least_forces)
             except ReadingError as refused:
                 reasons.append(f"as at {E:.3g} MPa, {placement}: {refused}")
-            found.append(reading)
-        at_modulus = _ReadAtModulus(
-            E=E, placements=presses.placements, F=presses.F[i], error=presses.error[i], found=tuple(found)
-        )
-        read.append(at_modulus)
+            row.append(reading)
+        found.append(row)
     if not reasons:
-        return read, None
-    count = len(read) * len(presses.placements)
-    return read, f"{len(reasons)} of {count} poses have no reading, {reasons[0]}"
+        return found, None
+    count = len(presses.moduli) * len(presses.placements)
+    return found, f"{len(reasons)} of {count} poses have no reading, {reasons[0]}"
 
 
-def _by_poisson(sensor: PressedSensor, model: RiseModel, press: Floats) -> float:
-    """Return the standard uncertainty of a reading [1] by Poisson's ratio nu.
+def _bars(model: RiseModel, presses: Presses, biases: Floats) -> Floats:
+    """Return the change of E [1] by the error of the forces, as `biases`; 0 if the bias is below half of the largest.
+
+    A bound of the error of forces has one sign under all tips, as the fruit is one.
+    """
+    size = np.abs(np.nan_to_num(biases))
+    is_large = np.isfinite(biases) & (size >= _SMALL * size.max(axis=1, keepdims=True))
+    is_large[:, 0] = True
+    bars = np.zeros_like(biases)
+    for i, j in np.argwhere(is_large).tolist():
+        bars[i, j] = model.change(presses.F[i, j], presses.error[i, j])
+    return bars
+
+
+def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floats:
+    """Return the standard uncertainty of a reading [1] at each modulus by the shape of the fruit and by the pose.
+
+    `biases` [1] have shape (moduli, placements), nan where there is no reading.
+    """
+    drawn = biases[:, [each.is_drawn for each in placements]]
+    count = np.isfinite(drawn).sum(axis=1)
+    return np.asarray(np.sqrt(np.nansum(drawn**2, axis=1) / np.maximum(count, 1)))
+
+
+def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) -> Floats:
+    """Return the standard uncertainty [1] at each modulus by a thickness anywhere within its range, given biases.
+
+    JCGM 100:2008, 4.3.7.
+    """
+    changes = [np.zeros(len(biases))]
+    for place, each in enumerate(placements):
+        if each.thickness_mm is not None:
+            usual = placements.index(replace(each, thickness_mm=None))
+            changes.append(biases[:, place] - biases[:, usual])
+    return np.asarray(BOUNDED * np.abs(np.nan_to_num(changes)).max(axis=0))
+
+
+def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> float:
+    """Return the standard uncertainty of the reading of a press [1] by Poisson's ratio nu.
 
     The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one away. A press feels E / (1 - nu^2).
     Flesh of E and nu' is felt as flesh of r E and nu, where the felt ratio is r = (1 - nu^2) / (1 - nu'^2). Flat tips
     then read r E. Domes feel the base under the flesh too, S' = S + r base(nu') - base(nu), and read r E / b. The base
     ratio b is the modulus that a press has by S' over the one it has by S.
     """
-    fruit = sensor.design.fruit
+    fruit = design.fruit
     poisson = fruit.poisson
     other = poisson + 0.5 * fruit.poisson_spread
     if other > _LARGEST_POISSON:
         other = poisson - 0.5 * fruit.poisson_spread
     felt_ratio = (1.0 - poisson**2) / (1.0 - other**2)
-    if sensor.design.tips.dome_radius_mm is None:
+    if design.tips.dome_radius_mm is None:
         return abs(felt_ratio - 1.0)
-    axes = np.array(sensor.design.tips.places_mm)
+    axes = np.array(design.tips.places_mm)
     apart = np.linalg.norm(axes[:, None] - axes, axis=-1)
     base = base_compliance(fruit.depth_mm, poisson, apart)
     change = felt_ratio * base_compliance(fruit.depth_mm, other, apart) - base
@@ -346,9 +281,9 @@ def _by_poisson(sensor: PressedSensor, model: RiseModel, press: Floats) -> float
     return abs(felt_ratio / base_ratio - 1.0)
 
 
-def _largest(biases: Sequence[float]) -> int:
+def _largest(biases: Sequence[float] | Floats) -> int:
     """Return the index of the first of the largest biases [1]: less one, they keep the round-off of E read / E."""
-    return first_largest(map(abs, biases), least=1.0)
+    return first_largest(np.abs(biases).tolist(), least=1.0)
 
 
 def _unsigned(bias: Estimate) -> Estimate:
@@ -384,49 +319,39 @@ def _touched(depths: Floats) -> Floats:
     return np.asarray(1.0 - np.divide(depths[0], grown, out=np.full_like(grown, math.inf), where=grown > 0.0))
 
 
-def tilted_presses(sensor: PressedSensor, reading: Reading) -> Presses | None:
+def tilted_presses(sensor: PressedSensor) -> Presses | None:
     """Return presses at tilts along the tips up to the largest, to full travel of the middle; None without a tilt."""
-    if reading.tilt_deg == 0.0:
+    reading = sensor.design.reading
+    if reading is None or reading.tilt_deg == 0.0:
         return None
     tilts = np.linspace(-reading.tilt_deg, reading.tilt_deg, TILTS).tolist()
     placements = [Placement(tilt_deg=(tilt, 0.0)) for tilt in tilts]
     return sensor.presses(read_moduli(sensor.design.fruit), placements)
 
 
-def skin_pressures(sensor: PressedSensor, presses: Presses) -> tuple[SkinPressure, ...]:
-    """Return the largest pressure at each modulus shown, at full travel; none where the fruit has no limit.
-
-    The sensor stands in all placements of `occurring_presses`, whose `presses` are not solved again where they hold
-    these moduli. Raises as `pose_forces`.
-    """
-    design = sensor.design
-    limits = design.fruit.bruise_limits_MPa
+def _skin_pressures(sensor: PressedSensor, presses: Presses) -> tuple[SkinPressure, ...]:
+    """Return the largest pressure at full travel at each modulus of the fruit; none if the fruit has no limit."""
+    fruit = sensor.design.fruit
+    placements = presses.placements
+    limits = fruit.bruise_limits_MPa
     if not limits:
         return ()
-    placements = presses.placements
-    if set(design.fruit.E_MPa) <= set(presses.moduli):
-        at = [presses.moduli.index(E) for E in design.fruit.E_MPa]
-        mean_pressure = presses.mean_pressure[at, :, -1]
-        pressure_error = presses.pressure_error[at, :, -1]
-    else:
-        travel = design.press.travel_mm
-        forces = sensor.in_poses(
-            [Pose(E=E, travel=travel, stand=each) for E in design.fruit.E_MPa for each in placements]
-        )
-        mean_pressure = forces.mean_pressure
-        pressure_error = forces.pressure_error
-    tips = mean_pressure.shape[-1]
-    of_poses = (len(limits), -1)  # of all tips in all placements at a modulus; 0 off the fruit
-    pressures = np.nan_to_num(mean_pressure).reshape(of_poses)
-    errors = np.nan_to_num(pressure_error).reshape(of_poses)
-    worst_at_each = []
-    for i, E in enumerate(design.fruit.E_MPa):
-        worst = first_largest(pressures[i].tolist())
-        pressure = Estimate(float(pressures[i, worst]), float(errors[i, worst]), "MPa")
-        placement = placements[worst // tips]
-        skin = SkinPressure(E=E, placement=placement, pressure=pressure, limit=limits[i])
-        worst_at_each.append(skin)
-    return tuple(worst_at_each)
+    if set(fruit.E_MPa) <= set(presses.moduli):
+        at = [presses.moduli.index(E) for E in fruit.E_MPa]
+        pressures, errors = presses.mean_pressure[at, :, -1], presses.pressure_error[at, :, -1]
+    else:  # a fruit of two or three moduli is read at others
+        travel = sensor.design.press.travel_mm
+        poses = [Pose(E=E, travel=travel, stand=each) for E in fruit.E_MPa for each in placements]
+        forces = sensor.in_poses(poses)
+        pressures, errors = forces.mean_pressure, forces.pressure_error
+    shape = (len(limits), len(placements), -1)
+    rows = []
+    at_moduli = (np.nan_to_num(each).reshape(shape) for each in (pressures, errors))  # 0 off the fruit
+    for E, limit, pressure, error in zip(fruit.E_MPa, limits, *at_moduli, strict=True):
+        worst = np.unravel_index(first_largest(pressure.ravel().tolist()), pressure.shape)
+        found = Estimate(float(pressure[worst]), float(error[worst]), "MPa")
+        rows.append(SkinPressure(E=E, placement=placements[worst[0]], pressure=found, limit=limit))
+    return tuple(rows)
 
 
 def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readings | None) -> ReadingConstants:
@@ -446,7 +371,7 @@ def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readin
         model_error_percent=100.0 * error,
         level=(),
         signal=sensor.signal,
-        fastest_press_s=fastest_press(sensor),
+        fastest_press_s=sensor.fastest_press_s,
     )
     if sensor.design.tips.tip_layout.is_pair:
         own_less_other = 1.0 / contact.K_m_over_E()

@@ -1,6 +1,7 @@
 """The measurement model: how the forces of whole presses become a modulus, corrected by those of a level sensor."""
 
 import functools
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -15,7 +16,7 @@ from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_S
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import Rise, RiseLaw, RiseReading, read_rise, rise_modulus, rise_of
-from solve.contact.linear_response import travels
+from solve.contact.linear_response import linear_response, travels
 
 LEVEL_MODULI = 9
 MODULI_BEYOND_RANGE = 25  # straight lines between them miss a skin by less than 1e-4
@@ -43,6 +44,10 @@ class RiseModel:
         """Return the modulus [MPa] of forces [N], shape (samples, tips); raises RiseError."""
         return correct_reading(rise_modulus(self.law, self._rise(press)), self.level)
 
+    def change(self, press: Floats, more: Floats) -> float:
+        """Return the size of the relative change of the modulus [1] if the forces of a press change by `more` [N]."""
+        return abs(self.modulus(press + more) / self.modulus(press) - 1.0)
+
     def _rise(self, press: Floats, least_forces: Floats | float = 0.0) -> Rise:
         return rise_of(press, press.shape[1], least_forces, t=times_by_hand(len(press)))
 
@@ -58,12 +63,11 @@ def times_by_hand(samples: int) -> Floats:
 
 def rise_model(sensor: PressedSensor) -> RiseModel:
     """Return the model that reads whole presses of a sensor, with what shape and skin of its fruit add taken off."""
-    model = RiseModel(law=sensor.law)
-    return replace(model, level=level_readings(sensor, model))
+    return RiseModel(law=sensor.law, level=level_readings(sensor))
 
 
-def level_readings(sensor: PressedSensor, model: RiseModel) -> tuple[LevelReading, ...]:
-    """Return what a model tells of presses of a level sensor at moduli, from the first touch to full travel.
+def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
+    """Return what the law says of presses of a level sensor at moduli, from the first touch to full travel.
 
     Under a skin they reach beyond the range of the fruit. There are none where the law holds all of such a press.
     """
@@ -71,30 +75,32 @@ def level_readings(sensor: PressedSensor, model: RiseModel) -> tuple[LevelReadin
         return ()
     design = sensor.design
     moduli = _moduli_over_range(design) if sensor.contact.skin is None else _moduli_beyond_range(design)
-    forces = sensor.presses(moduli, [Placement()]).F
-    rows = []
-    for E, press in zip(moduli, forces[:, 0], strict=True):
-        with suppress(ReadingError):  # a press too short for its rise
-            rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
-    return tuple(rows)
+    return _read_by_law(sensor, moduli, sensor.presses(moduli, [Placement()]).F[:, 0])
 
 
 def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
-    """Return what the law of a pair tells of level flat tips whose faces are seated; none where that is exact.
+    """Return what the law of a pair says of level flat tips whose faces are seated; none where that is exact.
 
     The forces are in closed form, where those of cells are some parts in a thousand off. Tips without a flat face have
     none to seat: theirs are those of `level_readings`.
     """
     if sensor.is_exact_seated:
         return ()
-    model = RiseModel(law=sensor.law)
     if not sensor.design.tips.tip_shape.has_flat_face:
-        return level_readings(sensor, model)
+        return level_readings(sensor)
     x = travels(sensor.design.press.travel_mm, RISE_TRAVELS)
+    moduli = _moduli_beyond_range(sensor.design)
+    presses = [linear_response(sensor.contact.at(E).S, sensor.C, [E], x).F[0] for E in moduli]
+    return _read_by_law(sensor, moduli, presses)
+
+
+def _read_by_law(sensor: PressedSensor, moduli: Sequence[float], presses: Iterable[Floats]) -> tuple[LevelReading, ...]:
+    """Return what the law of a sensor says of a press at each modulus [MPa]."""
+    model = RiseModel(law=sensor.law)
     rows = []
-    for E in _moduli_beyond_range(sensor.design):
-        of_unit = np.linalg.solve(sensor.C + sensor.contact.at(E).S / E, np.ones(2))
-        rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(np.outer(x, of_unit))))
+    for E, press in zip(moduli, presses, strict=True):
+        with suppress(ReadingError):  # a press too short for its rise
+            rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
     return tuple(rows)
 
 

@@ -15,9 +15,10 @@ from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_
 from pipeline.springs.sizing import SpringSizing
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
+from sensor.design.reading import LARGEST_TOUCH_FRACTION, LEAST_OVER_NOISE
 from sensor.record import Record
-from sensor.theory.contrast_law import ContrastLaw, contrast_weights, pair_law
-from sensor.theory.contrast_rise import RiseLaw
+from sensor.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, pair_law
+from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RiseLaw, read_rise, rise_of
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, PoseForces, pose_forces
@@ -25,6 +26,7 @@ from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
 RISE_TRAVELS = 16  # samples of a press from which a rise is read
+_SAMPLES_BY_HAND = 60  # of a press that is interpolated in them
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -126,6 +128,32 @@ class PressedSensor(Record):
     def law(self) -> RiseLaw:
         """Return the law by which whole presses are read."""
         return rise_law(self.design, self.contrast)
+
+    @cached_property
+    def fastest_press_s(self) -> float | None:
+        """Return the shortest duration [s] of a press by hand, from the first touch to its deepest point, that gives E.
+
+        The times of the channels then move E by 2 % on level fruit, one standard deviation, and enough samples follow
+        the last touch. None without a read-out and for a press that has no rise. Raises as `pose_forces`.
+        """
+        signal = self.signal
+        if signal is None:
+            return None
+        travel = self.design.press.travel_mm
+        forces = self.presses([self.design.fruit.largest_E_MPa], [Placement()]).F[0, 0]
+        x = np.concatenate([[0.0], travels(travel, RISE_TRAVELS)])
+        forces = np.concatenate([np.zeros((1, forces.shape[1])), np.nan_to_num(forces)])
+        shares = np.arange(_SAMPLES_BY_HAND + 1) / _SAMPLES_BY_HAND
+        at = travel * (1.0 - (1.0 - shares) ** 2)  # a hand slows to a stop
+        least = LEAST_OVER_NOISE * np.array(signal.errors_N)
+        press = np.column_stack([np.interp(at, x, row) for row in forces.T])
+        try:
+            found = read_rise(self.law, rise_of(press, len(least), least, t=shares), np.zeros(len(least)))
+        except ReadingError:
+            return None
+        by_clocks = float(np.linalg.norm(found.slopes.times)) * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
+        samples = FEWEST + (2 if signal.delays else 1)
+        return max(by_clocks, samples / signal.rate_Hz / math.sqrt(1.0 - LARGEST_TOUCH_FRACTION))
 
     @property
     def is_exact_seated(self) -> bool:

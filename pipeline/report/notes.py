@@ -107,8 +107,9 @@ def _large_strain(design: Design, depth: float) -> Note:
 
 def _noise(readings: Readings) -> Note:
     """Return the note on the noise at which the uncertainty reaches its limit in the design."""
-    percent = 100.0 * COVERAGE * readings.worst_uncertainty.uncertainty_limit
-    noise = readings.noise_at_limit_percent
+    worst = readings.worst_uncertainty
+    percent = 100.0 * COVERAGE * worst.uncertainty_limit
+    noise = worst.sources.noise_to_reach(worst.uncertainty_limit)
     if noise is None:
         text = f"even without noise the uncertainty of E is above its limit, {percent:.3g} % (95 %)."
         return Note(10.0, f"Calibrate better or narrow [reading]: {text}")

@@ -300,7 +300,7 @@ def analysis_verdicts(readings: Readings, reading: Reading) -> tuple[Verdict, ..
         uncertainty_words += f", at {widest.E:.3g} MPa; largest source: {largest}"
     refused = readings.refused
     touch_words = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
-    limit = readings.uncertainty_limit if readings.moduli else reading.least_uncertainty_limit
+    limit = readings.worst_uncertainty.uncertainty_limit if readings.moduli else reading.least_uncertainty_limit
     return (
         _bias_verdict(readings, reading.bias_limit, bias_words),
         _reading_verdict("reading.uncertainty", readings.uncertainty, limit, uncertainty_words, refused),

@@ -184,7 +184,3 @@ class Reading:
             return rows[min(above, len(rows) - 1)][1]
         (low, at_low), (high, at_high) = rows[above - 1 : above + 1]
         return at_low + (at_high - at_low) * math.log(E / low) / math.log(high / low)
-
-    def force_noise(self, full_scale: float) -> float:
-        """Return the standard deviation of the noise of a channel [N] from its largest force [N]."""
-        return math.hypot(0.01 * self.noise_percent * full_scale, self.noise_N)

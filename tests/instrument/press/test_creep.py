@@ -114,9 +114,9 @@ def test_the_zero_that_a_press_leaves_is_told(paper):
 def test_only_weights_tell_a_stiffness_with_a_time(paper):
     """The nominal unit has the scatter of its process, which holds creep too; no metal creeps."""
     nominal = MeasuringUnit(report=paper.report, unit=nominal_unit(paper.report))
-    assert (nominal.press_over_weighed(), nominal.left_open().creep) == (1.0, 0.0)
+    assert (nominal.press_over_weighed(), nominal.channels.creep) == (1.0, 0.0)
     _, sensor = weighed(paper)
-    assert sensor.left_open().creep == PROCESSES["fdm-petg"].creep.deviation(30.0, 3.0)
+    assert sensor.channels.creep == PROCESSES["fdm-petg"].creep.deviation(30.0, 3.0)
     for name, process in PROCESSES.items():
         assert (sensor.unit.creep_or(process.creep).per_decade == 0.0) == name.startswith("dmls")
 

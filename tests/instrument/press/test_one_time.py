@@ -18,7 +18,6 @@ from instrument.press.one_time import at_one_time
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
 from pipeline.options import load_design
-from pipeline.reading.press_time import fastest_press
 from pipeline.tables.rows import Rows
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
@@ -215,7 +214,7 @@ def read_pair(sensor, forces):
 def test_fastest_press_of_a_pair_is_the_one_that_is_flagged_also_by_firmware(paper, at_once, tmp_path):
     signal = at_once.report.read_out.signal
     assert (signal.delays, signal.time_error_ms) == ((), 50.0)
-    fastest = fastest_press(with_signal(paper.sensor, signal))
+    fastest = with_signal(paper.sensor, signal).fastest_press_s
     module = {}
     exec(module_text(at_once), module)
     for duration, too_fast in ((0.9 * fastest, True), (1.1 * fastest, False)):
@@ -334,11 +333,11 @@ def test_fastest_press_is_the_one_that_is_flagged(mango):
     pressed = mango.sensor
     signal = mango.report.read_out.signal
     slow = replace(signal, rate_Hz=5.0, time_error_ms=0.0)
-    assert fastest_press(with_signal(pressed, slow)) == pytest.approx(7.0 / 5.0 * math.sqrt(2.0))
+    assert with_signal(pressed, slow).fastest_press_s == pytest.approx(7.0 / 5.0 * math.sqrt(2.0))
     assert mango.report.read_out.fastest_press_s < 0.6
     loose = {"delay_ms": (), "rate_Hz": 100.0, "time_error_ms": 3.0}
     signal = replace(signal, **loose)
-    fastest = fastest_press(with_signal(pressed, signal))
+    fastest = with_signal(pressed, signal).fastest_press_s
     assert 0.3 < fastest < 10.0
     travel = np.linspace(0.02, 1.0, 40) * mango.design.press.travel_mm
     forces = mango.forces([Pose(E=3.5, travel=x) for x in travel.tolist()])

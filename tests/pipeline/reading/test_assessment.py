@@ -2,7 +2,6 @@
 
 import dataclasses
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,24 +12,23 @@ from flat_square import (
     square_design,
     square_springs,
 )
-from stand_ins import analysed, with_compliance
+from stand_ins import with_compliance
 
-from pipeline.reading import analysis
 from pipeline.reading import pressed_sensor as sensor_module
 from pipeline.reading.analysis import (
     ModulusReading,
     Readings,
-    _ReadAtModulus,
-    occurring_presses,
-    skin_pressures,
+    analyse_readings,
     tilted_presses,
     touch_fraction,
+    uncertainty_by_pose,
+    uncertainty_by_thickness,
 )
 from pipeline.reading.measurement import LEVEL_MODULI, RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, Presses
 from pipeline.reading.uncertainty import UncertaintySources
-from pipeline.verdicts.rules import analysis_verdicts, skin_verdict
+from pipeline.verdicts.rules import analysis_verdicts, reading_verdicts
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
@@ -49,7 +47,7 @@ pytestmark = pytest.mark.usefixtures("linear_world")
 
 def assessed(design=None):
     design = design or square_design()
-    return analysed(sensor_of(design))
+    return analyse_readings(sensor_of(design))
 
 
 def sensor_of(design):
@@ -118,10 +116,10 @@ def judged_with_round_off(design, monkeypatch, seed):
 
     monkeypatch.setattr(sensor_module, "pose_forces", leaning)
     sensor = sensor_of(design)
-    found, pressures = analysed(sensor), skin_pressures(sensor, occurring_presses(sensor, design.reading))
-    bias, uncertainty, _ = analysis_verdicts(found, design.reading)
-    worst = [row.worst for row in found.moduli] + [row.placement for row in pressures]
-    return worst, [verdict.reference for verdict in (bias, uncertainty, skin_verdict(pressures))]
+    found = analyse_readings(sensor)
+    bias, uncertainty, _, bruise = reading_verdicts(design, found)
+    worst = [row.worst for row in found.moduli] + [row.placement for row in found.pressures]
+    return worst, [verdict.reference for verdict in (bias, uncertainty, bruise)]
 
 
 def test_worst_pose_of_ties_is_the_first_for_any_round_off(monkeypatch):
@@ -179,7 +177,7 @@ def test_each_modulus_is_held_to_its_limit():
     design = square_design(tilt_deg=1.0, uncertainty_limit=limits)
     found = assessed(design)
     assert found.worst_uncertainty.E == 3.5
-    assert (found.uncertainty_limit, found.uncertainty.value) == pytest.approx((limits[-1], u[-1]))
+    assert (found.worst_uncertainty.uncertainty_limit, found.uncertainty.value) == pytest.approx((limits[-1], u[-1]))
     assert outcomes(found, design)["reading.uncertainty"] is False
     passing = dataclasses.replace(
         design, reading=dataclasses.replace(design.reading, uncertainty_limit=(*limits[:-1], 1.1 * u[-1]))
@@ -290,10 +288,9 @@ def test_pressure_on_the_skin(shown):
     some = dict(list(limits.items())[:shown])
     fruit = dataclasses.replace(design.fruit, E_MPa=tuple(some), bruise_limit_MPa=tuple(some.values()))
     sensor = sensor_of(dataclasses.replace(design, fruit=fruit))
-    presses = occurring_presses(sensor, design.reading)
-    assert (set(some) <= set(presses.moduli)) == (shown == 4)
+    assert (set(some) <= set(read_moduli(fruit))) == (shown == 4)
     placements = list(occurring(design, design.reading))
-    rows = skin_pressures(sensor, presses)
+    rows = analyse_readings(sensor).pressures
     assert [row.E for row in rows] == list(some)
     for row in rows:
         forces = sensor.in_poses([Pose(E=row.E, travel=0.6, stand=placement) for placement in placements]).F
@@ -307,7 +304,7 @@ def test_pressure_on_the_skin(shown):
 def test_tilted_presses():
     """From one end of the tilt to the other, to full travel of the middle, whatever touches first."""
     design = square_design(tilt_deg=1.0)
-    presses = tilted_presses(sensor_of(design), design.reading)
+    presses = tilted_presses(sensor_of(design))
     assert [place.tilt_deg for place in presses.placements] == [(tilt, 0.0) for tilt in (-1.0, -0.5, 0.0, 0.5, 1.0)]
     places = np.array(design.tips.places_mm)
     for i, E in enumerate(presses.moduli):
@@ -316,31 +313,19 @@ def test_tilted_presses():
             expected = np.linalg.solve(square_springs() + square_contact().S / E, lowered)
             np.testing.assert_allclose(presses.F[i, j, -1], expected, rtol=1e-9)
     level = square_design(tilt_deg=0.0)
-    assert tilted_presses(sensor_of(level), level.reading) is None
-
-
-def at_modulus(rows):
-    """Return readings at 2 MPa from what is read [MPa], by how much a height moves it, and the placement of each."""
-    found = [
-        None if E is None else SimpleNamespace(E=E, slopes=SimpleNamespace(offset=offset)) for E, offset, _ in rows
-    ]
-    none = np.zeros((len(rows), 1, 4))
-    places = tuple(placement for _, _, placement in rows)
-    return _ReadAtModulus(E=2.0, placements=places, F=none, error=none, found=tuple(found))
+    assert tilted_presses(sensor_of(level)) is None
 
 
 def test_uncertainty_by_pose_and_thickness():
     """Poses scatter by their mean square; a thickness anywhere within its range by its worst end over the root of 3."""
     level, thin, thick = (Placement(from_touch=True, thickness_mm=thickness) for thickness in (None, 8.0, 20.0))
     drawn = [Placement(from_touch=True, is_drawn=True, tilt_deg=(tilt, 0.0)) for tilt in (1.0, 2.0, 3.0)]
-    rows = [(2.02, 0.1, level), (2.10, -0.4, thin), (1.98, 0.2, thick)]
-    rows += [(E, 0.0, place) for E, place in zip((2.06, 1.92, None), drawn, strict=True)]
-    read = at_modulus(rows)
-    assert read.biases[:-1] == pytest.approx([0.01, 0.05, -0.01, 0.03, -0.04], rel=1e-12)
-    assert np.isnan(read.biases[-1])
-    assert read._by_pose == pytest.approx(np.sqrt(0.5 * (0.03**2 + 0.04**2)), rel=1e-9)
-    assert read._by_thickness == pytest.approx(0.04 / np.sqrt(3.0), rel=1e-9)
-    assert read.per_height == 0.4
+    placements = (level, thin, thick, *drawn)
+    biases = np.array([[0.01, 0.05, -0.01, 0.03, -0.04, np.nan], [0.0, np.nan, 0.02, np.nan, np.nan, np.nan]])
+    assert uncertainty_by_pose(biases, placements) == pytest.approx([np.sqrt(0.5 * (0.03**2 + 0.04**2)), 0.0])
+    assert uncertainty_by_thickness(biases, placements) == pytest.approx(np.array([0.04, 0.02]) / np.sqrt(3.0))
+    bare = (level, *drawn)
+    assert uncertainty_by_thickness(biases[:, [0, 3, 4, 5]], bare).tolist() == [0.0, 0.0]
 
 
 @pytest.mark.parametrize(
@@ -349,7 +334,7 @@ def test_uncertainty_by_pose_and_thickness():
 )
 def test_largest_bias_keeps_its_own_bar_and_a_wider_one_leaves_the_verdict_open(limit, passed):
     """Largest is -4.2 +- 0.1 %; 3.7 +- 1 % reaches 4.7 %, and 2 +- 2.3 % no farther than 4.3 %."""
-    sources = UncertaintySources(contributions={"noise": 0.03}, stiffness_slope=1.0, noise_slope=1.0, by_noise=0.03)
+    sources = UncertaintySources(contributions={"noise": 0.03}, stiffness_slope=1.0, noise_slope=1.0)
     rows = []
     for E, bias in ((1.0, (0.037, 0.01)), (2.0, (-0.042, 0.001)), (3.0, (0.02, 0.023))):
         estimate = Estimate(*bias)
@@ -357,24 +342,28 @@ def test_largest_bias_keeps_its_own_bar_and_a_wider_one_leaves_the_verdict_open(
             E=E, bias=estimate, worst=Placement(), reach=estimate, sources=sources, uncertainty_limit=0.1
         )
         rows.append(row)
-    found = Readings(method="rise", touch=Estimate(0.1, 0.0), moduli=tuple(rows), uncertainty=Estimate(0.03, 0.0))
+    found = Readings(method="rise", touch=Estimate(0.1, 0.0), moduli=tuple(rows))
     assert (found.bias, found.reach) == (Estimate(0.042, 0.001), Estimate(0.037, 0.01))
     verdict, *_ = analysis_verdicts(found, Reading(bias_limit=limit))
     assert (verdict.value, verdict.error, verdict.passed) == (0.042, 0.001, passed)
 
 
 def test_largest_bias_of_poses_keeps_its_own_bar(monkeypatch):
-    """The reading of the third pose is known ten times worse, and its bias is a little smaller."""
-    sources = UncertaintySources(contributions={"noise": 0.03}, stiffness_slope=1.0, noise_slope=1.0, by_noise=0.03)
-    monkeypatch.setattr(analysis, "uncertainty_sources", lambda *_: sources)
-    second, third = (Placement(tilt_deg=(tilt, 0.0)) for tilt in (1.0, 2.0))
-    read = at_modulus([(2.0, 0.0, Placement()), (2.1, 0.0, second), (1.904, 0.0, third)])
-    error = np.array([0.0, 0.001, 0.01])[:, None, None]
-    model = SimpleNamespace(modulus=lambda forces: 1.0 + forces.sum())
-    found = dataclasses.replace(read, F=np.zeros((3, 1, 1)), error=error).judged(model, None, 0.0, 0.1)
-    assert (found.bias.value, found.bias.error) == pytest.approx((0.05, 0.001))
-    assert found.worst == second
-    assert (found.reach.value, found.reach.error) == pytest.approx((-0.048, 0.01))
+    """The fruit is firmer in one pose; in another it is softer by less, but its forces are known ten times worse."""
+    planted = {(2.0, 0.0): (0.05, 0.001), (-2.0, 0.0): (-0.048, 0.01)}
+
+    def on_other_fruit(scene, contact, C, poses):
+        tilts = [tuple(np.round(pose.stand.tilt_deg, 9).tolist()) for pose in poses]
+        biases, bars = np.array([planted.get(tilt, (0.0, FORCE_ERROR)) for tilt in tilts]).T
+        moved = [dataclasses.replace(pose, E=pose.E * (1.0 + bias)) for pose, bias in zip(poses, biases, strict=True)]
+        made = linear_pose_forces(scene, contact, C, moved)
+        return dataclasses.replace(made, error_alike=made.error_alike * bars[:, None] / FORCE_ERROR)
+
+    monkeypatch.setattr(sensor_module, "pose_forces", on_other_fruit)
+    for found in assessed(square_design(tilt_deg=2.0)).moduli:
+        assert (found.bias.value, found.bias.error) == pytest.approx((0.05, 0.001), rel=0.02)
+        assert found.worst.tilt_deg == (2.0, 0.0)
+        assert (found.reach.value, found.reach.error) == pytest.approx((-0.048, 0.01), rel=0.02)
 
 
 DOMES = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.9, spacing_mm=6.0)

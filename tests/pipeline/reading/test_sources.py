@@ -1,24 +1,23 @@
 """The sources of a reading's uncertainty against many presses with planted errors, each read by itself."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from flat_square import linear_pose_forces, square_contact, square_design, square_springs
 from scipy.optimize import root
 from squares import GENTLE
-from stand_ins import analysed, with_compliance
+from stand_ins import with_compliance
 
 from cad.fabrication.signal_path import SignalPath
 from pipeline.reading import pressed_sensor as sensor_module
-from pipeline.reading.analysis import _by_poisson
+from pipeline.reading.analysis import analyse_readings, uncertainty_by_poisson
 from pipeline.reading.measurement import RiseModel, rise_model, times_by_hand
 from pipeline.reading.poses import Placement
 from pipeline.reading.pressed_sensor import RISE_TRAVELS
-from pipeline.reading.uncertainty import Channels, mean_sources, noise_to_reach, uncertainty_sources
+from pipeline.reading.uncertainty import OF_NOISE, by_heat, designed_channels, uncertainty_sources
 from pipeline.response.contact import contact_compliance
-from sensor.design.reading import PRESS_SAMPLES, Reading
+from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
 from sensor.theory.contrast_law import contrast_weights, stiffened_compliance
 from sensor.theory.contrast_rise import RollingDomes
 from sensor.theory.creep import NO_CREEP, CreepLaw
@@ -65,12 +64,15 @@ class Pressed:
         contrast = dataclasses.replace(known.contrast, C=stiffened_compliance(known.contrast.C, factors))
         return RiseModel(law=dataclasses.replace(known, contrast=contrast)).modulus(forces)
 
-    def sources(self, signal=None, creep=NO_CREEP, **reading):
+    def channels(self, signal=None, creep=NO_CREEP, press_s=PRESS_S, **reading):
+        """Return its channels with planted errors only."""
+        return designed_channels(Reading(**QUIET | reading), self.full_scale, signal, creep, press_s)
+
+    def sources(self, *signal, **planted):
         """Return the sources of this press; noise is that of its own samples."""
-        reading = Reading(**QUIET | reading)
-        channels = Channels(reading=reading, full_scale=self.full_scale, signal=signal, creep=creep)
+        channels = self.channels(*signal, **planted)
         found = self.model.reading(self.forces, channels.noises)
-        return uncertainty_sources(found, channels, PRESS_SAMPLES, {})
+        return uncertainty_sources([found], channels, PRESS_SAMPLES, {})
 
     def scattered(self, planted, count):
         """Return the relative standard deviation of some readings, each of forces with a planted error."""
@@ -84,6 +86,11 @@ class Pressed:
             more, less = (read(step * tip) for step in (STEP, -STEP))
             found.append((more - less) / (2.0 * STEP * E))
         return np.array(found)
+
+
+def by_noise(sources):
+    """Return the standard uncertainty by all noise in forces."""
+    return np.linalg.norm([size for name, size in sources.contributions.items() if name in OF_NOISE])
 
 
 def statistical(count):
@@ -123,23 +130,23 @@ def test_noise_scatters_readings_as_told(count, pressed):
     told = pressed.sources(noise_percent=0.1, noise_N=5e-4)
     noise = np.hypot(0.001 * pressed.full_scale, 5e-4)
     found = pressed.scattered(lambda rng: pressed.forces + noise * rng.standard_normal(pressed.forces.shape), count)
-    assert told.by_noise == pytest.approx(found, rel=statistical(count))
+    assert by_noise(told) == pytest.approx(found, rel=statistical(count))
     by_percent, by_force = (told.contributions[name] for name in ("noise_percent", "noise_N"))
-    assert np.hypot(by_percent, by_force) == pytest.approx(told.by_noise)
-    assert min(by_percent, by_force) > 0.1 * told.by_noise
+    assert np.hypot(by_percent, by_force) == pytest.approx(by_noise(told))
+    assert min(by_percent, by_force) > 0.1 * by_noise(told)
     assert told.noise_slope == pytest.approx(by_percent / 0.1)
 
 
 def test_noise_is_that_of_a_press_of_sixty_samples(pressed):
     """A press of sixteen tells it up to a tenth too large: its ends weigh more than by the root of the count."""
-    channels = Channels(reading=Reading(**QUIET | {"noise_percent": 0.1}), full_scale=pressed.full_scale, signal=None)
-    few = uncertainty_sources(pressed.model.reading(pressed.forces, channels.noises), channels, RISE_TRAVELS, {})
+    channels = pressed.channels(noise_percent=0.1)
+    few = uncertainty_sources([pressed.model.reading(pressed.forces, channels.noises)], channels, RISE_TRAVELS, {})
     first, last = pressed.travels[[0, -1]]
     step = (last - first) / (PRESS_SAMPLES - 1)
     fine = np.linspace(first, last, PRESS_SAMPLES)
     assert step < pressed.travels[1] - pressed.travels[0]
     many = np.stack([np.interp(fine, pressed.travels, tip) for tip in pressed.forces.T], axis=1)
-    found = uncertainty_sources(pressed.model.reading(many, channels.noises), channels, PRESS_SAMPLES, {})
+    found = uncertainty_sources([pressed.model.reading(many, channels.noises)], channels, PRESS_SAMPLES, {})
     assert 1.0 <= few.contributions["noise_percent"] / found.contributions["noise_percent"] < 1.1
 
 
@@ -225,9 +232,8 @@ def test_times_of_channels_move_readings_as_told(pressed):
 def test_times_of_a_slower_press(pressed):
     """Times act in proportion to the rate of the forces: a press of twice the duration halves what they leave open."""
     signal = signal_with(time_error_ms=2.0)
-    channels = Channels(reading=Reading(**QUIET), full_scale=pressed.full_scale, signal=signal)
-    slow = dataclasses.replace(channels, press_s=2.0 * channels.press_s)
-    assert slow.left_open.time_s == pytest.approx(0.5 * channels.left_open.time_s, rel=1e-12)
+    usual, slow = (pressed.sources(signal, press_s=press_s).contributions["times"] for press_s in (3.0, 6.0))
+    assert slow == pytest.approx(0.5 * usual, rel=1e-12)
 
 
 def test_drifts_of_gains_and_of_the_modulus_of_leaves_move_readings_as_told(pressed):
@@ -240,7 +246,9 @@ def test_drifts_of_gains_and_of_the_modulus_of_leaves_move_readings_as_told(pres
     # Leaves of a modulus that is higher by a fraction show the force of the same deflection, which is larger by it.
     stiffer = np.full(4, 1.003)
     shown = pressed.on_springs(stiffer) / stiffer
-    assert told["modulus_drift"] * np.sqrt(3.0) == pytest.approx(abs(pressed.model.modulus(shown) / E - 1.0), rel=0.01)
+    assert by_heat(signal)["modulus_drift"] * np.sqrt(3.0) == pytest.approx(
+        abs(pressed.model.modulus(shown) / E - 1.0), rel=0.01
+    )
 
 
 @COUNTS
@@ -255,26 +263,32 @@ def test_counts_scatter_readings_as_told(count, pressed):
         shown = pressed.forces + noise * rng.standard_normal(pressed.forces.shape)
         return np.round(shown * counts) / counts
 
-    assert told.by_noise == pytest.approx(pressed.scattered(rounded, count), rel=statistical(count))
-    assert told.by_noise == pytest.approx(
+    assert by_noise(told) == pytest.approx(pressed.scattered(rounded, count), rel=statistical(count))
+    assert by_noise(told) == pytest.approx(
         np.hypot(told.contributions["readout_noise"], told.contributions["quantisation"])
     )
 
 
 def test_noise_for_an_uncertainty_gives_it(pressed):
     found = pressed.sources(noise_percent=0.1, gain_percent=0.05)
-    loud = noise_to_reach(0.02, found)
+    loud = found.noise_to_reach(0.02)
     assert pressed.sources(noise_percent=loud, gain_percent=0.05).total == pytest.approx(0.02, rel=1e-6)
-    assert noise_to_reach(1e-6, found) is None
+    assert found.noise_to_reach(1e-6) is None
 
 
-def test_sources_of_readings_that_occur_alike_add_by_their_mean_squares(pressed):
-    one, other = (pressed.sources(gain_percent=percent, noise_percent=0.1) for percent in (0.3, 0.4))
-    both = mean_sources([one, other])
-    gain = one.contributions["gain"] / 0.3
-    assert both.contributions["gain"] == pytest.approx(gain * np.sqrt(0.5 * (0.3**2 + 0.4**2)))
-    assert both.contributions["noise_percent"] == pytest.approx(one.contributions["noise_percent"])
-    assert both.total == pytest.approx(np.sqrt(0.5 * (one.total**2 + other.total**2)))
+def test_sources_of_readings_that_are_equally_likely_add_by_their_mean_squares(pressed):
+    """Of a whole press, of half of it, and of both together."""
+    channels = pressed.channels(gain_percent=0.3, noise_percent=0.1)
+    found = [pressed.model.reading(pressed.forces[:count], channels.noises) for count in (RISE_TRAVELS, 8)]
+    one, other, both = (
+        uncertainty_sources(each, channels, PRESS_SAMPLES, {"pose": 0.01}) for each in (found[:1], found[1:], found)
+    )
+    assert other.contributions["noise_percent"] > 1.5 * one.contributions["noise_percent"]
+    for name, size in both.contributions.items():
+        assert size == pytest.approx(np.sqrt(0.5 * (one.contributions[name] ** 2 + other.contributions[name] ** 2)))
+    for slope in ("stiffness_slope", "noise_slope"):
+        squares = [getattr(each, slope) ** 2 for each in (one, other)]
+        assert getattr(both, slope) == pytest.approx(np.sqrt(0.5 * sum(squares)))
 
 
 def test_flesh_of_another_ratio_moves_a_square_of_flat_tips_as_told(monkeypatch):
@@ -283,7 +297,7 @@ def test_flesh_of_another_ratio_moves_a_square_of_flat_tips_as_told(monkeypatch)
     design = square_design(tilt_deg=1.0)
     fruit = design.fruit
     sensor = with_compliance(design, square_contact(), square_springs())
-    told = analysed(sensor)
+    told = analyse_readings(sensor)
     other = fruit.poisson + 0.5 * fruit.poisson_spread  # the spread is two standard deviations
     softer = (1.0 - other**2) / (1.0 - fruit.poisson**2)
     model = rise_model(sensor)
@@ -311,7 +325,7 @@ def test_base_under_flesh_of_another_ratio():
     other_law = dataclasses.replace(contrast, S=(np.array(contrast.S) + change).tolist())
     other = Pressed(dataclasses.replace(own.model.law, contrast=other_law), 0.9)
     moved = reduced * own.model.modulus(other.forces) / E - 1.0
-    told = _by_poisson(SimpleNamespace(design=design), own.model, own.forces)
+    told = uncertainty_by_poisson(design, own.model, own.forces)
     assert told == pytest.approx(abs(moved), rel=0.04)  # the next order is 0.04 of it
     assert abs(told - abs(reduced - 1.0)) > 0.1 * told
 
@@ -321,7 +335,7 @@ def test_ratio_near_one_half_is_moved_down(monkeypatch):
     monkeypatch.setattr(sensor_module, "pose_forces", linear_pose_forces)
     design = square_design(tilt_deg=1.0)
     design = dataclasses.replace(design, fruit=dataclasses.replace(design.fruit, poisson=0.49))
-    told = analysed(with_compliance(design, square_contact(), square_springs()))
+    told = analyse_readings(with_compliance(design, square_contact(), square_springs()))
     expected = (1.0 - 0.49**2) / (1.0 - 0.465**2) - 1.0
     assert told.moduli[0].sources.contributions["poisson"] == pytest.approx(-expected, rel=1e-9)
 
@@ -338,7 +352,7 @@ def gentle():
     sensor = with_compliance(
         design, contact_compliance(design.fruit, design.tips), spring_compliance(0.3, 2.0, 0.3, 2.0)
     )
-    return sensor, analysed(sensor)
+    return sensor, analyse_readings(sensor)
 
 
 def bias_on(sensor, fruit, modulus):

@@ -132,7 +132,7 @@ def test_notes_of_a_reading():
 def read_at(limit):
     """Return a reading of limited uncertainty [1]: 12 % by the channels, and as many per cent by noise as there are."""
     sources = UncertaintySources(
-        contributions={"noise": 0.005, "gain_percent": 0.12}, stiffness_slope=1.0, noise_slope=0.01, by_noise=0.005
+        contributions={"noise_percent": 0.005, "gain": 0.12}, stiffness_slope=1.0, noise_slope=0.01
     )
     placement = Placement()
     none = Estimate(0.0, 0.0)

@@ -79,9 +79,7 @@ def test_behaviour_of_each_spring_is_told():
 
 
 def test_reading_is_in_per_cent_of_the_modulus():
-    sources = UncertaintySources(
-        contributions={"noise": 0.03, "gain_percent": 0.04}, stiffness_slope=1.0, noise_slope=1.0, by_noise=0.03
-    )
+    sources = UncertaintySources(contributions={"noise_N": 0.03, "gain": 0.04}, stiffness_slope=1.0, noise_slope=1.0)
     worst = Placement(tilt_deg=(2.0, 0.0))
     bias = Estimate(-0.02, 0.001)
     row = ModulusReading(E=1.5, bias=bias, worst=worst, reach=bias, sources=sources, uncertainty_limit=0.1)
@@ -90,14 +88,13 @@ def test_reading_is_in_per_cent_of_the_modulus():
         method="rise",
         touch=Estimate(0.4, 0.01),
         moduli=(row,),
-        uncertainty=Estimate(0.05, 0.002),
-        noise_percent=0.2,
         pressures=(skin,),
     )
-    expected = {"noise_percent": 3.0, "gain_percent": 4.0}
+    expected = {"noise_N_percent": 3.0, "gain_percent": 4.0}
     report = reading_report(readings)
     assert (report.E_bias_percent, report.E_bias_error_percent) == pytest.approx((2.0, 0.1))
-    assert (report.uncertainty_percent, report.touch_fraction, report.noise_for_10_percent) == (5.0, 0.4, 0.2)
+    assert (report.uncertainty_percent, report.touch_fraction) == pytest.approx((5.0, 0.4))
+    assert report.noise_for_10_percent == pytest.approx(math.sqrt(0.1**2 - 0.04**2))  # at a slope of 1
     assert report.sources == pytest.approx(expected)
     (modulus,) = report.moduli
     assert (modulus.E_MPa, modulus.E_bias_percent, modulus.uncertainty_percent) == pytest.approx((1.5, -2.0, 5.0))

@@ -19,9 +19,7 @@ SPRINGS = Springs(K_l=0.9, K_h=20.0)
 
 def read(E, bias, noise, slope):
     """Return a row of readings of one source of uncertainty."""
-    sources = UncertaintySources(
-        contributions={"noise_N": noise}, stiffness_slope=slope, noise_slope=1.0, by_noise=noise
-    )
+    sources = UncertaintySources(contributions={"noise_N": noise}, stiffness_slope=slope, noise_slope=1.0)
     found = Estimate(bias, 0.0)
     return ModulusReading(E=E, bias=found, worst=Placement(), reach=found, sources=sources, uncertainty_limit=0.1)
 
