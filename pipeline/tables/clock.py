@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 
+from pipeline.tables.numbers import seconds_of_day
 from pipeline.tables.rows import Row
-from pipeline.tables.table import Column, FoundTable, seconds_of_day
+from pipeline.tables.table import Column, FoundTable
 from sensor.quantity import validation_error
 
 _DAY = 86400.0  # [s]

@@ -45,7 +45,7 @@ def numbers_of(
     last_digits = {}
     for column in table.columns:
         cells = tuple(column.cell(row) for row in rows)
-        if not column.factor:
+        if not column.unit:
             texts[column.name] = cells
             continue
         numbers[column.name] = np.array([table.number(row, column) for row in rows])

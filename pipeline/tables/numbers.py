@@ -1,7 +1,7 @@
-"""How numbers are written: signs of decimals and of thousands, units behind them, and cells without one."""
+"""How numbers are written: signs of decimals and of thousands, units behind them, times of day, and empty cells."""
 
+import datetime
 import functools
-import itertools
 import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -11,112 +11,122 @@ from pipeline.tables.units import is_unit
 from sensor.quantity import validation_error
 
 _LONGEST_NUMBER = 64
-_DIGIT = re.compile("[0-9]")
-_GROUPED_BY_SPACE = re.compile(r"([+-]?[0-9]{1,3})((?:[ '\u2019\u00a0\u202f\u2009][0-9]{3})+)(?![0-9])")
-_NUMBER = re.compile(
-    r"[+-]?(?P<digits>[0-9.,]*[0-9][0-9.,]*)(?P<exponent>[eEdD][+-]?[0-9]{1,4})?(?: ?(?P<unit>[^\W\d_]{1,12}))?"
+_SPACES = " '\u2019\u00a0\u202f\u2009"  # that may part thousands
+
+
+def _number(decimal: str, other: str) -> re.Pattern[str]:
+    """Return how a number with a decimal sign is written, where the other sign may part its thousands.
+
+    A number with an exponent has no thousands that one sign parts: 1,500e3 is 1.5e3.
+    """
+    whole = rf"[0-9]{{1,3}}(?:[{_SPACES}][0-9]{{3}})+|[1-9][0-9]{{0,2}}(?:\{other}[0-9]{{3}})+|[0-9]+"
+    exponent = "[eEdD][+-]?[0-9]{1,4}"
+    return re.compile(
+        rf"(?P<number>[+-]?(?![0-9]+\{other}[0-9]+{exponent})(?:(?:{whole})(?:\{decimal}[0-9]*)?|\{decimal}[0-9]+)"
+        rf"(?:{exponent})?)(?: ?(?P<unit>[^\W\d_]{{1,12}}))?"
+    )
+
+
+_WITH_POINT, _WITH_COMMA = _number(".", ","), _number(",", ".")
+_AS_PYTHON = dict.fromkeys(map(ord, _SPACES)) | dict.fromkeys(map(ord, "dD"), "e")
+_FOUR_DIGITS = re.compile("[+-]?[0-9]{4}")
+_TIME_OF_DAY = re.compile(
+    r"(?:(?P<date>\d{4}-\d\d-\d\d)[ T])?(?P<h>\d{1,2}):(?P<min>\d\d):(?P<s>\d\d(?:[.,]\d{1,9})?)", re.ASCII
 )
-_GROUPS = re.compile(r"[1-9][0-9]{0,2}([.,])[0-9]{3}(?:\1[0-9]{3})*")
 _MISSING = frozenset(
     ("", "-", "--", "---", "nan", "na", "n/a", "#n/a", "#na", "null", "none", "#value!", "inf", "-inf")
 )
 
 
 class WrittenNumber(NamedTuple):
-    """A cell that is a number: its text without spaces, the decimal sign and the sign between thousands, "" for none.
+    """A cell that is a number: its text without spaces, how Python writes it, and the unit behind it.
 
-    It is `unclear` where the one sign in it may be either, as in 1,500. `unit` is what stands behind it.
+    It is written `with_point` or `with_comma` as its decimal sign. None stands where it is no number with that sign.
     """
 
     text: str
-    decimal: str
-    grouping: str
-    unclear: bool = False
-    unit: str = ""
+    with_point: str | None
+    with_comma: str | None
+    unit: str
 
-    def plain(self, decimal: str) -> str:
-        """Return the number as Python writes it, where a sign is the decimal one."""
-        grouping = "," if decimal == "." else "."
-        return self.text.replace(grouping, "").replace(decimal, ".").replace("D", "e").replace("d", "e")
+    @property
+    def is_sure(self) -> bool:
+        """Return whether it is a number with one decimal sign only."""
+        return self.with_point is None or self.with_comma is None
+
+    @property
+    def unclear(self) -> bool:
+        """Return whether the one sign in it may be decimal or part thousands, as in 1,500 and 1.500."""
+        return not self.is_sure and self.with_point != self.with_comma
+
+    def plain(self, decimal: str) -> str | None:
+        """Return the number as Python writes it with a decimal sign; with "", the one that its cell shows by itself."""
+        if decimal:
+            return self.with_comma if decimal == "," else self.with_point
+        return self.with_comma if self.with_point is None else self.with_point
 
 
 @functools.lru_cache(maxsize=4096)
 def as_number(cell: str) -> WrittenNumber | None:
     """Return how a cell is written as a number, in digits 0 to 9; None for other text."""
-    if not cell or len(cell) > _LONGEST_NUMBER or not _DIGIT.search(cell):
+    if not cell or len(cell) > _LONGEST_NUMBER:
         return None
-    text = cell.replace("\u2212", "-").replace("\u00b5", "u").replace("\u03bc", "u")
-    grouped = _GROUPED_BY_SPACE.match(text)
-    if grouped:
-        text = grouped[1] + re.sub(r"[^0-9]", "", grouped[2]) + text[grouped.end() :]
-    match = _NUMBER.fullmatch(text)
+    text = cell.replace("\u2212", "-")
+    matches = [pattern.fullmatch(text) for pattern in (_WITH_POINT, _WITH_COMMA)]
+    match = matches[0] or matches[1]
     if match is None or (match["unit"] and not is_unit(match["unit"])):
         return None
-    unit = match["unit"] or ""
-    text = text[: match.start("unit")].strip() if unit else text
-    digits = match["digits"]
-    signs = [letter for letter in digits if letter in ".,"]
-    if not signs:
-        return WrittenNumber(text, "", "", unit=unit)
-    if len(signs) == 1:
-        unclear = not match["exponent"] and not grouped and _GROUPS.fullmatch(digits) is not None
-        return WrittenNumber(text, "" if unclear else signs[0], "", unclear, unit)
-    # Of several signs the first ones part thousands; the last is the decimal one if it is another.
-    *groups, last = signs
-    grouping = signs[0]
-    whole = digits if last == grouping else digits[: digits.rindex(last)]
-    if set(groups) != {grouping} or not _GROUPS.fullmatch(whole):
-        return None
-    return WrittenNumber(text, "," if grouping == "." else ".", grouping, unit=unit)
+    number = match["number"].translate(_AS_PYTHON)
+    with_point = number.replace(",", "") if matches[0] else None
+    with_comma = number.replace(".", "").replace(",", ".") if matches[1] else None
+    return WrittenNumber(number, with_point, with_comma, match["unit"] or "")
 
 
 def is_number(cell: str) -> bool:
-    """Say whether a cell is written as a number, with a decimal point or comma, in digits 0 to 9."""
+    """Return whether a cell is written as a number, with a decimal point or comma, in digits 0 to 9."""
     return as_number(cell) is not None
 
 
 def is_missing(cell: str) -> bool:
-    """Say whether a cell is empty, or says in a common way that it holds no number."""
+    """Return whether a cell is empty, or says in a common way that it holds no number."""
     return cell.lower() in _MISSING
+
+
+def seconds_of_day(text: str) -> float | None:
+    """Return the seconds of a time of day, with its date or without; None for other text."""
+    match = _TIME_OF_DAY.fullmatch(text)
+    if match is None:
+        return None
+    try:
+        days = datetime.date.fromisoformat(match["date"]).toordinal() if match["date"] else 0
+    except ValueError:
+        return None
+    seconds = float(match["s"].replace(",", "."))
+    return 86400.0 * days + 3600.0 * int(match["h"]) + 60.0 * int(match["min"]) + seconds
 
 
 def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> str:
     """Return the decimal sign of the columns of a table, each a sequence of lines and cells.
 
-    Raises InputError where numbers have two decimal signs, and where a sign may part thousands as well.
+    It is the comma if a number has no other reading, else the point. Raises InputError if numbers have two decimal
+    signs, and if a sign may be a decimal comma or part thousands.
     """
     written = [[(line, number) for line, cell in cells if (number := as_number(cell))] for cells in columns]
-    numbers = list(itertools.chain.from_iterable(written))
-    of_commas = [(line, number) for line, number in numbers if number.decimal == ","]
-    has_points = any(number.decimal == "." for _, number in numbers)
-    odd = of_commas[:1] if has_points else []
-    sign = "," if of_commas else "."
-    is_sure = has_points or bool(of_commas)
+    every = [number for column in written for _, number in column]
+    has_points = any(number.with_comma is None for number in every)
+    sign = "," if any(number.with_point is None for number in every) and not has_points else "."
+    odd = []
     for column in written:
-        unclear = [(line, number) for line, number in column if _may_be_thousands(number, sign)]
-        if unclear and not (is_sure and _parts_thousands(column)):
-            odd += unclear
+        # A column parts thousands if one of its numbers shows the decimal sign, and none has four digits in a row.
+        numbers = [number for _, number in column]
+        parts = any(number.is_sure for number in numbers) and not any(
+            _FOUR_DIGITS.match(number.text) for number in numbers
+        )
+        for line, number in column:
+            if number.plain(sign) is None or (number.unclear and sign not in number.text and not parts):
+                odd.append((line, number.text))
     if odd:
-        line, number = min(odd, key=lambda place: place[0])
+        line, text = min(odd)
         bound = "a number whose comma or point is surely decimal: commas may part thousands here"
-        raise validation_error(place_of(source, line), number.text, "", bound, "export it with decimal points")
+        raise validation_error(place_of(source, line), text, "", bound, "export it with decimal points")
     return sign
-
-
-def _may_be_thousands(number: WrittenNumber, sign: str) -> bool:
-    """Say whether the one sign in a number may part its thousands, where `sign` is the decimal one of its table.
-
-    In a table without decimal commas 1,500 may be 1500, while 1.500 is 1.5: points are decimal in most files.
-    """
-    return number.unclear and sign not in number.text
-
-
-def _parts_thousands(column: Sequence[tuple[int, WrittenNumber]]) -> bool:
-    """Say whether a column separates thousands: it has decimals, and each large number is separated."""
-    numbers = [number for _, number in column]
-    is_parted = all(number.grouping or number.unclear or len(_whole(number)) <= 3 for number in numbers)  # noqa: PLR2004
-    return is_parted and any(number.decimal for number in numbers)
-
-
-def _whole(number: WrittenNumber) -> str:
-    return re.split(r"[.,eEdD]", number.text.lstrip("+-"))[0]

@@ -1,25 +1,24 @@
-"""What the lines above and below a table say of the units of its columns."""
+"""What the lines beside a table say of the units of its columns."""
 
-import itertools
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 from pipeline.tables.files import place_of
 from pipeline.tables.headers import HeaderWords, folded
 from pipeline.tables.rows import Row
-from pipeline.tables.units import LONGEST_LABEL, SHOWN_LABEL, TIME, Quantity, needed_unit, no_unit, unit_of
+from pipeline.tables.units import LONGEST_LABEL, SHOWN_LABEL, TIME, Quantity, no_unit, unit_of
 from pipeline.tables.words import WORDS
-from sensor.quantity import InputError, validation_error
+from sensor.quantity import validation_error
 
+UNIT_WORDS = set(map(folded, WORDS["words"]["unit"]))
 _FILLERS = set(WORDS["fillers"])
-_UNIT_WORDS = set(map(folded, WORDS["words"]["unit"]))
 _SYSTEMS = {"", "system", "systems", "measure", "measurement", "measurements"}  # as in `Unit system,Imperial`
-_MOST_HEARD = 50_000  # lines of text of a file
-_UNIT = r"([^\W\d_]{1,12}|\u00b5m|\u03bcm)"
-_BESIDE_NUMBER = re.compile(rf"(?<![\w.,:])[+-]?\d[\d.,]*\s?{_UNIT}(?![\w^])")
-_IN_BRACKETS = re.compile(rf"[(\[{{<]\s*{_UNIT}\s*[)\]}}>/]")
-_PREPOSITION = re.compile(r"in\s+\w")  # as in `test 3 in air`
+_UNIT = r"(?!in\s+\w)([^\W\d_]{1,12}|\u00b5m|\u03bcm)"  # but for a preposition, as in `test 3 in air`
+_NAMED = re.compile(
+    rf"(?<![\w.,:])[+-]?\d[\d.,]*\s?{_UNIT}(?![\w^])"  # beside a number
+    rf"|[(\[{{<]\s*{_UNIT}\s*[)\]}}>/]"  # in brackets
+)
 
 
 class Said(NamedTuple):
@@ -30,124 +29,85 @@ class Said(NamedTuple):
 
 
 class SaidUnits:
-    """What lines of text say of units: those that state one, as `Force unit: kN`, and those that only name one."""
+    """What lines of text say of units: those that state one, as `Force unit: kN`, and those that only name one.
+
+    A statement holds for all tables below it until another one replaces it.
+    """
 
     def __init__(self, words: HeaderWords) -> None:
         """Begin with nothing said."""
         self._words = words
         self._stated: dict[str, list[Said]] = {}
-        self._unclear: list[Said] = []
-        self._named: dict[str, list[Said]] = {}
+        self._others: dict[str, list[Said]] = {}  # named beside a table, and not the default
         self._assumed: dict[str, str] = {}
-        self._of_last_block: set[str] = set()
-        self._heard = 0
-
-    def begin_block(self) -> None:
-        """Let statements from here on replace the earlier ones: they are of the next table."""
-        self._of_last_block = set(self._stated)
-
-    def hear(self, source: str, row: Row) -> None:
-        """Take what a line beside a table says; raises InputError if it contradicts a unit that was assumed."""
-        self._heard += 1
-        if self._heard > _MOST_HEARD:
-            return
-        place = place_of(source, row.line)
-        stated: dict[str, list[Said]] = {}
-        for index, cell in enumerate(row.cells):
-            if cell:
-                for name, text in self._statements(row, index, cell[:LONGEST_LABEL]):
-                    stated.setdefault(name, []).append(Said(text, place))
-                self._hear_cell(place, cell[:LONGEST_LABEL])
-        self._unclear += stated.pop("", [])
-        for name, said in stated.items():
-            earlier = [] if name in self._of_last_block else self._stated.get(name, [])
-            self._of_last_block.discard(name)
-            self._stated[name] = [*earlier, *said]
-            self._refuse_other_than_assumed(name, said)
-
-    def hear_labels(self, source: str, header: Row, used: set[int]) -> None:
-        """Take what the labels of other columns of a table say."""
-        for index, label in enumerate(header.cells):
-            if label and index not in used:
-                self._hear_cell(place_of(source, header.line), label[:LONGEST_LABEL])
-
-    def hear_cells(self, source: str, row: Row, used: set[int]) -> None:
-        """Take the units in other cells of the first row of numbers."""
-        for index, cell in enumerate(row.cells):
-            if cell and index not in used:
-                self._add_named(cell[:LONGEST_LABEL], Said(cell, place_of(source, row.line)))
 
     def stated(self, name: str) -> list[Said]:
         """Return what states the unit of a quantity."""
         return self._stated.get(name, [])
 
-    def stated_since(self, name: str) -> list[Said]:
-        """Return what states the unit of a quantity in the block that began last."""
-        return [] if name in self._of_last_block else self.stated(name)
+    def hear(self, source: str, rows: Iterable[Row]) -> Mapping[str, list[Said]]:
+        """Take what lines beside a table say, and return by quantity what they state.
 
-    def assume(self, place: str, name: str) -> None:
-        """Note that the default unit of a quantity is assumed; raises InputError if a line names another one."""
+        Raises InputError if they contradict a unit that was assumed.
+        """
+        stated: dict[str, list[Said]] = {}
+        for row in rows:
+            for index, cell in enumerate(row.cells):
+                for name, text in self._statements(row, index, cell[:LONGEST_LABEL]):
+                    stated.setdefault(name, []).append(Said(text, place_of(source, row.line)))
+            self.hear_named(source, row)
+            for name, place in self._assumed.items():
+                self._refuse_contradiction(name, place, [*stated.get(name, []), *self._others.get(name, [])])
+        self._stated |= stated
+        return stated
+
+    def hear_named(self, source: str, row: Row, used: Collection[int] = ()) -> None:
+        """Take the units that cells beside the used columns name: alone, beside a number, or in brackets.
+
+        Such a unit counts for each quantity whose default is another one. Lines name times for many reasons, so those
+        count only if they are stated.
+        """
+        for cell in (cell[:LONGEST_LABEL] for index, cell in enumerate(row.cells) if cell and index not in used):
+            for text in (cell, *(beside or inside for beside, inside in _NAMED.findall(cell))):
+                for name, quantity in self._words.quantities.items():
+                    is_other = unit_of(quantity, text) not in ("", quantity.default)
+                    if quantity.default and quantity.units is not TIME and is_other:
+                        self._others.setdefault(name, []).append(Said(cell, place_of(source, row.line)))
+
+    def assume(self, name: str, place: str) -> None:
+        """Note that a column has the default unit of its quantity; raises InputError if a line names another one."""
+        self._assumed[name] = place
+        is_time = self._words.quantities[name].units is TIME
+        self._refuse_contradiction(name, place, [*self._others.get(name, []), *([] if is_time else self.stated(""))])
+
+    def _refuse_contradiction(self, name: str, place: str, said: Iterable[Said]) -> None:
+        """Raise InputError for the first text that says another unit of a quantity than its default."""
         quantity = self._words.quantities[name]
-        self._assumed[name] = quantity.default
-        unclear = [] if quantity.units is TIME else self._unclear
-        for said in [*self._named.get(name, []), *unclear][:1]:
-            raise self._contradiction(name, quantity, said, place)
+        for each in said:
+            if unit_of(quantity, each.text) != quantity.default:
+                bound = f"in {quantity.default}, or the unit of {name} given in the header of {place}"
+                hint = f"say the unit by --units {name}={quantity.default} or another one"
+                raise validation_error(each.place, each.text[:SHOWN_LABEL], "", bound, hint)
 
     def _statements(self, row: Row, index: int, cell: str) -> Iterator[tuple[str, str]]:
-        """Yield quantity and unit of each statement that begins in a cell; "" for a unit of no quantity."""
-        key, _, value = re.sub("=", ":", cell).partition(":")
+        """Yield quantity, "" for none, and unit of each statement that begins in a cell, as `Force unit: kN`."""
+        key, _, value = cell.replace("=", ":").partition(":")
         parts = folded(re.sub(r"[()\[\]]", " ", key)).split(" ")
-        if not any(part in _UNIT_WORDS for part in parts):
+        if UNIT_WORDS.isdisjoint(parts):
             return
         values = list(filter(None, (value.strip(), *row.cells[index + 1 :])))
-        of = " ".join(part for part in parts if part not in _UNIT_WORDS and part not in _FILLERS)
-        name = self._words.quantity_of(of) if of else ""
+        of = " ".join(part for part in parts if part not in UNIT_WORDS and part not in _FILLERS)
+        name = self._words.quantity_of(of)
         if name:
             if self._words.quantities[name].units and values:
                 yield name, values[0]
         elif of in _SYSTEMS:
-            texts = [part for text in values for part in re.split(r"[\s,;]+", text) if part]
-            for text in texts:
+            for text in filter(None, re.split(r"[\s,;]+", " ".join(values))):
                 names = [each for each, quantity in self._words.quantities.items() if unit_of(quantity, text)]
-                yield from zip(names or [""], itertools.repeat(text))
-
-    def _hear_cell(self, place: str, cell: str) -> None:
-        """Take the units that a cell names: beside a number, in brackets, or alone."""
-        said = Said(cell, place)
-        self._add_named(cell, said)
-        for match in itertools.chain(_BESIDE_NUMBER.finditer(cell), _IN_BRACKETS.finditer(cell)):
-            if not _PREPOSITION.match(cell, match.start(1)):
-                self._add_named(match[1], said)
-
-    def _add_named(self, text: str, said: Said) -> None:
-        """Take a text that may be a unit: it counts for each quantity whose default is another one.
-
-        Lines name times for many reasons, so those count only where they are stated.
-        """
-        for name, quantity in self._words.quantities.items():
-            if (
-                quantity.default
-                and quantity.units is not TIME
-                and unit_of(quantity, text) not in ("", quantity.default)
-            ):
-                self._named.setdefault(name, []).append(said)
-                if name in self._assumed:
-                    raise self._contradiction(name, quantity, said, "a table of this file")
-
-    def _refuse_other_than_assumed(self, name: str, said: list[Said]) -> None:
-        for text, place in said:
-            quantity = self._words.quantities[name]
-            if name in self._assumed and needed_unit(place, quantity, text) != self._assumed[name]:
-                raise self._contradiction(name, quantity, Said(text, place), "a table of this file")
-
-    @staticmethod
-    def _contradiction(name: str, quantity: Quantity, said: Said, place: str) -> InputError:
-        bound = f"in {quantity.default}, or the unit of {name} given in the header of {place}"
-        hint = f"say the unit by --units {name}={quantity.default} or another one"
-        return validation_error(said.place, said.text[:SHOWN_LABEL], "", bound, hint)
+                yield from ((each, text) for each in names or [""])
 
 
-def told_unit(quantity: Quantity, said: list[Said]) -> str:
+def told_unit(quantity: Quantity, said: Iterable[Said]) -> str:
     """Return the one unit that all texts say, "" for no text; raises InputError if they differ, or say none."""
     told: dict[str, Said] = {}
     for each in said:

@@ -4,64 +4,47 @@ The rows of a file and those of a board go through the same generator. What othe
 but for units: a unit that is named anywhere is never passed over silently.
 """
 
-import datetime
 import itertools
 import math
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.tables.files import place_of
 from pipeline.tables.headers import HeaderWords, NamedColumn, folded
-from pipeline.tables.numbers import as_number, decimal_sign, is_missing, is_number
+from pipeline.tables.numbers import as_number, decimal_sign, is_missing, is_number, seconds_of_day
 from pipeline.tables.rows import Row, Rows, WholeRows, refuse_fault, single_sheet
-from pipeline.tables.said_units import Said, SaidUnits, told_unit
+from pipeline.tables.said_units import UNIT_WORDS, Said, SaidUnits, told_unit
 from pipeline.tables.units import LONGEST_LABEL, SHOWN_LABEL, Quantity, is_unit, needed_unit, no_unit, unit_of
 from pipeline.tables.words import WORDS
 from sensor.quantity import InputError, validation_error
 
 MOST_BELOW = 4  # rows of units or of a second language below a header
 MOST_BANNER = 1000  # lines of a stream before its header
+_MOST_TEXTS = 50_000  # lines of a file in which a header is looked for
 _MOST_SHOWN = 8  # columns or lines in a sentence
 _FEWEST_ROWS = 50  # that show that zeros at the end are written: of 50 numbers without them one ends in 0, at 0.995
-_CLOCK = re.compile(r"(?:(\d{4})-(\d\d)-(\d\d)[ T])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d{1,9})?)", re.ASCII)
-_UNIT_WORDS = set(map(folded, WORDS["words"]["unit"]))
 _STATISTICS = set(map(folded, WORDS["results"]["rows"]))
 _LABELLED = re.compile(
     r"([^\W\d][^:=,;|]{0,60}?)\s*[:=]\s*[+-]?[0-9][0-9.]*(?:\s?[^\W\d_]{1,4}(?=[\s,;|]))?"  # as in Force: 1.5 N
 )
 
 
-def seconds_of_day(text: str) -> float | None:
-    """Return the seconds of a time of day, with its date or without; None for other text."""
-    match = _CLOCK.fullmatch(text)
-    if match is None:
-        return None
-    year, month, day, hour, minute, second = match.groups()
-    days = 0
-    if year:
-        try:
-            days = datetime.date(int(year), int(month), int(day)).toordinal()
-        except ValueError:
-            return None
-    return 86400.0 * days + 3600.0 * int(hour) + 60.0 * int(minute) + float(second.replace(",", "."))
-
-
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """A column by its index, from 0: its header, the name of its quantity, its unit and what one of that is.
+    """A column by its index, from 0: its header, the name of its quantity, and its unit, "" for a column of texts.
 
-    `factor` is 0 for a column of texts. `note` says which unit was assumed, if any. `unit_index` is the column of its
-    units, if there is one. The index of the clock of a serial monitor is -1.
+    `note` says which unit was assumed, if any. `unit_index` is the column of its units, if there is one. The index of
+    the clock of a serial monitor is -1.
     """
 
     index: int
     label: str
     name: str
+    quantity: Quantity
     unit: str = ""
-    factor: float = 0.0
-    most: float = 0.0
     note: str = ""
     unit_index: int | None = None
 
@@ -69,6 +52,16 @@ class Column:
         """Return how an answer names it."""
         unit = f" [{self.unit}]" if self.unit not in ("", "1") else ""
         return f"{self.name} = {self.label[:SHOWN_LABEL]!r}{unit}"
+
+    @property
+    def factor(self) -> float:
+        """Return what one of its unit is [mm, N, s, MPa or 1]."""
+        return self.quantity.units[self.unit]
+
+    @property
+    def is_written(self) -> bool:
+        """Return whether it holds numbers that stand in cells."""
+        return bool(self.unit) and self.index >= 0
 
     def cell(self, row: Row) -> str:
         """Return the cell of a row in this column, "" if the row ends before it."""
@@ -87,7 +80,6 @@ class FoundTable:
     header: Row
     above: Row
     columns: list[Column]
-    quantities: Mapping[str, Quantity]
     rows: Iterable[Row]
     decimal: str = ""
     left_out: list[Row] = field(default_factory=list)
@@ -99,42 +91,40 @@ class FoundTable:
 
     def limited_to(self, columns: Sequence[Column], rows: Sequence[Row]) -> "FoundTable":
         """Return the table of some columns and rows, whose decimal sign they show; raises InputError if they do not."""
-        cells = [
-            [(row.line, column.cell(row)) for row in rows] for column in columns if column.factor and column.index >= 0
-        ]
+        cells = [[(row.line, column.cell(row)) for row in rows] for column in columns if column.is_written]
         return replace(self, columns=list(columns), rows=rows, decimal=decimal_sign(self.source, cells))
 
     def plain(self, cell: str) -> str | None:
-        """Return a number as Python writes it; None for other text, and if its sign may part thousands."""
+        """Return a number as Python writes it; None for other text, and if its comma may part thousands."""
         number = as_number(cell)
-        if number is None or (number.unclear and not self.decimal and "," in number.text):
+        if number is None or (not self.decimal and "," in number.text and number.unclear):
             return None
-        return number.plain(self.decimal or number.decimal or ".")
+        return number.plain(self.decimal)
 
     def number(self, row: Row, column: Column) -> float:
         """Return the number in a cell [mm, N, s, MPa or 1]; raises InputError that names file, line and column."""
         cell = column.cell(row)
+        written = as_number(cell)
         plain = self.plain(cell)
         value = float(plain) if plain is not None else seconds_of_day(cell) if column.unit == "s" else None
         if value is None or not math.isfinite(value):
             bound = "a finite number" if cell else "a number, and not an empty cell"
-            if value is None and is_number(cell):
+            if value is None and written is not None:
                 bound = "a number whose comma is surely decimal: commas may part thousands here"
-            place = self.place(row.line, column)
-            raise validation_error(place, cell[:40], "", bound, "correct it, or leave the row out")
-        written = as_number(cell)
-        units = [written.unit if written else "", "" if column.unit_index is None else row.cell(column.unit_index)]
-        for unit in filter(None, units):
-            if unit_of(self.quantities[column.name], unit) != column.unit:
+            raise self._cell_error(row, column, cell, bound, "correct it, or leave the row out")
+        beside = "" if column.unit_index is None else row.cell(column.unit_index)
+        for unit, text in ((written.unit if written else "", cell), (beside, beside)):
+            if unit and unit_of(column.quantity, unit) != column.unit:
                 bound = f"in {column.unit}, like its column"
-                place = self.place(row.line, column)
-                raise validation_error(
-                    place, unit if unit != units[0] else cell, "", bound, "write one unit in a column"
-                )
-        if abs(value * column.factor) > column.most:
-            bound = f"at most {column.most / column.factor:g}"
-            raise validation_error(self.place(row.line, column), cell, "", bound, "check the unit of the column")
-        return value * column.factor
+                raise self._cell_error(row, column, text, bound, "write one unit in a column")
+        value *= column.factor
+        if abs(value) > column.quantity.most:
+            bound = f"at most {column.quantity.most / column.factor:g}"
+            raise self._cell_error(row, column, cell, bound, "check the unit of the column")
+        return value
+
+    def _cell_error(self, row: Row, column: Column, text: str, bound: str, hint: str) -> InputError:
+        return validation_error(self.place(row.line, column), text[:40], "", bound, hint)
 
     @property
     def passed_over(self) -> list[str]:
@@ -151,15 +141,17 @@ class FoundTable:
             parts.append(f"{len(self.rows)} rows{lines}")
         if self.decimal == ",":
             parts.append("decimal commas")
-        if others := self.passed_over:
-            more = " and others" if len(others) > _MOST_SHOWN else ""
-            parts.append(f"passed over {', '.join(map(repr, others[:_MOST_SHOWN]))}{more}")
+        if self.passed_over:
+            parts.append(f"passed over {_first_of(list(map(repr, self.passed_over)))}")
         if self.skipped:
             parts.append(f"{len(self.skipped)} without numbers left out")
         if self.left_out:
-            more = " and others" if len(self.left_out) > _MOST_SHOWN else ""
-            parts.append(f"left out {', '.join(map(shown, self.left_out[:_MOST_SHOWN]))}{more}")
+            parts.append(f"left out {_first_of(list(map(shown, self.left_out)))}")
         return f"{self.source}: {'; '.join(parts)}"
+
+
+def _first_of(texts: Sequence[str]) -> str:
+    return ", ".join(texts[:_MOST_SHOWN]) + (" and others" if len(texts) > _MOST_SHOWN else "")
 
 
 def shown(row: Row) -> str:
@@ -167,18 +159,8 @@ def shown(row: Row) -> str:
     return f"line {row.line}, {row.text[:SHOWN_LABEL]!r}"
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Start:
-    """A header, the row above it, the rows of text below it, and those there that say that they hold no numbers."""
-
-    header: Row
-    above: Row
-    below: tuple[Row, ...] = ()
-    skipped: tuple[Row, ...] = ()
-
-
 class TableReader:
-    """Finds tables in rows as they come; each begins at a header and the first numbers below its columns.
+    """Finds tables in rows as they come: each begins at the first row of numbers that has a header above it.
 
     The header names all quantities of one set in `needed`. Columns that flags tell by their number need no header. A
     blank row ends a table, unless the table stands `alone`; so does the next header. Raises InputError for units that
@@ -199,35 +181,24 @@ class TableReader:
         self.example = example
         self.alone = alone
         self.words = HeaderWords(quantities)
-        self.units = SaidUnits(self.words)
+        self.said = SaidUnits(self.words)
         self._by_number = self.words.by_number(needed)
-        self._likeliest: tuple[int, str, Row] = (-1, "", Row(1, ()))
-        self._looks = MOST_BANNER
+        self._likeliest: list[tuple[str, Row]] = []  # of each source the row that is the most like a header
         self._after: list[Row] = []  # the row that ended a table
-        self._found = 0
 
     def tables(self, rows: Rows) -> Iterator[FoundTable]:
         """Yield the tables in the rows of one source."""
         feed = iter(rows)
-        self._found = 0
-        if not self._likeliest[1]:
-            self._likeliest = (-1, rows.source, Row(1, ()))
-        last: FoundTable | None = None
-        begin = self._next_by_number if self._by_number else self._next_by_header
-        while (table := begin(rows, feed)) is not None:
-            self._found += 1
+        table = self._next(rows, feed, None)
+        while table is not None:
             yield table
             for _ in table.rows:  # what its reader has left
                 pass
-            self.units.begin_block()
-            last = table
-        if last is not None:
-            for column in last.columns:
-                self._refuse_other_unit(last, column, self.units.stated_since(column.name))
+            table = self._next(rows, feed, table)
 
     def no_header(self) -> InputError:
         """Return the error of rows none of which is a header, about the one that is the most like it."""
-        _, source, header = self._likeliest
+        source, header = max(self._likeliest, key=lambda found: self._likeness(found[1]))
         place = place_of(source, header.line)
         said = self.words.names(header) | self._labels(header)
         needed = max(self.needed, key=lambda each: len(said & set(each)))
@@ -248,76 +219,66 @@ class TableReader:
         hint = f"write for instance {self.example}, or name columns by their header or number: --columns {numbers}"
         return validation_error(place, header.text, "", bound, hint)
 
-    def _next_by_number(self, rows: Rows, feed: Iterator[Row]) -> FoundTable | None:
-        """Return the next table in the columns that flags tell by number; None if there is none."""
-        texts: list[Row] = []
-        for row, before in self._filled(rows, feed):
-            if before.line and before.empty and self._found:
-                self._refuse_stray_numbers(rows.source, row)
-            if self.words.are_numbers(row):
-                rows.keep_delimiter()
-                return self._opened(rows, self._start_above(row, texts), row, feed)
-            texts = [] if any(map(is_number, row.cells)) else [*texts[1 - MOST_BELOW :], row]
-            self.units.hear(rows.source, row)
-        return None
-
-    def _next_by_header(self, rows: Rows, feed: Iterator[Row]) -> FoundTable | None:
-        """Return the next table below a header; None if there is none."""
-        source = rows.source
-        start: _Start | None = None
-        for row, before in self._filled(rows, feed):
-            if start is None and before.line and before.empty and self._found:
-                self._refuse_stray_numbers(source, row)
-            if self.words.is_header(row, self.needed):
-                self._hear_former(source, start)
-                rows.keep_delimiter()
-                start = _Start(header=row, above=before)
-            elif start is None:
-                self.units.hear(source, row)
-            elif any(map(is_number, self.words.used_cells(start.header, row))):
-                return self._opened(rows, start, row, feed)
-            else:
-                start = self._with_row_below(rows, start, row)
-        if start is not None and self.alone and not self._has_labels(start.header):
-            return self._opened(rows, start, Row(start.header.line, ()), iter(()))
-        if start is not None and self._found:
-            place = place_of(source, start.header.line)
-            bound = "a header with rows of numbers below it"
-            raise validation_error(place, start.header.text, "", bound, "take it away, or add its rows")
-        return None
-
-    def _with_row_below(self, rows: Rows, start: _Start, row: Row) -> _Start | None:
-        """Return a start with a row of no numbers below its header; None if too many texts follow it."""
-        if all(map(is_missing, self.words.used_cells(start.header, row))):
-            return replace(start, skipped=(*start.skipped, row))
-        if len(start.below) < MOST_BELOW:
-            return replace(start, below=(*start.below, row))
-        self._hear_former(rows.source, start)
-        rows.keep_delimiter(keep=False)
-        return None
-
-    def _filled(self, rows: Rows, feed: Iterator[Row]) -> Iterator[tuple[Row, Row]]:
-        """Yield each row that is not empty, and the row before it; of a stream that says nothing, only the first ones.
-
-        They begin with the row that ended the last table.
-        """
-        before = Row(0, ())
+    def _next(self, rows: Rows, feed: Iterator[Row], last: FoundTable | None) -> FoundTable | None:
+        """Return the next table after the last one; None if there is none."""
+        most = _MOST_TEXTS if isinstance(rows, WholeRows) else MOST_BANNER
+        above: list[Row] = []
+        at: int | None = None  # of the header
+        left = 0  # of the rows of text that may follow it
         after, self._after = self._after, []
-        for count, row in enumerate(itertools.chain(after, feed)):
-            if not row.empty:
-                self._look(rows.source, row)
-                if not isinstance(rows, WholeRows) and (count > MOST_BANNER or self._has_labels(row)):
-                    return
-                yield row, before
-            before = row
+        for row in itertools.chain(after, feed):
+            if row.empty:
+                above.append(row)
+                continue
+            if at is None and last is not None and above and above[-1].empty:
+                self._refuse_stray_numbers(rows.source, row)
+            if not self._by_number and self.words.is_header(row, self.needed):
+                at, left = len(above), MOST_BELOW
+                rows.keep_delimiter()
+            elif self._begins(above[at] if at is not None else None, row):
+                rows.keep_delimiter()
+                return self._opened(rows, above, at, row, feed)
+            elif at is not None and not self._is_skipped(above[at], row):
+                left -= 1
+                if left < 0:
+                    at = None
+                    rows.keep_delimiter(keep=False)
+            above.append(row)
+            if len(above) > most or (not isinstance(rows, WholeRows) and self._has_labels(row)):
+                break
+        if at is not None and self.alone and not self._has_labels(above[at]):
+            return self._opened(rows, above, at, Row(above[at].line, ()), iter(()))
+        self._end(rows.source, above, at, last)
+        return None
 
-    def _look(self, source: str, row: Row) -> None:
-        """Keep the row that is the most like a header, for an error."""
-        if self._looks:
-            self._looks -= 1
-            names = max(len(self.words.names(row)), len(self._labels(row)))
-            if names > self._likeliest[0]:
-                self._likeliest = (names, source, row)
+    def _begins(self, header: Row | None, row: Row) -> bool:
+        """Return whether a row has numbers below a header, or in the columns that flags tell by number."""
+        if self._by_number:
+            return self.words.are_numbers(row)
+        return header is not None and any(map(is_number, self.words.used_cells(header, row)))
+
+    def _is_skipped(self, header: Row, row: Row) -> bool:
+        """Return whether the cells of a row below a header say that they hold no numbers."""
+        return all(map(is_missing, self.words.used_cells(header, row)))
+
+    def _end(self, source: str, above: list[Row], at: int | None, last: FoundTable | None) -> None:
+        """Raise InputError for rows after the last table that say another unit of it, or begin a table without rows."""
+        stated = self.said.hear(source, above[:at])
+        if last is None:
+            texts = [row for row in above if not row.empty][:MOST_BANNER]
+            self._likeliest.append((source, max(texts, key=self._likeness, default=Row(1, ()))))
+            return
+        if at is not None:
+            bound = "a header with rows of numbers below it"
+            raise validation_error(
+                place_of(source, above[at].line), above[at].text, "", bound, "take it away, or add its rows"
+            )
+        for column in last.columns:
+            _refuse_other_unit(last, column, stated.get(column.name, []))
+
+    def _likeness(self, row: Row) -> int:
+        """Return how many quantities a row names."""
+        return max(len(self.words.names(row)), len(self._labels(row)))
 
     def _labels(self, row: Row) -> set[str]:
         """Return the quantities whose names stand in a row with a number behind them, as in `Force: 1.5 N`."""
@@ -327,12 +288,6 @@ class TableReader:
     def _has_labels(self, row: Row) -> bool:
         return any(self._labels(row) >= set(names) for names in self.needed)
 
-    def _hear_former(self, source: str, start: _Start | None) -> None:
-        """Take what is said of units by rows that seemed to begin a table."""
-        if start is not None:
-            for row in (start.header, *start.below):
-                self.units.hear(source, row)
-
     @staticmethod
     def _refuse_stray_numbers(source: str, row: Row) -> None:
         """Raise InputError for numbers that a blank line parts from their table."""
@@ -341,96 +296,90 @@ class TableReader:
             hint = "take the blank line away if no row is missing there"
             raise validation_error(place_of(source, row.line), row.text, "", bound, hint)
 
-    def _start_above(self, row: Row, texts: Sequence[Row]) -> _Start:
-        """Return the header of numbers whose columns are told by number, and the rows of units below it."""
-        below: list[Row] = []
-        for text in reversed(texts):
-            if len(text.cells) < len(row.cells):
-                break
-            if not self.words.are_units(text):
-                return _Start(header=text, above=Row(0, ()), below=tuple(below))
-            below.insert(0, text)
-        return _Start(header=Row(row.line, ("",) * len(row.cells)), above=Row(0, ()), below=tuple(below))
-
-    def _opened(self, rows: Rows, start: _Start, first: Row, feed: Iterator[Row]) -> FoundTable:
+    def _opened(self, rows: Rows, above: list[Row], at: int | None, first: Row, feed: Iterator[Row]) -> FoundTable:
         """Return a table whose first row of numbers has come."""
-        columns = self._columns(rows.source, start.header, start.below, first)
+        if at is None:
+            at = self._place_of_header(above, first)
+        header = above[at]
+        self.said.hear(rows.source, above if self._by_number else above[:at])
+        texts = [row for row in above[at + 1 :] if not row.empty]
+        below = [row for row in texts if not self._is_skipped(header, row)]
+        columns = self._columns(rows.source, header, below, first)
         if not self.alone:
             always = set(itertools.chain.from_iterable(self.needed))
             columns = [column for column in columns if column.name in always or _has_number(column.cell(first))]
         times = [name for name, quantity in self.quantities.items() if quantity.by_clock]
         if first.clock and times and not any(column.name in times for column in columns):
-            columns.append(Column(index=-1, label="clock", name=times[0], unit="s", factor=1.0, most=math.inf))
+            seconds = replace(self.quantities[times[0]], most=math.inf)
+            columns.append(Column(index=-1, label="clock", name=times[0], quantity=seconds, unit="s"))
         table = FoundTable(
             source=rows.source,
-            header=start.header,
-            above=start.above,
+            header=header,
+            above=above[at - 1] if at and not self._by_number else Row(0, ()),
             columns=columns,
-            quantities=self.quantities,
             rows=(),
-            skipped=list(start.skipped),
+            skipped=[row for row in texts if row not in below],
         )
         return replace(table, rows=self._body(table, first, feed, by_spaces=rows.are_parted_by_spaces))
+
+    def _place_of_header(self, above: list[Row], first: Row) -> int:
+        """Return where the header of columns that flags tell by number stands: above their units.
+
+        If no line there is as wide as the first row of numbers, an empty header is put there.
+        """
+        at = len(above)
+        while at and (above[at - 1].empty or self.words.are_units(above[at - 1])):
+            at -= 1
+        if at and len(above[at - 1].cells) >= len(first.cells) and not any(map(is_number, above[at - 1].cells)):
+            return at - 1
+        above.insert(at, Row(first.line, ("",) * len(first.cells)))
+        return at
 
     def _columns(self, source: str, header: Row, below: Sequence[Row], first: Row) -> list[Column]:
         """Return the columns that a header names, each with its unit; raises InputError for what is said otherwise."""
         named = self.words.columns(header)
         unit_columns = self._unit_columns(header, named, first)
         used = {column.at for column in named} | set(unit_columns.values())
-        self.units.hear_labels(source, header, used)
-        for row in below:
-            self.units.hear_labels(source, row, used)
-        self.units.hear_cells(source, first, used)
+        units = first._replace(cells=tuple(cell if is_unit(cell) else "" for cell in first.cells))
+        for row in (header, *below, units):
+            self.said.hear_named(source, row, used)
         columns = []
         for column in named:
             quantity = self.quantities[column.name]
-            label = header.cells[column.at] or f"{column.at + 1}"
-            if not quantity.units:
-                columns.append(Column(index=column.at, label=label, name=column.name))
-                continue
+            label = header.cell(column.at) or f"{column.at + 1}"
             place = place_of(source, header.line, label)
-            said = [Said(text, "--units") for text in [quantity.flag_unit] if text]
-            said += [Said(text, place) for text in column.units]
-            said += self._said_below(source, column, named, below, is_open=not said)
-            unit_index = unit_columns.get(column.at)
-            number = as_number(first.cell(column.at))
-            beside = [number.unit if number else "", "" if unit_index is None else first.cell(unit_index)]
-            said += [Said(text, place_of(source, first.line, label)) for text in beside if text]
-            said += [each for each in self.units.stated(column.name) if not said or unit_of(quantity, each.text)]
-            unit = told_unit(quantity, said) or needed_unit(place, quantity, quantity.default)
-            note = ""
-            if not said and unit != "1" and seconds_of_day(first.cell(column.at)) is None:
-                self.units.assume(place, column.name)
-                note = f"the unit of {label[:SHOWN_LABEL]!r} is not given: {unit} is assumed"
-            columns.append(
-                Column(
-                    index=column.at,
-                    label=label,
-                    name=column.name,
-                    unit=unit,
-                    factor=quantity.units[unit],
-                    most=quantity.most,
-                    note=note,
-                    unit_index=unit_index,
-                )
-            )
+            found = Column(index=column.at, label=label, name=column.name, quantity=quantity)
+            if quantity.units:
+                said = [Said(text, "--units") for text in [quantity.flag_unit] if text]
+                said += [Said(text, place) for text in column.units]
+                said += self._said_below(source, column, named, below, is_open=not said)
+                number = as_number(first.cell(column.at))
+                found = replace(found, unit_index=unit_columns.get(column.at))
+                beside = [number.unit if number else "", first.cell(unit_columns.get(column.at, -1))]
+                said += [Said(text, place_of(source, first.line, label)) for text in beside if text]
+                said += [each for each in self.said.stated(column.name) if not said or unit_of(quantity, each.text)]
+                found = replace(found, unit=told_unit(quantity, said) or needed_unit(place, quantity, quantity.default))
+                if not said and found.unit != "1" and seconds_of_day(first.cell(column.at)) is None:
+                    self.said.assume(column.name, place)
+                    note = f"the unit of {label[:SHOWN_LABEL]!r} is not given: {found.unit} is assumed"
+                    found = replace(found, note=note)
+            columns.append(found)
         return columns
 
     def _unit_columns(self, header: Row, named: Sequence[NamedColumn], first: Row) -> dict[int, int]:
         """Return by the index of a column that of its units: one that says so, or one without a label behind it."""
-        taken = {column.at for column in named}
+        taken = {column.at: column.name for column in reversed(named)}
         found: dict[int, int] = {}
         for index in range(max(len(header.cells), len(first.cells))):
             label = header.cell(index)
             words = re.sub(r"[()\[\]]", " ", folded(label[:LONGEST_LABEL])).split()
-            said = [word for word in words if re.sub(r"[.\d]+$", "", word) in _UNIT_WORDS]
-            if index in taken or not (said or (not label and is_unit(first.cell(index)))):
+            others = [word for word in words if re.sub(r"[.\d]+$", "", word) not in UNIT_WORDS]
+            if index in taken or (len(others) == len(words) and (label or not is_unit(first.cell(index)))):
                 continue
-            others = " ".join(word for word in words if word not in said and not word.isdecimal())
-            name = self.words.quantity_of(others) if others else ""
-            of = [column.at for column in named if column.name == name] if name else [index - 1]
-            if of and (name or of[0] in taken):
-                found.setdefault(of[0], index)
+            name = self.words.quantity_of(" ".join(word for word in others if not word.isdecimal()))
+            of = next((at for at in reversed(taken) if taken[at] == name), None) if name else index - 1
+            if of in taken:
+                found.setdefault(of, index)
         return found
 
     def _said_below(
@@ -451,10 +400,13 @@ class TableReader:
 
     def _body(self, table: FoundTable, first: Row, feed: Iterator[Row], *, by_spaces: bool) -> Iterator[Row]:
         """Yield the rows of a table that hold numbers; those that do not are noted in the table."""
-        numbers = [column for column in table.columns if column.factor and column.index >= 0]
-        has_texts = any(not column.factor for column in table.columns)
+        numbers = [column for column in table.columns if column.is_written]
+        has_texts = not all(column.unit for column in table.columns)
         is_first_free = all(column.index for column in table.columns)
-        ends = _LastCells()
+        width = len(table.header.cells)
+        needed = 1 + max(column.index for column in table.columns)
+        least = width if by_spaces else needed if self.alone else 0
+        decimals: Counter[int] = Counter()  # how many rows have so many in their last cell
         for row in itertools.chain([first], feed):
             if row.empty and self.alone:
                 continue
@@ -462,20 +414,21 @@ class TableReader:
                 self._after = [row]
                 return
             refuse_fault(table.source, row)
-            has_number = any(is_number(column.cell(row)) for column in numbers)
-            if not has_number and not has_texts and _is_text(row):
-                if self.words.is_header(row, self.needed) and not self.alone:
+            has_none = not has_texts and not any(is_number(column.cell(row)) for column in numbers)
+            if has_none and _is_text(row):
+                if not self.alone and self.words.is_header(row, self.needed):
                     self._after = [row]
                     return
                 self._refuse_other_units(table, row)
                 table.left_out.append(row)
-            elif (is_first_free and is_statistic(row)) or (row.cut and self._is_cut(table, row, ends)):
+            elif (is_first_free and is_statistic(row)) or (row.cut and _is_cut(row, needed, decimals)):
                 table.left_out.append(row)
-            elif not has_number and not has_texts and all(is_missing(column.cell(row)) for column in numbers):
+            elif has_none and all(is_missing(column.cell(row)) for column in numbers):
                 table.skipped.append(row)
             else:
-                self._refuse_other_length(table, row, by_spaces=by_spaces)
-                ends.add(row)
+                if len(row.cells) < least or any(row.cells[width:]):
+                    refuse_length(table.source, row, width)
+                decimals[_decimals(row)] += 1
                 yield row
 
     def _refuse_other_units(self, table: FoundTable, row: Row) -> None:
@@ -484,31 +437,16 @@ class TableReader:
         if self.words.is_header(row, self.needed) and row.cells != table.header.cells:
             bound = f"the header of line {table.header.line}, or left out"
             raise validation_error(place, row.text, "", bound, "give each table a file of its own")
-        self.units.hear(table.source, row)
+        stated = self.said.hear(table.source, [row])
         for column in table.columns:
             beside = [Said(column.cell(row), place)] if is_unit(column.cell(row)) else []
-            self._refuse_other_unit(table, column, [*self.units.stated(column.name), *beside])
+            _refuse_other_unit(table, column, [*stated.get(column.name, []), *beside])
 
-    @staticmethod
-    def _refuse_other_unit(table: FoundTable, column: Column, said: Sequence[Said]) -> None:
-        """Raise InputError if another unit is said of a column than it was read in."""
-        if column.factor and column.index >= 0:
-            first = Said(column.unit, table.place(table.header.line, column))
-            told_unit(table.quantities[column.name], [first, *said])
 
-    @staticmethod
-    def _is_cut(table: FoundTable, row: Row, ends: "_LastCells") -> bool:
-        """Return whether the last line, which has no end, lacks cells or digits that the lines before it have."""
-        return len(row.cells) <= max(column.index for column in table.columns) or ends.are_longer(row)
-
-    def _refuse_other_length(self, table: FoundTable, row: Row, *, by_spaces: bool) -> None:
-        """Raise InputError for a row of more or fewer cells than there are columns."""
-        width = len(table.header.cells)
-        least = max(column.index for column in table.columns) + 1
-        if any(row.cells[width:]):
-            refuse_length(table.source, row, width)
-        if len(row.cells) < width if by_spaces else self.alone and len(row.cells) < least:
-            refuse_length(table.source, row, width)
+def _refuse_other_unit(table: FoundTable, column: Column, said: Sequence[Said]) -> None:
+    """Raise InputError if another unit is said of a column than it was read in."""
+    if column.is_written:
+        told_unit(column.quantity, [Said(column.unit, table.place(table.header.line, column)), *said])
 
 
 def is_statistic(row: Row) -> bool:
@@ -516,22 +454,10 @@ def is_statistic(row: Row) -> bool:
     return not row.cells[0][:1].isdecimal() and folded(row.cells[0]) in _STATISTICS
 
 
-class _LastCells:
-    """How the last cells of rows are written: with so many decimals each, or not alike."""
-
-    def __init__(self) -> None:
-        """Begin with no row."""
-        self._count = 0
-        self._decimals: set[int] = set()
-
-    def add(self, row: Row) -> None:
-        """Take a row."""
-        self._count += 1
-        self._decimals.add(_decimals(row))
-
-    def are_longer(self, row: Row) -> bool:
-        """Return whether all rows have more decimals in their last cell than a row has."""
-        return self._count >= _FEWEST_ROWS and len(self._decimals) == 1 and _decimals(row) < min(self._decimals)
+def _is_cut(row: Row, needed: int, decimals: Mapping[int, int]) -> bool:
+    """Return whether the last line, which has no end, lacks cells or digits that all lines before it have."""
+    is_alike = len(decimals) == 1 and sum(decimals.values()) >= _FEWEST_ROWS
+    return len(row.cells) < needed or (is_alike and _decimals(row) < min(decimals))
 
 
 def _decimals(row: Row) -> int:
