@@ -18,13 +18,9 @@ from pipeline.verdicts.errors.sensor_errors import SensorErrors
 from pipeline.verdicts.targets import SceneTargets
 from sensor.design.parameters import Design
 from sensor.record import Record
-from sensor.verdict import Verdict, all_passed, failed_verdict
+from sensor.verdict import Verdict, all_passed, judge
 from sensor.words import OUTCOMES
 from solve.fruit.compliance import FruitCompliance
-
-NOT_MADE = failed_verdict(
-    "geometry.made", "a housing", unit="1", reference="no housing was made, see printable.low and .high"
-)
 
 
 class ReportData(Plain):
@@ -100,5 +96,7 @@ class SensorResult(Record):
 
 def with_solids(verdicts: Sequence[Verdict], geometry: Sequence[Verdict]) -> tuple[Verdict, ...]:
     """Return the verdicts on a sensor with those on its solids behind those on what can be printed."""
-    behind = 1 + max(i for i, verdict in enumerate(verdicts) if verdict.name.startswith("printable."))
-    return (*verdicts[:behind], *(geometry or (NOT_MADE,)), *verdicts[behind:])
+    behind = 1 + max(i for i, verdict in enumerate(verdicts) if verdict.row.group == "print")
+    if not geometry:
+        geometry = [judge("geometry.made", None, "no housing was made, see printable.low and .high")]
+    return (*verdicts[:behind], *geometry, *verdicts[behind:])

@@ -1,8 +1,7 @@
 """A sensor: a design whose stages are solved when they are first asked for, each of them once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
 from functools import cached_property, wraps
 from typing import Literal, TypeVar
 
@@ -21,19 +20,11 @@ from pipeline.springs.fitted_springs import BeginSolid, FittedSprings, springs_f
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.sensor_errors import SensorErrors, sensor_errors
-from pipeline.verdicts.rules import reading_verdicts, relaxation_verdicts, target_verdicts
-from pipeline.verdicts.sensor import (
-    paper_verdicts,
-    printable_verdicts,
-    ratio_in_words,
-    response_verdicts,
-    stiffness_verdicts,
-    tip_verdicts,
-)
+from pipeline.verdicts.sensor import RULES, paper_verdicts
 from pipeline.verdicts.targets import SceneTargets, reached_targets
 from sensor.design.parameters import Design
 from sensor.design.tip_mount import plate_depth
-from sensor.verdict import Verdict
+from sensor.verdict import Group, Verdict, row_of
 from solve.fruit.compliance import FruitCompliance
 
 Solved = TypeVar("Solved")
@@ -171,58 +162,21 @@ class Sensor:
     @stage("verdicts")
     def verdicts(self) -> tuple[Verdict, ...]:
         """Return the verdicts on the sensor that need no file."""
-        return tuple(verdict for group in _GROUPS for verdict in getattr(self, group))
+        return self._judged(name for name, _ in RULES)
 
     def verdict(self, name: str) -> Verdict | None:
-        """Return the verdict of a name, for which only its own group is judged; None if this design has none."""
-        for group, names in _GROUPS.items():
-            if any(fnmatchcase(name, pattern) for pattern in names):
-                verdicts: tuple[Verdict, ...] = getattr(self, group)
-                for verdict in verdicts:
-                    if verdict.name == name:
-                        return verdict
-        return None
+        """Return the verdict of a name, for which only its own rules are asked; None if this design has none."""
+        return next(iter(self._judged([name])), None)
 
-    @stage("verdicts")
-    def verdicts_on_readings(self) -> tuple[Verdict, ...]:
-        """Return the verdicts on bias, uncertainty, touch and bruising; none for a design without readings."""
-        return reading_verdicts(self.design, self.readings)
+    def verdicts_on(self, group: Group) -> tuple[Verdict, ...]:
+        """Return the verdicts of a group, for which only their own rules are asked."""
+        return self._judged(name for name, _ in RULES if row_of(name).group == group)
 
-    @stage("verdicts")
-    def verdicts_on_targets(self) -> tuple[Verdict, ...]:
-        """Return the verdicts P_max and NL; none for a design that is judged by its readings, or has no targets."""
-        if self.design.reading is not None or self.design.targets is None:
-            return ()
-        springs = self.springs.per_spring
-        words = ratio_in_words(springs, level=self.is_level, reached=self.reached)
-        return target_verdicts(
-            self.reached.P_max, self.reached.NL, self.design.targets, words, manufactured=springs.known
-        )
-
-    @stage("verdicts")
-    def verdicts_on_stiffness(self) -> tuple[Verdict, ...]:
-        """Return the verdicts K_l and K_h; none on sized springs."""
-        return stiffness_verdicts(self.springs.per_spring)
-
-    @stage("verdicts")
-    def verdicts_on_response(self) -> tuple[Verdict, ...]:
-        """Return the verdicts on P over travel and modulus; none for a design that is judged by its readings."""
-        return () if self.design.reading is not None else response_verdicts(self.press)
-
-    @stage("verdicts")
-    def verdicts_on_printing(self) -> tuple[Verdict, ...]:
-        """Return the verdicts on whether each spring can be printed; none for a line of tips, which has no housing."""
-        return printable_verdicts(self.design, self.springs.per_spring)
-
-    @stage("verdicts")
-    def verdicts_on_tips(self) -> tuple[Verdict, ...]:
-        """Return the verdicts on the faces of printed domes, and on bruising without readings."""
-        return tip_verdicts(self.pressed, self.press)
-
-    @stage("verdicts")
-    def verdicts_over_time(self) -> tuple[Verdict, ...]:
-        """Return the verdict on a reading while the flesh relaxes."""
-        return relaxation_verdicts(self.design, self.over_time)
+    def _judged(self, names: Iterable[str]) -> tuple[Verdict, ...]:
+        asked = set(names)
+        with self.timed.stage("verdicts"):
+            verdicts = [rule(self) for name, rule in RULES if name in asked]
+        return tuple(verdict for verdict in verdicts if verdict is not None)
 
     @stage("behaviour")
     def behaviour(self) -> SpringBehaviour | None:
@@ -243,15 +197,3 @@ class Sensor:
     def paper(self) -> tuple[Verdict, ...] | None:
         """Return the verdicts on the paper's own springs; None where fruit or tips are not the paper's."""
         return paper_verdicts(self.pressed)
-
-
-_GROUPS = {
-    "verdicts_on_readings": ("reading.bias", "reading.uncertainty", "reading.touch", "bruise"),
-    "verdicts_on_targets": ("P_max", "NL"),
-    "verdicts_on_stiffness": ("K_l", "K_h"),
-    "verdicts_on_response": ("P_displacement_independent", "P_monotonic"),
-    "verdicts_on_printing": ("printable.*",),
-    "verdicts_on_tips": ("geometry.tip_face", "bruise"),
-    "verdicts_over_time": ("reading.relaxation",),
-}
-"""The groups of verdicts in the order of a report, and the names of the verdicts in each."""

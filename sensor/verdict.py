@@ -1,43 +1,83 @@
-"""What was asked, what came out, and whether it passed: the one type of every judgement."""
+"""What was asked, what came out, and whether it passed: the table of verdicts, their type, and the rule that judges."""
 
+import tomllib
 from collections.abc import Iterable
-from dataclasses import dataclass
-from fnmatch import fnmatchcase
-from typing import Literal
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
 
-from sensor.quantity import report_field
+from sensor.quantity import Estimate, report_field
 
 Sense = Literal["at most", "at least"]
 """On which side a limit bounds a value."""
-
-SENSES: dict[str, Sense] = {
-    "reading.*": "at most",
-    "unit.uncertainty": "at most",
-    "bruise": "at most",
-    "sideways.*": "at least",
-    "geometry.*_clearance": "at least",
-    "geometry.*_over_fruit": "at least",
-    "geometry.stops_*": "at least",
-    "geometry.deflected_gap_*": "at least",
-    "geometry.as_designed": "at most",
-    "geometry.plates": "at least",
-    "geometry.tip_face": "at most",
-    "geometry.min_wall": "at least",
-    "geometry.min_gap": "at least",
-    "geometry.overhang": "at most",
-    "geometry.magnet_pockets": "at least",
-    "geometry.sensor_windows": "at least",
-}
-"""The sense of a verdict by its name, since report.json holds no sense. Any other value must meet its limit."""
-
-
-def sense_of(name: str) -> Sense | None:
-    """Return the side on which the limit of a named verdict bounds its value; None for a target."""
-    return next((sense for pattern, sense in SENSES.items() if fnmatchcase(name, pattern)), None)
-
+Group = Literal["target", "print", "solid", "files"]
+Level = Literal["contact", "flexures"]
+ByTravel = Literal["pressure", "distance", "strain"]
+Need = Literal["response", "reading", "pressure", "force ratio"]
 
 READABLE = "geometry.readable"
-_A_FILE = "a readable file"
+_NO_TOLERANCE = "none"
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerdictRow:
+    """What the program knows of a verdict but its value; `verdicts.toml` says what the columns mean."""
+
+    name: str
+    group: Group
+    meaning: str = ""
+    formula: str = ""
+    source: str = ""
+    each: tuple[str, ...] = ()
+    sense: Sense | None = None
+    limit: float | str | None = None
+    unit: str = "1"
+    tolerance: float | None = 0.0
+    relative: bool = False
+    tolerance_with_pins: float = 0.0
+    error_parts: int = 2
+    shown: Literal["%"] | None = None
+    standard: bool = False
+    given: tuple[str, ...] = ()
+    level: Level | None = None
+    value_level: Level | None = None
+    needs: tuple[Need, ...] = ()
+    by_travel: ByTravel | None = None
+    mended_by: tuple[str, ...] = ()
+    hint: str = ""
+    hint_without_value: str = ""
+    key: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the verdicts that the row describes."""
+        return self.each or (self.name,)
+
+
+@cache
+def verdict_rows() -> tuple[VerdictRow, ...]:
+    """Return every row of the table of verdicts."""
+    rows = []
+    text = (Path(__file__).parent / "verdicts.toml").read_text(encoding="utf-8")
+    for name, columns in tomllib.loads(text).items():
+        values: dict[str, Any] = {
+            column: tuple(value) if isinstance(value, list) else value for column, value in columns.items()
+        }
+        if values.get("tolerance") == _NO_TOLERANCE:
+            values["tolerance"] = None
+        rows.append(VerdictRow(name=name, **values))
+    return tuple(rows)
+
+
+@cache
+def _rows_by_name() -> dict[str, VerdictRow]:
+    return {name: row for row in verdict_rows() for name in row.names}
+
+
+def row_of(name: str) -> VerdictRow:
+    """Return the row of a named verdict; a plain one for a name that the table lacks."""
+    return _rows_by_name().get(name) or VerdictRow(name=name, group="files")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,9 +106,21 @@ class Verdict:
     )
 
     @property
+    def row(self) -> VerdictRow:
+        """Return what the table of verdicts knows of this one."""
+        return row_of(self.name)
+
+    @property
     def sense(self) -> Sense | None:
         """Return the side on which the limit bounds the value; None for a target, which both sides may miss."""
-        return sense_of(self.name)
+        return self.row.sense
+
+    @property
+    def allowed_miss(self) -> float:
+        """Return the largest distance of the value beyond its limit [unit], 0 for a limit in words."""
+        if not isinstance(self.limit, int | float) or not isinstance(self.tolerance, int | float):
+            return 0.0
+        return self.tolerance * self.limit if self.relative else self.tolerance
 
     @property
     def limit_sense(self) -> Sense | None:
@@ -76,44 +128,62 @@ class Verdict:
         return self.sense if isinstance(self.limit, int | float) else None
 
 
-def one_sided(verdict: Verdict, sense: Sense) -> Verdict:
-    """Return a verdict that was judged on one side of its limit; raises ValueError unless SENSES names that side."""
-    if verdict.sense != sense:
-        msg = f"verdict {verdict.name}: SENSES in sensor/verdict.py must say {sense!r}, not {verdict.sense!r}"
+def judge(
+    name: str,
+    value: Estimate | float | None,
+    reference: str,
+    *,
+    limit: float | str | None = None,
+    tolerance: float | None = None,
+    passed: bool | None = False,
+) -> Verdict:
+    """Return the verdict on a value by the row of its name; limit and tolerance are those of the row unless given.
+
+    A value must meet a target within the tolerance, or keep to one side of a limit. It is undecided where its error bar
+    reaches across the limit, or is wider than the tolerance of a target that it does not surely miss. A value without a
+    bar is always decided; nan then fails. `passed` is the outcome where the value or the limit is no number. Raises
+    ValueError for a name without a row, a verdict without a limit, and an estimate in another unit.
+    """
+    row = _rows_by_name().get(name)
+    if row is None:
+        msg = f"verdict {name}: it has no row in sensor/verdicts.toml; add one"
         raise ValueError(msg)
-    return verdict
-
-
-def equal(name: str, value: float, limit: float, tolerance: float, *, unit: str, reference: str) -> Verdict:
-    """Return a verdict that passes when the value is the limit within the tolerance [unit]; nan fails."""
-    passed = bool(abs(value - limit) <= tolerance)
-    return Verdict(
-        name=name, value=value, unit=unit, limit=limit, tolerance=tolerance, reference=reference, passed=passed
-    )
-
-
-def at_least(name: str, value: float, limit: float, tolerance: float, *, unit: str, reference: str) -> Verdict:
-    """Return a verdict that passes when the value reaches the limit but for the tolerance [unit]; nan fails."""
-    passed = bool(value >= limit - tolerance)
+    limit = row.limit if limit is None else limit
+    if limit is None:
+        msg = f"verdict {name}: it must have a limit; give one, here or in sensor/verdicts.toml"
+        raise ValueError(msg)
+    number, error = (value.value, value.error) if isinstance(value, Estimate) else (value, None)
+    if isinstance(value, Estimate) and value.unit != row.unit:
+        msg = f"verdict {name}: its value in {value.unit} must be in {row.unit}, the unit of sensor/verdicts.toml"
+        raise ValueError(msg)
     verdict = Verdict(
-        name=name, value=value, unit=unit, limit=limit, tolerance=tolerance, reference=reference, passed=passed
+        name=name,
+        value=None if number is None else float(number),
+        unit=row.unit,
+        limit=limit,
+        tolerance=row.tolerance if tolerance is None else tolerance,
+        passed=passed,
+        reference=reference,
+        error=error,
+        relative=row.relative,
     )
-    return one_sided(verdict, "at least")
+    if verdict.value is None or isinstance(limit, str):
+        return verdict
+    return replace(verdict, passed=_outcome(verdict, verdict.value, limit))
 
 
-def value_verdict(name: str, value: float, *, passed: bool, limit: str, unit: str, reference: str) -> Verdict:
-    """Return a verdict on a value [unit] whose limit is said in words, without a tolerance."""
-    return Verdict(name=name, value=value, unit=unit, limit=limit, tolerance=0.0, reference=reference, passed=passed)
-
-
-def failed_verdict(name: str, limit: float | str, *, unit: str, reference: str) -> Verdict:
-    """Return a verdict that fails without a number; the unit is that of the limit."""
-    return Verdict(name=name, value=None, unit=unit, limit=limit, tolerance=0.0, reference=reference, passed=False)
-
-
-def unreadable(reason: str) -> Verdict:
-    """Return the failed verdict geometry.readable with the reason why a file cannot be read."""
-    return failed_verdict(READABLE, _A_FILE, unit="1", reference=reason)
+def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
+    """Return whether a value with its error bar meets a limit; None where the bar leaves it open."""
+    allowed, error = verdict.allowed_miss, verdict.error
+    if verdict.sense is None:
+        distance = abs(value - limit)
+        if error is not None and error > allowed:
+            return False if distance > allowed + error else None
+        return distance <= allowed
+    margin = limit + allowed - value if verdict.sense == "at most" else value - (limit - allowed)
+    if error is not None and not abs(margin) >= error:
+        return None
+    return margin >= 0.0
 
 
 def all_passed(verdicts: Iterable[Verdict]) -> bool | None:

@@ -20,7 +20,7 @@ from cad.files.step import read_step
 from cad.files.stl import CHORD_MM, read_stl, triangles
 from cad.files.threemf import read_3mf
 from sensor.arrays import Floats
-from sensor.verdict import Verdict, one_sided
+from sensor.verdict import Verdict, judge
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -66,23 +66,16 @@ def as_designed_verdict(
     worst = max(found, key=lambda name: found[name][0].distance - found[name][1])
     farthest, most = found[worst]
     mesh, design = pairs[worst]
-    passed = farthest.distance <= most
     x, y, z = farthest.point
     place = f", farthest at ({x:.3f}, {y:.3f}, {z:.3f}) mm of the {farthest.owner}" if farthest.distance else ""
     part = f" and of the {against} of the design" if against else ""
-    reference = [*(() if passed else _explanations(mesh, design, most)), f"both ways between its surface{part}{place}"]
+    reference = [
+        *(() if farthest.distance <= most else _explanations(mesh, design, most)),
+        f"both ways between its surface{part}{place}",
+    ]
     change = round(enclosed_volume(mesh) - enclosed_volume(design), _DIGITS) + 0.0  # never -0
     reference.append(f"volume {change:+g} mm^3 beside the design's {enclosed_volume(design):.1f} mm^3")
-    verdict = Verdict(
-        name=NAME,
-        value=farthest.distance,
-        unit="mm",
-        limit=most,
-        tolerance=0.0,
-        passed=passed,
-        reference=f"{worst}: {'; '.join(reference)}",
-    )
-    return one_sided(verdict, "at most")
+    return judge(NAME, farthest.distance, f"{worst}: {'; '.join(reference)}", limit=most)
 
 
 def part_triangles(path: Path) -> trimesh.Trimesh:

@@ -10,9 +10,8 @@ from cad.parts.cover_solid import turn_cover
 from cad.parts.pose import in_place
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
-from sensor.verdict import Verdict, at_least, failed_verdict
+from sensor.verdict import Verdict, judge
 
-PLATES_GAP_MM = 0.3  # plates that bow towards each other by half of it each, as thin prints do, still move freely
 _TO_THE_STOP = (0.0, 0.5, 1.0)  # fractions of the way
 
 
@@ -29,13 +28,9 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
         for side, shape in covers.items():
             pairs[f"{side}, {pose}"] = (arm, shape)
     nearest, distance = nearest_pair(pairs)
-    clearance = at_least(
-        "geometry.cover_clearance",
-        distance,
-        process.min_gap_mm,
-        PLACE_TOLERANCE_MM,
-        unit="mm",
-        reference=f"least distance of what moves from a cover: {nearest}; {process.name}",
+    reference = f"least distance of what moves from a cover: {nearest}; {process.name}"
+    clearance = judge(
+        "geometry.cover_clearance", distance, reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM
     )
     both = cq.Compound.makeCompound(list(covers.values()))
     over_fruit = fruit_clearance_verdict("geometry.cover_over_fruit", sensor, both)
@@ -68,11 +63,11 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     shared = sum(solid.Volume() for solid in plate.intersect(twin).Solids())
     if shared > 0.0:
         reference = f"the plates run into each other, {shared:.3g} mm^3 of them in the same place"
-        return (failed_verdict(name, PLATES_GAP_MM, unit="mm", reference=reference),)
+        return (judge(name, None, reference),)
     _, apart = nearest_pair({name: (plate, twin)})
     if apart > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not meet: screws would bend the plates by {apart:.3g} mm"
-        return (failed_verdict(name, PLATES_GAP_MM, unit="mm", reference=reference),)
+        return (judge(name, None, reference),)
     nearest, distance = nearest_pair({pose: (in_place(arm, sensor.housing), twin) for pose, arm in _arm_poses(sensor)})
     reference = f"plates meet at their pads; least distance of what moves in one from the other, {nearest}"
-    return (at_least(name, distance, PLATES_GAP_MM, PLACE_TOLERANCE_MM, unit="mm", reference=reference),)
+    return (judge(name, distance, reference, tolerance=PLACE_TOLERANCE_MM),)

@@ -15,9 +15,8 @@ from cad.parts.part import box_through
 from cad.parts.pose import in_place, pose_matrix, pose_shape
 from cad.parts.sensor import SensorSolids
 from sensor.arrays import Floats
-from sensor.verdict import Verdict, at_least, failed_verdict
+from sensor.verdict import Verdict, judge
 
-LEAF_GAP_MM = 0.1  # a leaf printed this much off its place still moves freely
 STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel
 HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] from the high tip round to the side +y
 _REACH = 1.0  # [mm] beyond the plate, so that a cut leaves no skin
@@ -72,7 +71,7 @@ def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) ->
     pose = f"travel {travel:g} mm, tilt {tilt:g} deg any way"
     least = f"least where the side {worst:g} deg from +x goes down"
     reference = f"smallest distance to the undeformed fruit: {pose}, {least}"
-    return at_least(name, distances[worst], 0.0, 0.0, unit="mm", reference=reference)
+    return judge(name, distances[worst], reference)
 
 
 def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: float) -> tuple[float, ...]:
@@ -157,17 +156,16 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     for blocked, open_distance in (("shuttle", shuttle_stop), ("leaf", max(leaf_gaps.values()))):
         if math.isinf(open_distance):
             reference = f"no stop: the {blocked} touches it already, or nothing is above"
-            no_stop = failed_verdict(stops, limit, unit="mm", reference=reference)
-            return no_stop, failed_verdict(gap, LEAF_GAP_MM, unit="mm", reference=reference)
+            return judge(stops, None, reference, limit=limit), judge(gap, None, reference)
 
     leaf_stop = min(open_distance / moved for moved, open_distance in leaf_gaps.items())
     first = "shuttle" if shuttle_stop <= leaf_stop else "leaf"
     least = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
     reference = f"lines from shuttle and leaf to the frame; limit is {least}; the {first} touches first"
-    stop = at_least(stops, min(shuttle_stop, leaf_stop), limit, 0.0, unit="mm", reference=reference)
+    stop = judge(stops, min(shuttle_stop, leaf_stop), reference, limit=limit)
     left = min(open_distance - shuttle_stop * moved for moved, open_distance in leaf_gaps.items())
     reference = f"least distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
-    return stop, at_least(gap, left, LEAF_GAP_MM, 0.0, unit="mm", reference=reference)
+    return stop, judge(gap, left, reference)
 
 
 def guided_share(s: float) -> float:

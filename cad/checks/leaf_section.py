@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from cad.checks.line_probe import UP, Lines, Vector
 from cad.parts.housing import Arm, Housing
-from sensor.verdict import Verdict, equal, failed_verdict
+from sensor.verdict import Verdict, judge
 
 THICKNESS_TOLERANCE_MM = 1e-3  # a mesh file holds single precision, 4e-6 mm at 60 mm; the drawing rounds to 0.001
 _ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # shares of the straight part of a leaf
@@ -31,13 +31,13 @@ def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Line
         here = f"in the {form} at x = {point[0]:.3f}, z = {point[2]:.3f} mm"
         leaves = [span for span in forms[form](point, UP) if span.enter < 0.0 < span.leave]
         if not leaves:
-            return failed_verdict(name, declared, unit="mm", reference=f"no leaf {here}")
+            return judge(name, None, f"no leaf {here}", limit=declared)
         thickness = leaves[0].leave - leaves[0].enter
         if abs(thickness - declared) > abs(worst - declared):
             worst = thickness
             place = f", farthest {here}"
     reference = f"lines through both leaves at 15 places each in {', '.join(forms)}{place}"
-    return equal(name, worst, declared, THICKNESS_TOLERANCE_MM, unit="mm", reference=reference)
+    return judge(name, worst, reference, limit=declared, tolerance=THICKNESS_TOLERANCE_MM)
 
 
 def _leaf_points(housing: Housing, arm: Arm) -> list[Vector]:

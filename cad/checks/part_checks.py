@@ -24,7 +24,7 @@ from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
 from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import validation_error
-from sensor.verdict import Verdict, equal, unreadable
+from sensor.verdict import READABLE, Verdict, judge
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
 KINDS = (".step", ".stp", ".stl", ".3mf")
@@ -41,8 +41,8 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     in_solids = sum(len(solid.Faces()) for solid in shape.Solids())
     counted = "number of solids" if in_solids == len(shape.Faces()) else "number of solids; some faces bound none"
     return (
-        equal("geometry.valid", float(faulty), 0.0, 0.0, unit="1", reference="faulty faces, edges, vertices by OCCT"),
-        equal("geometry.one_solid", float(solids), 1.0, 0.0, unit="1", reference=counted),
+        judge("geometry.valid", faulty, "faulty faces, edges, vertices by OCCT"),
+        judge("geometry.one_solid", solids, counted),
     )
 
 
@@ -78,7 +78,7 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
             return _check_3mf(path, process)
         return _check_step(path, process)
     except ValueError as error:
-        return (unreadable(str(error)),)
+        return (judge(READABLE, None, str(error)),)
 
 
 def existing_file(path: Path) -> Path:
@@ -104,5 +104,5 @@ def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
     names = ", ".join(repr(name) for name in package.names)
     faults = [f"{count} x {fault}" for fault, count in Counter(package.faults).items()]
     reference = "; ".join([f"faults against the standard, which slicers tolerate; objects {names}", *faults])
-    strict = equal("geometry.3mf_strict", float(len(package.faults)), 0.0, 0.0, unit="1", reference=reference)
+    strict = judge("geometry.3mf_strict", len(package.faults), reference)
     return (strict, *check_mesh(package.mesh, process, [AS_IT_STANDS]))

@@ -6,7 +6,7 @@ from cad.checks.near_faces import PLACE_TOLERANCE_MM
 from cad.parts.cover import RECESS_MM
 from cad.parts.sensor import SensorSolids
 from sensor.design.readout import PROBE
-from sensor.verdict import Verdict, at_least, failed_verdict
+from sensor.verdict import Verdict, judge
 
 
 def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
@@ -38,7 +38,7 @@ def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
         reference = (
             f"sensors {PROBE.package_width_mm:g} mm wide have no room side by side, {housing.spacing:g} mm apart"
         )
-        return (failed_verdict(name, seats.least_wall, unit="mm", reference=reference),)
+        return (judge(name, None, reference, limit=seats.least_wall),)
     walls = {"under a sensor": seats.face_out - RECESS_MM}
     if len(seats.windows) > 1:
         walls["between both windows"] = housing.spacing - seats.window_width
@@ -49,4 +49,4 @@ def _thinnest(name: str, walls: Mapping[str, float], limit: float) -> Verdict:
     """Return a verdict on the thinnest of some walls [mm], named by their places."""
     place = min(walls, key=walls.__getitem__)
     reference = f"thinnest wall by the lengths of the design: {place}"
-    return at_least(name, walls[place], limit, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
+    return judge(name, walls[place], reference, limit=limit, tolerance=PLACE_TOLERANCE_MM)

@@ -12,7 +12,7 @@ from cad.checks.triangle_checks import closed_verdicts
 from cad.files.sensor_files import FormsRead, read_forms
 from cad.parts.pose import sensor_pose
 from cad.parts.sensor import SensorSolids
-from sensor.verdict import Verdict, unreadable
+from sensor.verdict import READABLE, Verdict, judge
 
 
 def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: Path) -> tuple[Verdict, ...]:
@@ -26,7 +26,7 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
     try:
         forms = read_forms(folder)
     except ValueError as error:
-        return (*_solid_verdicts(sensor), unreadable(str(error)))
+        return (*_solid_verdicts(sensor), judge(READABLE, None, str(error)))
     return sensor_verdicts(sensor, deflections, forms)
 
 

@@ -11,14 +11,13 @@ import trimesh
 
 from sensor.arrays import Floats
 from sensor.design.processes import Process
-from sensor.verdict import Verdict, at_least, equal, one_sided, value_verdict
+from sensor.verdict import Verdict, judge
 
 Indices = npt.NDArray[np.int64]
 
 RAY_TOLERANCE_MM = 1e-3  # a mesh file holds single precision
 SHORTEST_MM = 5.0  # of a sensor or a coupon; a part in metres is 0.07 long
 LONGEST_MM = 1000.0  # likewise; a part in micrometres is 70000 long
-REACH_MM = 1.0  # a ledge up to this wide needs no support: Formlabs, design guide, unsupported overhangs
 AS_IT_STANDS = "as it stands"
 POSES = {
     AS_IT_STANDS: (0.0, 0.0, 1.0), "upside down": (0.0, 0.0, -1.0), "+x up": (1.0, 0.0, 0.0),
@@ -45,8 +44,8 @@ def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
     open_edges = f"edges with one triangle, or triangles that face inward, of {len(edges)} edges{_first(mesh, loose)}"
     joined = f"edges that join more than two triangles, of {len(edges)}{_first(mesh, shared)}"
     return (
-        equal("geometry.watertight", float(faults), 0.0, 0.0, unit="1", reference=open_edges),
-        equal("geometry.manifold", float(len(shared)), 0.0, 0.0, unit="1", reference=joined),
+        judge("geometry.watertight", faults, open_edges),
+        judge("geometry.manifold", len(shared), joined),
     )
 
 
@@ -70,8 +69,7 @@ def enclosed_volume(mesh: trimesh.Trimesh) -> float:
 
 def body_verdict(mesh: trimesh.Trimesh) -> Verdict:
     """Return geometry.one_solid: the number of connected sets of triangles."""
-    bodies = float(mesh.body_count)
-    return equal("geometry.one_solid", bodies, 1.0, 0.0, unit="1", reference="connected sets of triangles")
+    return judge("geometry.one_solid", mesh.body_count, "connected sets of triangles")
 
 
 def without_collapsed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
@@ -93,29 +91,19 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
     volume = enclosed_volume(mesh)
     density = process.density_g_per_cm3
     return (
-        value_verdict(
+        judge(
             "geometry.units",
             longest,
-            passed=SHORTEST_MM <= longest <= LONGEST_MM,
+            f"bounding box {x:.4g} x {y:.4g} x {z:.4g} mm; outside, the file is not in millimetres",
             limit=f"{SHORTEST_MM:g} to {LONGEST_MM:g}",
-            unit="mm",
-            reference=f"bounding box {x:.4g} x {y:.4g} x {z:.4g} mm; outside, the file is not in millimetres",
+            passed=SHORTEST_MM <= longest <= LONGEST_MM,
         ),
-        value_verdict(
-            "geometry.volume",
-            volume,
-            passed=volume > 0.0,
-            limit="above 0",
-            unit="mm^3",
-            reference="enclosed by the triangles, less where they face inward",
-        ),
-        value_verdict(
+        judge("geometry.volume", volume, "enclosed by the triangles, less where they face inward", passed=volume > 0.0),
+        judge(
             "geometry.mass",
             1e-3 * volume * density,
+            f"solid {process.material}, {density:g} g/cm^3",
             passed=volume > 0.0,
-            limit="above 0",
-            unit="g",
-            reference=f"solid {process.material}, {density:g} g/cm^3",
         ),
     )
 
@@ -127,19 +115,11 @@ def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterab
     """
     widths = {pose: widest_ledge(mesh, np.array(POSES[pose]), process.overhang_deg) for pose in poses}
     best_pose = min(widths, key=widths.__getitem__)
-    overhang = Verdict(
-        name="geometry.overhang",
-        value=widths[best_pose],
-        unit="mm",
-        limit=REACH_MM,
-        tolerance=RAY_TOLERANCE_MM,
-        passed=widths[best_pose] <= REACH_MM + RAY_TOLERANCE_MM,
-        reference=f"widest face beyond {process.overhang_deg:g} deg from the vertical, {best_pose}; {process.name}",
-    )
+    hangs = f"widest face beyond {process.overhang_deg:g} deg from the vertical, {best_pose}; {process.name}"
     return (
         _distance_verdict("geometry.min_wall", least_wall(mesh), process.min_wall_mm, f"inward rays; {process.name}"),
         _distance_verdict("geometry.min_gap", least_gap(mesh), process.min_gap_mm, f"outward rays; {process.name}"),
-        one_sided(overhang, "at most"),
+        judge("geometry.overhang", widths[best_pose], hangs, tolerance=RAY_TOLERANCE_MM),
     )
 
 
@@ -186,10 +166,9 @@ def _least_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDistance | Non
 
 def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, method: str) -> Verdict:
     if distance is None:
-        reference = f"{method}; none within {_FARTHEST_MM:g} mm"
-        return Verdict(name=name, value=None, unit="mm", limit=limit, tolerance=0.0, passed=True, reference=reference)
+        return judge(name, None, f"{method}; none within {_FARTHEST_MM:g} mm", limit=limit, passed=True)
     reference = f"{method}; least at {_point(distance.start)} mm"
-    return at_least(name, distance.length, limit, RAY_TOLERANCE_MM, unit="mm", reference=reference)
+    return judge(name, distance.length, reference, limit=limit, tolerance=RAY_TOLERANCE_MM)
 
 
 def widest_ledge(mesh: trimesh.Trimesh, up: Floats, limit_deg: float) -> float:

@@ -8,7 +8,7 @@ from cad.fabrication.mount import HEAD_ROOM_MM, flange_heads
 from cad.parts.pose import in_place
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
-from sensor.verdict import Verdict, at_least
+from sensor.verdict import Verdict, judge
 
 _WIDE = 1e3  # [mm], beyond any sensor
 _UNDER_SHELF_MM = 0.5  # the heads lie on the shelf: only what is below it may be near them
@@ -36,11 +36,7 @@ def _clearance(sensor: SensorSolids, mount: cq.Shape, process: Process) -> Verdi
     for arm in housing.arms:
         stop = cq.Vector(0.0, 0.0, housing.cavity_level - arm.top_level)
         distances.append(float(in_place(moving_part(sensor, arm).translate(stop), housing).distance(mount)))
-    return at_least(
-        "geometry.mount_clearance",
-        min(distances),
-        process.min_gap_mm,
-        PLACE_TOLERANCE_MM,
-        unit="mm",
-        reference=f"least distance of the bracket from what moves, and of the flange's screws; {process.name}",
+    reference = f"least distance of the bracket from what moves, and of the flange's screws; {process.name}"
+    return judge(
+        "geometry.mount_clearance", min(distances), reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM
     )

@@ -8,11 +8,11 @@ import numpy as np
 from instrument.calibrate.unit_table import STEP, UnitRow, error_by_springs, error_sources
 from instrument.press.measuring import MeasuringUnit
 from pipeline.springs.sizing import fruit_stiffening
-from pipeline.verdicts.rules import NL_TOLERANCE, P_MAX_TOLERANCE, margin_verdict, target_verdicts
+from pipeline.verdicts.rules import NL_verdict, P_max_verdict
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate
 from sensor.theory.two_spring_law import Springs, force_ratio, nonlinearity
-from sensor.verdict import Verdict
+from sensor.verdict import Verdict, judge
 
 _USUAL_UNCERTAINTY = 0.1
 
@@ -30,7 +30,7 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
     worst = max(rows, key=lambda row: row.u / limit_at(row.E))
     limit = limit_at(worst.E)
     words = f"{error_sources(sensor)}, at {worst.E:.3g} MPa"
-    return [margin_verdict("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), limit, words, at_most=True)]
+    return [judge("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), words, limit=limit)]
 
 
 def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
@@ -40,9 +40,8 @@ def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
     slopes = [(_reached(sensor.with_stiffness(tip, 1.0 + STEP)) - reached) / STEP for tip in range(2)]
     by_springs = [error_by_springs(sensor, of_value) for of_value in np.transpose(slopes)]
     P, NL = (Estimate(float(value), error) for value, error in zip(reached, by_springs, strict=True))
-    verdicts = target_verdicts(P, NL, targets, "by the two-spring law with the stiffnesses of the unit")
-    allowed = (P_MAX_TOLERANCE * targets.P_max, NL_TOLERANCE)
-    return [_hinted(*each) for each in zip(verdicts, allowed, by_springs, strict=True)]
+    words = "by the two-spring law with the stiffnesses of the unit"
+    return [_hinted(P_max_verdict(P, targets, words)), _hinted(NL_verdict(NL, targets, words))]
 
 
 def _reached(sensor: MeasuringUnit) -> Floats:
@@ -58,13 +57,13 @@ def _reached(sensor: MeasuringUnit) -> Floats:
     return np.array([force_ratio(springs, K_m, ratio), NL])
 
 
-def _hinted(verdict: Verdict, allowed: float, by_springs: float) -> Verdict:
-    """Return a verdict that its error leaves open, each in the unit of the value, with what would decide it.
+def _hinted(verdict: Verdict) -> Verdict:
+    """Return a verdict with what would decide it, where the error of its springs leaves it open.
 
     The error of a spring falls with the root of the number of its readings.
     """
-    if verdict.passed is not None:
+    if verdict.passed is not None or verdict.error is None:
         return verdict
-    times = by_springs / allowed
+    times = verdict.error / verdict.allowed_miss
     hint = f"know the springs {times:.2g} times better: about {times**2:.2g} times as many readings"
     return replace(verdict, remedy=f"{hint}, or heavier weights and a finer dial")

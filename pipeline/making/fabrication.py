@@ -14,10 +14,9 @@ from pipeline.springs.mounts import mount_layers
 from pipeline.storage.cache import cached
 from pipeline.storage.kept_files import KeptFiles, begin_files
 from pipeline.storage.workers import finished_future
-from pipeline.verdicts.rules import margin_verdict
 from sensor.design.design_file import design_as_mapping
 from sensor.quantity import Estimate
-from sensor.verdict import Verdict
+from sensor.verdict import Verdict, judge
 from solve.housing.stiffness import sideways_stiffness
 
 SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
@@ -78,4 +77,4 @@ def sideways_verdict(spring: FittedSpring, K: float, error: float) -> Verdict:
     """Return the verdict on one sideways stiffness [N/mm], its error [N/mm] the step from a coarser mesh."""
     ratio = Estimate(K / spring.stiffness, error / spring.stiffness)
     words = "FE stiffness across the plate over that along the press; must be at least the limit"
-    return margin_verdict(f"sideways.{spring.name}", ratio, SIDEWAYS_LEAST[spring.name], words)
+    return judge(f"sideways.{spring.name}", ratio, words, limit=SIDEWAYS_LEAST[spring.name])

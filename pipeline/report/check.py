@@ -11,7 +11,7 @@ from pipeline.storage.digests import is_regular
 from pipeline.storage.workers import close_workers, open_workers
 from sensor.design.parameters import Design
 from sensor.design.processes import Process
-from sensor.verdict import READABLE, Verdict, equal, unreadable
+from sensor.verdict import READABLE, Verdict, judge
 
 SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some seconds
 # In what loky says of a worker that ended: the system ends so what takes its memory, and no file does.
@@ -32,16 +32,16 @@ def check_path(
     executor = open_workers(1)
     try:
         folder = partial(folder_geometry, path)
-        judge = folder if process is None else partial(file_geometry, path, process, designed)
-        judged = executor.submit(judge)
+        measure = folder if process is None else partial(file_geometry, path, process, designed)
+        judged = executor.submit(measure)
         if wait([judged], SECONDS).done:
             geometry = judged.result()
         else:
-            geometry = (unreadable(f"reading {path.name} took more than {SECONDS:g} s; export it again"),)
+            geometry = (judge(READABLE, None, f"reading {path.name} took more than {SECONDS:g} s; export it again"),)
     except BrokenExecutor as error:
         if any(signal in str(error) for signal in _FROM_OUTSIDE):
             raise
-        geometry = (unreadable(f"reading {path.name} ended the CAD kernel; export it again"),)
+        geometry = (judge(READABLE, None, f"reading {path.name} ended the CAD kernel; export it again"),)
     finally:
         close_workers(executor)
     return *written, *geometry
@@ -53,10 +53,9 @@ def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
     report = report_of(folder, data)
     changed = [file.path for file in report.files if not file.is_unchanged_in(folder)]
     listed = f"files that are missing or changed since the run: {', '.join(changed) or 'none'}"
-    edited = float(not is_as_written(data))
     return (
-        equal("files.unchanged", float(len(changed)), 0.0, 0.0, unit="1", reference=listed),
-        equal("report.digest", edited, 0.0, 0.0, unit="1", reference="report.json is as the run wrote it"),
+        judge("files.unchanged", len(changed), listed),
+        judge("report.digest", not is_as_written(data), "report.json is as the run wrote it"),
     )
 
 
@@ -87,28 +86,29 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     if not report.design.tips.tip_layout.has_housing:
         return ()
     if report.housing is None:
-        return (equal("geometry.made", 0.0, 1.0, 0.0, unit="1", reference="no housing: see printable.*"),)
+        return (judge("geometry.made", 0.0, "no housing: see printable.*", limit=1.0),)
     missing = ", ".join(name for name in _MEASURED if not is_regular(folder / name))
     if missing and any(file.path == LATEST for file in report.files):
-        return (unreadable("a look makes no solid to measure: run the design without --look, and check that folder"),)
+        reason = "a look makes no solid to measure: run the design without --look, and check that folder"
+        return (judge(READABLE, None, reason),)
     if missing:
-        return (unreadable(f"{missing} cannot be measured, there is no such file; run the design again"),)
+        return (judge(READABLE, None, f"{missing} cannot be measured, there is no such file; run the design again"),)
     sensor = sensor_of(report.design, report.housing)
     verdicts = list(check_sensor(sensor, report.deflections_mm, folder))
     try:
         verdicts.append(files_as_designed(sensor, folder, [n for n in file_shapes(sensor) if is_regular(folder / n)]))
     except ValueError as error:
-        verdicts.append(unreadable(str(error)))
+        verdicts.append(judge(READABLE, None, str(error)))
     names = {verdict.name for verdict in verdicts}
     verdicts += [verdict for verdict in check_file(folder / "housing.3mf", process) if verdict.name not in names]
-    judges = {"cover.step": cover_verdicts, "mount.step": mount_verdicts}
-    for name, judge in judges.items():
+    measured = {"cover.step": cover_verdicts, "mount.step": mount_verdicts}
+    for name, measure in measured.items():
         if not is_regular(folder / name):  # only `pipeline design` writes it
             continue
         try:
             shape = read_step(folder / name)
         except ValueError as error:
-            verdicts.append(unreadable(str(error)))
+            verdicts.append(judge(READABLE, None, str(error)))
         else:
-            verdicts += judge(sensor, shape, process)
+            verdicts += measure(sensor, shape, process)
     return tuple(verdicts)

@@ -10,28 +10,13 @@ from sensor.words import ROUND_OFF, shown, with_bar
 
 ERRORS_IN_WORDS = "± holds 95 %"
 """What stands once over everything that a person reads; files keep standard uncertainties."""
-STANDARD = ("reading.uncertainty", "unit.uncertainty")
-"""Verdicts on a standard uncertainty: a person reads their value and limit as the half width that holds 95 %."""
-_FRACTIONS = (
-    "NL",
-    "P_displacement_independent",
-    "P_monotonic",
-    "reading.bias",
-    "reading.uncertainty",
-    "reading.touch",
-    "reading.relaxation",
-    "unit.uncertainty",
-)
-
-_ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
-
 UNREAD = "some poses have no reading"
 """Why a verdict on readings fails whose value keeps the limit: the value is that of the other poses."""
 
 
 def is_on_the_part(verdict: Verdict) -> bool:
     """Say whether a verdict is on the part and its print, not on targets and readings."""
-    return verdict.name.startswith(_ON_THE_PART)
+    return verdict.row.group != "target"
 
 
 def not_passed(verdicts: Iterable[Verdict]) -> list[Verdict]:
@@ -41,10 +26,11 @@ def not_passed(verdicts: Iterable[Verdict]) -> list[Verdict]:
 
 def as_read(verdict: Verdict) -> Verdict:
     """Return a verdict as a person reads it: a fraction in per cent, an uncertainty at 95 %, the limit likewise."""
-    if verdict.name not in _FRACTIONS:
+    row = verdict.row
+    if row.shown is None:
         return verdict
-    factor = 100.0 * (COVERAGE if verdict.name in STANDARD else 1.0)
-    numbers: dict[str, Any] = {"unit": "%"}
+    factor = 100.0 * (COVERAGE if row.standard else 1.0)
+    numbers: dict[str, Any] = {"unit": row.shown}
     for key in ("value", "error", "limit", "tolerance"):
         number = getattr(verdict, key)
         if isinstance(number, int | float):
@@ -79,5 +65,4 @@ def fails_unread(verdict: Verdict) -> bool:
     """Say whether a verdict on readings fails though its value keeps the limit: for poses that have no reading."""
     if verdict.passed is not False or verdict.value is None or not isinstance(verdict.limit, int | float):
         return False
-    at_most = verdict.name.startswith("reading.")
-    return at_most and verdict.limit - verdict.value > (verdict.error or 0.0)
+    return "reading" in verdict.row.needs and verdict.limit - verdict.value > (verdict.error or 0.0)

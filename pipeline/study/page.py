@@ -11,7 +11,6 @@ import numpy as np
 from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key
 from pipeline.report.page.template import FIGURES, render_page
-from pipeline.report.verdict_rule import STANDARD
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.study.columns import PointColumns, point_columns
 from pipeline.study.points import design_of
@@ -19,7 +18,7 @@ from pipeline.study.store import StudyStore
 from pipeline.study.study_file import REFUSED, Study
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
 from sensor.design.design_file import TABLE_TYPES, design_as_toml
-from sensor.verdict import sense_of
+from sensor.verdict import row_of
 from sensor.words import shown
 
 PAGE = "study.html"
@@ -128,7 +127,7 @@ def shown_keys(study: Study, columns: PointColumns) -> tuple[ShownKey, ...]:
 def is_part_of_limit(key: str) -> bool:
     """Say whether a key is the limit of a verdict that its value must stay on one side of."""
     name, field = verdict_field(key)
-    return field == "limit" and sense_of(name) is not None
+    return field == "limit" and row_of(name).sense is not None
 
 
 def _named(key: str, *, varies: bool) -> tuple[str, str]:
@@ -143,7 +142,7 @@ def _named(key: str, *, varies: bool) -> tuple[str, str]:
         entry = next((one for one in entries() if name in (one.each or (one.name,))), None)
         if entry is None:
             return label, ""
-        if name in STANDARD and field != "passed":
+        if row_of(name).standard and field != "passed":
             label = f"{label}, one standard deviation"  # a study shows keys of report.json as they are there
         label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
         of_value = _OF_VALUE.search(entry.meaning) if field == "value" else None

@@ -2,20 +2,19 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from string import Formatter
 
-from pipeline.options import RunOptions
+from pipeline.options import TOLERANCES, RunOptions
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.verdicts.rules import tolerance_hint
 from sensor.design.parameters import Design
 from sensor.tips.shapes import OPTIONAL_KEYS
 from sensor.verdict import Verdict
 from sensor.words import rounded
 
-Hint = Callable[[Verdict, Design, FittedSprings], str | None]
-
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "`--fruit-stiffness contact` sizes the springs for the true contact"
+UNDECIDED = "undecided by its error bar"
 LEAST_OVER_HEIGHT_ERROR = 5.0  # travel over how far apart tips of a printed part may stand: less reads the print
 _WITHIN = 0.98  # of a bound, so that rounding and error bars keep it
 
@@ -32,18 +31,59 @@ def with_hints(
     return tuple(hinted)
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Missed:
+    """A verdict that did not pass, and what its hint depends on."""
+
+    verdict: Verdict
+    design: Design
+    springs: FittedSprings
+    options: RunOptions
+
+
 def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunOptions) -> str:
-    """Return the hint for a verdict that did not pass: one sentence on what would make it pass."""
+    """Return the hint for a verdict that did not pass: one sentence on what would make it pass.
+
+    It is the `hint` of its row with the clauses that it names in braces; the search, where one of them does not apply.
+    """
     if springs.monolithic:  # glued pins bring errors that no finer mesh removes
         tolerance = tolerance_hint(verdict, options.tolerance)
         if tolerance is not None:
             return tolerance
-    if options.fruit_stiffness == "hayes" and verdict.name in ("P_max", "NL"):
-        return CONTACT_SIZES
-    rule = HINTS.get(verdict.name, SEARCH)
-    if isinstance(rule, str):
-        return rule
-    return rule(verdict, design, springs) or SEARCH
+    row = verdict.row
+    template = (row.hint_without_value if verdict.value is None else "") or row.hint
+    missed = _Missed(verdict=verdict, design=design, springs=springs, options=options)
+    words = ""
+    for text, clause, *_ in Formatter().parse(template):
+        found = CLAUSES[clause](missed) if clause else ""
+        if found is None:
+            return SEARCH
+        words += text + found
+    return words or SEARCH
+
+
+def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
+    """Return a hint for a verdict that its error bar leaves undecided: the `--tol` that would decide it, if any does.
+
+    `asked` is the relative tolerance [1] of the run. There is no hint for any other verdict.
+    """
+    limit = verdict.limit
+    tolerance = verdict.tolerance
+    error = verdict.error
+    if verdict.passed is not None or error is None or not isinstance(limit, float) or not isinstance(tolerance, float):
+        return None
+    scale = abs(limit) or 1.0
+    relative_error = error / scale
+    allowed = tolerance if verdict.relative else tolerance / scale
+    if relative_error <= allowed:
+        return None
+    # A larger error than all parts may have at the tolerance asked for was met by no mesh: a smaller one is no help.
+    parts = verdict.row.error_parts
+    if allowed > 0.0 and relative_error <= parts * asked:
+        tighter = rounded(allowed / parts, 1, towards=0.0)
+        if tighter < asked and TOLERANCES.hold(tighter):
+            return f"{UNDECIDED}, `--tol {tighter:g}` would decide"
+    return f"{UNDECIDED}, no `--tol` would decide"
 
 
 def least_travel(design: Design) -> float:
@@ -60,10 +100,10 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
     travel = design.press.travel_mm
     bound = travel
     if isinstance(verdict.limit, int | float) and verdict.value is not None:
-        if verdict.name == "bruise" and verdict.value > 0.0:
+        if verdict.row.by_travel == "pressure" and verdict.value > 0.0:
             fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
             bound = travel * fraction ** (1.0 / design.tips.tip_shape.pressure_exponent)
-        elif verdict.name in CLEARANCES:  # which shrink by as much as the travel grows
+        elif verdict.row.by_travel == "distance":  # it shrinks by as much as the travel grows
             missing = verdict.limit - verdict.value
             bound = travel - missing
     for spring in springs.springs:
@@ -76,24 +116,38 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
     return shorter if least_travel(design) <= shorter < travel else None
 
 
-def _less_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
-    travel = shorter_travel(verdict, design, springs)
+def _less_travel(missed: _Missed) -> str | None:
+    """Return the clause with the shorter travel at which the verdict passes; None where there is no such travel."""
+    travel = shorter_travel(missed.verdict, missed.design, missed.springs)
     return None if travel is None else f"would pass with less travel: `--set press.travel_mm={travel:g}`"
 
 
-def _as_sized(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
-    """Return a hint that leads back to the springs, and the level flat tips, for which the law meets the targets."""
+def _more_travel(missed: _Missed) -> str | None:
+    """Return the clause with the travel of which all tips touch over a small enough fraction; None without a number."""
+    verdict = missed.verdict
+    if verdict.value is None or not isinstance(verdict.limit, float):
+        return None
+    travel = missed.design.press.travel_mm
+    least = (verdict.value + (verdict.error or 0.0)) * travel / (_WITHIN * verdict.limit)
+    return f"would pass with more travel: `--set press.travel_mm={rounded(least, towards=math.inf):g}`"
+
+
+def _as_sized(missed: _Missed) -> str | None:
+    """Return a clause that leads back to the springs, and the level flat tips, for which the law meets the targets."""
+    design, springs = missed.design, missed.springs
+    if missed.options.fruit_stiffness == "hayes":
+        return CONTACT_SIZES
     if springs.housing is None and not springs.ideal:
         return "the springs were not made: see printable.low and printable.high"
     if design.springs.given and design.tips.tip_layout.takes_targets:
         return "leave the springs to the targets: `--set springs.K_l_N_per_m= --set springs.K_h_N_per_m=`"
-    return _level_flat_tips(verdict, design, springs)
+    return _level_flat_tips(missed)
 
 
-def _level_flat_tips(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
-    """Return a hint that leads back to a level press of sharp flat tips on a flat fruit, on which P is one number."""
-    press = design.press
-    tips = design.tips
+def _level_flat_tips(missed: _Missed) -> str | None:
+    """Return a clause that leads back to a level press of sharp flat tips on flat fruit, on which P is one number."""
+    press = missed.design.press
+    tips = missed.design.tips
     if press.tilt_deg != 0.0 or press.roll_deg != 0.0:
         return "press level: `--set press.tilt_deg=0 --set press.roll_deg=0`"
     # The shape first: without its fillet a shape that is not flat stays one.
@@ -103,28 +157,14 @@ def _level_flat_tips(_verdict: Verdict, design: Design, _springs: FittedSprings)
         return f"take flat tips: `--set tips.shape=cube{unset}`"
     if tips.fillet_mm != 0.0:
         return "take sharp edges: `--set tips.fillet_mm=0`"
-    if design.fruit.shape != "block":
+    if missed.design.fruit.shape != "block":
         return "take smaller tips, under which the fruit is flatter: `tips.side_mm`"
     return None
 
 
-def _not_made(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
-    if verdict.value is not None:
-        return None
-    return "make both springs printable first: see printable.low and printable.high"
-
-
-def _more_travel(verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
-    """Return the hint with the travel of which all tips touch over a small enough fraction; None without a number."""
-    if verdict.value is None or not isinstance(verdict.limit, float):
-        return None
-    travel = design.press.travel_mm
-    least = (verdict.value + (verdict.error or 0.0)) * travel / (_WITHIN * verdict.limit)
-    return f"would pass with more travel: `--set press.travel_mm={rounded(least, towards=math.inf):g}`"
-
-
-def _steadier(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str:
-    if design.reading is None:
+def _steadier(missed: _Missed) -> str:
+    """Return a clause that asks for a moment, where readings have one, and a press, in which flesh relaxes less."""
+    if missed.design.reading is None:
         return "press with less speed or hold for less time: `press.speed_mm_per_s`, `press.hold_s`"
     return (
         "read at the moment that moves least, press with less speed or hold for less time: `reading.at_s`, "
@@ -132,25 +172,11 @@ def _steadier(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str
     )
 
 
-CLEARANCES = (
-    "geometry.frame_clearance",
-    "geometry.neck_clearance",
-    "geometry.cover_over_fruit",
-    "geometry.mount_over_fruit",
-)
-HINTS: Mapping[str, Hint | str] = {
-    "P_max": _as_sized,
-    "NL": _as_sized,
-    "P_displacement_independent": _level_flat_tips,
-    "P_monotonic": _level_flat_tips,
-    "K_l": _not_made,
-    "K_h": _not_made,
-    "geometry.made": _not_made,
-    "printable.low": _less_travel,
-    "printable.high": _less_travel,
-    "bruise": _less_travel,
-    **dict.fromkeys(CLEARANCES, _less_travel),
-    "reading.touch": _more_travel,
-    "reading.relaxation": _steadier,
+CLAUSES: Mapping[str, Callable[[_Missed], str | None]] = {
+    "less_travel": _less_travel,
+    "more_travel": _more_travel,
+    "as_sized": _as_sized,
+    "level_flat_tips": _level_flat_tips,
+    "steadier": _steadier,
 }
-"""The hint of each verdict, or what computes it; a verdict that is not listed, or gets None, is left to the search."""
+"""What a hint of `sensor/verdicts.toml` may name in braces; None where it does not apply."""

@@ -1,59 +1,132 @@
-"""The verdicts on a sensor that need no file, by what they judge, and those on the paper's own springs."""
+"""The verdicts on a sensor that need no file, each by its own rule, and those on the paper's own springs."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.verdicts.rules import (
-    bruise_verdict,
+    NL_verdict,
+    P_max_verdict,
+    bias_verdict,
     displacement_verdict,
     monotonic_verdict,
     printable_verdict,
+    relaxation_verdict,
+    skin_verdict,
     stiffness_verdict,
-    target_verdicts,
     tip_face_verdict,
+    touch_verdict,
+    uncertainty_verdict,
 )
 from pipeline.verdicts.targets import SceneTargets, force_errors_of_springs, reached_targets
-from sensor.design.parameters import PAPER_TARGETS, Design
+from sensor.design.parameters import PAPER_TARGETS, Targets
 from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import PAPER_SPRINGS
-from sensor.verdict import Verdict
+from sensor.verdict import Verdict, judge
+
+if TYPE_CHECKING:
+    from pipeline.reading.analysis import Readings
+    from pipeline.sensor import Sensor
+    from sensor.design.reading import Reading
+
+Rule = Callable[["Sensor"], Verdict | None]
 
 
-def stiffness_verdicts(springs: FittedSprings) -> tuple[Verdict, ...]:
-    """Return the verdicts K_l and K_h; none on springs that are taken just as stiff as they were sized."""
-    if springs.ideal:
-        return ()
-    rows = zip(("K_l", "K_h"), springs.springs, strict=True)
-    return tuple(stiffness_verdict(name, spring, monolithic=springs.monolithic) for name, spring in rows)
+def _of_readings(judged: "Callable[[Readings, Reading], Verdict | None]", sensor: "Sensor") -> Verdict | None:
+    """Return a verdict on the readings of a sensor; None for a design without readings."""
+    reading = sensor.design.reading
+    readings = None if reading is None else sensor.readings
+    return None if reading is None or readings is None else judged(readings, reading)
 
 
-def response_verdicts(press: ScenePress) -> tuple[Verdict, ...]:
-    """Return the verdicts on P over travel and modulus."""
-    return displacement_verdict(press.table), monotonic_verdict(press.scan)
+def _targets(sensor: "Sensor") -> Targets | None:
+    """Return the targets of the force ratio; None for a design that is judged by its readings, or has no targets."""
+    return None if sensor.design.reading is not None else sensor.design.targets
 
 
-def printable_verdicts(design: Design, springs: FittedSprings) -> tuple[Verdict, ...]:
-    """Return the verdicts on whether each spring can be printed; none for a line of tips, which has no housing."""
-    if not design.tips.tip_layout.has_housing:
-        return ()
-    return tuple(printable_verdict(spring) for spring in springs.springs)
+def _P_max(sensor: "Sensor") -> Verdict | None:
+    targets = _targets(sensor)
+    return None if targets is None else _if_made(P_max_verdict(sensor.reached.P_max, targets, _words(sensor)), sensor)
 
 
-def tip_verdicts(sensor: PressedSensor, press: ScenePress) -> tuple[Verdict, ...]:
-    """Return the verdicts on the faces of printed domes and on bruising.
+def _NL(sensor: "Sensor") -> Verdict | None:
+    targets = _targets(sensor)
+    return None if targets is None else _if_made(NL_verdict(sensor.reached.NL, targets, _words(sensor)), sensor)
 
-    A design with readings has its verdict on bruising among those on its readings.
-    """
-    design = sensor.design
-    verdicts = []
-    if design.tips.tip_layout.has_housing and design.tips.tip_shape.touches_beside_centre:
-        verdicts.append(tip_face_verdict(design, press))
-    limits = design.fruit.bruise_limits_MPa
-    if design.reading is None and limits:
-        verdicts.append(bruise_verdict(tip_pressure(sensor, press), max(limits)))
-    return tuple(verdicts)
+
+def _words(sensor: "Sensor") -> str:
+    return ratio_in_words(sensor.springs.per_spring, level=sensor.is_level, reached=sensor.reached)
+
+
+def _if_made(verdict: Verdict, sensor: "Sensor") -> Verdict:
+    """Return a verdict on the force ratio, undecided if the springs were not made."""
+    return verdict if sensor.springs.per_spring.known else replace(verdict, passed=None)
+
+
+def _stiffness(name: str, place: int, sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on the stiffness of one spring; None if springs are taken just as stiff as they were sized."""
+    springs = sensor.springs.per_spring
+    return None if springs.ideal else stiffness_verdict(name, springs.springs[place], monolithic=springs.monolithic)
+
+
+def _spread(sensor: "Sensor") -> Verdict | None:
+    return None if sensor.design.reading is not None else displacement_verdict(sensor.press.table)
+
+
+def _rise(sensor: "Sensor") -> Verdict | None:
+    return None if sensor.design.reading is not None else monotonic_verdict(sensor.press.scan)
+
+
+def _printable(place: int, sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on whether one spring can be printed; None for a line of tips, which has no housing."""
+    has_housing = sensor.design.tips.tip_layout.has_housing
+    return printable_verdict(sensor.springs.per_spring.springs[place]) if has_housing else None
+
+
+def _tip_face(sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on the faces of printed domes."""
+    tips = sensor.design.tips
+    has_domes = tips.tip_layout.has_housing and tips.tip_shape.touches_beside_centre
+    return tip_face_verdict(sensor.design, sensor.press) if has_domes else None
+
+
+def _bruise(sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on the pressure of the hardest press; None for readings, which have their own, or no limit."""
+    limits = sensor.design.fruit.bruise_limits_MPa
+    if sensor.design.reading is not None or not limits:
+        return None
+    words = "largest force over the face of a tip, at the largest E and full travel; must be at most the limit"
+    return judge("bruise", tip_pressure(sensor.pressed, sensor.press), words, limit=max(limits))
+
+
+def _relaxation(sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on a reading while the flesh relaxes."""
+    over_time = sensor.over_time
+    return None if over_time is None else relaxation_verdict(sensor.design, over_time)
+
+
+RULES: tuple[tuple[str, Rule], ...] = (
+    ("reading.bias", partial(_of_readings, bias_verdict)),
+    ("reading.uncertainty", partial(_of_readings, uncertainty_verdict)),
+    ("reading.touch", partial(_of_readings, touch_verdict)),
+    ("bruise", partial(_of_readings, skin_verdict)),
+    ("P_max", _P_max),
+    ("NL", _NL),
+    ("K_l", partial(_stiffness, "K_l", 0)),
+    ("K_h", partial(_stiffness, "K_h", 1)),
+    ("P_displacement_independent", _spread),
+    ("P_monotonic", _rise),
+    ("printable.low", partial(_printable, 0)),
+    ("printable.high", partial(_printable, 1)),
+    ("geometry.tip_face", _tip_face),
+    ("bruise", _bruise),
+    ("reading.relaxation", _relaxation),
+)
+"""The verdicts in the order of a report, each with its rule, which is None for a design that has no such verdict."""
 
 
 def tip_pressure(sensor: PressedSensor, press: ScenePress) -> Estimate:
@@ -93,8 +166,10 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
     paper = _on_paper_springs(sensor)
     press = press_scene(scene_of(paper.design), paper.contact, paper.C)
     reached = reached_targets(paper, PAPER_TARGETS, press)
+    words = _scene_in_words(level=press.level, reached=reached)
     return (
-        *target_verdicts(reached.P_max, reached.NL, PAPER_TARGETS, _scene_in_words(level=press.level, reached=reached)),
+        P_max_verdict(reached.P_max, PAPER_TARGETS, words),
+        NL_verdict(reached.NL, PAPER_TARGETS, words),
         displacement_verdict(press.table),
         monotonic_verdict(press.scan),
     )

@@ -2,35 +2,21 @@
 
 import difflib
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from cad.parts.housing import TILT_DEG
 from pipeline.report.keys import ReportKey, report_key
-from pipeline.verdicts.rules import (
-    FITTED_TOLERANCE,
-    NL_TOLERANCE,
-    P_MAX_TOLERANCE,
-    SPREAD_TOLERANCE,
-    STIFFNESS_TOLERANCE,
-)
 from sensor.design.printability import SHORTEST_LEAF
 from sensor.design.reading import LARGEST_TOUCH_FRACTION
 from sensor.gone import refuse_gone, refuse_gone_key
 from sensor.quantity import InputError
+from sensor.verdict import VerdictRow, verdict_rows
 
-_LIMITS = {
-    "P_max_percent": 100.0 * P_MAX_TOLERANCE,
-    "NL_tolerance": NL_TOLERANCE,
-    "stiffness_percent": 100.0 * STIFFNESS_TOLERANCE,
-    "fitted_percent": 100.0 * FITTED_TOLERANCE,
-    "spread_percent": 100.0 * SPREAD_TOLERANCE,
-    "touch_fraction": LARGEST_TOUCH_FRACTION,
-    "shortest_leaf": SHORTEST_LEAF,
-    "tilt_deg": TILT_DEG,
-}
-"""The limits that the texts name in braces."""
+_CONSTANTS = {"touch_fraction": LARGEST_TOUCH_FRACTION, "shortest_leaf": SHORTEST_LEAF, "tilt_deg": TILT_DEG}
+"""What the texts may name in braces."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,19 +51,45 @@ def entries() -> tuple[Entry, ...]:
 
     One with a key of report.json has the unit of that key, and its meaning unless it has its own.
     """
-    loaded = []
-    limits = {name: f"{limit:g}" for name, limit in _LIMITS.items()}
-    for kind in ("verdicts", "symbols"):
-        text = (Path(__file__).parent / f"{kind}.toml").read_text(encoding="utf-8")
-        for name, table in tomllib.loads(text).items():
-            aliases = tuple(table.pop("aliases", ()))
-            each = tuple(table.pop("each", ()))
-            key = report_key(table.get("key", ""))
-            if key is not None:
-                table = {"meaning": _sentence(key), **table, "unit": key.unit}
-            table |= {text: table[text].format(**limits) for text in ("meaning", "formula")}
-            loaded.append(Entry(name=name, is_verdict=kind == "verdicts", aliases=aliases, each=each, **table))
+    loaded = [_of_verdict(row) for row in verdict_rows()]
+    text = (Path(__file__).parent / "symbols.toml").read_text(encoding="utf-8")
+    for name, table in tomllib.loads(text).items():
+        aliases = tuple(table.pop("aliases", ()))
+        key = report_key(table.get("key", ""))
+        if key is not None:
+            table = {"meaning": _sentence(key), **table, "unit": key.unit}
+        table |= {column: _filled(table[column], _CONSTANTS) for column in ("meaning", "formula")}
+        loaded.append(Entry(name=name, is_verdict=False, aliases=aliases, **table))
     return tuple(loaded)
+
+
+def _of_verdict(row: VerdictRow) -> Entry:
+    """Return the entry of a verdict, whose texts may name its own numbers too."""
+    numbers = {
+        "limit": row.limit,
+        "tolerance": row.tolerance,
+        "tolerance_percent": 100.0 * (row.tolerance or 0.0),
+        "tolerance_with_pins_percent": 100.0 * row.tolerance_with_pins,
+        **_CONSTANTS,
+    }
+    return Entry(
+        name=row.name,
+        meaning=_filled(row.meaning, numbers),
+        formula=_filled(row.formula, numbers),
+        source=row.source,
+        is_verdict=True,
+        each=row.each,
+        key=row.key or None,
+        unit=row.unit,
+        level=row.level,
+        value_level=row.value_level,
+    )
+
+
+def _filled(text: str, numbers: Mapping[str, float | str | None]) -> str:
+    """Return a text with the numbers that it names in braces."""
+    texts = {name: f"{number:g}" if isinstance(number, float) else number for name, number in numbers.items()}
+    return text.format(**texts)
 
 
 def _sentence(key: ReportKey) -> str:

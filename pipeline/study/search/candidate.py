@@ -21,7 +21,7 @@ def shortfall(verdict: Verdict) -> float:
     of the poses that have no reading is added, and 1 stands for a verdict without a number. Whether a process can make
     a spring is left to the run where the beam law cannot tell.
     """
-    if verdict.passed is None and verdict.name.startswith("printable."):
+    if verdict.passed is None and verdict.row.value_level is not None:
         return 0.0
     value, limit = verdict.value, verdict.limit
     if not is_number(value) or not is_number(limit):
@@ -42,7 +42,7 @@ def shortfall(verdict: Verdict) -> float:
 
 def _unread(verdict: Verdict) -> float:
     """Return in which fraction of the poses [1] there is no reading, for which a verdict on readings fails."""
-    poses = re.match(r"(\d+) of (\d+) poses", verdict.reference) if verdict.name.startswith("reading.") else None
+    poses = re.match(r"(\d+) of (\d+) poses", verdict.reference) if "reading" in verdict.row.needs else None
     return int(poses[1]) / int(poses[2]) if poses else 0.0
 
 

@@ -14,10 +14,10 @@ from pipeline.storage.stopwatch import Progress, silent
 from pipeline.study.search.candidate import Candidate
 from pipeline.study.search.proof import UNSOLVED, Proof, first_proved
 from pipeline.study.suggest.changes import Changes, change_design, in_words, size, sweeps, value_of
-from pipeline.verdicts.hints import least_travel, shorter_travel
-from pipeline.verdicts.rules import displacement_verdict, tolerance_hint
+from pipeline.verdicts.hints import least_travel, shorter_travel, tolerance_hint
+from pipeline.verdicts.rules import displacement_verdict
 from sensor.design.parameters import Design
-from sensor.verdict import Verdict, failed_verdict
+from sensor.verdict import Verdict, judge
 from sensor.words import rounded
 from solve.contact.linear_response import travels
 from solve.contact.response import scene_response
@@ -31,8 +31,6 @@ _BISECTIONS_ON_CELLS = 2
 _BEYOND = 0.05  # by how much a bound is passed over, so that the solved leaves and error bars pass too
 ROUGH = 0.02  # tolerance of the springs whose contact is good enough to try a change
 _TRAVEL = "press.travel_mm"
-# Readings of flat tips are too slow to try.
-_FLAT_TIPS = failed_verdict("reading.bias", "tips with a dome", unit="1", reference="readings of flat tips")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,7 +131,8 @@ class Search:
     def _verdicts(self, design: Design) -> tuple[Verdict, ...]:
         """Return the verdicts of a design with ideal springs, fewer where the first ones decide that it fails."""
         if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
-            return (_FLAT_TIPS,)
+            # They are too slow to try.
+            return (judge("reading.bias", None, "readings of flat tips", limit="tips with a dome"),)
         sensor = self._sized(design)
         if scene_of(design).on_cells:  # P at two moduli, a tenth of the whole press, often shows that it fails
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
@@ -141,7 +140,7 @@ class Search:
             x = travels(design.press.travel_mm, TRAVELS)
             spread = displacement_verdict(scene_response(scene, sensor.contact, sensor.springs.C, moduli, x))
             if spread.passed is not True:
-                return (*sensor.verdicts_on_printing, spread)
+                return (*sensor.verdicts_on("print"), spread)
             self._budget_left -= 2.0 * _cost(design)
         return sensor.verdicts
 
@@ -237,7 +236,7 @@ def _less_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) 
     if _TRAVEL not in {*changes, *fixed}:
         for verdict in result.verdicts:
             shorter = shorter_travel(verdict, result.design, result.springs)
-            if verdict.passed is not True and verdict.name != "bruise" and shorter is not None:
+            if verdict.passed is not True and verdict.row.by_travel != "pressure" and shorter is not None:
                 travels.append(shorter)
     return [Candidate(changes={**changes, _TRAVEL: min(travels)}, verdicts=())] if travels else []
 

@@ -28,7 +28,7 @@ from pipeline.reading.measurement import LEVEL_MODULI, RiseModel, rise_model, se
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, Presses
 from pipeline.reading.uncertainty import UncertaintySources
-from pipeline.verdicts.rules import analysis_verdicts, reading_verdicts
+from pipeline.verdicts.rules import bias_verdict, skin_verdict, touch_verdict, uncertainty_verdict
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
@@ -55,7 +55,8 @@ def sensor_of(design):
 
 
 def outcomes(found, design):
-    return {verdict.name: verdict.passed for verdict in analysis_verdicts(found, design.reading)}
+    rules = (bias_verdict, uncertainty_verdict, touch_verdict)
+    return {verdict.name: verdict.passed for verdict in (rule(found, design.reading) for rule in rules)}
 
 
 def test_no_pose_biases_a_square_of_whole_faces():
@@ -117,9 +118,8 @@ def judged_with_round_off(design, monkeypatch, seed):
     monkeypatch.setattr(sensor_module, "pose_forces", leaning)
     sensor = sensor_of(design)
     found = analyse_readings(sensor)
-    bias, uncertainty, _, bruise = reading_verdicts(design, found)
     worst = [row.worst for row in found.moduli] + [row.placement for row in found.pressures]
-    return worst, [verdict.reference for verdict in (bias, uncertainty, bruise)]
+    return worst, [rule(found, design.reading).reference for rule in (bias_verdict, uncertainty_verdict, skin_verdict)]
 
 
 def test_worst_pose_of_ties_is_the_first_for_any_round_off(monkeypatch):
@@ -192,7 +192,7 @@ def test_tilt_at_which_a_tip_never_touches_is_refused_and_fails_the_touch():
     assert re.match(r"\d+ of \d+ poses have no reading, as at 0.5 MPa, tilted 8 deg", found.refused)
     assert found.touch.value == 1.0
     assert set(outcomes(found, design).values()) == {False}
-    bias, *_ = analysis_verdicts(found, design.reading)
+    bias = bias_verdict(found, design.reading)
     assert bias.reference.startswith(f"{found.refused}; of the others: largest |E read / E - 1|")
 
 
@@ -344,7 +344,7 @@ def test_largest_bias_keeps_its_own_bar_and_a_wider_one_leaves_the_verdict_open(
         rows.append(row)
     found = Readings(method="rise", touch=Estimate(0.1, 0.0), moduli=tuple(rows))
     assert (found.bias, found.reach) == (Estimate(0.042, 0.001), Estimate(0.037, 0.01))
-    verdict, *_ = analysis_verdicts(found, Reading(bias_limit=limit))
+    verdict = bias_verdict(found, Reading(bias_limit=limit))
     assert (verdict.value, verdict.error, verdict.passed) == (0.042, 0.001, passed)
 
 

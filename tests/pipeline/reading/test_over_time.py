@@ -11,7 +11,7 @@ from pipeline.options import RunOptions
 from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
 from pipeline.report.of_result import relaxation_report
 from pipeline.verdicts.hints import with_hints
-from pipeline.verdicts.rules import relaxation_verdicts
+from pipeline.verdicts.rules import relaxation_verdict
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
@@ -32,7 +32,6 @@ def over_time(design):
 
 def test_flesh_that_is_not_said_to_relax_costs_nothing():
     assert over_time(Design()) is None
-    assert relaxation_verdicts(Design(), None) == ()
 
 
 def test_orange_moves_the_ratio_of_the_paper_as_published():
@@ -75,7 +74,7 @@ def test_apparent_modulus_at_the_reading_is_what_the_verdict_compares_with():
 @pytest.mark.parametrize(("arms", "hold", "passed"), [(((0.02, 2.0),), 3.0, True), (ORANGE, 900.0, False)])
 def test_flesh_that_relaxes_much_in_the_hold_fails_and_has_a_hint(arms, hold, passed):
     design = relaxing(arms=arms, hold=hold, reading=Reading(), springs=Design().springs)
-    (verdict,) = relaxation_verdicts(design, over_time(design))
+    verdict = relaxation_verdict(design, over_time(design))
     assert (verdict.name, verdict.limit, verdict.passed) == ("reading.relaxation", 0.05, passed)
     (hinted,) = with_hints([verdict], design, springs_of(design), RunOptions())
     assert (hinted.remedy is None) is passed
@@ -86,7 +85,7 @@ def test_forces_that_tell_no_modulus_in_the_hold_fail_and_are_null_in_the_report
     """Of flesh of which little is left, long before a slow press stops."""
     design = relaxing(((0.9863522967742812, 0.34328670798457106),), speed=0.01656433777028851, hold=2.61)
     found = over_time(design)
-    (verdict,) = relaxation_verdicts(design, found)
+    verdict = relaxation_verdict(design, found)
     assert verdict.passed is False
     assert verdict.value is None
     report = relaxation_report(found)

@@ -30,7 +30,7 @@ from pipeline.study.study_file import UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT
 from pipeline.study.tasks import PointResult
 from sensor.quantity import InputError
 from sensor.theory.two_spring_law import size_springs
-from sensor.verdict import equal
+from sensor.verdict import judge
 from solve.linear import SolveError
 from twintip.cli import main
 
@@ -252,7 +252,7 @@ def test_design_that_fails_a_verdict_is_never_the_best(written, engine, tmp_path
 def planted(value, number=0, *, passes=True, **settings):
     """Return a candidate with one verdict."""
     named = {key.replace("__", "."): value for key, value in settings.items()}
-    verdict = equal("P_max", 1.0 if passes else 2.0, 1.0, 0.1, unit="1", reference="")
+    verdict = judge("P_max", 1.0 if passes else 2.0, "", limit=1.0, tolerance=0.1)
     return Candidate(changes=named, verdicts=(verdict,), value=value, number=number)
 
 

@@ -1,20 +1,29 @@
 """Every verdict that did not pass has a hint; what it asks for follows from the verdict's own numbers."""
 
 import dataclasses
+from string import Formatter
 
 import pytest
 from stand_ins import GOOD, result_of, springs_of
 
-from pipeline.options import RunOptions, load_design
+from pipeline.options import DEFAULT_TOLERANCE, ROUGH_TOLERANCE, RunOptions, load_design
 from pipeline.study.suggest.changes import sweeps
-from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, shorter_travel, with_hints
+from pipeline.verdicts.hints import CLAUSES, CONTACT_SIZES, SEARCH, hint, shorter_travel, tolerance_hint, with_hints
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.tips import Press, Tips
 from sensor.quantity import Estimate
 from sensor.tips.flat import Cylinder
+from sensor.verdict import verdict_rows
 
 ROUGH = RunOptions(tolerance=0.02)
+UNDECIDED = dataclasses.replace(GOOD, passed=None, tolerance=0.1)
+
+
+@pytest.mark.parametrize("row", verdict_rows(), ids=lambda row: row.name)
+def test_clauses_of_a_hint_are_known(row):
+    for template in (row.hint, row.hint_without_value):
+        assert {clause for _, clause, *_ in Formatter().parse(template) if clause} <= CLAUSES.keys()
 
 
 def hinted(design, *, made=True, options=None):
@@ -146,3 +155,32 @@ def test_tips_that_touch_late_ask_for_the_travel_of_which_it_is_half():
 def test_springs_sized_by_another_formula_are_mended_by_the_contact():
     failed = dataclasses.replace(GOOD, name="P_max", passed=False)
     assert hint(failed, Design(), springs_of(Design()), RunOptions(fruit_stiffness="hayes")) == CONTACT_SIZES
+
+
+@pytest.mark.parametrize(
+    ("error", "asked", "words"),
+    [
+        (0.1, 0.02, "undecided by its error bar, `--tol 0.005` would decide"),
+        (0.07, 0.02, "undecided by its error bar, `--tol 0.005` would decide"),
+        (0.5, 0.02, "undecided by its error bar, no `--tol` would decide"),
+        (1000.0, 0.001, "undecided by its error bar, no `--tol` would decide"),
+    ],
+)
+def test_an_undecided_verdict_says_which_tolerance_would_decide(error, asked, words):
+    P_max = dataclasses.replace(UNDECIDED, name="P_max", limit=5.0, tolerance=0.01, relative=True, error=error)
+    assert tolerance_hint(P_max, asked) == words
+
+
+@pytest.mark.parametrize("name", ["K_l", "K_h"])
+def test_a_stiffness_is_decided_by_the_tolerance_of_a_run_as_it_comes(name):
+    """The tolerance of a run is the error that it allows to a spring: 0.1 %, which is what the verdict allows."""
+    K = dataclasses.replace(UNDECIDED, name=name, limit=900.0, tolerance=0.001, relative=True, error=9.0)
+    assert f"`--tol {DEFAULT_TOLERANCE:g}`" in str(tolerance_hint(K, ROUGH_TOLERANCE))
+
+
+def test_a_decided_verdict_needs_no_advice():
+    for passed in (True, False):
+        decided = dataclasses.replace(GOOD, passed=passed, error=1.0, tolerance=0.1)
+        assert tolerance_hint(decided, 0.02) is None
+    of_springs_not_made = dataclasses.replace(UNDECIDED, error=1e-4)
+    assert tolerance_hint(of_springs_not_made, 0.02) is None

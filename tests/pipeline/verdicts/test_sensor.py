@@ -6,10 +6,19 @@ import pytest
 from stand_ins import CONTACT, result_of, sensor_of, springs_of
 
 from pipeline.response.scene_press import press_scene, scene_of
-from pipeline.verdicts.sensor import paper_verdicts, tip_pressure
+from pipeline.verdicts.sensor import RULES, paper_verdicts, tip_pressure
 from sensor.design.parameters import PAPER_SPRINGS, Design, Targets
+from sensor.verdict import verdict_rows
 
 ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high"]
+
+
+def test_every_verdict_that_needs_no_solid_has_a_rule():
+    """A study may ask for those that have a level."""
+    ruled = [name for name, _ in RULES]
+    asked = {name for row in verdict_rows() if row.level is not None for name in row.names}
+    assert set(ruled) == asked | {"reading.relaxation"}
+    assert [name for name in ruled if ruled.count(name) > 1] == ["bruise"] * 2  # of readings, or of the hardest press
 
 
 def verdicts_of(design, *, made=True):

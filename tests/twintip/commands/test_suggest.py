@@ -11,9 +11,9 @@ from pipeline.options import load_design
 from pipeline.study.suggest import fruit_design
 from pipeline.study.suggest import suggestion as room
 from pipeline.study.suggest.suggestion import Suggestion
-from pipeline.verdicts.rules import margin_verdict
 from sensor.design.design_file import design_as_toml
 from sensor.quantity import Estimate
+from sensor.verdict import judge
 from twintip.cli import main
 from twintip.commands import suggest
 
@@ -79,7 +79,7 @@ def fruits(monkeypatch):
 
     def stand_in(fruit, preset, keep, _progress):
         asked.append((fruit, preset, keep))
-        failed = margin_verdict("reading.bias", Estimate(0.0519, 0.0008), 0.05, "at 2 MPa", at_most=True)
+        failed = judge("reading.bias", Estimate(0.0519, 0.0008), "at 2 MPa", limit=0.05)
         return Suggestion(design=preset, changes=None, verdicts=(failed,), reason="none found")
 
     monkeypatch.setattr(fruit_design, "fruit_suggestion", stand_in)
