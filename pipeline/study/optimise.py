@@ -36,14 +36,13 @@ from sensor.arrays import Floats
 from sensor.design.design_file import design_as_toml
 from sensor.design.parameters import Design
 from sensor.quantity import validation_error
-from sensor.verdict import Verdict
+from sensor.verdict import Verdict, row_of
 
 MOST_RUNS = 20
 DESIGN = "design.toml"
 RUN = "best"
 FRONT = "front"
 _MEMBERS = 8  # of a generation, for each key that varies
-_READING = "reading."  # begins the verdicts on readings, and the keys of the table without which there are none
 _UNNUMBERED = -1  # until a point is to be solved: one that is stored has its number already
 
 
@@ -90,34 +89,22 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
 
 def _refuse_unjudged(study: Study) -> None:
     """Raise InputError for a verdict of the goal that needs a key which the base lacks and which does not vary."""
-    fruit = study.base.tables.get("fruit", {})
-    given = {
-        "fruit.bruise_limit_MPa": "bruise_limit_MPa" in fruit,
-        "fruit.relaxation": "relaxation" in fruit,
-        _READING: "reading" in study.base.tables,
-    }
+    tables = study.base.tables
     goal = study.goal
     verdicts = [
         ("optimise.minimise", verdict_field(goal.minimise)[0]),
         *(("optimise.under", name) for name in goal.under),
     ]
     for field, name in verdicts:
-        for key in _keys_for(name):
-            if given[key] or any(varied.startswith(key) for varied in study.vary):
+        for given in row_of(name).given:
+            table, _, key = given.partition(".")
+            varies = any(varied.startswith(given if key else f"{table}.") for varied in study.vary)
+            if varies or (key in tables.get(table, {}) if key else table in tables):
                 continue
-            asked = "a [reading] table" if key == _READING else key
-            bound = f"a verdict of the base, which has no {key.rstrip('.')}"
+            asked = given if key else f"a [{table}] table"
+            bound = f"a verdict of the base, which has no {given}"
             hint = f"give {asked} in the base or under [set], or choose optimise.minimise and under without {name}"
             raise validation_error(field, name, "", bound, hint)
-
-
-def _keys_for(verdict: str) -> tuple[str, ...]:
-    """Return the keys that a verdict needs to be judged; "reading." stands for any key of that table."""
-    if verdict == "reading.relaxation":
-        return (_READING, "fruit.relaxation")
-    if verdict.startswith(_READING):
-        return (_READING,)
-    return ("fruit.bruise_limit_MPa",) if verdict == "bruise" else ()
 
 
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from typing import Literal
 
-from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key, report_keys, value_at
 from sensor.gone import refuse_gone_key
 from sensor.quantity import nearest, validation_error
+from sensor.verdict import row_of, verdict_rows
 
 Part = Literal["response", "reading"]
 Level = Literal["contact", "flexures", "files"]
@@ -17,7 +17,6 @@ LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
 VERDICT_FIELDS = ("value", "error", "limit", "tolerance", "passed")
 PASSED = "passed"
 """Whether all verdicts of a run passed: what a study may ask for beside the keys of its report."""
-_ON_SOLIDS = "geometry."  # each solid has verdicts of its own, which only a run knows
 
 
 def level_of(name: str, keys: Iterable[str]) -> Level:
@@ -39,7 +38,7 @@ def _level_of(name: str, key: str) -> Level:
     for one in report_keys():
         if one.is_value and one.level:
             values.append(one.name.replace("[]", ".0").replace("SPRING", "low"))
-    verdicts = [f"verdicts.{verdict}.value" for verdict in _verdict_levels()]
+    verdicts = [f"verdicts.{verdict}.value" for row in verdict_rows() if row.level for verdict in row.names]
     bound = "a key of report.json that docs/studies.md names, down to one number or text"
     raise validation_error(name, key, "", bound, f"did you mean {nearest(key, [*values, *verdicts, PASSED])}?")
 
@@ -57,8 +56,10 @@ def _verdict_level(key: str) -> str:
     verdict, field = verdict_field(key)
     if field not in VERDICT_FIELDS:
         return ""
-    levels = _verdict_levels(of_value=field == "value")
-    return levels.get(verdict, "files" if verdict.startswith(_ON_SOLIDS) else "")
+    row = row_of(verdict)
+    level = (row.value_level if field == "value" else None) or row.level
+    # The table has every verdict; those on solids are known to a whole run only.
+    return level or ("files" if row.group == "solid" else "")
 
 
 def verdict_field(key: str) -> tuple[str, str]:
@@ -68,33 +69,23 @@ def verdict_field(key: str) -> tuple[str, str]:
     return (name, field) if table == "verdicts" else ("", "")
 
 
-def _verdict_levels(*, of_value: bool = False) -> dict[str, str]:
-    """Return the level of each verdict, or of its value, that a study may ask for by its name."""
-    levels: dict[str, str] = {}
-    for entry in entries():
-        level = (entry.value_level if of_value else None) or entry.level
-        if level is not None:
-            levels |= dict.fromkeys(entry.each or (entry.name,), level)
-    return levels
-
-
 def parts_of(keys: Iterable[str], *, reads: bool, linear: bool) -> tuple[Part, ...]:
     """Return the parts of an evaluation that must be solved for some keys of the level contact.
 
     A design that `reads` is judged by its readings; a `linear` scene has P_max and NL by the two-spring law alone.
     """
-    by_readings = ["reading.", "verdicts.reading."]
-    by_response = ["response.", "verdicts.geometry.", "verdicts.P_displacement_independent.", "verdicts.P_monotonic."]
-    (by_readings if reads else by_response).append("verdicts.bruise.")
-    if not linear:
-        by_response += ["verdicts.P_max.", "verdicts.NL."]
-    wanted = list(keys)
-    parts: list[Part] = []
-    if any(key.startswith(tuple(by_readings)) for key in wanted):
-        parts.append("reading")
-    if any(key.startswith(tuple(by_response)) for key in wanted):
-        parts.append("response")
-    return tuple(parts)
+    solved: dict[str, tuple[Part, ...]] = {
+        "reading": ("reading",),
+        "response": ("response",),
+        "pressure": ("reading",) if reads else ("response",),
+        "force ratio": () if linear else ("response",),
+    }
+    parts: set[Part] = set()
+    for key in keys:
+        verdict, _ = verdict_field(key)
+        for need in row_of(verdict).needs if verdict else (key.partition(".")[0],):
+            parts.update(solved.get(need, ()))
+    return tuple(sorted(parts))
 
 
 def wanted_value(report: object, key: str) -> object:

@@ -3,13 +3,15 @@
 import dataclasses
 import json
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 
 from pipeline.study.variation import Setting
 from sensor.design.design_tables import DesignTables
 from sensor.design.parameters import Design, GivenSprings
 from sensor.design.processes import PROCESSES
 from sensor.tips.shapes import OPTIONAL_KEYS
+from sensor.verdict import row_of
 from sensor.words import shown
 
 Value = Setting | None
@@ -26,10 +28,8 @@ _CLOSE = 2.5  # sides between tips so close that a round fruit is nearly flat un
 _WHOLE_CHANGE = 1.0  # size of a change that is no ratio: another word, a key that is unset or set to 0
 _DEMANDS = ("reading.bias_limit", "reading.uncertainty_limit", "reading.tilt_deg")  # asking for less comes last
 _SPRINGS = [f"springs.{item.name}" for item in dataclasses.fields(GivenSprings)]
+_TRAVEL = "press.travel_mm"
 _TIPS = [f"tips.{key}" for key in ("dome_radius_mm", "side_mm", "spacing_mm")]
-_OF_THE_RATIO = {"P_max", "NL", "P_displacement_independent", "P_monotonic"}
-_OF_THE_SPRINGS = {"printable.low", "printable.high", "K_l", "K_h"}
-_OF_THE_READING = {"reading.bias", "reading.uncertainty", "reading.touch"}
 
 
 def change_design(design: Design, changes: Changes) -> Design:
@@ -69,60 +69,94 @@ def in_words(changes: Changes) -> str:
 
 
 def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:
-    """Return the changes that may mend some verdicts, with fewer steps where contact is solved on cells."""
-    return [[change] for change in _words(design, set(failed))] + _numbers(design, set(failed), on_cells=on_cells)
+    """Return the changes that may mend some verdicts, with fewer steps where contact is solved on cells.
 
-
-def _words(design: Design, failed: set[str]) -> list[Changes]:
-    """Return the changes to other words or to zero, each by itself, that may mend some verdicts.
-
-    For a force ratio they are a level press, flat faces, and springs that targets size. For springs that cannot be made
-    they are other processes.
+    They are those of the moves that the rows of the verdicts name, in the order of `MOVES`, and another travel.
     """
-    changes: list[Changes] = []
-    if failed & _OF_THE_RATIO:
-        changes += [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}]
-        if design.tips.tip_shape.has_flat_face:
-            changes.append({"tips.fillet_mm": 0.0})
-        changes.append({"press.attitude": "side"})
-        if not design.tips.tip_shape.has_flat_face:
-            sharp = {"tips.fillet_mm": 0.0} if design.tips.fillet_mm else {}
-            unset = _unset(design, [f"tips.{key}" for key in OPTIONAL_KEYS])
-            changes.append({"tips.shape": "cube", **sharp, **unset})
-        if design.targets is not None:
-            changes.append(dict.fromkeys(_SPRINGS))
-    if failed & _OF_THE_SPRINGS or "geometry.made" in failed:
-        changes += [{"print.process": process} for process in PROCESSES]
-    return [change for change in changes if any(value_of(design, key) != value for key, value in change.items())]
-
-
-def _numbers(design: Design, failed: set[str], *, on_cells: bool) -> list[Sweep]:
-    """Return the changes of numbers that may mend some verdicts: times factors that make them smaller or larger."""
-    reads = bool(failed & _OF_THE_READING)
-    smaller, larger = _factors(design, on_cells=on_cells)
-    keys = ["press.travel_mm"]
+    asked = {move for name in failed for move in row_of(name).mended_by} | {_TRAVEL}
     found: list[Sweep] = []
-    if reads or failed & _OF_THE_SPRINGS or "bruise" in failed:
-        keys += _SPRINGS
-    if reads or failed & (_OF_THE_RATIO | {"bruise", "geometry.tip_face"}):
-        keys += _TIPS
-    if failed & _OF_THE_SPRINGS and not design.springs.given:
-        for key in ("targets.NL", "targets.P_max"):
-            found += _scaled(design, key, SMALLER, LARGER)
-    for key in keys:
-        found += _scaled(design, key, smaller, larger)
-    if reads and design.tips.tip_shape.obeys_hertz:
-        found += _scaled(design, "reading.tilt_deg", SMALLER[:7])
-        for name in failed & {"reading.bias", "reading.uncertainty"}:
-            found += _scaled(design, f"{name}_limit", LARGER[:5])
-    if "reading.uncertainty" in failed:
-        found.append([{"reading.calibrated_by": "plate"}])
-    if on_cells and "P_displacement_independent" in failed:
-        side = design.tips.side_mm
-        sides = [side * factor for factor in _COARSELY_SMALLER]
-        found.append([{"tips.side_mm": less, "tips.spacing_mm": _CLOSE * less} for less in sides])
-        found.append([{"tips.spacing_mm": _CLOSE * side}])
+    for move, make in MOVES.items():
+        if move in asked:
+            found += make(design, on_cells)
     return found
+
+
+def _two_spring_law(design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return the changes back to what the law holds for: a level press, flat faces, springs that targets size."""
+    flat = design.tips.tip_shape.has_flat_face
+    changes: list[Changes] = [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}]
+    if flat:
+        changes.append({"tips.fillet_mm": 0.0})
+    changes.append({"press.attitude": "side"})
+    if not flat:
+        sharp = {"tips.fillet_mm": 0.0} if design.tips.fillet_mm else {}
+        unset = _unset(design, [f"tips.{key}" for key in OPTIONAL_KEYS])
+        changes.append({"tips.shape": "cube", **sharp, **unset})
+    if design.targets is not None:
+        changes.append(dict.fromkeys(_SPRINGS))
+    return _that_change(design, changes)
+
+
+def _processes(design: Design, _on_cells: bool) -> list[Sweep]:
+    return _that_change(design, [{"print.process": process} for process in PROCESSES])
+
+
+def _that_change(design: Design, changes: list[Changes]) -> list[Sweep]:
+    """Return the changes that are any, each by itself."""
+    return [[change] for change in changes if any(value_of(design, key) != value for key, value in change.items())]
+
+
+def _targets(design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return other targets, where they size the springs."""
+    if design.springs.given:
+        return []
+    return [sweep for key in ("targets.NL", "targets.P_max") for sweep in _scaled(design, key, SMALLER, LARGER)]
+
+
+def _numbers(keys: Sequence[str], design: Design, on_cells: bool) -> list[Sweep]:
+    """Return numbers times factors that make them smaller or larger."""
+    factors = _factors(design, on_cells=on_cells)
+    return [sweep for key in keys for sweep in _scaled(design, key, *factors)]
+
+
+def _less_tilt(design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return less tilt to be read in, where readings of the tips are quick to try."""
+    return _scaled(design, "reading.tilt_deg", SMALLER[:7]) if design.tips.tip_shape.obeys_hertz else []
+
+
+def _wider_limit(key: str, design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return a larger limit of readings, where those of the tips are quick to try."""
+    return _scaled(design, key, LARGER[:5]) if design.tips.tip_shape.obeys_hertz else []
+
+
+def _plate(_design: Design, _on_cells: bool) -> list[Sweep]:
+    return [[{"reading.calibrated_by": "plate"}]]
+
+
+def _close_tips(design: Design, on_cells: bool) -> list[Sweep]:
+    """Return tips so close that a round fruit is nearly flat under them, where contact is solved on cells."""
+    if not on_cells:
+        return []
+    side = design.tips.side_mm
+    sides = [side * factor for factor in _COARSELY_SMALLER]
+    smaller: Sweep = [{"tips.side_mm": less, "tips.spacing_mm": _CLOSE * less} for less in sides]
+    return [smaller, [{"tips.spacing_mm": _CLOSE * side}]]
+
+
+MOVES: Mapping[str, Callable[[Design, bool], list[Sweep]]] = {
+    "two-spring law": _two_spring_law,
+    "print.process": _processes,
+    "targets": _targets,
+    _TRAVEL: partial(_numbers, [_TRAVEL]),
+    "springs": partial(_numbers, _SPRINGS),
+    "tips": partial(_numbers, _TIPS),
+    "reading.tilt_deg": _less_tilt,
+    "reading.bias_limit": partial(_wider_limit, "reading.bias_limit"),
+    "reading.uncertainty_limit": partial(_wider_limit, "reading.uncertainty_limit"),
+    "reading.calibrated_by": _plate,
+    "tips.spacing_mm": _close_tips,
+}
+"""The changes that a row of a verdict may name in `mended_by`, made for a design; `True` where contact is on cells."""
 
 
 def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:

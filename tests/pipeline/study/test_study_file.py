@@ -257,7 +257,7 @@ def test_distributions_have_their_quantiles():
         ("verdicts.printable.low.passed", "contact", ()),
         ("verdicts.printable.low.value", "flexures", ()),
         ("deflections_mm.0", "flexures", ()),
-        ("verdicts.geometry.valid.passed", "files", ("response",)),
+        ("verdicts.geometry.valid.passed", "files", ()),
         ("passed", "files", ()),
     ],
 )
@@ -275,7 +275,13 @@ def test_key_needs_no_more_than_its_level(key, level, parts):
     "key",
     [
         *("springs", "response", "behaviour", "springs.seconds", "contact.seconds", "springs.K", "x.y", "tips.0.x_mm"),
-        *("verdicts.K_l", "verdicts.geometry.x", "verdicts.sideways.low.value", "verdicts.K_l.remedy"),
+        *(
+            "verdicts.K_l",
+            "verdicts.geometry.x",
+            "verdicts.geometry.x.value",
+            "verdicts.sideways.low.value",
+            "verdicts.K_l.remedy",
+        ),
     ],
 )
 def test_key_that_no_report_has_is_refused(key):

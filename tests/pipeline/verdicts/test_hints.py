@@ -7,7 +7,7 @@ import pytest
 from stand_ins import GOOD, result_of, springs_of
 
 from pipeline.options import DEFAULT_TOLERANCE, ROUGH_TOLERANCE, RunOptions, load_design
-from pipeline.study.suggest.changes import sweeps
+from pipeline.study.suggest.changes import MOVES, sweeps
 from pipeline.verdicts.hints import CLAUSES, CONTACT_SIZES, SEARCH, hint, shorter_travel, tolerance_hint, with_hints
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
@@ -21,9 +21,10 @@ UNDECIDED = dataclasses.replace(GOOD, passed=None, tolerance=0.1)
 
 
 @pytest.mark.parametrize("row", verdict_rows(), ids=lambda row: row.name)
-def test_clauses_of_a_hint_are_known(row):
+def test_clauses_and_moves_of_a_row_are_known(row):
     for template in (row.hint, row.hint_without_value):
         assert {clause for _, clause, *_ in Formatter().parse(template) if clause} <= CLAUSES.keys()
+    assert set(row.mended_by) <= MOVES.keys()
 
 
 def hinted(design, *, made=True, options=None):
