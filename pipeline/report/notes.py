@@ -10,12 +10,13 @@ from pipeline.reading.analysis import Readings
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
+from pipeline.verdicts.errors.budget import Budgets
 from sensor.design.fruit import USUAL_MODULI
 from sensor.design.parameters import Design
 from sensor.quantity import COVERAGE
-from sensor.theory.free_fruit import roll, table_share
+from sensor.theory.free_fruit import table_share
 from sensor.theory.hertz import equivalent_radius
-from sensor.theory.soft_tissue import FLESH_LAWS, deepest_solved, large_strain_factor
+from sensor.words import rounded
 
 ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et al. (2012), doi:10.1007/s11947-011-0528-4
 _ALWAYS_FIRST = math.inf
@@ -29,15 +30,16 @@ class Note(NamedTuple):
 
 
 def notes(result: SensorResult) -> list[str]:
-    """Return the notes of a result, closed forms of its numbers only, those that move a reading most first."""
+    """Return the notes of a result, what moves its numbers or a reading most first."""
     info = result.press.table.info
     judged = _of_the_scene(result) if result.readings is None else _of_the_reading(result.design, result.readings)
     found = [
-        _housing(result),
+        *_advice(result.errors.budgets),
+        *_given_springs(result),
         _relaxation(result),
         *_skin(result),
         *_weight(result),
-        *_free_fruit(result),
+        *_table(result),
         *judged,
     ]
     found.sort(key=lambda note: note.percent, reverse=True)
@@ -53,29 +55,33 @@ def _unusual(design: Design) -> list[str]:
     return unusual[:1]
 
 
-def _housing(result: SensorResult) -> Note:
-    """Return the note on calibrating a print, or the one on a line of tips, which has no housing."""
-    if result.design.tips.tip_layout.has_housing:
-        process = result.springs.process
-        # A leaf's stiffness is proportional to the third power of its thickness.
-        moved_l, moved_h = (100.0 * (3.0 * process.accuracy_mm / leaf) for leaf in process.leaf_thicknesses_mm)
-        return Note(
-            max(moved_l, moved_h),
-            f"Calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved_l:.0f} % "
-            f"and K_h by {moved_h:.0f} %.",
+def _advice(budgets: Budgets) -> Iterator[Note]:
+    """Yield each advice of the causes of error once, with the cause and the number that it moves most."""
+    largest: dict[str, Note] = {}
+    for number in ("K_l", "K_h", "P_max", "NL"):
+        budget = getattr(budgets, number)
+        for part in () if budget is None else (*budget.model, *budget.input):
+            percent = 100.0 * abs(part.size)
+            if part.advice and (part.advice not in largest or percent > largest[part.advice].percent):
+                text = f"{part.advice}: {part.reason} moves {number} by {rounded(percent, 2):g} %."
+                largest[part.advice] = Note(percent, text)
+    yield from largest.values()
+
+
+def _given_springs(result: SensorResult) -> Iterator[Note]:
+    """Yield the note on a line of tips, which has no housing; none for other tips."""
+    if not result.design.tips.tip_layout.has_housing:
+        K_l, K_h = (1e3 * K for K in result.springs.stiffnesses.stiffnesses)
+        yield Note(
+            _ALWAYS_FIRST,
+            f"Calibrate what you build: a line of tips has no housing, and {K_l:.5g} and {K_h:.5g} N/m are taken as "
+            "given.",
         )
-    springs = result.springs.stiffnesses
-    K_l, K_h = (1e3 * K for K in springs.stiffnesses)
-    return Note(
-        _ALWAYS_FIRST,
-        f"Calibrate what you build: a line of tips has no housing, and {K_l:.5g} and {K_h:.5g} N/m are taken as given.",
-    )
 
 
 def _of_the_scene(result: SensorResult) -> Iterator[Note]:
-    """Yield the notes on a force ratio: depth and large strain, pressure on the skin, the fruit of the targets."""
+    """Yield the notes on a force ratio: the pressure on the skin, and the fruit of the targets."""
     design = result.design
-    yield _large_strain(design, design.press.travel_mm / design.tips.side_mm)
     if design.fruit.bruise_limit_MPa is None:
         pressure = mean_tip_pressure(design, result.press)
         yield Note(
@@ -86,22 +92,6 @@ def _of_the_scene(result: SensorResult) -> Iterator[Note]:
         0.0,
         f"Size the springs again for another fruit or other tips: these targets hold for K_m/E = "
         f"{result.contact.K_m_over_E():.5g} mm.",
-    )
-
-
-def _large_strain(design: Design, depth: float) -> Note:
-    """Return the note on large strain of the flesh under one tip at a depth [tip sides]."""
-    if not design.tips.tip_shape.has_flat_face or depth > deepest_solved():
-        return Note(
-            0.0,
-            f"Check the deepest press on a body of known modulus: large strain at {depth:.2g} tip widths is left out.",
-        )
-    factors = [float(large_strain_factor(depth, design.fruit.poisson, law)) for law in FLESH_LAWS]
-    changes = [100.0 * (factor - 1.0) for factor in factors]
-    return Note(
-        max(map(abs, changes)),
-        f"Calibrate at {depth:.2g} tip widths of depth: large strain moves the force by {changes[0]:+.2g} % "
-        f"({min(changes):+.2g} to {max(changes):+.2g} % by the law of the flesh).",
     )
 
 
@@ -189,39 +179,26 @@ def _skin(result: SensorResult) -> Iterator[Note]:
 
 
 def _weight(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on the weight of the moving parts, which sets the tips off level; none where nothing is made."""
+    """Yield the note on the weight of the moving parts of a sensor that reads whole presses."""
     sags = [sag.value for sag in weight_sag(result.springs, "down")]
-    if not sags:
-        return
-    apart = max(sags) - min(sags)
-    press = result.design.press
-    off_level = f"pointing down, the tips hang {apart:.2g} mm off level"
-    if result.readings is None:
-        percent = 100.0 * apart / press.travel_mm
-        yield Note(percent, f"Zero the forces in the attitude of the press ({press.attitude}): {off_level}.")
-    else:
-        yield Note(0.0, f"Tare in any attitude: {off_level}, which a press that is read whole does not see.")
+    if sags and result.readings is not None:
+        apart = max(sags) - min(sags)
+        yield Note(
+            0.0,
+            f"Tare in any attitude: pointing down, the tips hang {apart:.2g} mm off level, which a press that is read "
+            "whole does not see.",
+        )
 
 
-def _free_fruit(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on a whole fruit, which is solved as held at its base: what changes where it lies on a table."""
+def _table(result: SensorResult) -> Iterator[Note]:
+    """Yield the note on a whole fruit, which is solved as held at its base: what a table gives under it."""
     fruit = result.design.fruit
-    if not fruit.can_roll or fruit.radius_mm is None:
-        return
-    at_largest_E = result.press.at_largest_E
-    E = float(at_largest_E.E[-1])
-    forces = at_largest_E.F[-1, -1]
-    travel = result.design.press.travel_mm
-    on_table = equivalent_radius(*fruit.radii_mm)
-    by_table = table_share(float(forces.sum()), travel, E, fruit.poisson, on_table)
-    contact = result.contact.at(E)
-    # Spring and flesh in series under each tip alone, without the crosstalk, which moves all tips alike [mm/N].
-    compliance_under_tip = np.diag(result.springs.C) + (np.diag(contact.S) - contact.crosstalk) / E
-    stiffness_under_tip = (1.0 / compliance_under_tip).tolist()
-    rolled = roll(forces.tolist(), result.design.tips.centres_mm, stiffness_under_tip, fruit.radius_mm)
-    rolls = f"rolls by {rolled.angle_deg:.2g} deg" if rolled.steady else "rolls away under the tips"
-    yield Note(
-        100.0 * by_table,
-        f"Hold the fruit: free on a table it gives {100.0 * by_table:.2g} % of the travel there, and {rolls} unless "
-        f"friction of at least {rolled.friction:.2g} holds it.",
-    )
+    if fruit.can_roll:
+        at_largest_E = result.press.at_largest_E
+        force = float(at_largest_E.F[-1, -1].sum())
+        travel = result.design.press.travel_mm
+        share = table_share(force, travel, float(at_largest_E.E[-1]), fruit.poisson, equivalent_radius(*fruit.radii_mm))
+        yield Note(
+            100.0 * share,
+            f"Support the fruit at its base: a flat table gives {100.0 * share:.2g} % of the travel.",
+        )

@@ -29,11 +29,12 @@ Change = Callable[[Cause, float], Floats]
 
 @dataclass(frozen=True, kw_only=True)
 class Contribution:
-    """What acts, by how much of the number it moves it [1], and why by this much."""
+    """What acts, by how much of the number it moves it [1], why by this much, and what a user can do about it."""
 
     effect: str
     size: float
     reason: str
+    advice: str
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -242,7 +243,7 @@ def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> Unce
         size = float(size_of(cause, change))
         if abs(size) >= LEAST:
             parts = inputs if cause.scatters else model
-            parts.append(Contribution(effect=cause.name, size=size, reason=cause.reason))
+            parts.append(Contribution(effect=cause.name, size=size, reason=cause.reason, advice=cause.advice))
     return UncertaintyBudget(numerical=numerical, model=tuple(model), input=tuple(inputs))
 
 

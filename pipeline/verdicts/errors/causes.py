@@ -1,7 +1,8 @@
 """What moves the numbers of a sensor beside their numerical error.
 
 A cause is either left out by the model, or the scatter of an input, two sigma. It changes the stiffness of a spring,
-the stiffness of the fruit under a tip, or the height of a tip. `budget.py` carries it to each number.
+the stiffness of the fruit under a tip, or the height of a tip. `budget.py` carries it to each number, and its advice
+becomes a note.
 """
 
 import math
@@ -28,6 +29,7 @@ from sensor.theory.sloped_skin import frictionless_press
 from sensor.theory.soft_tissue import (
     LARGEST_CHANGE,
     constitutive_spread,
+    deepest_solved,
     large_strain_factor,
     no_slip,
 )
@@ -60,7 +62,8 @@ class Cause:
 
     `scatters` marks an input known within a range, which goes either way; otherwise the model leaves the cause out.
     `calibrated` means that calibrating the printed unit takes it away. The stiffness of a spring is proportional to
-    its input to the `power`.
+    its input to the `power`. `advice` is what a user can do about it. Its note says that the reason moves a number, so
+    the reason is then a noun.
     """
 
     name: str
@@ -71,6 +74,7 @@ class Cause:
     scatters: bool = False
     calibrated: bool = False
     power: float = 1.0
+    advice: str = ""
 
 
 NO_CAUSE = Cause(name="", reason="")
@@ -134,8 +138,13 @@ def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[C
         for leaf in leaves:
             thicker = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
             footed.append(FOOT_HIGH_MM / leaf.depth * (thicker**BEAM_SLOPE - 1.0))
-        reason = f"a first layer {FOOT_MM:g} mm wider on each side, {FOOT_HIGH_MM:g} mm high; cut it off or calibrate"
-        yield Cause(name="elephant's foot", reason=reason, springs=np.array(footed), calibrated=True)
+        yield Cause(
+            name="elephant's foot",
+            reason=f"a first layer {FOOT_MM:g} mm wider on each side and {FOOT_HIGH_MM:g} mm high",
+            springs=np.array(footed),
+            calibrated=True,
+            advice="Cut off the elephant's foot, or calibrate",
+        )
 
     percents = " and ".join(f"{100.0 * abs(change):.2g}" for change in LARGEST_MOUNT_CHANGES)
     reason = (
@@ -163,10 +172,22 @@ def _left_out_of_contact(design: Design, depths: Floats) -> Iterator[Cause]:
     yield Cause(name="no slip", reason=reason, fruit=np.array([stiffer, stiffer]))
 
     sides_deep = depths / design.tips.side_mm
-    reason = f"FE of one tip, at most {sides_deep.max():.2g} tip sides deep"
-    yield Cause(name="large strain", reason=reason, fruit=large_strain_factor(sides_deep, poisson) - 1.0)
-    reason = f"{reason}; Hencky and foam apart, with neo-Hooke between"
-    yield Cause(name="law of the flesh", reason=reason, fruit=constitutive_spread(sides_deep, poisson))
+    deepest = float(sides_deep.max())
+    is_solved = design.tips.tip_shape.has_flat_face and deepest <= deepest_solved()
+    advice = "Calibrate at full travel" if is_solved else "Check the deepest press on a body of known modulus"
+    found_by = f"(FE of one tip, at most {deepest:.2g} tip sides deep)"
+    yield Cause(
+        name="large strain",
+        reason=f"large strain {found_by}",
+        fruit=large_strain_factor(sides_deep, poisson) - 1.0,
+        advice=advice,
+    )
+    yield Cause(
+        name="law of the flesh",
+        reason=f"the law of the flesh, Hencky's or foam {found_by}",
+        fruit=constitutive_spread(sides_deep, poisson),
+        advice=advice,
+    )
 
     slopes = scene_of(design).slopes_deg
     sliding = np.array([frictionless_press(poisson, math.tan(math.radians(angle))) for angle in slopes])
@@ -204,21 +225,37 @@ def _left_out_of_motion(pair: PressedSensor, travel: Floats, deflections: Floats
             # A fruit that runs away takes a tip out of contact: one more travel than there is.
             turns.append(math.radians(rolled.angle_deg) if rolled.steady else 2.0 * each / design.tips.spacing_mm)
         # The coefficient of friction is the same at all travels, as all forces are proportional to them.
-        reason = f"a fruit that lies free on a table rolls, unless friction holds it: {rolled.friction:.2g} is enough"
-        offsets = np.multiply.outer(places, np.reshape(turns, travel.shape))
-        yield Cause(name="free fruit", reason=reason, height_offsets=offsets)
+        yield Cause(
+            name="free fruit",
+            reason=f"a fruit that rolls freely on a table (friction of {rolled.friction:.2g} holds it)",
+            height_offsets=np.multiply.outer(places, np.reshape(turns, travel.shape)),
+            advice="Hold the fruit",
+        )
 
 
 def _scatter_of_prints(process: Process) -> Iterator[Cause]:
     """Yield the scatter of prints, the same for all springs as they are one print."""
+    advice = "Calibrate each printed unit"
     E = COVERAGE * process.E_scatter
-    reason = f"E of {process.name} within {100.0 * E:g} % from print to print"
-    yield Cause(name="modulus", reason=reason, springs=np.array([E, E]), scatters=True, calibrated=True)
-
+    yield Cause(
+        name="modulus",
+        reason=f"E of {process.name} within {100.0 * E:g} % from print to print",
+        springs=np.array([E, E]),
+        scatters=True,
+        calibrated=True,
+        advice=advice,
+    )
     off = process.accuracy_mm  # which holds 95 % already
     thicker = np.array([((t + off) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
-    reason = f"leaves {off:g} mm off; K goes with t to the {BEAM_SLOPE:g}"
-    yield Cause(name="leaf thickness", reason=reason, springs=thicker, scatters=True, calibrated=True, power=BEAM_SLOPE)
+    yield Cause(
+        name="leaf thickness",
+        reason=f"leaf thickness within {off:g} mm (K as t^{BEAM_SLOPE:g})",
+        springs=thicker,
+        scatters=True,
+        calibrated=True,
+        power=BEAM_SLOPE,
+        advice=advice,
+    )
 
 
 def _scatter_of_tips(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
@@ -226,15 +263,21 @@ def _scatter_of_tips(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
     tips = pair.design.tips
     off = tip_accuracy_mm(tips, pair.springs.process)
     wider = min(LARGEST_CHANGE, off / tips.side_mm)
-    reason = f"tips {off:g} mm off; the fruit's goes with the side"
+    reason = f"tips wider or narrower by {off:g} mm (the stiffness of the fruit as the side)"
     yield Cause(name="tip side", reason=reason, fruit=np.array([wider, wider]), scatters=True)
 
     reason = f"edges rounded by {off:g} mm, at the depth of each tip"
     yield Cause(name="tip edge", reason=reason, fruit=-edge_loss(depths, tips.side_mm, off), scatters=True)
 
     apart = np.array([-0.5 * off, 0.5 * off])  # up for one tip, down for the other
-    reason = f"{off:g} mm between the tips; zero the tips on a flat plate"
-    yield Cause(name="tip height", reason=reason, height_offsets=apart, scatters=True, calibrated=True)
+    yield Cause(
+        name="tip height",
+        reason=f"a step of {off:g} mm between the tips",
+        height_offsets=apart,
+        scatters=True,
+        calibrated=True,
+        advice=zeroing(pair.design),
+    )
 
 
 def _scatter_of_scenes(pair: PressedSensor) -> Iterator[Cause]:
@@ -243,18 +286,37 @@ def _scatter_of_scenes(pair: PressedSensor) -> Iterator[Cause]:
     fruit = design.fruit
     largest = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
     change = (1.0 - fruit.poisson**2) / (1.0 - largest**2) - 1.0
-    reason = f"within {fruit.poisson_spread:g}; the fruit's goes with 1 / (1 - nu^2), as on a half-space"
-    yield Cause(name="Poisson's ratio", reason=reason, fruit=np.array([change, change]), scatters=True)
+    yield Cause(
+        name="Poisson's ratio",
+        reason=f"Poisson's ratio nu within {fruit.poisson_spread:g} (as 1 / (1 - nu^2), as on a half-space)",
+        fruit=np.array([change, change]),
+        scatters=True,
+        advice="Set fruit.poisson if it is known",
+    )
 
     degrees = design.press.tilt_spread_deg
     step = 0.5 * design.tips.spacing_mm * math.tan(math.radians(degrees))
-    reason = f"the sensor tilted by {degrees:g} deg"
-    yield Cause(name=POSE, reason=reason, height_offsets=np.array([-step, step]), scatters=True)
+    yield Cause(
+        name=POSE,
+        reason=f"a tilt of {degrees:g} deg more or less",
+        height_offsets=np.array([-step, step]),
+        scatters=True,
+        advice="Hold the sensor steady",
+    )
 
     offsets = tip_height_offsets(pair.springs, "down") if design.press.attitude == "side" else ()
     if offsets:
         apart = max(offsets) - min(offsets)
-        reason = (
-            f"pressed down, not sideways, its tips stand {apart:.2g} mm off level: see press.attitude, or zero them"
+        yield Cause(
+            name="weight",
+            reason=f"pressing down instead of sideways (tips {apart:.2g} mm off level)",
+            height_offsets=np.array(offsets),
+            scatters=True,
+            calibrated=True,
+            advice=zeroing(design),
         )
-        yield Cause(name="weight", reason=reason, height_offsets=np.array(offsets), scatters=True, calibrated=True)
+
+
+def zeroing(design: Design) -> str:
+    """Return the advice on what sets the tips off level."""
+    return f"Zero the tips on a flat plate in the attitude of the press ({design.press.attitude})"
