@@ -8,7 +8,7 @@ import pytest
 from stand_ins import CONTACT, sensor_of, sizing_of, springs_of
 
 from pipeline.response.scene_press import ScenePress, press_scene, scene_of
-from pipeline.verdicts.rules import target_verdicts
+from pipeline.verdicts.rules import NL_verdict, P_max_verdict
 from pipeline.verdicts.targets import SceneTargets, reached_targets
 from sensor.design.parameters import Design, Targets
 from sensor.design.tips import Press
@@ -32,8 +32,11 @@ def checked(design, height_offsets=()):
     springs = springs_of(design)
     press = press_scene(scene_of(design, height_offsets), CONTACT, springs.C)
     reached = reached_targets(sensor_of(design, springs), design.targets, press)
-    verdicts = target_verdicts(reached.P_max, reached.NL, design.targets, "")
-    return Checked(press, reached, {verdict.name: verdict for verdict in verdicts})
+    verdicts = {
+        "P_max": P_max_verdict(reached.P_max, design.targets, ""),
+        "NL": NL_verdict(reached.NL, design.targets, ""),
+    }
+    return Checked(press, reached, verdicts)
 
 
 def balance(E, travels):

@@ -23,7 +23,7 @@ from pipeline.verdicts.errors.budget import (
     uncertainty_budgets,
 )
 from pipeline.verdicts.errors.causes import LARGEST_MOUNT_CHANGES, after_calibration, all_causes
-from pipeline.verdicts.rules import target_verdicts
+from pipeline.verdicts.rules import NL_verdict, P_max_verdict
 from pipeline.verdicts.targets import SceneTargets, characteristic
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print, Targets
@@ -108,7 +108,7 @@ def test_every_number_says_all_three_shares(name, model, inputs, budgets):
 
 def test_numerical_error_is_the_bar_that_the_verdicts_use(budgets):
     own = characteristic(pair_of(Design()))
-    P, NL = target_verdicts(own.P_max(), own.NL(Targets()), Targets(), "")
+    P, NL = P_max_verdict(own.P_max(), Targets(), ""), NL_verdict(own.NL(Targets()), Targets(), "")
     assert (budgets.K_l.numerical, budgets.K_h.numerical) == pytest.approx(ERRORS, rel=1e-12)
     assert budgets.P_max.numerical * P.value == pytest.approx(P.error, rel=1e-12)
     assert budgets.NL.numerical * NL.value == pytest.approx(NL.error, rel=1e-12)
