@@ -36,6 +36,7 @@ from pipeline.report.report import (
     SpringReport,
     TipReport,
 )
+from pipeline.report.response_table import band_columns, force_columns, numbers
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_as_sized
@@ -66,7 +67,7 @@ def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> 
             name=process.material, E_MPa=process.E_MPa, poisson=process.poisson, process=process.name
         ),
         behaviour=result.behaviour,
-        curve=_curve(result.errors.reading),
+        curve=_curve(result.errors.reading, design.tips),
         tips=tip_reports(design.tips),
         read_out=result.read_out,
         verdicts=result.verdicts,
@@ -204,37 +205,29 @@ def contact_report(contact: FruitCompliance) -> ContactReport:
 def response_reports(sensor: PressedSensor, table: SensorResponse) -> tuple[ResponseReport, ...]:
     """Return the response at each modulus with the errors of contact and springs."""
     tips = sensor.design.tips
+    columns = force_columns(table, tips) | {"slope_ratio": table.slope_ratio}
     rows = []
     for i, E in enumerate(table.E.tolist()):
         spring_errors = force_errors_of_springs(sensor, E)
-        low, high = (table.F[i, :, list(group)].mean(axis=0) for group in tips.spring_groups)
+        over_travel: dict[str, Any] = {name: numbers(grid[i]) for name, grid in columns.items()}
         row = ResponseReport(
-            E_MPa=E,
-            x_mm=tuple(table.x.tolist()),
-            P=_numbers(table.P[i]),
-            F_l_N=_numbers(low),
-            F_h_N=_numbers(high),
-            slope_ratio=_numbers(table.slope_ratio[i]),
-            F_error_percent=_numbers(100.0 * (table.F_error[i] + spring_errors.max())),
-            P_error_percent=_numbers(100.0 * (table.P_error[i] + spring_errors.sum())),
-            F_N=tuple(_numbers(table.F[i, :, tip]) for tip in tips.own_columns),
+            **over_travel | {"E_MPa": E},
+            F_error_percent=numbers(100.0 * (table.F_error[i] + spring_errors.max())),
+            P_error_percent=numbers(100.0 * (table.P_error[i] + spring_errors.sum())),
+            F_N=tuple(numbers(table.F[i, :, tip]) for tip in tips.own_columns),
         )
         rows.append(row)
     return tuple(rows)
 
 
-def _curve(table: ReadingTable) -> CurveReport:
+def _curve(table: ReadingTable, tips: Tips) -> CurveReport:
     """Return P at full travel over the modulus, with its bands; the first modulus stands for the softest fruit."""
-    response = table.response
+    columns = force_columns(table.response, tips) | band_columns(table)
+    at_full_travel: dict[str, Any] = {name: numbers(grid[:, -1]) for name, grid in columns.items()}
     return CurveReport(
-        x_mm=float(response.x[-1]),
-        P_softest=_finite(float(response.P[0, -1])),
-        E_MPa=tuple(response.E[1:].tolist()),
-        P=_numbers(response.P[1:, -1]),
-        E_lower_as_printed_MPa=_numbers(table.printed[1:, -1, 0]),
-        E_upper_as_printed_MPa=_numbers(table.printed[1:, -1, 1]),
-        E_lower_calibrated_MPa=_numbers(table.calibrated[1:, -1, 0]),
-        E_upper_calibrated_MPa=_numbers(table.calibrated[1:, -1, 1]),
+        x_mm=float(table.response.x[-1]),
+        P_softest=at_full_travel["P"][0],
+        **{name: at_full_travel[name][1:] for name in ("E_MPa", "P", *band_columns(table))},
     )
 
 
@@ -285,8 +278,8 @@ def relaxation_report(over_time: ReadingOverTime) -> RelaxationReport:
         row = RelaxingModulusReport(
             E_MPa=E,
             F_N=_number_rows(over_time.F[i].T),
-            P=_numbers(over_time.P[i]),
-            E_apparent_MPa=_numbers(over_time.apparent[i]),
+            P=numbers(over_time.P[i]),
+            E_apparent_MPa=numbers(over_time.apparent[i]),
         )
         moduli.append(row)
     best = over_time.steadiest
@@ -356,13 +349,8 @@ def _accuracy(result: SensorResult) -> AccuracyReport:
     )
 
 
-def _numbers(values: Floats) -> Numbers:
-    """Return numbers of the same unit; None for one that is not finite."""
-    return tuple(_finite(value) for value in values.tolist())
-
-
 def _number_rows(values: Floats) -> tuple[Numbers, ...]:
-    return tuple(_numbers(row) for row in values)
+    return tuple(numbers(row) for row in values)
 
 
 def _finite(value: float) -> float | None:

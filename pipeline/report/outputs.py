@@ -10,7 +10,7 @@ from pipeline.options import run_key
 from pipeline.report.of_result import report_of_result
 from pipeline.report.page.page import page_of
 from pipeline.report.report import ListedFile, report_data
-from pipeline.report.response_csv import response_csv
+from pipeline.report.response_table import response_csv
 from pipeline.result import SensorResult
 from pipeline.storage.digests import REPORT, file_digest
 from pipeline.storage.folder import OutputError, managed_files

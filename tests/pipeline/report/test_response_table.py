@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, K_M_OVER_E, result_of, sizing_of
 
-from pipeline.report.response_csv import COLUMNS, response_csv
+from pipeline.report.of_result import report_of_result
+from pipeline.report.response_table import force_columns, response_csv
 from pipeline.verdicts.errors.budget import level_press
 from pipeline.verdicts.errors.sensor_errors import reading_table
 from pipeline.verdicts.targets import ForceRatioCurve
 from sensor.design.parameters import Design
+from sensor.design.tips import Tips
 from sensor.theory.two_spring_law import Springs, force_ratio, fruit_stiffness
 
 RESULT = result_of()
@@ -27,7 +29,10 @@ def rows(result=RESULT):
 
 def test_rows_go_over_modulus_and_travel_to_the_largest_of_both():
     table = rows()
-    assert tuple(table[0]) == COLUMNS
+    assert list(table[0]) == [
+        *("E_MPa", "x_mm", "F_l_N", "F_h_N", "P", "P_mesh_error_percent"),
+        *("E_lower_as_printed_MPa", "E_upper_as_printed_MPa", "E_lower_calibrated_MPa", "E_upper_calibrated_MPa"),
+    ]
     assert len(table) == 72 * 6
     assert (table[-1]["E_MPa"], table[-1]["x_mm"]) == (3.5, 0.6)
     assert table[-1]["P"] == pytest.approx(5.0, rel=1e-5)
@@ -82,3 +87,26 @@ def test_travel_at_which_a_tip_is_off_some_fruit_has_no_bands():
     table = reading_table(pair, replace(curve, P=P), level_press(pair, curve.E, curve.x))
     assert np.isnan(table.printed[:, 0]).all()
     np.testing.assert_array_equal(table.printed[:, 1:], RESULT.errors.reading.printed[:, 1:])
+
+
+def test_report_has_the_numbers_of_the_table():
+    """The curve those at full travel; each response the means over the tips of a kind."""
+    report = report_of_result(RESULT)
+    at_full_travel = [row for row in rows() if row["x_mm"] == report.curve.x_mm]
+    for name in ("E_MPa", "P", "E_lower_as_printed_MPa", "E_upper_as_printed_MPa", "E_lower_calibrated_MPa"):
+        written = [row[name] for row in at_full_travel]
+        assert written == pytest.approx(list(getattr(report.curve, name)), rel=5e-4)  # half of the fourth digit
+    table = RESULT.press.table
+    for i, response in enumerate(report.response):
+        assert (response.E_MPa, response.x_mm) == (table.E[i], tuple(table.x))
+        assert (response.F_l_N, response.F_h_N) == (tuple(table.F[i, :, 0]), tuple(table.F[i, :, 1]))
+
+
+def test_forces_of_a_square_are_means_and_stand_singly_at_the_end():
+    tips = Tips(layout="square")
+    response = replace(
+        RESULT.press.curve, F=np.arange(2.0 * 3.0 * 4.0).reshape(2, 3, 4), E=np.ones(2), x=np.arange(3.0)
+    )
+    columns = force_columns(response, tips)
+    assert columns["F_l_N"][1].tolist() == [13.0, 17.0, 21.0]  # of the first and the third tip
+    assert columns["F_h_N"][1].tolist() == [14.0, 18.0, 22.0]

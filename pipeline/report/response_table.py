@@ -1,0 +1,61 @@
+"""Forces, P and the modulus over modulus and travel as columns, of which response.csv and report.json take theirs."""
+
+import csv
+import io
+import math
+
+import numpy as np
+
+from pipeline.verdicts.errors.sensor_errors import ReadingTable
+from sensor.arrays import Floats
+from sensor.design.tips import Tips
+from sensor.words import shown
+from solve.contact.linear_response import SensorResponse
+
+Columns = dict[str, Floats]
+"""Numbers of shape (moduli, travels) by their names; nan where there is none."""
+# Of a number in response.csv. More digits of an error differ from solver to solver, and the file would with them.
+_DIGITS = {"P_mesh_error_percent": 3}
+_FORCE_DIGITS, _BAND_DIGITS = 6, 4
+
+
+def force_columns(response: SensorResponse, tips: Tips) -> Columns:
+    """Return modulus, travel, forces and P; forces are means over the tips of a kind."""
+    E, x = np.meshgrid(response.E, response.x, indexing="ij")
+    low, high = (response.F[:, :, list(kind)].mean(axis=2) for kind in tips.spring_groups)
+    return {"E_MPa": E, "x_mm": x, "F_l_N": low, "F_h_N": high, "P": response.P}
+
+
+def band_columns(table: ReadingTable) -> Columns:
+    """Return the moduli that may show each P, on a sensor as printed and on a calibrated unit."""
+    bands = {"as_printed": table.printed, "calibrated": table.calibrated}
+    ends = {"lower": 0, "upper": 1}
+    return {f"E_{end}_{name}_MPa": bands[name][..., ends[end]] for name in bands for end in ends}
+
+
+def response_csv(table: ReadingTable, tips: Tips) -> str:
+    """Return CSV text with one row for each modulus and travel; a cell is empty where a tip is off or no bound is.
+
+    Layouts other than a pair have a column for each tip at the end.
+    """
+    response = table.response
+    bands = band_columns(table)
+    columns = {
+        **force_columns(response, tips),
+        "P_mesh_error_percent": 100.0 * response.P_error,
+        **bands,
+        **{f"F_{tip + 1}_N": response.F[:, :, tip] for tip in tips.own_columns},
+    }
+    digits = {**dict.fromkeys(columns, _FORCE_DIGITS), **dict.fromkeys(bands, _BAND_DIGITS), **_DIGITS}
+    # The first modulus stands for the softest fruit, a limit and no fruit.
+    cells = [[shown(value, digits=digits[name]) for value in grid[1:].flat] for name, grid in columns.items()]
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*cells, strict=True))
+    return out.getvalue()
+
+
+def numbers(values: Floats) -> tuple[float | None, ...]:
+    """Return numbers of one unit as report.json has them; None for one that is not finite."""
+    return tuple(value if math.isfinite(value) else None for value in values.tolist())
