@@ -60,7 +60,7 @@ def _advice(budgets: Budgets) -> Iterator[Note]:
     largest: dict[str, Note] = {}
     for number in ("K_l", "K_h", "P_max", "NL"):
         budget = getattr(budgets, number)
-        for part in () if budget is None else (*budget.model, *budget.input):
+        for part in () if budget is None else (*budget.model, *budget.inputs):
             percent = 100.0 * abs(part.size)
             if part.advice and (part.advice not in largest or percent > largest[part.advice].percent):
                 text = f"{part.advice}: {part.reason} moves {number} by {rounded(percent, 2):g} %."

@@ -12,12 +12,9 @@ from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.report.notes import notes
 from pipeline.report.report import (
     AccuracyReport,
-    BudgetReport,
     ContactReport,
-    ContributionReport,
     CurveReport,
     LeftOut,
-    LevelReport,
     ListedFile,
     MaterialReport,
     ModulusReport,
@@ -41,9 +38,9 @@ from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_as_sized
 from pipeline.springs.sizing import SpringSizing
-from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
+from pipeline.verdicts.errors.budget import UncertaintyBudget
 from pipeline.verdicts.errors.sensor_errors import ReadingTable
-from pipeline.verdicts.targets import SceneTargets, force_errors_of_springs
+from pipeline.verdicts.targets import force_errors_of_springs
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
@@ -92,7 +89,7 @@ PARTS: dict[str, Callable[[Sensor | SensorResult], Any]] = {
     "deflections_mm": lambda sensor: sensor.sizing.deflections(sensor.design.full_travels_mm),
     "contact": lambda sensor: contact_report(sensor.contact),
     "response": lambda sensor: response_reports(sensor.pressed, sensor.press.table),
-    "level": lambda sensor: _level(sensor.level if isinstance(sensor, Sensor) else sensor.reached),
+    "level": lambda sensor: (sensor.level if isinstance(sensor, Sensor) else sensor.reached).level,
     "reading": lambda sensor: None if sensor.readings is None else reading_report(sensor.readings),
 }
 """The keys that need no solid, and what each is filled from."""
@@ -296,35 +293,11 @@ def relaxation_report(over_time: ReadingOverTime) -> RelaxationReport:
     )
 
 
-def _level(reached: SceneTargets) -> LevelReport:
-    """Return P_max and NL of a level sensor with flat sharp tips on flat fruit, whatever scene was asked for."""
-    P_max, NL = reached.level
-    return LevelReport(P_max=P_max.value, P_max_error=P_max.error, NL=NL.value, NL_error=NL.error)
-
-
-def _errors(result: SensorResult) -> dict[str, BudgetReport | None]:
+def _errors(result: SensorResult) -> dict[str, UncertaintyBudget | None]:
     """Return the budget of each number; springs that a line is given have none."""
-    budgets = {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()}
     has_housing = result.design.tips.tip_layout.has_housing
+    budgets = vars(result.errors.budgets)
     return {name: budget for name, budget in budgets.items() if has_housing or name not in ("K_l", "K_h")}
-
-
-def _budget(budget: UncertaintyBudget | None) -> BudgetReport | None:
-    if budget is None:
-        return None
-    return BudgetReport(
-        discretisation_percent=100.0 * budget.numerical,
-        model=_contributions(budget.model),
-        inputs=_contributions(budget.input),
-        model_percent=100.0 * budget.model_total,
-        inputs_percent=100.0 * budget.input_total,
-    )
-
-
-def _contributions(parts: Iterable[Contribution]) -> tuple[ContributionReport, ...]:
-    return tuple(
-        ContributionReport(effect=part.effect, size_percent=100.0 * part.size, reason=part.reason) for part in parts
-    )
 
 
 def _paper(result: SensorResult) -> PaperReport | None:

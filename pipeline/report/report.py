@@ -20,7 +20,9 @@ from pipeline.springs.behaviour_record import SpringBehaviour
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.storage.told import as_data, structure_hook
+from pipeline.verdicts.errors.budget import UncertaintyBudget
 from pipeline.verdicts.errors.scatter_bands import ScatterBands
+from pipeline.verdicts.targets import LevelTargets
 from sensor.design.design_file import design_from_mapping
 from sensor.design.parameters import Design
 from sensor.gone import REPORT_KEYS
@@ -275,38 +277,6 @@ class ReadingReport:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LevelReport:
-    """What the two-spring law gives for a level sensor with flat sharp tips on the middle of a flat fruit."""
-
-    P_max: float = report_field("1", "force ratio on the firmest fruit")
-    P_max_error: float = report_field("1", "half width of the error bar of P_max")
-    NL: float = report_field("1", "nonlinearity of the force ratio over the modulus")
-    NL_error: float = report_field("1", "half width of the error bar of NL")
-
-
-@dataclass(frozen=True, kw_only=True)
-class ContributionReport:
-    """One effect on a number."""
-
-    effect: str = report_field("", "name of the effect")
-    size_percent: float = report_field("%", "change of the number by this effect")
-    reason: str = report_field("", "how this change was found")
-
-
-@dataclass(frozen=True, kw_only=True)
-class BudgetReport:
-    """What the error of a number is made of."""
-
-    discretisation_percent: float = report_field("%", "numerical error of the number: the half width of the error bar")
-    model: tuple[ContributionReport, ...] = report_field("", "effects that the model leaves out")
-    inputs: tuple[ContributionReport, ...] = report_field("", "inputs that differ from print to print")
-    model_percent: float = report_field("%", "sum of the sizes of all model effects")
-    inputs_percent: float = report_field(
-        "%", "root of the sum of the squares of all input effects, two standard deviations"
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
 class PaperReport:
     """The verdicts on the springs of the paper under the same contact."""
 
@@ -414,10 +384,10 @@ class Report:
     reading: ReadingReport | None = report_field(
         "", "accuracy of the modulus that the sensor reads; null without `[reading]` in the design", level="contact"
     )
-    level: LevelReport = report_field("", "the design as a level sensor, by the two-spring law", level="contact")
+    level: LevelTargets = report_field("", "the design as a level sensor, by the two-spring law", level="contact")
     verdicts: tuple[Verdict, ...] = report_field("", "all verdicts on the design")
     remedy: str | None = report_field("", "the hint of the first verdict that did not pass; null where all pass")
-    errors: dict[str, BudgetReport | None] = report_field(
+    errors: dict[str, UncertaintyBudget | None] = report_field(
         "", "the sources of the error of each number; null where the number has none", level="files", each="NUMBER"
     )
     paper: PaperReport | None = report_field(

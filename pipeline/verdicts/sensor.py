@@ -151,8 +151,7 @@ def _scene_in_words(*, level: bool, reached: SceneTargets) -> str:
     """Return the words for the scene, with P_max and NL of a level sensor where it is another one."""
     if level:
         return "of a level sensor on flat fruit"
-    P_max, NL = reached.level
-    of_level = f"P_max {P_max.value:.4g}, NL {NL.value:.3g}"
+    of_level = f"P_max {reached.level.P_max:.4g}, NL {reached.level.NL:.3g}"
     return f"at full travel in this scene; a level sensor on flat fruit has {of_level}"
 
 

@@ -10,7 +10,7 @@ from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, spring_fractions
 from sensor.arrays import Floats
 from sensor.design.parameters import Targets
-from sensor.quantity import Estimate
+from sensor.quantity import Estimate, report_field
 from sensor.theory.two_spring_law import (
     Springs,
     curve_nonlinearity,
@@ -135,15 +135,22 @@ def force_errors_of_springs(sensor: PressedSensor, E: float) -> Floats:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SceneTargets:
-    """The largest force ratio and the nonlinearity of the scene [1], None where a tip is off the fruit.
+class LevelTargets:
+    """P_max and NL of a level sensor with flat sharp tips on the middle of a flat fruit, by the two-spring law."""
 
-    `level` are those of a level sensor with flat sharp tips on the middle of a flat fruit, by the two-spring law.
-    """
+    P_max: float = report_field("1", "force ratio on the firmest fruit")
+    P_max_error: float = report_field("1", "half width of the error bar of P_max")
+    NL: float = report_field("1", "nonlinearity of the force ratio over the modulus")
+    NL_error: float = report_field("1", "half width of the error bar of NL")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneTargets:
+    """P_max and NL of the scene [1], None if a tip is off the fruit, and those of a level sensor."""
 
     P_max: Estimate | None
     NL: Estimate | None
-    level: tuple[Estimate, Estimate]
+    level: LevelTargets
 
 
 def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
@@ -154,9 +161,10 @@ def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress |
     """
     pair = sensor.pair
     law = characteristic(pair)
-    level = (law.P_max(), law.NL(targets))
+    P_max, NL = law.P_max(), law.NL(targets)
+    level = LevelTargets(P_max=P_max.value, P_max_error=P_max.error, NL=NL.value, NL_error=NL.error)
     if press is None or press.level:
-        return SceneTargets(P_max=level[0], NL=level[1], level=level)
+        return SceneTargets(P_max=P_max, NL=NL, level=level)
     return SceneTargets(P_max=_scene_P_max(pair, press.curve), NL=_scene_NL(law, targets, press.curve), level=level)
 
 

@@ -16,6 +16,7 @@ from pipeline.response.scene_press import ScenePress
 from pipeline.verdicts.errors.causes import NO_CAUSE, POSE, Cause, all_causes
 from pipeline.verdicts.targets import SceneTargets, characteristic
 from sensor.arrays import Floats
+from sensor.quantity import report_field
 from sensor.record import Record
 from sensor.theory.two_spring_law import Definition, curve_nonlinearity
 from solve.contact.linear_response import SensorResponse
@@ -31,34 +32,39 @@ Change = Callable[[Cause, float], Floats]
 class Contribution:
     """What acts, by how much of the number it moves it [1], why by this much, and what a user can do about it."""
 
-    effect: str
-    size: float
-    reason: str
-    advice: str
+    effect: str = report_field("", "name of the effect")
+    size: float = report_field("%", "change of the number by this effect", key="size_percent", times=100.0)
+    reason: str = report_field("", "how this change was found")
+    advice: str = report_field("", "what a user can do about it", default="", told=False)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class UncertaintyBudget(Record):
-    """The error of one number by its sources, each relative to the number [1]."""
+    """The error of one number by its sources, each relative to the number [1].
 
-    numerical: float
-    model: tuple[Contribution, ...]
-    input: tuple[Contribution, ...]
+    The causes of the model act together, so their sizes add. The inputs scatter apart, so their squares add.
+    """
 
-    @property
-    def model_total(self) -> float:
-        """Return the error of the model [1]: its causes act together, so their sizes add."""
-        return sum(abs(contribution.size) for contribution in self.model)
-
-    @property
-    def input_total(self) -> float:
-        """Return the error of the inputs [1], two sigma: they scatter apart, so their squares add."""
-        return math.hypot(*(contribution.size for contribution in self.input))
+    numerical: float = report_field(
+        "%",
+        "numerical error of the number: the half width of the error bar",
+        key="discretisation_percent",
+        times=100.0,
+    )
+    model: tuple[Contribution, ...] = report_field("", "effects that the model leaves out")
+    inputs: tuple[Contribution, ...] = report_field("", "inputs that differ from print to print")
+    model_total: float = report_field("%", "sum of the sizes of all model effects", key="model_percent", times=100.0)
+    inputs_total: float = report_field(
+        "%",
+        "root of the sum of the squares of all input effects, two standard deviations",
+        key="inputs_percent",
+        times=100.0,
+    )
 
     @property
     def total(self) -> float:
         """Return the whole error [1]: of the mesh, of the model and of the inputs."""
-        return self.numerical + self.model_total + self.input_total
+        return self.numerical + self.model_total + self.inputs_total
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -79,7 +85,7 @@ class Budgets(Record):
     def widest_spring(self) -> float:
         """Return the largest error of a spring by the inputs [1], two sigma; 0 if none is made."""
         springs = [budget for budget in (self.K_l, self.K_h) if budget is not None]
-        return max((budget.input_total for budget in springs), default=0.0)
+        return max((budget.inputs_total for budget in springs), default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -244,7 +250,13 @@ def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> Unce
         if abs(size) >= LEAST:
             parts = inputs if cause.scatters else model
             parts.append(Contribution(effect=cause.name, size=size, reason=cause.reason, advice=cause.advice))
-    return UncertaintyBudget(numerical=numerical, model=tuple(model), input=tuple(inputs))
+    return UncertaintyBudget(
+        numerical=numerical,
+        model=tuple(model),
+        inputs=tuple(inputs),
+        model_total=sum(abs(part.size) for part in model),
+        inputs_total=math.hypot(*(part.size for part in inputs)),
+    )
 
 
 def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> Floats:

@@ -87,12 +87,12 @@ def test_advice_on_a_cause_is_given_once_with_what_it_moves_most(design, advice,
     result = result_of(design) if design.fruit.shape == "block" else on_the_press_of_the_block(design)
     line = note(result, advice)
     budget = getattr(result.errors.budgets, number)
-    (part,) = (part for part in (*budget.model, *budget.input) if part.effect == effect)
+    (part,) = (part for part in (*budget.model, *budget.inputs) if part.effect == effect)
     percent = float(f"{abs(100.0 * part.size):.2g}")
     assert line.endswith(f": {part.reason} moves {number} by {percent:g} %.")
     for other in ("K_l", "K_h", "P_max", "NL"):
         budget = getattr(result.errors.budgets, other)
-        same = [abs(each.size) for each in (*budget.model, *budget.input) if each.advice == part.advice]
+        same = [abs(each.size) for each in (*budget.model, *budget.inputs) if each.advice == part.advice]
         assert max(same, default=0.0) <= abs(part.size)
 
 

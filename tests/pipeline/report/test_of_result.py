@@ -44,16 +44,17 @@ def test_errors_are_in_per_cent_and_name_what_they_are_made_of():
         entry = report["errors"][name]
         sums = (entry["discretisation_percent"], entry["model_percent"], entry["inputs_percent"])
         assert sums == pytest.approx(
-            [100.0 * part for part in (budget.numerical, budget.model_total, budget.input_total)]
+            [100.0 * part for part in (budget.numerical, budget.model_total, budget.inputs_total)]
         )
-        for key, parts in (("model", budget.model), ("inputs", budget.input)):
+        for key, parts in (("model", budget.model), ("inputs", budget.inputs)):
             assert [part["effect"] for part in entry[key]] == [part.effect for part in parts]
+            assert all(part.keys() == {"effect", "size_percent", "reason"} for part in entry[key])
             assert [part["reason"] for part in entry[key]] == [part.reason for part in parts]
             assert [part["size_percent"] for part in entry[key]] == pytest.approx([100.0 * part.size for part in parts])
     accuracy = report["accuracy"]
     assert accuracy["springs"]["error_percent"] == pytest.approx(100.0 * max(ERRORS))
     assert accuracy["contact"]["error_percent"] == pytest.approx(100.0 * CONTACT.error_pair)
-    P_max, NL = result.reached.level
+    P_max, NL = result.reached.P_max, result.reached.NL  # of a level sensor
     level = {"P_max": P_max.value, "P_max_error": P_max.error, "NL": NL.value, "NL_error": NL.error}
     assert report["level"] == pytest.approx(level)
     assert (report["paper"]["K_l_N_per_m"], report["paper"]["K_h_N_per_m"]) == pytest.approx((753.0, 17300.0))

@@ -33,8 +33,7 @@ def judged(own, targets, *, made=True):
     """Return the verdicts on P_max and NL of a sensor that the two-spring law describes."""
     design = Design(targets=targets)
     springs = springs_of(design, made=made)
-    level = own.P_max(), own.NL(targets)
-    reached = SceneTargets(P_max=level[0], NL=level[1], level=level)
+    reached = SceneTargets(P_max=own.P_max(), NL=own.NL(targets), level=None)
     sensor = solved(sensor_of(design, springs), reached=reached)
     return sensor.verdict("P_max"), sensor.verdict("NL")
 

@@ -63,7 +63,9 @@ def test_tilted_sensor_is_judged_by_what_it_reads(tilted):
 
 def test_flat_level_scene_is_the_two_spring_law():
     reached = checked(Design()).reached
-    assert (reached.P_max, reached.NL) == reached.level
+    level = reached.level
+    of_scene = (reached.P_max.value, reached.P_max.error, reached.NL.value, reached.NL.error)
+    assert of_scene == (level.P_max, level.P_max_error, level.NL, level.NL_error)
     assert reached.P_max.value == pytest.approx(5.0, rel=1e-9)
 
 

@@ -59,8 +59,7 @@ def budgets_of(design, springs=None):
     """Return the budgets as of a level pair, whatever the scene."""
     pair = pair_of(design, springs)
     law = characteristic(pair)
-    level = law.P_max(), law.NL(design.targets)
-    return in_scene(pair, SceneTargets(P_max=level[0], NL=level[1], level=level))
+    return in_scene(pair, SceneTargets(P_max=law.P_max(), NL=law.NL(design.targets), level=None))
 
 
 def in_scene(pair, reached, tilted=()):
@@ -81,7 +80,7 @@ def budgets():
 
 
 def size_of(budget, effect):
-    (size,) = (part.size for part in (*budget.model, *budget.input) if part.effect == effect)
+    (size,) = (part.size for part in (*budget.model, *budget.inputs) if part.effect == effect)
     return size
 
 
@@ -101,9 +100,9 @@ def names_of(contributions):
 )
 def test_every_number_says_all_three_shares(name, model, inputs, budgets):
     budget = getattr(budgets, name)
-    assert (names_of(budget.model), names_of(budget.input)) == (model, inputs)
+    assert (names_of(budget.model), names_of(budget.inputs)) == (model, inputs)
     assert budget.model_total == pytest.approx(sum(abs(each.size) for each in budget.model), rel=1e-12)
-    assert budget.input_total == pytest.approx(math.sqrt(sum(each.size**2 for each in budget.input)), rel=1e-12)
+    assert budget.inputs_total == pytest.approx(math.sqrt(sum(each.size**2 for each in budget.inputs)), rel=1e-12)
 
 
 def test_numerical_error_is_the_bar_that_the_verdicts_use(budgets):
@@ -257,7 +256,7 @@ def test_flat_tips_that_slide_give_sideways():
 )
 def test_effect_that_does_not_act_is_not_listed(design, number, effect):
     budget = getattr(budgets_of(design), number)
-    assert effect not in names_of((*budget.model, *budget.input))
+    assert effect not in names_of((*budget.model, *budget.inputs))
 
 
 def test_tilted_sensor_bends_one_spring_more(budgets):
@@ -406,8 +405,7 @@ def test_deflections_off_the_middle():
 def test_pose_of_a_solved_scene():
     """It is the worst of the tilted presses: P of 4.5 and 5.8, and curves bent by 0.06 and 0.03 of their rise."""
     pair = pair_of(Design())
-    numbers = Estimate(5.0, 0.01), Estimate(0.05, 0.001)
-    reached = SceneTargets(P_max=numbers[0], NL=numbers[1], level=numbers)
+    reached = SceneTargets(P_max=Estimate(5.0, 0.01), NL=Estimate(0.05, 0.001), level=None)
     tilted = [SimpleNamespace(P=np.array([[1.0], [middle], [top]])) for middle, top in ((2.96, 4.5), (3.544, 5.8))]
     budgets = in_scene(pair, reached, tilted)
     assert size_of(budgets.P_max, "pose") == pytest.approx(5.8 / 5.0 - 1.0, rel=1e-9)
@@ -437,8 +435,8 @@ def test_bound_of_mounts_is_the_largest_change_of_its_page_with_a_margin_of_a_qu
 
 def test_widest_spring(budgets):
     """The wider spring counts, and none that is not made."""
-    widest = max(budgets.K_l.input_total, budgets.K_h.input_total)
-    assert (budgets.widest_spring, budgets.K_l.input_total < budgets.K_h.input_total) == (widest, False)
+    widest = max(budgets.K_l.inputs_total, budgets.K_h.inputs_total)
+    assert (budgets.widest_spring, budgets.K_l.inputs_total < budgets.K_h.inputs_total) == (widest, False)
     assert budgets_of(Design(), springs_of(Design(), made=False)).widest_spring == 0.0
 
 
@@ -446,7 +444,7 @@ def test_calibrating_leaves_one_per_cent_a_spring_and_takes_the_print_away():
     pair = pair_of(Design())
     printed = ratio_budget(pair, 3.5, 0.6, 1e-4)
     calibrated = ratio_budget(pair, 3.5, 0.6, 1e-4, after_calibration)
-    left = names_of((*calibrated.model, *calibrated.input))
+    left = names_of((*calibrated.model, *calibrated.inputs))
     assert not {*OF_PRINT, "engraved marks", "elephant's foot", "mount"} & set(left)
     for effect, K in zip(("low spring", "high spring"), SPRINGS.stiffnesses, strict=True):
         assert size_of(calibrated, effect) == pytest.approx(0.01 * K_M / (K + K_M), rel=1e-3)
