@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
-from cad.fabrication.signal_path import SignalPath
 from cad.fabrication.templates import EACH, render_template
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
+from sensor.design.signal_path import SignalPath
 
 
 @dataclass(frozen=True)

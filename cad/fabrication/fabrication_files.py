@@ -10,7 +10,6 @@ from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount import mount_solid
-from cad.fabrication.signal_path import SpringReadOut
 from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl
 from cad.parts.assembly import COVER_COLOUR
@@ -18,6 +17,7 @@ from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
 from cad.parts.pose import print_pose
 from cad.parts.sensor import STEEL_COLOUR, NamedSolid, SensorSolids
+from sensor.design.signal_path import SpringReadOut
 
 _TOOL_COLOUR = (0.45, 0.62, 0.35)  # of what is no part of a sensor
 

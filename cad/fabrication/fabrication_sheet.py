@@ -9,7 +9,6 @@ from cad.drawing.sheet import Title
 from cad.fabrication.bill import BillLine, screw_name
 from cad.fabrication.mount import FLANGE_CIRCLE_MM, mounted_grip
 from cad.fabrication.mount import PLATE_MM as BRACKET_MM
-from cad.fabrication.signal_path import Spring, SpringReadOut
 from cad.fabrication.templates import render_template
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
@@ -19,6 +18,7 @@ from cad.parts.housing import DOWEL_MM, Arm
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
+from sensor.design.signal_path import Spring, SpringReadOut
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 
 _COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupon may use

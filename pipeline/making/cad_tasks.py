@@ -11,7 +11,7 @@ from pipeline.storage.kept_files import Written
 from sensor.design.parameters import Design
 
 if TYPE_CHECKING:
-    from cad.fabrication.signal_path import SpringReadOut
+    from sensor.design.signal_path import SpringReadOut
 
 
 def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Written:

@@ -3,7 +3,6 @@
 from concurrent.futures import Executor, Future
 from functools import partial
 
-from cad.fabrication.signal_path import SpringReadOut
 from mesh.housing.sweep import flexure_mesh
 from pipeline.making.cad_tasks import write_fabrication_files
 from pipeline.options import RunOptions
@@ -15,6 +14,7 @@ from pipeline.storage.cache import cached
 from pipeline.storage.kept_files import KeptFiles, begin_files
 from pipeline.storage.workers import finished_future
 from sensor.design.design_file import design_as_mapping
+from sensor.design.signal_path import SpringReadOut
 from sensor.quantity import Estimate
 from sensor.verdict import Verdict, judge
 from solve.housing.stiffness import sideways_stiffness

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cad.fabrication.signal_path import SignalPath, signal_path
 from pipeline.reading.poses import Placement
 from pipeline.reading.rise import fall_under_domes, rise_law
 from pipeline.response.scene_press import scene_of
@@ -16,6 +15,7 @@ from pipeline.springs.sizing import SpringSizing
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
 from sensor.design.reading import LARGEST_TOUCH_FRACTION, LEAST_OVER_NOISE
+from sensor.design.signal_path import SignalPath, signal_path
 from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, pair_law
 from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RiseLaw, read_rise, rise_of

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.fabrication.signal_path import SignalPath
+from sensor.design.signal_path import SignalPath
 from sensor.quantity import report_field
 from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, pair_law

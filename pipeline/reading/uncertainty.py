@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.fabrication.signal_path import SignalPath
 from sensor.arrays import Floats
 from sensor.design.reading import (
     LEAST_OF_SCALE,
@@ -16,6 +15,7 @@ from sensor.design.reading import (
     WEIGHED_AFTER_S,
     Reading,
 )
+from sensor.design.signal_path import SignalPath
 from sensor.quantity import BOUNDED
 from sensor.theory.contrast_law import ReadingSlopes
 from sensor.theory.contrast_rise import RiseReading, RiseSlopes

@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from cad.fabrication.signal_path import Spring
 from cad.parts.housing import Housing, PartSize
 from cad.parts.layout import housing_for
 from cad.parts.pin import pin_mass
@@ -22,6 +21,7 @@ from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.design.printability import Printable, check_printable
 from sensor.design.processes import Process
+from sensor.design.signal_path import Spring
 from sensor.design.tips import Attitude, Tips
 from sensor.quantity import STANDARD_GRAVITY, Estimate, InputError
 from sensor.record import Record

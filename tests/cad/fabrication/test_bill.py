@@ -12,8 +12,8 @@ from cad.drawing.sheet import Title
 from cad.fabrication import bill as bill_module
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
-from cad.fabrication.signal_path import Spring, SpringReadOut
 from sensor.design.processes import PROCESSES
+from sensor.design.signal_path import Spring, SpringReadOut
 
 MASSES = {"housing": 1.0, "cover": 2.0, "coupon": 3.0, "mount": 4.0}
 PETG = PROCESSES["fdm-petg"]

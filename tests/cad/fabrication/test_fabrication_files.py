@@ -18,13 +18,13 @@ from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
-from cad.fabrication.signal_path import Spring, SpringReadOut, signal_path
 from cad.files.sensor_files import write_sensor
 from cad.files.stl import read_stl
 from cad.parts.coupon import modulus_factor
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
+from sensor.design.signal_path import Spring, SpringReadOut, signal_path
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILAMENT_MM = 1.75  # as PrusaSlicer has it where nothing is set

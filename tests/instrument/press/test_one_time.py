@@ -12,7 +12,6 @@ from measured_units import read_in_c
 from scipy.interpolate import PchipInterpolator
 from stored_presses import STORED
 
-from cad.fabrication.signal_path import Spring, balanced_order, signal_path
 from instrument.firmware.firmware import module_text
 from instrument.press.one_time import at_one_time
 from instrument.press.presses import readings_of
@@ -21,6 +20,7 @@ from pipeline.options import load_design
 from pipeline.tables.rows import Rows
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
+from sensor.design.signal_path import Spring, balanced_order, signal_path
 from sensor.quantity import InputError
 from solve.contact.poses import Pose
 

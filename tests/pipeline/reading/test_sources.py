@@ -9,7 +9,6 @@ from scipy.optimize import root
 from squares import GENTLE
 from stand_ins import with_compliance
 
-from cad.fabrication.signal_path import SignalPath
 from pipeline.reading import pressed_sensor as sensor_module
 from pipeline.reading.analysis import analyse_readings, uncertainty_by_poisson
 from pipeline.reading.measurement import RiseModel, rise_model, times_by_hand
@@ -18,6 +17,7 @@ from pipeline.reading.pressed_sensor import RISE_TRAVELS
 from pipeline.reading.uncertainty import OF_NOISE, by_heat, designed_channels, uncertainty_sources
 from pipeline.response.contact import contact_compliance
 from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
+from sensor.design.signal_path import SignalPath
 from sensor.theory.contrast_law import contrast_weights, stiffened_compliance
 from sensor.theory.contrast_rise import RollingDomes
 from sensor.theory.creep import NO_CREEP, CreepLaw

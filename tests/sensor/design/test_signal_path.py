@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import pytest
 
-from cad.fabrication.signal_path import Spring, signal_path
 from cad.fabrication.wiring import write_wiring
 from sensor.design.design_file import design_as_mapping, design_from_mapping
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
+from sensor.design.signal_path import Spring, signal_path
 from sensor.quantity import InputError
 
 PETG = PROCESSES["fdm-petg"]
