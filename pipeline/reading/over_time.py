@@ -4,7 +4,6 @@ A modulus of the fruit is that at the first instant. What forces at a time tell 
 apparent one.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,28 +81,19 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
         return None
     law = _contrast(sensor)
     first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
-    relaxation = Relaxation(design.fruit.relaxation)
-    hold = design.press.hold_s or 0.0
-    wait = design.read_s - design.stop_s
-
-    waits, at = _waits(hold, wait)
-    ramp = (np.arange(1 + RAMP_STEPS) / RAMP_STEPS) ** 2
+    t, travel, at = _press_and_hold(design)
     E = np.array(design.fruit.E_MPa)
-    times = np.concatenate([design.stop_s * ramp, design.stop_s + waits[1:]])
-    depth = design.press.travel_mm * np.concatenate([ramp, np.ones(HOLD_STEPS)])
-    presses = np.broadcast_to(times, (len(E), len(times)))
-    solved = timed_forces(law, relaxation, E, presses, first_touch + np.broadcast_to(depth, presses.shape))
-
+    times, depths = (np.broadcast_to(each, (len(E), len(t))) for each in (t, first_touch + travel))
+    solved = timed_forces(law, Relaxation(design.fruit.relaxation), E, times, depths)
     F = solved.F
     apparent = _apparent(law, F)
-    held = apparent[:, RAMP_STEPS:]
-    moves = [_moves(held, index) for index in range(held.shape[-1])]
-    best = int(np.argmin(moves))
+    moves = _moves(apparent[:, RAMP_STEPS:])
+    best = int(moves.argmin())
+    value = float(moves[at])
     by_steps = float((solved.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())
-    value = moves[at]
     return ReadingOverTime(
         E=E,
-        t=times,
+        t=t,
         F=F,
         P=high_over_low(F, F, design.tips.spring_groups),
         apparent=apparent,
@@ -111,7 +101,9 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
         at=RAMP_STEPS + at,
         moves=Estimate(value, 2.0 * by_steps + value * _off_elastic(sensor, law, first_touch)),
         steadiest=Moment(
-            speed_mm_per_s=design.press.speed_mm_per_s or 0.0, at_s=float(times[RAMP_STEPS + best]), moves=moves[best]
+            speed_mm_per_s=design.press.speed_mm_per_s or 0.0,
+            at_s=float(t[RAMP_STEPS + best]),
+            moves=float(moves[best]),
         ),
     )
 
@@ -124,14 +116,22 @@ def _contrast(sensor: PressedSensor) -> ContrastLaw:
     return ContrastLaw(weights=(-1.0, 1.0), gaps=gaps, C=rows_of(sensor.C), S=rows_of(sensor.contact.S))
 
 
-def _waits(hold: float, wait: float) -> tuple[Floats, int]:
-    """Return moments of the hold since the press stopped [s], (moments,), and the index of that of the reading."""
+def _press_and_hold(design: Design) -> tuple[Floats, Floats, int]:
+    """Return times from the first touch [s] and travels [mm], (times,), and the moment of the hold that is read.
+
+    The travel is even in time. Steps are close at the first touch and at the begin of the hold. The hold has a moment
+    at the time of the reading.
+    """
+    ramp = (np.arange(1 + RAMP_STEPS) / RAMP_STEPS) ** 2
+    hold = design.press.hold_s or 0.0
+    wait = design.read_s - design.stop_s
     waits = hold * (np.arange(1 + HOLD_STEPS) / HOLD_STEPS) ** 3
-    if wait in (0.0, hold):
-        return waits, 0 if wait == 0.0 else HOLD_STEPS
-    nearest = 1 + int(np.abs(waits[1:-1] - wait).argmin())
-    waits[nearest] = wait
-    return waits, nearest
+    at = int(np.abs(waits - wait).argmin())
+    if wait not in (0.0, hold):
+        at = min(max(at, 1), HOLD_STEPS - 1)
+        waits[at] = wait
+    times = np.concatenate([design.stop_s * ramp, design.stop_s + waits[1:]])
+    return times, design.press.travel_mm * np.concatenate([ramp, np.ones(HOLD_STEPS)]), at
 
 
 def _apparent(law: ContrastLaw, F: Floats) -> Floats:
@@ -145,22 +145,21 @@ def _apparent(law: ContrastLaw, F: Floats) -> Floats:
     return moduli
 
 
-def _moves(held: Floats, index: int) -> float:
-    """Return the largest relative change of apparent moduli (moduli, moments) from those of one moment [1].
+def _moves(held: Floats) -> Floats:
+    """Return for each moment the largest relative change of apparent moduli (moduli, moments) from it [1], (moments,).
 
-    Infinite where a tip is off the fruit.
+    Infinite if a tip is off the fruit.
     """
-    change = float(np.abs(held / held[:, index : index + 1] - 1.0).max())
-    return change if math.isfinite(change) else math.inf
+    change = np.abs(held[:, None, :] / held[:, :, None] - 1.0).max(axis=(0, 2))
+    return np.where(np.isfinite(change), change, np.inf)
 
 
 def _off_elastic(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
     """Return by how much the law of the contrast misses the forces that are solved at full travel [1]."""
     design = sensor.design
-    E = np.array(design.fruit.E_MPa)
     if law.hertz == 0.0:
         return 0.0
     travel = design.press.travel_mm
     solved = sensor.in_poses([Pose(E=modulus, travel=travel) for modulus in design.fruit.E_MPa]).F
-    by_law = elastic_forces(law, E, np.full(len(E), first_touch + travel))
+    by_law = elastic_forces(law, np.array(design.fruit.E_MPa), np.full(len(solved), first_touch + travel))
     return float(np.abs(by_law / solved - 1.0).max())

@@ -1,6 +1,5 @@
 """How a sensor stands on a fruit, and all the ways that a design says occur, over which its reading is evaluated."""
 
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -20,7 +19,7 @@ Vector = tuple[float, float]
 """Components along and across the tips."""
 
 LEVEL: Vector = (0.0, 0.0)
-DIRECTIONS = 8
+DIRECTIONS = [(math.cos(angle), math.sin(angle)) for angle in (0.25 * math.pi * k for k in range(8))]
 DRAWN = 48
 SEED = 21
 FEWEST_MODULI = 4
@@ -59,14 +58,6 @@ def _direction(vector: Vector) -> str:
     return _AXES.get(angle, f"{angle} deg from +x")
 
 
-def directed_vectors(length: float) -> list[Vector]:
-    """Return vectors of a length [its unit] in equally spaced directions; a single one of length 0."""
-    if length == 0.0:
-        return [LEVEL]
-    angles = [2.0 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
-    return [(length * math.cos(angle), length * math.sin(angle)) for angle in angles]
-
-
 def read_moduli(fruit: Fruit) -> tuple[float, ...]:
     """Return the moduli at which readings are evaluated [MPa]: those shown, at least four up to E_max."""
     shown = sorted({*fruit.E_MPa, fruit.E_max_MPa})
@@ -90,15 +81,10 @@ class OccurringFruits:
 
     def extremes(self) -> Iterator[Placement]:
         """Yield level placements on the fruits at the ends of all ranges but that of the flesh."""
-        if self.radius is None:
-            return
-        if self.across is None:
-            for radius in self.radius:
-                yield Placement(from_touch=True, radii_mm=(radius, self.aspect * radius))
-            return
-        for radii in itertools.product(self.radius, self.across):
-            for azimuth in self.azimuths:
-                yield Placement(from_touch=True, radii_mm=radii, azimuth_deg=azimuth)
+        for first in self.radius or ():
+            for second in self.across or (self.aspect * first,):
+                for azimuth in self.azimuths or (None,):
+                    yield Placement(from_touch=True, radii_mm=(first, second), azimuth_deg=azimuth)
 
 
 def fruits_of(fruit: Fruit, reading: Reading) -> OccurringFruits:
@@ -129,15 +115,15 @@ def occurring(design: Design, reading: Reading) -> Iterator[Placement]:
     fruits = fruits_of(design.fruit, reading)
     level = Placement(from_touch=True)
     yield level
-    for tilt in directed_vectors(reading.tilt_deg) if reading.tilt_deg else ():
-        yield replace(level, tilt_deg=tilt)
+    if reading.tilt_deg:
+        yield from (replace(level, tilt_deg=_times(each, reading.tilt_deg)) for each in DIRECTIONS)
     for shape in (level, *fruits.extremes()):
         for thickness in (None, *(fruits.thickness or ())):
             with_flesh = replace(shape, thickness_mm=thickness)
             if with_flesh != level:
                 yield with_flesh
             if shape != level and shape.azimuth_deg != 0.0:
-                yield from (_by_hand(with_flesh, reading, direction) for direction in directed_vectors(1.0)[1::2])
+                yield from (_by_hand(with_flesh, reading, direction) for direction in DIRECTIONS[1::2])
     yield from _drawn(fruits, reading)
 
 
@@ -157,7 +143,7 @@ def _drawn(fruits: OccurringFruits, reading: Reading) -> Iterator[Placement]:
     rng = np.random.default_rng(SEED)
     for _ in range(DRAWN):
         radius, across, azimuth = rng.uniform(size=3).tolist()
-        tilt, place, turned = (_in_disc(*rng.uniform(size=2).tolist()) for _ in range(3))
+        tilt, place, turned = (_in_disc(rng) for _ in range(3))
         radii = None
         if fruits.radius is not None:
             first = _between(fruits.radius, radius)
@@ -173,8 +159,9 @@ def _drawn(fruits: OccurringFruits, reading: Reading) -> Iterator[Placement]:
         )
 
 
-def _in_disc(area: float, direction: float) -> Vector:
-    """Return a point of the unit disc from two numbers between 0 and 1."""
+def _in_disc(rng: np.random.Generator) -> Vector:
+    """Return a point of the unit disc, evenly by area."""
+    area, direction = rng.uniform(size=2).tolist()
     angle = 2.0 * math.pi * direction
     return math.sqrt(area) * math.cos(angle), math.sqrt(area) * math.sin(angle)
 

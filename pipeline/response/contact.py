@@ -32,17 +32,16 @@ def contact_compliance(
     outside its own (`solve/fruit/curved_body.py`).
     """
     is_curved = fruit.equivalent_block != fruit
+    footprints = contact_footprints(fruit, tips)
+    along_normals = tips.tip_shape.obeys_hertz
     if is_curved:
-        check_curved(fruit, contact_footprints(fruit, tips))  # before the block is solved
+        check_curved(fruit, footprints)  # before the block is solved
     compliance = split_compliance(fruit, tips, tolerance)
     compliance = dataclasses.replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)
-    if is_curved or fruit.skin_mm is not None:
-        footprints = contact_footprints(fruit, tips)
-        along_normals = tips.tip_shape.obeys_hertz
-        if is_curved:
-            compliance = curved_compliance(compliance, fruit, footprints, along_normals, tolerance)
-        if fruit.skin_mm is not None:
-            compliance = skin_compliance(compliance, fruit, footprints, along_normals)
+    if is_curved:
+        compliance = curved_compliance(compliance, fruit, footprints, along_normals, tolerance)
+    if fruit.skin_mm is not None:
+        compliance = skin_compliance(compliance, fruit, footprints, along_normals)
     info = dataclasses.replace(compliance.info, status=f"{_stand_ins(fruit, tips)}{compliance.info.status}")
     return dataclasses.replace(compliance, info=info)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flat_square import square_design
 
-from pipeline.reading.poses import Placement, directed_vectors, occurring, read_moduli
+from pipeline.reading.poses import Placement, occurring, read_moduli
 from sensor.design.fruit import Fruit
 from sensor.design.reading import Reading
 from sensor.design.tips import Tips
@@ -44,12 +44,15 @@ def test_placements_by_hand():
     assert all(place.tilt_deg == (0.0, 0.0) for place in by_hand)
 
 
-def test_directed_vectors():
-    """Vectors point in equal steps of an eighth of a turn."""
-    vectors = np.array(directed_vectors(2.0))
+def test_tilts():
+    """They point in equal steps of an eighth of a turn; a level sensor has none."""
+    square = square_design(tilt_deg=2.0)
+    tilts = [place.tilt_deg for place in occurring(square, square.reading) if not place.is_drawn][1:]
     turns = np.arange(8) / 8.0
-    assert vectors == pytest.approx(2.0 * np.stack([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)], axis=1))
-    assert directed_vectors(0.0) == [(0.0, 0.0)]
+    expected = 2.0 * np.stack([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)], axis=1)
+    assert np.array(tilts) == pytest.approx(expected)
+    level = Reading(tilt_deg=0.0, off_centre_mm=0.0)
+    assert {place.tilt_deg for place in occurring(square, level)} == {(0.0, 0.0)}
 
 
 @pytest.mark.parametrize(
