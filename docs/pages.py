@@ -17,7 +17,7 @@ from instrument.compress.modulus import CompressionResult  # noqa: E402
 from instrument.press.fruit_reading import FruitReading  # noqa: E402
 from pipeline.report.explain.entries import entries  # noqa: E402
 from pipeline.report.keys import report_keys  # noqa: E402
-from sensor.design.design_file import TABLE_TYPES  # noqa: E402
+from sensor.design.design_file import TABLE_TYPES, value_as_toml  # noqa: E402
 from sensor.design.processes import PROCESSES, Process  # noqa: E402
 
 PAGES = ("design-file.md", "words.md", "report-json.md", "read-a-fruit.md", "modulus.md")
@@ -47,16 +47,8 @@ def design_keys(name: str) -> Rows:
         data = item.metadata
         choices = ", ".join(data.get("options", ()))
         bounds = f"one of {choices}" if choices else str(data.get("bounds") or data["text"])
-        yield f"`{item.name}`", bounds, as_in_file(item.default), data["meaning"]
-
-
-def as_in_file(value: object) -> str:
-    """Return a default as it would stand in the file."""
-    if value is None:
-        return "not set"
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(str, value))}]"
-    return f'"{value}"' if isinstance(value, str) else str(value)
+        default = "not set" if item.default is None else value_as_toml(item.default)
+        yield f"`{item.name}`", bounds, default, data["meaning"]
 
 
 def processes(asked: str) -> Rows:

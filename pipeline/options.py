@@ -146,17 +146,15 @@ def design_tables(
     Settings and errors are those of `load_design`, but for values that only a whole design shows to be wrong.
     """
     path = design_path(design, name)
-    texts = {}
-    for key, value in (settings or {}).items():
-        texts[key] = value if isinstance(value, str) else _as_text(key, value)
+    texts = {key: setting_text(key, value) for key, value in (settings or {}).items()}
     tables = DesignTables.from_file({"name": path.stem, **read_toml(path, name)}, path.parent)
     return tables.changed(settings_of_texts(texts))
 
 
-def _as_text(key: str, value: object) -> str:
-    """Return a number or a list of numbers as TOML writes it; nothing for None."""
-    if value is None:
-        return ""
+def setting_text(key: str, value: object) -> str:
+    """Return a value of a key as `--set` takes it; nothing for None. Raises InputError for what is in no design."""
+    if value is None or isinstance(value, str):
+        return value or ""
     try:
         return json.dumps(value, allow_nan=False)
     except (TypeError, ValueError) as error:

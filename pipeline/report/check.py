@@ -1,7 +1,7 @@
 """Whether files are as they were written, and their geometry checked anew in a worker: a bad file may end a kernel."""
 
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, wait
-from functools import partial
 from pathlib import Path
 
 from cad.parts.housing import Housing
@@ -31,9 +31,10 @@ def check_path(
     written = unchanged_verdicts(path) if process is None else ()
     executor = open_workers(1)
     try:
-        folder = partial(folder_geometry, path)
-        measure = folder if process is None else partial(file_geometry, path, process, designed)
-        judged = executor.submit(measure)
+        if process is None:
+            judged = executor.submit(folder_geometry, path)
+        else:
+            judged = executor.submit(file_geometry, path, process, designed)
         if wait([judged], SECONDS).done:
             geometry = judged.result()
         else:
@@ -82,33 +83,33 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     from cad.parts.assembly import sensor_of
 
     report = report_of(folder, read_data(folder))  # an edited one has its own verdict
-    process = report.design.process
     if not report.design.tips.tip_layout.has_housing:
         return ()
     if report.housing is None:
         return (judge("geometry.made", 0.0, "no housing: see printable.*", limit=1.0),)
     missing = ", ".join(name for name in _MEASURED if not is_regular(folder / name))
-    if missing and any(file.path == LATEST for file in report.files):
-        reason = "a look makes no solid to measure: run the design without --look, and check that folder"
-        return (judge(READABLE, None, reason),)
     if missing:
-        return (judge(READABLE, None, f"{missing} cannot be measured, there is no such file; run the design again"),)
+        reason = f"{missing} cannot be measured, there is no such file; run the design again"
+        if any(file.path == LATEST for file in report.files):
+            reason = "a look makes no solid to measure: run the design without --look, and check that folder"
+        return (judge(READABLE, None, reason),)
+    process = report.design.process
     sensor = sensor_of(report.design, report.housing)
-    verdicts = list(check_sensor(sensor, report.deflections_mm, folder))
+    there = [name for name in file_shapes(sensor) if is_regular(folder / name)]
+    verdicts = check_sensor(sensor, report.deflections_mm, folder)
+    verdicts += _measured(lambda: (files_as_designed(sensor, folder, there),))
+    known = {verdict.name for verdict in verdicts}
+    verdicts += tuple(one for one in check_file(folder / "housing.3mf", process) if one.name not in known)
+    if "cover.step" in there:  # only `pipeline design` writes it and the bracket
+        verdicts += _measured(lambda: cover_verdicts(sensor, read_step(folder / "cover.step"), process))
+    if "mount.step" in there:
+        verdicts += _measured(lambda: mount_verdicts(sensor, read_step(folder / "mount.step"), process))
+    return verdicts
+
+
+def _measured(measure: Callable[[], tuple[Verdict, ...]]) -> tuple[Verdict, ...]:
+    """Return the verdicts of a measurement, or the failed verdict on a file that it cannot read."""
     try:
-        verdicts.append(files_as_designed(sensor, folder, [n for n in file_shapes(sensor) if is_regular(folder / n)]))
+        return measure()
     except ValueError as error:
-        verdicts.append(judge(READABLE, None, str(error)))
-    names = {verdict.name for verdict in verdicts}
-    verdicts += [verdict for verdict in check_file(folder / "housing.3mf", process) if verdict.name not in names]
-    measured = {"cover.step": cover_verdicts, "mount.step": mount_verdicts}
-    for name, measure in measured.items():
-        if not is_regular(folder / name):  # only `pipeline design` writes it
-            continue
-        try:
-            shape = read_step(folder / name)
-        except ValueError as error:
-            verdicts.append(judge(READABLE, None, str(error)))
-        else:
-            verdicts += measure(sensor, shape, process)
-    return tuple(verdicts)
+        return (judge(READABLE, None, str(error)),)

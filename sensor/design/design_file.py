@@ -158,17 +158,17 @@ def design_as_toml(design: Design) -> str:
 
 def tables_as_toml(data: Mapping[str, Any]) -> str:
     """Return keys and tables, as those of a design, as TOML text: first the keys that are in no table."""
-    lines = [f"{key} = {_toml(value)}" for key, value in data.items() if not isinstance(value, Mapping)]
+    lines = [f"{key} = {value_as_toml(value)}" for key, value in data.items() if not isinstance(value, Mapping)]
     tables = {name: values for name, values in data.items() if isinstance(values, Mapping)}
     for table, values in tables.items():
         inner = {f"{table}.{key}": value for key, value in values.items() if isinstance(value, Mapping)}
         plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
         for name, part in {table: plain, **inner}.items():
             if part:
-                lines += ["", f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in part.items())]
+                lines += ["", f"[{name}]", *(f"{key} = {value_as_toml(value)}" for key, value in part.items())]
     return "\n".join(lines) + "\n"
 
 
-def _toml(value: object) -> str:
-    """Write a scalar or list; JSON's form of these is also TOML's."""
+def value_as_toml(value: object) -> str:
+    """Return a number, a text or a list as TOML writes it, which is JSON's form of these too."""
     return json.dumps(value, ensure_ascii=False)

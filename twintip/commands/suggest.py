@@ -5,7 +5,7 @@ import shlex
 from argparse import Namespace
 from typing import TYPE_CHECKING
 
-from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
+from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design, setting_text
 from pipeline.report.verdict_rule import as_read, limit_text, measured
 from pipeline.storage.digests import Json
 from pipeline.storage.files import refuse_taken, write_files
@@ -88,10 +88,8 @@ def _changes(found: "Suggestion") -> list[Json]:
 
 def _command(named: str, settings: dict[str, str], changes: list[Json]) -> str:
     """Return the command that runs a suggestion: the design that it started from with all keys that are set."""
-    from pipeline.study.suggest.changes import setting_text
-
     words = ["pipeline", "run", "--design", named]
-    for key, text in {**settings, **{row["key"]: setting_text(row["to"]) for row in changes}}.items():
+    for key, text in {**settings, **{row["key"]: setting_text(row["key"], row["to"]) for row in changes}}.items():
         words += ["--set", f"{key}={text}"]
     return shlex.join(words)
 

@@ -1,7 +1,6 @@
 """Changes of a design's keys: which may mend the verdicts that fail, how large they are, how they are written."""
 
 import dataclasses
-import json
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
@@ -54,13 +53,6 @@ def size(design: Design, changes: Changes) -> tuple[int, int, float]:
         else:
             total += _WHOLE_CHANGE
     return len(changes), sum(name in _DEMANDS for name in changes), total
-
-
-def setting_text(value: Value) -> str:
-    """Return a value as `--set` takes it; nothing for a key that is unset."""
-    if value is None:
-        return ""
-    return value if isinstance(value, str) else json.dumps(value)
 
 
 def in_words(changes: Changes) -> str:

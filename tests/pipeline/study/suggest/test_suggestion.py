@@ -5,12 +5,12 @@ import dataclasses
 import pytest
 from stand_ins import GOOD, result_of
 
-from pipeline.options import RunOptions, load_design
+from pipeline.options import RunOptions, load_design, setting_text
 from pipeline.sensor import Sensor
 from pipeline.study.search import proof
 from pipeline.study.suggest import changes
 from pipeline.study.suggest import suggestion as room
-from pipeline.study.suggest.changes import change_design, setting_text, size, sweeps
+from pipeline.study.suggest.changes import change_design, size, sweeps
 from pipeline.study.suggest.suggestion import Search, suggestion
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
@@ -124,7 +124,7 @@ def test_scenes_that_are_not_linear_are_mended(preset, settings):
 def test_settings_of_changes_give_the_design_again():
     given = {"springs.K_l_N_per_m": 753.0, "springs.K_h_N_per_m": 17300.0}
     changes = {**dict.fromkeys(given), "press.travel_mm": 0.5, "tips.shape": "sphere", "tips.socket": "pin"}
-    settings = {key: setting_text(value) for key, value in changes.items()}
+    settings = {key: setting_text(key, value) for key, value in changes.items()}
     assert load_design("paper", given | settings) == change_design(load_design("paper", given), changes)
 
 
