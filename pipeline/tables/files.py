@@ -1,6 +1,5 @@
 """From the bytes of a file or of the standard input to lines of text: encodings."""
 
-import codecs
 import io
 import itertools
 import re
@@ -14,9 +13,8 @@ from sensor.quantity import validation_error
 MOST_LINES = 1_000_000
 LONGEST_LINE = 65536  # bytes of a line of a stream: what is longer is no line of numbers
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-_ANY_BYTES = ("mac_roman", "cp850")  # in which all bytes are letters: only by a word that they say
-_ENCODINGS = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5", *_ANY_BYTES)
-"""That exports have beside Unicode."""
+_FORMER = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # that exports have beside Unicode
+_ANY_BYTES = ("mac_roman", "cp850")  # in which all bytes are letters: only by a word of a header that they say
 _NULS = 0.3  # of every second byte: text of 16 bits without its mark
 _ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # what colours the lines of a terminal
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x84\x86-\x9f\ufffd\ufffe\uffff]")
@@ -57,7 +55,10 @@ def lines_of_stream() -> Iterator[str]:
 
 
 def _decoded(content: bytes) -> str:
-    """Return the text of bytes; what is none holds characters that no text has."""
+    """Return the text of bytes; what is none holds characters that no text has.
+
+    Of encodings before Unicode it is that in which bytes say most words of headers, else the first that has them all.
+    """
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):
             return content.decode(encoding, "replace")
@@ -67,21 +68,16 @@ def _decoded(content: bytes) -> str:
     for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
         if content[start::2].count(0) > _NULS * half:
             return content[: 2 * half].decode(encoding, "replace")
-    try:
-        return content.decode("utf-8")
-    except UnicodeDecodeError:
-        return content.decode(_former_encoding(content), "replace")
-
-
-def _former_encoding(content: bytes) -> str:
-    """Return the encoding before Unicode in which bytes say most words of headers, else the first that has them all."""
-    letters = {}
-    for encoding in _ENCODINGS:
+    best, most = content.decode("cp1252", "replace"), -1
+    for encoding in ("utf-8", *_FORMER, *_ANY_BYTES):
         try:
-            start = codecs.getincrementaldecoder(encoding)().decode(content[:LONGEST_LINE])
+            text = content.decode(encoding)
         except UnicodeDecodeError:
             continue
-        text = unicodedata.normalize("NFKC", start).casefold()
-        letters[encoding] = sum(len(word) for word in FOREIGN_WORDS if word in text)
-    best = max(letters, key=letters.__getitem__)
-    return best if letters[best] or best not in _ANY_BYTES else "cp1252"
+        if encoding == "utf-8":
+            return text
+        head = unicodedata.normalize("NFKC", text[:LONGEST_LINE]).casefold()
+        letters = sum(len(word) for word in FOREIGN_WORDS if word in head)
+        if letters > most and (letters or encoding in _FORMER):
+            best, most = text, letters
+    return best

@@ -19,7 +19,7 @@ def _number(decimal: str, other: str) -> re.Pattern[str]:
 
     A number with an exponent has no thousands that one sign parts: 1,500e3 is 1.5e3.
     """
-    whole = rf"[0-9]{{1,3}}(?:[{_SPACES}][0-9]{{3}})+|[1-9][0-9]{{0,2}}(?:\{other}[0-9]{{3}})+|[0-9]+"
+    whole = rf"[0-9]+|[0-9]{{1,3}}(?:[{_SPACES}][0-9]{{3}})+|[1-9][0-9]{{0,2}}(?:\{other}[0-9]{{3}})+"
     exponent = "[eEdD][+-]?[0-9]{1,4}"
     return re.compile(
         rf"(?P<number>[+-]?(?![0-9]+\{other}[0-9]+{exponent})(?:(?:{whole})(?:\{decimal}[0-9]*)?|\{decimal}[0-9]+)"
@@ -28,7 +28,6 @@ def _number(decimal: str, other: str) -> re.Pattern[str]:
 
 
 _WITH_POINT, _WITH_COMMA = _number(".", ","), _number(",", ".")
-_AS_PYTHON = dict.fromkeys(map(ord, _SPACES)) | dict.fromkeys(map(ord, "dD"), "e")
 _FOUR_DIGITS = re.compile("[+-]?[0-9]{4}")
 _TIME_OF_DAY = re.compile(
     r"(?:(?P<date>\d{4}-\d\d-\d\d)[ T])?(?P<h>\d{1,2}):(?P<min>\d\d):(?P<s>\d\d(?:[.,]\d{1,9})?)", re.ASCII
@@ -76,7 +75,9 @@ def as_number(cell: str) -> WrittenNumber | None:
     match = matches[0] or matches[1]
     if match is None or (match["unit"] and not is_unit(match["unit"])):
         return None
-    number = match["number"].translate(_AS_PYTHON)
+    number = match["number"].replace("D", "e").replace("d", "e")
+    for space in _SPACES:
+        number = number.replace(space, "")
     with_point = number.replace(",", "") if matches[0] else None
     with_comma = number.replace(".", "").replace(",", ".") if matches[1] else None
     return WrittenNumber(number, with_point, with_comma, match["unit"] or "")

@@ -3,7 +3,6 @@
 import csv
 import itertools
 import re
-from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -16,11 +15,14 @@ from sensor.quantity import validation_error
 
 _MOST_JOINED = 5  # lines of a row with a quoted cell
 _SAMPLE = 400  # lines that show what parts cells
-_SPACES = re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])")  # no unit in brackets is parted from its word
-_WIDE_SPACES = re.compile(r"[ \u3000]{2,}")
+_DELIMITERS = ("\t", ";", "|", ",", "  ", " ")
+_SPACES = {
+    " ": re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])"),  # no unit in brackets is parted from its word
+    "  ": re.compile(r"[ \u3000]{2,}"),
+}
+_COMMENT = re.compile(r"\s*(?:#|%|//)\s*")
 _CLOCK_BEFORE = re.compile(r"\s*((?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)\s*(?:->|→)\s?")
-_MARKED = ('"', "'", ">", "\u2192")  # what quoted cells and clocks have
-_COMMENT = re.compile(r"\s*(#|%|//)\s*")
+_MARKED = ('"', "'", ">", "\u2192", "#", "%", "/")  # what quoted cells, clocks and comments have
 
 
 class Row(NamedTuple):
@@ -35,6 +37,7 @@ class Row(NamedTuple):
     clock: str = ""
     fault: str = ""
     cut: bool = False
+    commented: bool = False
 
     @property
     def empty(self) -> bool:
@@ -52,14 +55,14 @@ class Row(NamedTuple):
 
 
 class Rows:
-    """The rows of lines as they come.
+    """The rows of lines, or of the cells of a workbook, as they come.
 
     They are parted by `delimiter`. If it is empty, each line is parted by what parts its own cells, until the reader of
     a table keeps the delimiter of the header. A commented line with numbers is left out, as data that somebody took
     out. A commented line without numbers may be the header.
     """
 
-    def __init__(self, lines: Iterable[str], source: str, delimiter: str = "") -> None:
+    def __init__(self, lines: Iterable[str | Sequence[str]], source: str, delimiter: str = "") -> None:
         """Take lines with their ends, or without."""
         self.source = source
         self._lines = lines
@@ -78,81 +81,57 @@ class Rows:
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows."""
         numbered = enumerate(self._lines, start=1)
-        waiting: deque[tuple[int, str]] = deque()
+        waiting: list[tuple[int, str | Sequence[str]]] = []
         has_ends = False
-        while (numbered_line := waiting.popleft() if waiting else next(numbered, None)) is not None:
-            number, raw = numbered_line
-            text = raw.rstrip("\r\n")
-            comment = _COMMENT.match(text)
-            row = self._row(number, text[comment.end() :] if comment else text)
-            if row.fault and text.count('"') % 2 == 1:
-                row = self._joined(row, text, waiting, numbered)
-            if not comment or not any(map(is_number, row.cells)):
-                yield row._replace(cut=True) if has_ends and text == raw else row
-            has_ends = has_ends or text != raw
+        while (line := waiting.pop(0) if waiting else next(numbered, None)) is not None:
+            row = self._row(*line)
+            if row.fault and str(line[1]).count('"') % 2:  # a quoted cell may go on in the next lines
+                waiting += itertools.islice(numbered, _MOST_JOINED - 1 - len(waiting))
+                for end in range(1, len(waiting) + 1):
+                    joined = self._row(row.line, " ".join(str(text).rstrip() for _, text in (line, *waiting[:end])))
+                    if not joined.fault:
+                        row, waiting = joined, waiting[end:]
+                        break
+            is_whole = not isinstance(line[1], str) or line[1].endswith(("\n", "\r"))
+            if not row.commented or not any(map(is_number, row.cells)):
+                yield row if is_whole or not has_ends else row._replace(cut=True)
+            has_ends = has_ends or is_whole
 
-    def _row(self, number: int, text: str) -> Row:
-        self._last = self._fixed or delimiter_of([text])
-        return row_of(self._last, number, text)
-
-    def _joined(self, row: Row, text: str, waiting: deque[tuple[int, str]], numbered: Iterator[tuple[int, str]]) -> Row:
-        """Return a row whose quoted cell goes on in the next lines, or the row as it is if the quote stays open."""
-        waiting.extend(itertools.islice(numbered, max(0, _MOST_JOINED - 1 - len(waiting))))
-        for count in range(1, min(_MOST_JOINED - 1, len(waiting)) + 1):
-            text = f"{text} {waiting[count - 1][1].rstrip()}"
-            joined = self._row(row.line, text)
-            if not joined.fault:
-                for _ in range(count):
-                    waiting.popleft()
-                return joined
-        return row
+    def _row(self, number: int, line: str | Sequence[str]) -> Row:
+        self._last = self._fixed or delimiter_of([line])
+        return row_of(self._last, number, line)
 
 
 class WholeRows(Rows):
-    """The rows of a sheet, all at hand."""
+    """The rows of a sheet, all at hand, without the empty ones if every other row is empty."""
 
-    def __init__(self, rows: Sequence[Row], source: str, delimiter: str) -> None:
-        """Take the rows; without the empty ones if every other row is empty."""
-        super().__init__((), source, delimiter)
-        is_double_spaced = all(one.empty or other.empty for one, other in itertools.pairwise(rows))
-        self.rows = [row for row in rows if not row.empty] if is_double_spaced else list(rows)
-
-    @classmethod
-    def of_lines(cls, lines: Sequence[str], source: str) -> "WholeRows":
-        """Return the rows of lines, which one delimiter parts."""
-        delimiter = delimiter_of(lines)
-        return cls(list(Rows(lines, source, delimiter)), source, delimiter)
-
-    @classmethod
-    def of_cells(cls, cells: Sequence[Sequence[str]], source: str) -> "WholeRows":
-        """Return the rows of a sheet of a workbook."""
-        rows = (_row_of_cells(number, row) for number, row in enumerate(cells, start=1))
-        return cls(list(filter(None, rows)), source, "\t")
+    def __init__(self, lines: Sequence[str | Sequence[str]], source: str) -> None:
+        """Take all lines, which one delimiter parts."""
+        super().__init__(lines, source, delimiter_of(lines))
+        self.rows = list(super().__iter__())
+        if all(one.empty or other.empty for one, other in itertools.pairwise(self.rows)):
+            self.rows = [row for row in self.rows if not row.empty]
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows."""
         return iter(self.rows)
 
-    def keep_delimiter(self, *, keep: bool = True) -> None:
-        """Do nothing: one delimiter parts all lines of a file."""
-
 
 def sheets_of(source: Path | str) -> list[WholeRows]:
     """Return each sheet of a file that holds anything; a text is one sheet; raises InputError for what is no table."""
-    sheets = [sheet for sheet in _every_sheet(source) if not all(row.empty for row in sheet.rows)]
-    if not sheets:
+    named: Iterable[tuple[str, Sequence[str | Sequence[str]]]]
+    if str(source) == "-":
+        named = [("-", list(itertools.islice(lines_of_stream(), MOST_LINES)))]
+    elif (content := read_bytes(source, "FILE")).startswith(b"PK\x03\x04"):
+        named = cells_of_workbook(str(source), content)
+    else:
+        named = [(str(source), lines_of_text(str(source), content))]
+    sheets = [WholeRows(lines, name) for name, lines in named]
+    filled = [sheet for sheet in sheets if not all(row.empty for row in sheet.rows)]
+    if not filled:
         bound = "a CSV file with a header and numbers, not an empty one"
         raise validation_error(str(source), "", "", bound, "export the table again")
-    return sheets
-
-
-def _every_sheet(source: Path | str) -> list[WholeRows]:
-    if str(source) == "-":
-        return [WholeRows.of_lines(list(itertools.islice(lines_of_stream(), MOST_LINES)), "-")]
-    content = read_bytes(source, "FILE")
-    if content.startswith(b"PK\x03\x04"):
-        return [WholeRows.of_cells(cells, name) for name, cells in cells_of_workbook(str(source), content)]
-    return [WholeRows.of_lines(lines_of_text(str(source), content), str(source))]
+    return filled
 
 
 def single_sheet(source: Path | str) -> WholeRows:
@@ -170,54 +149,40 @@ def rows_of(source: Path | str) -> Rows:
     return Rows(lines_of_stream(), "-") if str(source) == "-" else single_sheet(source)
 
 
-def delimiter_of(lines: Sequence[str]) -> str:
+def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
     """Return what parts the cells: that by which most of them are numbers, else the first that half the lines have."""
-    filled = [line for line in lines if line.strip()]
-    filled = [_without_clock(line[:LONGEST_LINE])[1] for line in filled[:: max(1, len(filled) // _SAMPLE)]]
-    candidates = ("\t", ";", "|", ",", "  ", " ")
+    filled = [line[:LONGEST_LINE] for line in lines if isinstance(line, str) and line.strip()]
+    filled = filled[:: max(1, len(filled) // _SAMPLE)]
     best = ""
     most = (1, 0)  # a single number has nothing beside it
-    for delimiter in candidates:
+    for delimiter in _DELIMITERS:
         cells = [cell for line in filled if delimiter in line for cell in row_of(delimiter, 0, line).cells]
         numbers = sum(map(is_number, cells))
         if (numbers, numbers - len(cells)) > most:
             best, most = delimiter, (numbers, numbers - len(cells))
-    if best:
-        return best
-    for delimiter in candidates:
-        if 2 * sum(delimiter in line for line in filled) >= max(1, len(filled)):
-            return delimiter
-    return ","
+    half = max(1, len(filled)) / 2
+    return best or next((each for each in _DELIMITERS if sum(each in line for line in filled) >= half), ",")
 
 
-def row_of(delimiter: str, line: int, text: str) -> Row:
+def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
     """Return the cells of a line; a quote that stays open and a huge cell are its fault."""
-    text = text.rstrip("\r\n")
-    if delimiter.strip(" ") and not any(mark in text for mark in _MARKED):  # as most are
-        return Row(line, tuple(map(str.strip, text.split(delimiter))))
-    clock, rest = _without_clock(text)
-    fault = ""
-    try:
-        cells = _cells(rest, delimiter)
-    except csv.Error as error:
-        cells = [rest]
-        fault = str(error)
-    return Row(line, tuple(_bare(cell) for cell in cells), clock, fault)
-
-
-def _row_of_cells(line: int, cells: Sequence[str]) -> Row | None:
-    """Return a row of a workbook; None if it is commented and has numbers, like such a line of a text."""
-    clock, first = _without_clock(cells[0] if cells else "")
+    if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _MARKED):  # as most are
+        return Row(number, tuple(map(str.strip, line.split(delimiter))))
+    first, *others = [line.rstrip("\r\n")] if isinstance(line, str) else line or [""]
     comment = _COMMENT.match(first)
-    texts = (first[comment.end() :] if comment else first, *cells[1:])
-    row = Row(line, tuple(map(_bare, texts)), clock)
-    return None if comment and any(map(is_number, row.cells)) else row
-
-
-def _without_clock(text: str) -> tuple[str, str]:
-    """Return the time of day that a serial monitor writes before a line, and the line."""
-    clock = _CLOCK_BEFORE.match(text)
-    return (clock[1], text[clock.end() :]) if clock else ("", text)
+    first = first[comment.end() :] if comment else first
+    clock = _CLOCK_BEFORE.match(first)
+    cells = [first[clock.end() :] if clock else first, *others]
+    fault = ""
+    is_text = isinstance(line, str)
+    if is_text and delimiter in _SPACES:
+        cells = _SPACES[delimiter].split(cells[0].strip())
+    elif is_text:
+        try:
+            cells = next(csv.reader(cells, delimiter=delimiter, strict=True, skipinitialspace=True), [])
+        except csv.Error as error:
+            fault = str(error)
+    return Row(number, tuple(map(_bare, cells)), clock[1] if clock else "", fault, commented=comment is not None)
 
 
 def _bare(cell: str) -> str:
@@ -226,14 +191,6 @@ def _bare(cell: str) -> str:
     if bare.startswith('="') and bare.endswith('"'):
         return bare[2:-1].strip()
     return bare.strip("'").strip() if bare.startswith("'") else bare
-
-
-def _cells(text: str, delimiter: str) -> list[str]:
-    if delimiter == " ":
-        return _SPACES.split(text.strip())
-    if delimiter == "  ":
-        return _WIDE_SPACES.split(text.strip())
-    return next(csv.reader([text], delimiter=delimiter, strict=True, skipinitialspace=True), [])
 
 
 def refuse_fault(source: str, row: Row) -> None:

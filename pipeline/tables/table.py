@@ -462,8 +462,8 @@ def _is_cut(row: Row, needed: int, decimals: Mapping[int, int]) -> bool:
 
 def _decimals(row: Row) -> int:
     """Return how many letters stand behind the decimal sign of the last cell of a row."""
-    cell = row.cells[-1]
-    return len(cell) - 1 - max(cell.rfind("."), cell.rfind(",")) if re.search(r"[.,]", cell) else 0
+    sign = max(row.cells[-1].rfind("."), row.cells[-1].rfind(","))
+    return len(row.cells[-1]) - 1 - sign if sign >= 0 else 0
 
 
 def _is_text(row: Row) -> bool:

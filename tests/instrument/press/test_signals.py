@@ -96,7 +96,7 @@ PRESS = [HEAD, *(f"{0.04 * row:.3f},{0.01 * row:.4f},{0.02 * row:.4f}\n" for row
     ],
 )
 def test_lines_without_numbers_are_left_out_and_named_in_a_file_and_in_a_stream(lines, left_out):
-    for rows in (Rows(lines, "-"), WholeRows.of_lines(lines, "press.csv")):
+    for rows in (Rows(lines, "-"), WholeRows(lines, "press.csv")):
         said = []
         samples = list(Signal(rows, 2, say=said.append))
         assert [sample.forces for sample in samples] == [
@@ -118,7 +118,7 @@ def test_lines_without_numbers_are_left_out_and_named_in_a_file_and_in_a_stream(
     ],
 )
 def test_line_that_is_no_sample_is_refused_by_its_name(line, place):
-    for rows in (Rows([*PRESS, line], "press.csv"), WholeRows.of_lines([*PRESS, line], "press.csv")):
+    for rows in (Rows([*PRESS, line], "press.csv"), WholeRows([*PRESS, line], "press.csv")):
         with pytest.raises(InputError) as caught:
             list(Signal(rows, 2))
         assert place in caught.value.field
