@@ -6,12 +6,12 @@ by a factor is smaller by it, and its indentation is over E.
 
 import dataclasses
 import functools
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from pipeline.options import BESIDE_CONTACT, CONTACT_FRACTION, contact_scene
+from pipeline.options import CONTACT_FRACTION, contact_scene
 from pipeline.response.contact import contact_compliance
+from pipeline.storage.cache import cached
 from pipeline.storage.plain import Plain
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
@@ -36,19 +36,6 @@ class UnitScene:
     tips: Tips
     scale: float = dataclasses.field(compare=False)
 
-    def __hash__(self) -> int:
-        """Return one number for scenes that compare equal."""
-        return hash((self.fruit, self.tips))
-
-
-def move_contact(keys: Iterable[str]) -> bool:
-    """Say whether any of some keys of the design file moves the solution of contact."""
-    for name in keys:
-        table, _, key = name.partition(".")
-        if table in BESIDE_CONTACT and key not in BESIDE_CONTACT[table]:
-            return True
-    return False
-
 
 def unit_scene(design: Design) -> UnitScene:
     """Return the scene of a design on tips of side 1 mm; one whose ratios no design file takes keeps its size."""
@@ -71,7 +58,7 @@ def _over(scale: float, record: Record) -> Record:
 
 
 def scene_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
-    """Return the compliance of the fruit under the tips in their size [1/mm], the unit scene solved once a process.
+    """Return the compliance of the fruit under the tips in their size [1/mm], the unit scene solved once.
 
     `tolerance` [1] is that of the springs, as for a run. Raises InputError, MeshError or SolveError.
     """
@@ -84,4 +71,6 @@ def scene_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
 
 @functools.lru_cache(maxsize=_SCENES_KEPT)
 def _unit_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
-    return contact_compliance(scene.fruit, scene.tips, tolerance)
+    """Return the compliance of a unit scene [1/mm], kept in this process and, as that of a run, in the cache."""
+    solve = functools.partial(contact_compliance, scene.fruit, scene.tips, tolerance)
+    return cached("contact", {"fruit": scene.fruit, "tips": scene.tips, "tol": tolerance}, solve, FruitCompliance)

@@ -3,17 +3,11 @@
 R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:1008202821328, as SciPy has it.
 """
 
-import json
 import math
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from concurrent.futures import BrokenExecutor
-from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import partial
-from itertools import count
 from pathlib import Path
-from typing import Any, Literal, NoReturn
+from typing import Any, Literal
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
@@ -22,16 +16,16 @@ from pipeline.options import DEFAULT_TOLERANCE, RunOptions
 from pipeline.report.keys import value_at
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
+from pipeline.study.execute import solve_missing
 from pipeline.study.page import refuse_page
-from pipeline.study.points import Point, design_of, point_at
 from pipeline.study.search.candidate import REFUSED_COST, Candidate
 from pipeline.study.search.proof import Proof, first_proved
-from pipeline.study.store import StudyStore, study_store
+from pipeline.study.store import StudyStore, settings_text, study_store
 from pipeline.study.study_file import REFUSED, UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT, Study, front_number
-from pipeline.study.tasks import LOST, PointResult, solve_points
+from pipeline.study.tasks import PointResult
 from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
-from pipeline.study.workers import Engine, ProgressReport, completed_items
+from pipeline.study.workers import Engine, ProgressReport
 from sensor.arrays import Floats
 from sensor.design.design_file import design_as_toml
 from sensor.design.parameters import Design
@@ -43,7 +37,6 @@ DESIGN = "design.toml"
 RUN = "best"
 FRONT = "front"
 _MEMBERS = 8  # of a generation, for each key that varies
-_UNNUMBERED = -1  # until a point is to be solved: one that is stored has its number already
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +73,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
             bound = "a span, from and to, or a list"
             raise validation_error(key, "Normal", "", bound, "give the two ends of the search")
     for value in study.front:
-        design_of(study, {**study.completing, study.goal.front: value})
+        study.base.design({**study.completing, study.goal.front: value})
     with study_store(folder, study) as store:
         _evolve(study, store, engine, progress)
         candidates = [candidate_of(study, result) for result in store.rows()]
@@ -113,15 +106,16 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
     A front is searched value by value, each after the first from the last generation of the one before.
     """
     values = len(study.front)
-    generations = _Generations(study, store, engine, progress)
     keys = len(study.vary) - bool(values)
     start = _base_fractions(study)
     members: Literal["latinhypercube"] | Floats = "latinhypercube"
+    most = study.goal.evaluations * max(1, values)
+    told = None if progress is None else lambda kept, _: progress(kept, max(most, kept))
     for fixed in [[(i + 0.5) / values] for i in range(values)] or [[]]:
         ended = differential_evolution(
-            generations.costs,  # type: ignore[arg-type]  # a whole generation at a time, for which there are no stubs
+            _costs,  # type: ignore[arg-type]  # a whole generation at a time, for which there are no stubs
             Bounds(np.zeros(keys), np.ones(keys)),
-            args=(fixed,),
+            args=(fixed, set(), study, store, engine, told),
             maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
             popsize=_MEMBERS,
             tol=0.0,
@@ -136,63 +130,33 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
         members = ended.population
 
 
-class _Generations:
-    """What a search has solved and spent: it gives each generation its costs, and puts new points into the store."""
+def _costs(
+    fractions: Floats,
+    fixed: Sequence[float],
+    spent: set[str],
+    study: Study,
+    store: StudyStore,
+    engine: Engine,
+    progress: ProgressReport | None,
+) -> list[float]:
+    """Return the cost of each member of a generation, shape (keys, members); those that are stored are not solved.
 
-    def __init__(self, study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:
-        """Begin with the points that are stored; new ones have the numbers that are free."""
-        self._study = study
-        self._store = store
-        self._engine = engine
-        self._progress = progress
-        self._results = {_settings_key(result): result for result in store.rows()}
-        taken = {result.number for result in self._results.values()}
-        self._numbers = (number for number in count() if number not in taken)
-        # the keys of the candidates that are spent, for each value of a front
-        self._spent: dict[tuple[float, ...], set[str]] = defaultdict(set)
-
-    def costs(self, fractions: Floats, fixed: Sequence[float]) -> list[float]:
-        """Return the cost of each member of a generation, shape (keys, members); those that are stored are not solved.
-
-        `fixed` are the fractions of the key that the front sets. What comes after the last evaluation is not solved,
-        and costs as what is refused.
-        """
-        points = [point_at(self._study, _UNNUMBERED, [*member, *fixed]) for member in fractions.T.tolist()]
-        keys = [_settings_key(point) for point in points]
-        spent = self._spent[tuple(fixed)]
-        to_solve: dict[str, Point] = {}
-        for key, point in zip(keys, points, strict=True):
-            if len(spent) == self._study.goal.evaluations:
-                break
-            spent.add(key)
-            if key not in self._results and key not in to_solve:  # members of lists alone are often the same
-                to_solve[key] = replace(point, number=next(self._numbers))
-        self._solve(list(to_solve.values()))
-        costs = []
-        for key in keys:
-            costs.append(candidate_of(self._study, self._results[key]).cost if key in spent else REFUSED_COST)
-        return costs
-
-    def _solve(self, points: Sequence[Point]) -> None:
-        """Solve points and store each as it comes."""
-        most = self._study.goal.evaluations * max(1, len(self._study.front))
-        solve = partial(solve_points, self._study, None)
-        with closing(completed_items(self._engine, solve, [[point] for point in points], _refuse_lost)) as ended:
-            for _, solved in ended:
-                self._store.put(solved)
-                self._results.update({_settings_key(result): result for result in solved})
-                if self._progress is not None:
-                    self._progress(len(self._results), max(most, len(self._results)))
-
-
-def _refuse_lost(_: Sequence[Point]) -> NoReturn:
-    """Raise BrokenExecutor: the next points of a search follow from those before, so that none may be left out."""
-    raise BrokenExecutor(LOST)
-
-
-def _settings_key(point: Point) -> str:
-    """Return the settings of a point as one text: two points of the same text are the same candidate."""
-    return json.dumps(point.settings)
+    `fixed` are the fractions of the key that the front sets, `spent` the candidates that were asked for at them so far.
+    What comes after the last evaluation is not solved, and costs as what is refused.
+    """
+    members = [study.settings_at([*member, *fixed]) for member in fractions.T.tolist()]
+    texts = list(map(settings_text, members))
+    allowed = {}  # members of lists alone are often the same
+    for text, settings in zip(texts, members, strict=True):
+        if len(spent) < study.goal.evaluations:
+            spent.add(text)
+        if text in spent:
+            allowed[text] = settings
+    missing = store.lacking(allowed.values())
+    solve_missing(study, store, missing, len(missing), engine, progress)
+    results = store.results(allowed.values())
+    costs = {text: candidate_of(study, result).cost for text, result in zip(allowed, results, strict=True)}
+    return [costs.get(text, REFUSED_COST) for text in texts]
 
 
 def _base_fractions(study: Study) -> Floats | None:
@@ -280,7 +244,7 @@ def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force:
     passing += [one for one in candidates if is_base(study, one) and one not in passing]
 
     def design(candidate: Candidate) -> Design:
-        return replace(design_of(study, candidate.changes), name=study.name)
+        return replace(study.base.design(candidate.changes), name=study.name)
 
     tolerance = min(study.tol, DEFAULT_TOLERANCE)  # a search may be rougher than what decides the stiffness of springs
     proof = first_proved(passing, design, RunOptions(out=place.run, tolerance=tolerance, force=force), len(passing))

@@ -12,8 +12,6 @@ from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key
 from pipeline.report.page.template import FIGURES, render_page
 from pipeline.storage.files import refuse_taken, write_files
-from pipeline.study.columns import PointColumns, point_columns
-from pipeline.study.points import design_of
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import REFUSED, Study
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
@@ -67,22 +65,21 @@ def write_page(
     key. `proved` are those whose runs passed, with their design files. Of many points some, drawn at random, are shown
     beside them. Raises InputError as `write_files`.
     """
-    columns = point_columns(store, study.keys)
     proved = proved or {}
     if best is None:
-        best = columns.best(study.wanted[0], BEST)
+        best = store.best(study.wanted[0], BEST)
     files, links = _designs(store, study, best, proved)
-    at_random = np.random.default_rng(_SEED).permutation(columns.points)[:MOST_DOTS].tolist()
+    at_random = np.random.default_rng(_SEED).permutation(store.done())[:MOST_DOTS].tolist()
     points = []
     for point in store.rows(sorted({*best, *proved, *at_random})):
         points.append({**point.settings, **point.values, "number": point.number})
-    keys = shown_keys(study, columns)
+    keys = shown_keys(study, store)
     data = {
         "vary": list(study.vary),
         "wanted": list(study.wanted),
         "shown": [one.key for one in keys],
         "labels": {one.key: one.label for one in keys},
-        "axes": [one.key for one in keys if columns.differs(one.key)],
+        "axes": [one.key for one in keys if store.differs(one.key)],
         "parts": [key for key in study.wanted if is_part_of_limit(key)],
         "minimise": study.goal.minimise if study.how == "search" else study.wanted[0],
         "points": points,
@@ -105,7 +102,7 @@ def write_page(
     return path
 
 
-def shown_keys(study: Study, columns: PointColumns) -> tuple[ShownKey, ...]:
+def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
     """Return what varies and what was asked for; error, limit and outcome of a verdict stand beside its value."""
     folded = {REFUSED} if study.how == "search" else set()
     for key in study.wanted:
@@ -115,11 +112,11 @@ def shown_keys(study: Study, columns: PointColumns) -> tuple[ShownKey, ...]:
     keys = []
     for key in study.keys:
         if key not in folded:
-            low, high = columns.span(key) if key in columns.values else (None, None)
+            low, high = store.span(key) or (None, None)
             varies = key in study.vary
             label, meaning = _named(key, varies=varies)
             meaning = _LINK.sub(r"\1", meaning).replace("`", "")
-            counts = {shown(value): count for value, count in columns.counts.get(key, {}).items()}
+            counts = {shown(value): count for value, count in store.words(key).items()}
             keys.append(ShownKey(key, label, varies, low, high, meaning, tuple(sorted(counts.items()))))
     return tuple(keys)
 
@@ -176,6 +173,6 @@ def _designs(
         links[str(number)] = path.relative_to(folder).as_posix()
     for point in store.rows([number for number in best if number not in proved]):
         name = f"point-{point.number}.toml"
-        files[folder / _DESIGNS / name] = design_as_toml(design_of(study, point.settings)).encode()
+        files[folder / _DESIGNS / name] = design_as_toml(study.base.design(point.settings)).encode()
         links[str(point.number)] = f"{_DESIGNS}/{name}"
     return files, links

@@ -1,18 +1,19 @@
-"""The points of a study, by their numbers: those of a grid, of a Sobol sequence, or of the rows of a file."""
+"""The points of a study in the order of their numbers: of a grid, of a Sobol sequence, or the rows of a file."""
 
+import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
-from scipy.stats import qmc
+from scipy.stats import qmc, sobol_indices, uniform
 
 from pipeline.study.study_file import MOST_POINTS, Study
 from pipeline.study.variation import Setting
-from sensor.design.parameters import Design
+from sensor.arrays import Floats
 from sensor.quantity import validation_error
 
-SOBOL_BITS = 30
+_SOBOL_BITS = 30
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +25,7 @@ class Point:
 
 
 def point_count(study: Study) -> int:
-    """Return the number of points of a study."""
+    """Return the number of points of a study; raises InputError for a search and for a grid that is too fine."""
     match study.how:
         case "points":
             return len(study.rows)
@@ -41,68 +42,49 @@ def point_count(study: Study) -> int:
     return count
 
 
-def points_between(study: Study, start: int, stop: int) -> Iterator[Point]:
-    """Yield the points from a number up to, not including, another one; the same ones whoever asks."""
-    numbers = range(start, stop)
-    if study.how == "points":
-        for number in numbers:
-            yield _point(study, number, study.rows[number])
-    elif study.how == "grid":
-        grids = [varied.grid() for varied in study.vary.values()]
-        for number in numbers:
-            indices = np.unravel_index(number, [len(grid) for grid in grids])  # the last key varies fastest
-            yield _point(study, number, [grid[index] for grid, index in zip(grids, indices, strict=True)])
-    else:
-        fractions = _exchanged if study.how == "sensitivity" else _sobol
-        for number, row in zip(numbers, fractions(study, start, stop), strict=True):
-            yield point_at(study, number, row)
+def points_of(study: Study) -> Iterator[Point]:
+    """Yield every point of a study; a study with more samples begins with the points of one with fewer."""
+    for number, settings in enumerate(_settings(study)):
+        yield Point(number=number, settings=settings)
 
 
-def _point(study: Study, number: int, values: Iterable[Setting]) -> Point:
-    return Point(number=number, settings=dict(zip(study.vary, values, strict=True)))
+def _settings(study: Study) -> Iterator[Mapping[str, Setting]]:
+    """Yield the settings of each point of a study that is no search."""
+    if study.how in ("sobol", "sensitivity"):
+        fractions = _saltelli_fractions(study) if study.how == "sensitivity" else _sobol_fractions(study)
+        yield from map(study.settings_at, fractions)
+        return
+    rows: Iterable[Sequence[Setting]] = study.rows
+    if study.how == "grid":
+        rows = itertools.product(*(varied.grid() for varied in study.vary.values()))  # the last key varies fastest
+    for row in rows:
+        yield dict(zip(study.vary, row, strict=True))
 
 
-def point_at(study: Study, number: int, fractions: Sequence[float]) -> Point:
-    """Return the point at fractions [1] from 0 to 1 of what varies, in the order of the study file."""
-    varied = zip(study.vary.values(), fractions, strict=True)
-    return _point(study, number, [variation.at(fraction) for variation, fraction in varied])
+def _sobol_fractions(study: Study) -> Iterator[list[float]]:
+    """Yield the points of a scrambled Sobol sequence [1], one by one: a call for several asks for a power of two."""
+    sequence = qmc.Sobol(len(study.vary), scramble=True, bits=_SOBOL_BITS, rng=study.seed)
+    for _ in range(study.samples):
+        yield sequence.random()[0].tolist()
 
 
-def _sobol(study: Study, start: int, stop: int) -> list[list[float]]:
-    return sobol_fractions(len(study.vary), study.seed, start, stop)
+def _saltelli_fractions(study: Study) -> Iterator[list[float]]:
+    """Yield the points [1] at which SciPy needs the numbers of a study of sensitivities, in its order."""
+    drawn: list[Floats] = []
+
+    def note(fractions: Floats) -> Floats:
+        drawn.append(fractions)
+        return fractions.copy()  # any numbers that scatter: SciPy takes their mean off them
+
+    saltelli_indices(study, note)
+    for fractions in drawn:
+        yield from fractions.T.tolist()
 
 
-def sobol_fractions(keys: int, seed: int, start: int, stop: int) -> list[list[float]]:
-    """Return points of a scrambled Sobol sequence [1], (points, keys): a longer one begins with those of a shorter."""
-    sequence = qmc.Sobol(keys, scramble=True, bits=SOBOL_BITS, rng=seed)
-    if start:
-        sequence.fast_forward(start)
-    # The first point by itself: a call for more would ask for a power of two.
-    first = sequence.random(min(1, stop - start)).tolist()
-    others = sequence.random(max(0, stop - start - 1)).tolist()
-    return [*first, *others]
+def saltelli_indices(study: Study, numbers_at: Callable[[Floats], Floats]) -> Any:  # noqa: ANN401 - SciPy's record
+    """Return SciPy's Sobol indices of numbers (numbers, points) that a function gives at fractions [1] (keys, points).
 
-
-def _exchanged(study: Study, start: int, stop: int) -> Iterator[list[float]]:
-    """Yield the fractions [1] of the points from a number up to another one for a study of sensitivities.
-
-    Points come in blocks of `samples`. Block 0 is sample A, block 1 sample B, and each further one, for one key after
-    the other, A with this key from B.
+    The function is called for the same points again each time.
     """
-    keys = len(study.vary)
-    while start < stop:
-        block, first_row = divmod(start, study.samples)
-        end = min(stop, (block + 1) * study.samples)  # of the points asked for in this block
-        for row in sobol_fractions(2 * keys, study.seed, first_row, first_row + end - start):
-            sample_A = row[:keys]
-            sample_B = row[keys:]
-            if block > 1:
-                exchanged = block - 2
-                sample_A[exchanged] = sample_B[exchanged]
-            yield sample_B if block == 1 else sample_A
-        start = end
-
-
-def design_of(study: Study, settings: Mapping[str, Setting | None]) -> Design:
-    """Return the design of a point; raises InputError where it is outside the bounds of the design file."""
-    return study.base.design(settings)
+    spans: list[Any] = [uniform()] * len(study.vary)
+    return sobol_indices(func=numbers_at, n=study.samples, dists=spans, rng=study.seed)

@@ -5,13 +5,11 @@ A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, doi 10.1016/j.cpc.2009
 
 import warnings
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from scipy.stats import sobol_indices
 
-from pipeline.study.columns import point_columns
-from pipeline.study.points import point_count
+from pipeline.study.points import point_count, saltelli_indices
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study
 from sensor.arrays import Floats
@@ -41,31 +39,28 @@ def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
 
     Raises InputError where points are missing, refused or failed: the indices need all of them.
     """
-    columns = point_columns(store, study.wanted)
-    lacking = point_count(study) - len(columns.points)
+    lacking = point_count(study) - store.counts()["done"]
     if lacking:
         msg = f"sensitivities: {lacking} points have no results; narrow the spans so that none is refused"
         raise InputError(msg, field="sensitivities", value=lacking)
     indices: list[Sensitivity] = []
-    for wanted in study.wanted:
-        if columns.differs(wanted) and not np.isnan(columns.values[wanted]).any():
-            indices += _indices(study, wanted, columns.values[wanted])
+    for wanted in filter(store.differs, study.wanted):
+        values = store.column(wanted)
+        if not np.isnan(values).any():
+            indices += _indices(study, wanted, values)
     return tuple(indices)
 
 
 def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
-    """Return the indices of one number for each key, from its values at all points (points,).
-
-    They are those of sample A, of sample B, and of A with each key from B, as `points.py` numbers them.
-    """
-    blocks = values.reshape(len(study.vary) + 2, 1, study.samples)
-    outputs: dict[Literal["f_A", "f_B", "f_AB"], Floats] = {"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}
-    result: Any = sobol_indices(func=outputs, n=study.samples)
+    """Return the indices of one number for each key, from its values at all points in their order (points,)."""
+    keys = len(study.vary)
+    of_samples = iter(np.split(values, [study.samples, 2 * study.samples]))  # as SciPy asks for them
+    result = saltelli_indices(study, lambda _: next(of_samples))
     with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a key that moves nothing has no scatter to resample
         spread = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
-    first = np.ravel(result.first_order)
-    total = np.ravel(result.total_order)
+    first = result.first_order.reshape(keys)
+    total = result.total_order.reshape(keys)
     first_ends = _ends(first, spread.first_order.confidence_interval)
     total_ends = _ends(total, spread.total_order.confidence_interval)
     return [

@@ -1,24 +1,25 @@
-"""The store of a study: one SQLite file that any such tool opens, and that a kill at any moment leaves whole.
+"""The store of a study: one SQLite file that any such tool opens, and that a kill at any moment leaves whole."""
 
-Every row carries a digest of itself, so that what a person or a disk changed is not believed.
-"""
-
-import hashlib
 import json
 import re
 import sqlite3
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from importlib.metadata import version
+from itertools import count
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from filelock import FileLock, Timeout
 
 from pipeline.storage.plain import Plain, to_plain
 from pipeline.storage.versions import code_digest
+from pipeline.study.points import Point
 from pipeline.study.study_file import Study
 from pipeline.study.tasks import MACHINE, PointResult
+from pipeline.study.variation import Setting
+from sensor.arrays import Floats
 from sensor.quantity import validation_error
 
 STORE = "study.sqlite"
@@ -26,17 +27,29 @@ _LOCK = "study.lock"
 _MARK = 0x74776E74  # twnt: SQLite keeps for an application whose file it is
 _WAIT_S = 60.0  # for another program that reads or writes the file
 _TABLES = {
-    "study": "CREATE TABLE study (key TEXT PRIMARY KEY, value TEXT NOT NULL, digest TEXT NOT NULL)",
+    "study": "CREATE TABLE study (key TEXT PRIMARY KEY, value TEXT NOT NULL)",
     "points": (
-        "CREATE TABLE points (number INTEGER PRIMARY KEY, status TEXT NOT NULL, settings TEXT NOT NULL, "
-        "results TEXT NOT NULL, error TEXT, seconds REAL NOT NULL, digest TEXT NOT NULL)"
+        "CREATE TABLE points (number INTEGER PRIMARY KEY, status TEXT NOT NULL, "
+        "settings TEXT NOT NULL CHECK (json_valid(settings)), results TEXT NOT NULL CHECK (json_valid(results)), "
+        "error TEXT, seconds REAL NOT NULL)"
     ),
 }
 _OF_MACHINE = "FROM points WHERE status = 'failed' AND error LIKE ?"
+_OF_KEY = """
+WITH
+    done AS (
+        SELECT number, iif(json_type(results, :path) IS NULL, settings, results) AS told
+        FROM points WHERE status = 'done'
+    ),
+    of_key AS (SELECT number, json_type(told, :path) AS kind, json_extract(told, :path) AS value FROM done),
+    numbers AS (SELECT number, iif(kind IN ('integer', 'real'), value, NULL) AS value FROM of_key)
+"""
+"""Of each point that is done: its number, and the value that it has for a key, as any value and as a number."""
 _PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
 _MOST_MESSAGES = 5
 _NUMBER = re.compile(r"\d[\d.]*(e[+-]?\d+)?")
 _LONGEST_VALUE = 60  # letters of a value in an error, which is one line
+_ROUND_OFF = 1e-12  # of a number
 
 
 class StudyStore:
@@ -53,14 +66,43 @@ class StudyStore:
         for result in results:
             seconds = round(result.seconds, 6)
             row = (result.number, result.status, _json(result.settings), _json(result.values), result.error, seconds)
-            rows.append((*row, _digest(row)))
+            rows.append(row)
         with self._connection as transaction:
-            transaction.executemany("INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
+            transaction.executemany("INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?)", rows)
 
-    def solved(self, start: int, stop: int) -> set[int]:
-        """Return the numbers of the points from one up to, not including, another one that are solved."""
-        query = "SELECT number FROM points WHERE number >= ? AND number < ?"
-        return {number for (number,) in self._connection.execute(query, (start, stop))}
+    def numbers(self) -> set[int]:
+        """Return the numbers of all points that are solved."""
+        return {number for (number,) in self._connection.execute("SELECT number FROM points")}
+
+    def done(self) -> list[int]:
+        """Return the numbers of the points that are done, in their order."""
+        query = "SELECT number FROM points WHERE status = 'done' ORDER BY number"
+        return [number for (number,) in self._connection.execute(query)]
+
+    def lacking(self, asked: Iterable[Mapping[str, Setting]]) -> list[Point]:
+        """Return the settings that no point has, each once, as points with the lowest free numbers."""
+        by_text = {settings_text(settings): settings for settings in asked}
+        known = {text for (text,) in self._connection.execute("SELECT settings FROM points")}
+        taken = self.numbers()
+        free = (number for number in count() if number not in taken)
+        new = [settings for text, settings in by_text.items() if text not in known]
+        return [Point(number=number, settings=settings) for settings, number in zip(new, free, strict=False)]
+
+    def results(self, asked: Iterable[Mapping[str, Setting]]) -> list[PointResult]:
+        """Return a point for each of some settings, all of which are solved."""
+        texts = list(map(settings_text, asked))
+        query = "SELECT settings, points.* FROM points WHERE settings IN (SELECT value FROM json_each(?))"
+        found = {text: _result(row) for text, *row in self._connection.execute(query, (json.dumps(texts),))}
+        return [found[text] for text in texts]
+
+    def rows(self, numbers: Sequence[int] | None = None) -> Iterator[PointResult]:
+        """Yield the points of some numbers in that order, all by default in their own, one at a time in memory."""
+        if numbers is None:
+            rows = self._connection.execute("SELECT * FROM points ORDER BY number")
+        else:
+            query = "SELECT points.* FROM json_each(?) JOIN points ON number = value ORDER BY key"
+            rows = self._connection.execute(query, (json.dumps(numbers),))
+        yield from map(_result, rows)
 
     def counts(self) -> dict[str, int]:
         """Return the numbers of points that are done, refused and failed."""
@@ -69,8 +111,8 @@ class StudyStore:
 
     def machine_faults(self) -> int:
         """Return the number of points that failed by a fault of the machine."""
-        ((count,),) = self._connection.execute(f"SELECT COUNT(*) {_OF_MACHINE}", (f"{MACHINE}%",))
-        return int(count)
+        ((faults,),) = self._connection.execute(f"SELECT COUNT(*) {_OF_MACHINE}", (f"{MACHINE}%",))
+        return int(faults)
 
     def messages(self) -> dict[str, int]:
         """Return the five commonest messages of refused and failed points, and how many points have each.
@@ -84,60 +126,53 @@ class StudyStore:
         commonest = sorted(by_pattern.values(), key=len, reverse=True)[:_MOST_MESSAGES]
         return {errors[0]: len(errors) for errors in commonest}
 
-    def rows(self, numbers: Sequence[int] | None = None) -> Iterator[PointResult]:
-        """Yield the points of some numbers in that order, all by default in their own, one at a time in memory.
+    def column(self, key: str) -> Floats:
+        """Return the numbers of a key [its unit] of all points that are done, in their order; nan for no number."""
+        values = self._of_key(key, "SELECT value FROM numbers ORDER BY number")
+        return np.array([value for (value,) in values], dtype=np.float64)
 
-        Raises InputError for a row that is not as the study wrote it.
-        """
-        if numbers is None:
-            yield from map(self._result, self._connection.execute("SELECT * FROM points ORDER BY number"))
-            return
-        for number in numbers:
-            yield from map(self._result, self._connection.execute("SELECT * FROM points WHERE number = ?", (number,)))
+    def span(self, key: str) -> tuple[float, float] | None:
+        """Return the least and the largest number of a key [its unit]; None where no point has a number."""
+        ((low, high),) = self._of_key(key, "SELECT MIN(value), MAX(value) FROM numbers")
+        return None if low is None else (low, high)
+
+    def differs(self, key: str) -> bool:
+        """Say whether the values of a key are numbers that differ by more than round-off."""
+        low, high = self.span(key) or (0.0, 0.0)
+        return high - low > _ROUND_OFF * max(abs(low), abs(high))
+
+    def best(self, key: str, most: int) -> list[int]:
+        """Return the numbers of the points with the least values of a key, the least first, those without one last."""
+        query = "SELECT number FROM numbers ORDER BY value NULLS LAST, number LIMIT :most"
+        return [number for (number,) in self._of_key(key, query, most=most)]
+
+    def words(self, key: str) -> dict[str | bool, int]:
+        """Return the texts and truth values that points have for a key, and how many points have each."""
+        query = "SELECT kind, value, COUNT(*) FROM of_key WHERE kind IN ('text', 'true', 'false') GROUP BY kind, value"
+        counts = self._of_key(key, query)
+        return {value if kind == "text" else kind == "true": points for kind, value, points in counts}
+
+    def _of_key(self, key: str, query: str, **values: object) -> sqlite3.Cursor:
+        return self._connection.execute(f"{_OF_KEY} {query}", {"path": f'$."{key}"', **values})
 
     def begin(self, study: Study) -> None:
-        """Make the tables of a study, or check that these and all their rows are its own.
+        """Make the tables of a study, or check that these are its own; raises InputError that names the difference.
 
-        Raises InputError that names the difference, or the row.
+        Points that failed by a fault of the machine are forgotten.
         """
         self._connection.execute("PRAGMA journal_mode = WAL")
+        asked = {key: _json(value) for key, value in study_facts(study).items()}
         with self._connection as transaction:
-            transaction.execute("BEGIN")
-            transaction.execute(f"PRAGMA application_id = {_MARK}")
-            for table in _TABLES.values():
-                transaction.execute(table.replace("TABLE", "TABLE IF NOT EXISTS", 1))
-        points = sum(1 for _ in self.rows())  # each of which is checked
-        asked = ("asked", _json(study_facts(study)))
-        kept = self._connection.execute("SELECT * FROM study WHERE key = 'asked'").fetchone()
-        if kept is not None:
-            self._refuse_changed("fact 'asked'", kept)
-            _, kept_facts, _ = kept
-            _refuse_other(self.path, json.loads(kept_facts), json.loads(asked[1]))
-        elif points:
-            bound = "a store that holds the description of its study"
-            raise validation_error("study store", str(self.path), "", bound, "name another --out")
-        with self._connection as transaction:
-            transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?, ?)", (*asked, _digest(asked)))
+            transaction.execute("BEGIN IMMEDIATE")
+            if _is_empty(transaction):
+                transaction.execute(f"PRAGMA application_id = {_MARK}")
+                for table in _TABLES.values():
+                    transaction.execute(table)
+            else:
+                kept = dict(transaction.execute("SELECT key, value FROM study").fetchall())
+                _refuse_other(self.path, kept, asked)
+            transaction.executemany("INSERT OR REPLACE INTO study VALUES (?, ?)", asked.items())
             transaction.execute(f"DELETE {_OF_MACHINE}", (f"{MACHINE}%",))
-
-    def _result(self, row: Sequence[Any]) -> PointResult:
-        self._refuse_changed(f"point {row[0]}", row)
-        number, status, settings, values, error, seconds, _ = row
-        return PointResult(
-            number=number,
-            settings=json.loads(settings),
-            status=status,
-            values=json.loads(values),
-            error=error,
-            seconds=seconds,
-        )
-
-    def _refuse_changed(self, name: str, row: Sequence[object]) -> None:
-        """Raise InputError for a row whose last cell is not the digest of the others."""
-        if row[-1] != _digest(row[:-1]):
-            bound = f"as the study wrote it into {self.path}, and its digest is another"
-            hint = "delete its row and run the same command again, or name another --out"
-            raise validation_error("row", name, "", bound, hint)
 
 
 @contextmanager
@@ -184,11 +219,8 @@ def _opened(path: Path) -> Iterator[StudyStore]:
     """
     try:
         with closing(sqlite3.connect(path, timeout=_WAIT_S)) as connection:
-            (mark,) = connection.execute("PRAGMA application_id").fetchone()
-            tables = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'").fetchall())
-            if (mark, tables) not in ((0, {}), (_MARK, _TABLES)):
-                bound = "empty or the store of a study, not another database"
-                raise validation_error("study store", str(path), "", bound, "name another --out")
+            if not _is_empty(connection):
+                _refuse_foreign(connection, path)
             yield StudyStore(connection, path)
     except sqlite3.Error as error:
         bound = f"a SQLite file that can be read and written ({error})"
@@ -196,34 +228,56 @@ def _opened(path: Path) -> Iterator[StudyStore]:
         raise validation_error("study store", str(path), "", bound, hint) from error
 
 
+def _is_empty(connection: sqlite3.Connection) -> bool:
+    """Say whether a database has neither tables nor the mark of an application."""
+    (mark,) = connection.execute("PRAGMA application_id").fetchone()
+    return mark == 0 and connection.execute("SELECT 1 FROM sqlite_master").fetchone() is None
+
+
+def _refuse_foreign(connection: sqlite3.Connection, path: Path) -> None:
+    """Raise InputError for a database that is no store, and for a store of another version."""
+    (mark,) = connection.execute("PRAGMA application_id").fetchone()
+    tables = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'").fetchall())
+    if mark != _MARK:
+        raise validation_error(
+            "study store", str(path), "", "empty or the store of a study, not another database", "name another --out"
+        )
+    if tables != _TABLES:
+        bound = "the store of a study of this version, with its tables as they were made"
+        raise validation_error("study store", str(path), "", bound, "name another --out")
+
+
 def study_facts(study: Study) -> Plain:
-    """Return the facts that decide the results of a study: all of it but its name."""
+    """Return the facts that decide the results of a study by their dotted names: all of it but its name."""
     facts: Plain = to_plain(study)
     del facts["name"]
     facts["base"] = {**study.base.tables, "own processes": study.base.own}
     packages = {name: version(name) for name in _PACKAGES}
-    return {**facts, "order": list(study.vary), "versions": packages, "code": code_digest()[:16]}
+    return _leaves("", {**facts, "order": list(study.vary), "versions": packages, "code": code_digest()[:16]})
 
 
-def _refuse_other(path: Path, kept: Plain, asked: Plain) -> None:
+def _refuse_other(path: Path, kept: Mapping[str, str], asked: Mapping[str, str]) -> None:
     """Raise InputError that names the difference where a store holds another study; a longer one may go on.
 
-    The points of a longer study begin with those of the shorter one, but not those of sensitivities, whose numbers
-    count blocks of `samples`.
+    The points of a longer study begin with those of the shorter one, but not those of sensitivities, which SciPy draws.
     """
-    growing = ("goal.evaluations",) if asked["how"] == "sensitivity" else ("goal.evaluations", "samples")
-    before = _leaves("", kept)
-    now = _leaves("", asked)
-    for key in {**before, **now}:
-        if before.get(key) == now.get(key) or (key in growing and now[key] > before[key]):
+    growing = ("goal.evaluations",) if asked["how"] == '"sensitivity"' else ("goal.evaluations", "samples")
+    for key in {**kept, **asked}:
+        before, now = (json.loads(facts.get(key, "null")) for facts in (kept, asked))
+        if before == now or (key in growing and before is not None and now > before):
             continue
-        bound = f"{_json(before.get(key))[:_LONGEST_VALUE]}, as in {path}"
-        raise validation_error(key, _json(now.get(key)), "", bound, "change it back, or name another --out")
+        bound = f"{_json(before)[:_LONGEST_VALUE]}, as in {path}"
+        raise validation_error(key, _json(now), "", bound, "change it back, or name another --out")
+
+
+def settings_text(settings: Mapping[str, Setting]) -> str:
+    """Return settings as they are stored: two points of the same text are the same design."""
+    return _json(settings)
 
 
 def _leaves(name: str, data: object) -> Plain:
     """Return the values in nested tables by their dotted names."""
-    if not isinstance(data, dict):
+    if not isinstance(data, Mapping):
         return {name: data}
     leaves: Plain = {}
     for key, value in data.items():
@@ -231,10 +285,19 @@ def _leaves(name: str, data: object) -> Plain:
     return leaves
 
 
+def _result(row: Sequence[Any]) -> PointResult:
+    """Return the point of a row of the table."""
+    number, status, settings, values, error, seconds = row
+    return PointResult(
+        number=number,
+        settings=json.loads(settings),
+        status=status,
+        values=json.loads(values),
+        error=error,
+        seconds=seconds,
+    )
+
+
 def _json(value: object) -> str:
     """Return plain data as JSON; raises TypeError for anything else, ValueError for a number not finite."""
     return json.dumps(value, allow_nan=False, default=dict)
-
-
-def _digest(cells: Sequence[object]) -> str:
-    return hashlib.sha256(repr(tuple(cells)).encode()).hexdigest()[:32]

@@ -98,6 +98,9 @@ class Study:
         if not set(self.vary) - {self.goal.front}:
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
+        if self.how == "sensitivity" and len(self.vary) == 1:
+            hint = "one key makes all of the scatter; name another one under [vary]"
+            raise validation_error("vary", next(iter(self.vary)), "", "a table of at least two keys", hint)
         refuse_gone(*self.vary)
         _refuse_unknown("vary ", self.vary, every_key())
         if _PROCESS_FILE in self.vary:
@@ -118,7 +121,11 @@ class Study:
     @property
     def completing(self) -> dict[str, Setting]:
         """Return the middle of all that varies where the base needs it to be a design; nothing where it is one."""
-        return {} if self.design is not None else {key: varied.at(_MIDDLE) for key, varied in self.vary.items()}
+        return {} if self.design is not None else self.settings_at([_MIDDLE] * len(self.vary))
+
+    def settings_at(self, fractions: Iterable[float]) -> dict[str, Setting]:
+        """Return the value of each key at fractions [1] from 0 to 1 of what varies, in the order of the study file."""
+        return {key: varied.at(fraction) for (key, varied), fraction in zip(self.vary.items(), fractions, strict=True)}
 
     @property
     def front(self) -> tuple[Setting, ...]:

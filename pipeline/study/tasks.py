@@ -11,7 +11,7 @@ from typing import Literal
 from pipeline.options import RunOptions
 from pipeline.report.of_result import SensorParts, report_of_result
 from pipeline.sensor import Sensor, SpringsAs
-from pipeline.study.points import Point, design_of
+from pipeline.study.points import Point
 from pipeline.study.study_file import Study
 from pipeline.study.wanted import PASSED, wanted_value
 from sensor.quantity import InputError
@@ -37,20 +37,25 @@ class PointResult(Point):
     seconds: float = 0.0
 
 
-def solve_points(study: Study, folder: Path | None, points: Sequence[Point]) -> tuple[PointResult, ...]:
+def solve_points(study: Study, folder: Path, points: Sequence[Point]) -> tuple[PointResult, ...]:
     """Return the results of some points; one that is refused or fails does not stop the others.
 
-    The files of whole runs go into the folder.
+    The files of whole runs go into the folder, but those of a search are not kept.
     """
     return tuple(_solved(study, folder, point) for point in points)
 
 
-def lost_points(points: Sequence[Point]) -> tuple[PointResult, ...]:
-    """Return points whose workers were lost, failed."""
+def lost_points(study: Study, points: Sequence[Point]) -> tuple[PointResult, ...]:
+    """Return points whose workers were lost, failed.
+
+    Raises BrokenExecutor in a search, whose next points follow from those before, so that none may be left out.
+    """
+    if study.how == "search":
+        raise BrokenExecutor(LOST)
     return tuple(PointResult(**vars(point), status="failed", error=LOST) for point in points)
 
 
-def _solved(study: Study, folder: Path | None, point: Point) -> PointResult:
+def _solved(study: Study, folder: Path, point: Point) -> PointResult:
     """Return the result of a point: its values, or why it is refused or failed.
 
     Raises what a fault of the machine raises if the disk is full, and in a search, whose next points follow from this.
@@ -83,13 +88,13 @@ def _fault_of_machine(failure: Exception) -> BaseException | None:
     return None
 
 
-def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object]:
+def _values(study: Study, folder: Path, point: Point) -> dict[str, object]:
     """Return the wanted values of a point, at the level of its study."""
-    design = design_of(study, point.settings)
+    design = study.base.design(point.settings)
     if study.level == "files":
         from pipeline import run  # with all that draws and writes, which takes seconds and only these points need
 
-        out = None if folder is None else folder / "designs" / f"{point.number:07d}"
+        out = None if study.how == "search" else folder / "designs" / f"{point.number:07d}"
         options = RunOptions(tolerance=study.tol, out=out)
         result = run(design, options, beside=False)  # one process for each core
         report: Mapping[str, object] = {**vars(report_of_result(result)), PASSED: result.passed}

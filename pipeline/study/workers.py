@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, TypeVar
@@ -35,9 +35,9 @@ _ANSWER_SECONDS = 15  # for a scheduler to answer
 _WITHOUT_WORKERS_SECONDS = 120  # a worker that was lost may be started again in that time
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class Engine:
-    """Opens and closes executors, says how many workers they have, and which errors mean that a worker was lost.
+    """Workers that stay between studies: how to open and close their executor, and which errors mean that one was lost.
 
     `check` raises InputError where no answer can come any more, as all workers are gone for good.
     """
@@ -47,6 +47,27 @@ class Engine:
     workers: int
     lost: tuple[type[Exception], ...]
     check: Callable[[], None] = lambda: None
+    _executor: Executor | None = field(default=None, init=False)
+
+    def submit(self, work: Callable[[Item], Result], item: Item) -> Future[Result]:
+        """Return the future of a piece of work on an item; an executor that has lost a worker is opened again."""
+        try:
+            return self._opened().submit(work, item)
+        except self.lost:  # an executor that has lost a worker takes no more
+            self.check()
+            self.end()
+            return self._opened().submit(work, item)
+
+    def _opened(self) -> Executor:
+        if self._executor is None:
+            self._executor = self.open()
+        return self._executor
+
+    def end(self) -> None:
+        """Close the executor, whatever its workers are at; the next item opens another one."""
+        executor, self._executor = self._executor, None
+        if executor is not None:
+            self.close(executor)
 
 
 def completed_items(
@@ -76,17 +97,10 @@ def _completed(
     waiting = iter(items)
     running: dict[Future[Result], Item] = {}
     ended: SimpleQueue[Future[Result]] = SimpleQueue()  # each adds itself: to ask all that run costs more than a task
-    executor = engine.open()
     try:
         while True:
             for item in islice(waiting, in_flight - len(running)):
-                try:
-                    future = executor.submit(work, item)
-                except engine.lost:  # an executor that has lost a worker takes no more: the next one does
-                    engine.check()
-                    engine.close(executor)
-                    executor = engine.open()
-                    future = executor.submit(work, item)
+                future = engine.submit(work, item)
                 running[future] = item
                 future.add_done_callback(ended.put)
             if not running:
@@ -104,7 +118,8 @@ def _completed(
             else:
                 yield item, result
     finally:
-        engine.close(executor)
+        if running:  # nobody waits for these any more
+            engine.end()
 
 
 def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractContextManager[Engine]:
@@ -126,7 +141,11 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
     if not 1 <= count <= MOST_PROCESSES:
         bound = f"at least 1 and at most {MOST_PROCESSES}"
         raise validation_error("--processes", count, "", bound, "leave it out for all cores")
-    yield Engine(open=lambda: open_workers(count), close=close_workers, workers=count, lost=(BrokenExecutor,))
+    engine = Engine(open=lambda: open_workers(count), close=close_workers, workers=count, lost=(BrokenExecutor,))
+    try:
+        yield engine
+    finally:
+        engine.end()
 
 
 @contextmanager

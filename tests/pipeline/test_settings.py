@@ -16,7 +16,7 @@ import twintip
 from pipeline import sensor
 from pipeline.options import load_design, preset_names
 from pipeline.response.unit_scene import unit_scene
-from pipeline.study.points import points_between
+from pipeline.study.points import points_of
 from pipeline.study.tasks import solve_points
 from sensor.design.design_file import TABLE_TYPES, design_as_mapping, design_as_toml, every_key, tables_as_toml
 from sensor.design.parameters import TABLES, Design
@@ -255,7 +255,7 @@ def by_study(case: Case, began: list[Design]) -> Design | None:
         study = twintip.read_study(file)
     except InputError as error:
         return refused(str(error))
-    (result,) = solve_points(study, None, tuple(points_between(study, 0, 1)))
+    (result,) = solve_points(study, file.parent, tuple(points_of(study)))
     assert dict(result.settings).keys() == under["vary"].keys()
     if not began:
         assert result.status == "refused", result.error

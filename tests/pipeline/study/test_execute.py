@@ -4,6 +4,7 @@ import errno
 import json
 from contextlib import nullcontext
 from dataclasses import replace
+from itertools import chain
 
 import pytest
 import stand_ins
@@ -11,10 +12,11 @@ import stand_ins
 from cad.files.export_error import ExportError
 from pipeline.options import RunOptions, load_design
 from pipeline.report.of_result import SensorParts
-from pipeline.response.contact import fruit_compliance
+from pipeline.response import unit_scene as scenes
+from pipeline.response.contact import contact_compliance, fruit_compliance
 from pipeline.response.unit_scene import scene_compliance, unit_scene
 from pipeline.springs.fitted_springs import springs_for
-from pipeline.study import execute, read_study, run_study, tasks
+from pipeline.study import read_study, run_study, tasks
 from pipeline.study.points import Point
 from pipeline.study.store import stored_study
 from pipeline.study.wanted import level_of
@@ -24,6 +26,15 @@ from sensor.quantity import InputError
 from sensor.theory.two_spring_law import size_springs
 from twintip.cli import main
 from twintip.commands.studying import study as command
+
+TASKS = [
+    ("contact", 8, 1, {1}),
+    ("contact", 600, 1, {37, 8}),  # 600 / 16, and what is left
+    ("contact", 600, 4, {9, 6}),
+    ("contact", 2000, 1, {64, 16}),
+    ("flexures", 40, 1, {1}),
+]
+"""A level, a number of points, of workers, and how many points the tasks have."""
 
 
 def solved(study, folder, engine):
@@ -143,9 +154,9 @@ def test_springs_that_were_sized_alone_have_no_stiffness_by_elements():
 class Noting:
     """An engine's executor that notes the numbers of the points in each task."""
 
-    def __init__(self, engine):
+    def __init__(self, engine, workers):
         self.tasks: list[list[int]] = []
-        self.engine = replace(engine, open=lambda: self)
+        self.engine = replace(engine, open=lambda: self, workers=workers)
         self._executor = engine.open()
 
     def submit(self, work, points):
@@ -156,27 +167,46 @@ class Noting:
     def shutdown(self): ...
 
 
-def test_points_of_one_scene_go_by_500_and_those_that_share_a_scene_together(written, engine, tmp_path):
-    one_scene = "\n".join(f"{3.0 + 0.01 * i}" for i in range(600))
-    (tmp_path / "rows.csv").write_text(f"targets.P_max\n{one_scene}\n", encoding="utf-8")
-    noting = Noting(engine)
-    study = read_study(written('points = "rows.csv"\nwanted = ["springs.K_l_N_per_m"]\n'))
-    assert run_study(study, tmp_path / "out", noting.engine).done == 600
-    assert [len(numbers) for numbers in noting.tasks] == [500, 100]
-    three_scenes = "1.0,4\n2.0,4\n1.0,5\n-1,5\n2.0,5\n"  # and one that no design file takes
-    (tmp_path / "rows.csv").write_text(f"tips.side_mm,targets.P_max\n{three_scenes}", encoding="utf-8")
-    noting = Noting(engine)
-    study = read_study(
-        written('points = "rows.csv"\nwanted = ["targets.P_max"]\n'.replace("targets.P_max", "level.NL"))
-    )
-    assert run_study(study, tmp_path / "shared", noting.engine).refused == 1
-    assert noting.tasks == [[0, 2], [1, 4], [3]]
+@pytest.mark.parametrize(("level", "points", "workers", "sizes"), TASKS)
+def test_cheap_points_go_together_and_no_worker_waits(
+    written, engine, tmp_path, monkeypatch, level, points, workers, sizes
+):
+    monkeypatch.setattr(tasks, "_values", lambda *_: {"springs.K_l_N_per_m": 1.0})
+    rows = "\n".join(f"{3.0 + 0.01 * i}" for i in range(points))
+    (tmp_path / "rows.csv").write_text(f"targets.P_max\n{rows}\n", encoding="utf-8")
+    noting = Noting(engine, workers)
+    study = read_study(written(f'points = "rows.csv"\nlevel = "{level}"\nwanted = ["springs.K_l_N_per_m"]\n'))
+    assert run_study(study, tmp_path / "out", noting.engine).done == points
+    assert sorted(chain.from_iterable(noting.tasks)) == list(range(points))
+    assert {len(numbers) for numbers in noting.tasks} == sizes
 
 
-def test_ended_study_goes_on_to_the_same_points(written, engine, tmp_path, monkeypatch):
+def test_scene_is_solved_once_and_then_read_from_the_cache(written, engine, tmp_path, monkeypatch):
+    """Of 2 sides and 3 ratios two scenes are solved; a worker that begins later finds both in the cache."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    solves = []
+
+    def noted(fruit, tips, tolerance):
+        solves.append(tips.spacing_mm)
+        return contact_compliance(fruit, tips, tolerance)
+
+    monkeypatch.setattr(scenes, "contact_compliance", noted)
+    text = {
+        "samples = 8": 'how = "grid"\ntol = 0.02',
+        "{ from = 3, to = 8 }": '[4, 5, 6]\n"tips.side_mm" = [1.0, 1.25]',
+    }
+    study = read_study(written(**text))
+    for folder in ("one", "later"):
+        scenes._unit_compliance.cache_clear()  # as in a process of its own
+        assert run_study(study, tmp_path / folder, engine).done == 6
+    assert len(solves) == len(set(solves)) == 2
+    with stored_study(tmp_path / "one") as one, stored_study(tmp_path / "later") as later:
+        assert [row.values for row in one.rows()] == [row.values for row in later.rows()]
+
+
+def test_ended_study_goes_on_to_the_same_points(written, engine, tmp_path):
     study = read_study(written())
     whole = solved(study, tmp_path / "whole", engine)
-    monkeypatch.setattr(execute, "QUICK", 3)  # so that it ends after one of three tasks
 
     class EndedError(RuntimeError):
         pass
@@ -187,7 +217,7 @@ def test_ended_study_goes_on_to_the_same_points(written, engine, tmp_path, monke
     with pytest.raises(EndedError):
         run_study(study, tmp_path / "ended", engine, end)
     again = run_study(study, tmp_path / "ended", engine)
-    assert (again.done, again.solved) in ((8, 5), (8, 6))  # tasks of 3, 3 and 2 points end in any order
+    assert (again.done, again.solved) == (8, 7)
     ended = solved(study, tmp_path / "ended", engine)
     assert [(row.number, row.values) for row in ended] == [(row.number, row.values) for row in whole]
     longer = run_study(replace(study, samples=12), tmp_path / "ended", engine)
@@ -228,7 +258,7 @@ def test_fault_of_the_machine_is_exit_code_2_and_tried_again(written, engine, tm
             assert (store.counts()["done"], store.machine_faults()) == (7, 1)
         count = iter([1])
         with pytest.raises(type(error)):
-            tasks.solve_points(replace(read_study(written()), how="search"), None, [Point(number=0, settings={})])
+            tasks.solve_points(replace(read_study(written()), how="search"), tmp_path, [Point(number=0, settings={})])
     assert main(words) == 0
     with stored_study(tmp_path / "out") as store:
         assert store.counts() == {"done": 8, "refused": 0, "failed": 0}

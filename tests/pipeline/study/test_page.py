@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,8 @@ from browser import grave_findings, validator_findings
 
 from pipeline.options import load_design
 from pipeline.study import read_study
-from pipeline.study.columns import PointColumns, point_columns
 from pipeline.study.page import MOST_DOTS, is_part_of_limit, shown_keys, write_page
-from pipeline.study.points import point_at, points_between
+from pipeline.study.points import points_of
 from pipeline.study.store import study_store
 from pipeline.study.tasks import PointResult
 
@@ -22,7 +20,7 @@ TWO = '"targets.P_max" = { from = 3, to = 8 }\n"targets.NL" = { from = 0.03, to 
 
 def planted(study):
     """Yield points whose numbers follow formulas; every tenth is refused, each with a number of its own."""
-    for point in points_between(study, 0, study.samples):
+    for point in points_of(study):
         P_max = float(str(point.settings["targets.P_max"]))
         refused = point.number % 10 == 9
         yield PointResult(
@@ -77,11 +75,13 @@ def test_page_of_many_points_is_small_and_leads_to_the_best(written, tmp_path):
     assert np.histogram(list(shown), bins=4, range=(0, 5_000))[0].min() > 150  # of 250; 8 standard deviations
 
 
-def test_page_shows_what_varies_and_what_was_asked_for_alone(written):
+def test_page_shows_what_varies_and_what_was_asked_for_alone(written, tmp_path):
     """The error, limit and outcome of a verdict stand beside its value; a unit stands where the key has none."""
     study = read_study(written(FRONT))
-    columns = PointColumns(points=np.arange(2), values={"press.travel_mm": np.array([0.3, 0.5])}, counts={})
-    shown = shown_keys(study, columns)
+    with study_store(tmp_path / "out", study) as store:
+        for number, travel in enumerate((0.3, 0.5)):
+            store.put([PointResult(number=number, settings={"press.travel_mm": travel}, status="done")])
+        shown = shown_keys(study, store)
     assert [one.key for one in shown if one.varies] == list(study.vary)
     asked = [f"verdicts.{name}.value" for name in study.goal.under]
     assert sorted(one.key for one in shown if not one.varies) == sorted(asked)
@@ -90,24 +90,6 @@ def test_page_shows_what_varies_and_what_was_asked_for_alone(written):
     assert all(one.meaning for one in shown)
     assert is_part_of_limit("verdicts.bruise.limit")
     assert not is_part_of_limit("verdicts.P_max.limit")
-
-
-def test_null_is_no_number_and_texts_have_no_column(written, tmp_path):
-    keys = ("contact.dofs", "contact.method", "verdicts.P_max.passed", "verdicts.P_max.error")
-    study = replace(read_study(written()), wanted=keys)
-    rows = [(5, "split", True, None), (7, "split", None, 0.5), (3, "direct", False, 1.5)]
-    with study_store(tmp_path / "out", study) as store:
-        for number, row in enumerate(rows):
-            values = dict(zip(keys, row, strict=True))
-            settings = {"targets.P_max": 3.0}
-            result = PointResult(
-                number=number, settings=settings, status="done", values=values, error=None, seconds=0.0
-            )
-            store.put([result])
-        columns = point_columns(store, keys)
-        assert set(columns.values) == {"contact.dofs", "verdicts.P_max.error"}
-        assert columns.best("verdicts.P_max.error", 3) == [1, 2, 0]
-        assert [point.number for point in store.rows(columns.best("contact.dofs", 2))] == [2, 0]
 
 
 @pytest.mark.slow
@@ -154,9 +136,9 @@ def test_browser_draws_a_front_at_the_first_numbers_of_its_lists(written, open_p
     minimised = study.goal.minimise
     with study_store(out, study) as store:
         for number in range(30):
-            point = point_at(study, number, [number / 30, number % 2, (number % 3 + 0.5) / 3])
+            settings = study.settings_at([number / 30, number % 2, (number % 3 + 0.5) / 3])
             values = {**dict.fromkeys(study.wanted, True), minimised: 0.1 + number / 1e3}
-            store.put([PointResult(**vars(point), status="done", values=values)])
+            store.put([PointResult(number=number, settings=settings, status="done", values=values)])
         address = write_page(store, study, [6, 7], {number: out / "front" / f"{number}.toml" for number in (6, 7)})
     page = open_page(address.as_uri(), 390)
     front = page.locator("#plots figure:first-of-type")

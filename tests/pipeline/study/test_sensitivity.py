@@ -50,6 +50,12 @@ def test_indices_of_a_product(written, engine, tmp_path):
         assert one.total == pytest.approx(total, abs=0.1)
 
 
+def test_one_key_is_refused_before_anything_is_solved(written):
+    with pytest.raises(InputError) as refused:
+        read_study(written(**{"samples = 8": 'how = "sensitivity"\nsamples = 8'}))
+    assert (refused.value.field, refused.value.value) == ("vary", "targets.P_max")
+
+
 def test_refused_points_leave_no_indices(written, engine, tmp_path):
     study = read_study(written(TEXT, **{"to = 8": "to = 200", "128": "4"}))
     refused = run_study(study, tmp_path / "out", engine).refused

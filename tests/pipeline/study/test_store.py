@@ -1,13 +1,16 @@
-"""A store belongs to one study and believes nothing that the study did not write; files of a person are kept."""
+"""A store belongs to one study and is asked by keys; files of a person are kept."""
 
 import re
 import sqlite3
 from contextlib import closing
 
+import numpy as np
 import pytest
 
 from pipeline.study import read_study, run_study
+from pipeline.study.points import Point
 from pipeline.study.store import STORE, stored_study, study_store
+from pipeline.study.tasks import PointResult
 from sensor.quantity import InputError
 from twintip.cli import main
 
@@ -28,14 +31,8 @@ def edit(folder, script):
 @pytest.mark.parametrize(
     "script",
     [
-        "UPDATE points SET results = replace(results, '1', '2') WHERE number = 3",
-        "UPDATE points SET results = '{' WHERE number = 3",
-        "UPDATE points SET results = CAST(x'ff' AS TEXT) WHERE number = 3",
-        "UPDATE points SET settings = replace(settings, '.', '.0') WHERE number = 3",
-        "UPDATE points SET status = 'refused', error = 'x' WHERE number = 3",
-        "UPDATE points SET results = (SELECT results FROM points WHERE number = 4) WHERE number = 3",
-        "UPDATE points SET digest = '' WHERE number = 3",
-        "ALTER TABLE points ADD COLUMN mine TEXT",
+        "UPDATE points SET error = CAST(x'ff' AS TEXT) WHERE number = 3",
+        "ALTER TABLE points ADD COLUMN digest TEXT",  # as in a store of 0.2
         "ALTER TABLE points DROP COLUMN seconds",
         "CREATE TABLE mine (a)",
         "DELETE FROM study",
@@ -43,12 +40,57 @@ def edit(folder, script):
         "PRAGMA application_id = 3",
     ],
 )
-def test_changed_store_is_not_believed(solved, tmp_path, capsys, script):
+def test_store_that_is_not_of_this_study_is_one_line(solved, tmp_path, capsys, script):
     edit(tmp_path / "out", script)
     assert main([*solved, "--export", str(tmp_path / "x.csv")]) == 2
     answer = capsys.readouterr()
     assert (answer.out, answer.err.count("\n")) == ("", 1)
     assert not (tmp_path / "x.csv").exists()
+
+
+@pytest.mark.parametrize("column", ["settings", "results"])
+def test_store_takes_nothing_that_is_no_json(solved, tmp_path, column):
+    with pytest.raises(sqlite3.IntegrityError):
+        edit(tmp_path / "out", f"UPDATE points SET {column} = '{{' WHERE number = 3")
+    assert main(solved) == 0
+
+
+def test_store_tells_the_numbers_and_the_words_of_a_key(written, tmp_path):
+    """A null is no number, a text or a truth value has none, and a key that varies is told as the report has it."""
+    rows = {
+        5: {"contact.dofs": 3, "method": "split", "passed": True, "error": None, "targets.P_max": 7.5},
+        7: {"contact.dofs": 3, "method": "split", "passed": None, "error": 0.5},
+        3: {"contact.dofs": 3, "method": "direct", "passed": False, "error": 1.5},
+    }
+    with study_store(tmp_path / "out", read_study(written())) as store:
+        for number, values in rows.items():
+            settings = {"targets.P_max": 3.0 + number, "side": [1.0, 2.0]}
+            store.put([PointResult(number=number, settings=settings, status="done", values=values)])
+        store.put([PointResult(number=0, settings={"targets.P_max": 1.0}, status="refused", error="no")])
+        assert store.done() == [3, 5, 7]
+        np.testing.assert_array_equal(store.column("error"), [1.5, np.nan, 0.5])
+        np.testing.assert_array_equal(store.column("targets.P_max"), [6.0, 7.5, 10.0])
+        assert [store.span(key) for key in ("error", "targets.P_max")] == [(0.5, 1.5), (6.0, 10.0)]
+        assert [store.span(key) for key in ("method", "passed", "side", "none")] == [None] * 4
+        assert [store.differs(key) for key in ("error", "contact.dofs", "passed")] == [True, False, False]
+        assert store.best("error", 3) == [7, 3, 5]
+        assert store.best("none", 2) == [3, 5]
+        assert [row.number for row in store.rows(store.best("error", 2))] == [7, 3]
+        assert store.words("method") == {"split": 2, "direct": 1}
+        assert store.words("passed") == {True: 1, False: 1}
+        assert store.words("error") == {}
+
+
+def test_settings_that_are_stored_are_not_lacking_and_new_ones_take_free_numbers(written, tmp_path):
+    known, new, newest = ({"a": "x", "b": b} for b in (1.5, [1.0, 2.0], True))
+    with study_store(tmp_path / "out", read_study(written())) as store:
+        store.put([PointResult(number=1, settings=known, status="done", values={"v": 2.0})])
+        asked = [new, known, newest, new]
+        assert store.lacking(asked) == [Point(number=0, settings=new), Point(number=2, settings=newest)]
+        store.put([PointResult(**vars(point), status="refused") for point in store.lacking(asked)])
+        assert store.lacking(asked) == []
+        assert [result.number for result in store.results(asked)] == [0, 1, 2, 0]
+        assert store.results([known])[0].values == {"v": 2.0}
 
 
 def test_row_that_is_gone_is_solved_again(written, engine, tmp_path):
@@ -71,10 +113,11 @@ def test_row_that_is_gone_is_solved_again(written, engine, tmp_path):
         ("to = 8", "to = 9", "vary.targets.P_max.high"),
         ("seed = 7", "seed = 8", "seed"),
         ("samples = 8", "samples = 4", "samples"),
-        ("samples = 8", 'samples = 8\nhow = "sensitivity"', "how"),
+        ("samples = 8", 'how = "points"\npoints = "rows.csv"', "vary.targets.P_max.low"),
     ],
 )
 def test_changed_study_is_refused_with_the_difference(written, engine, tmp_path, old, new, field):
+    (tmp_path / "rows.csv").write_text("targets.P_max\n4\n", encoding="utf-8")
     run_study(read_study(written()), tmp_path / "out", engine)
     with pytest.raises(InputError) as refused:
         run_study(read_study(written(**{old: new})), tmp_path / "out", engine)

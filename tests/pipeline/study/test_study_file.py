@@ -8,7 +8,7 @@ from stand_ins import GOOD
 
 from pipeline.options import load_design
 from pipeline.study import read_study
-from pipeline.study.points import design_of, point_count, points_between
+from pipeline.study.points import point_count, points_of
 from pipeline.study.variation import Choices, Normal, Range, setting_of_cell
 from pipeline.study.wanted import level_of, parts_of, wanted_value
 from sensor.design.design_file import tables_as_toml
@@ -129,7 +129,7 @@ def test_points_of_a_file_are_read_with_its_byte_order_mark(written, tmp_path):
     text = "targets.P_max,print.process\n4,fdm-petg\n\n6.5, sla-resin\n"
     (tmp_path / "some.csv").write_text(text, encoding="utf-8-sig")
     study = read_study(written('points = "some.csv"\nwanted = ["springs.K_l_N_per_m"]\n'))
-    assert [dict(point.settings) for point in points_between(study, 0, point_count(study))] == [
+    assert [dict(point.settings) for point in points_of(study)] == [
         {"targets.P_max": 4, "print.process": "fdm-petg"},
         {"targets.P_max": 6.5, "print.process": "sla-resin"},
     ]
@@ -142,9 +142,9 @@ def test_base_may_name_a_process_file_beside_it(written, tmp_path):
     (tmp_path / "own.toml").write_text(own, encoding="utf-8")
     (tmp_path / "mine.toml").write_text('[print]\nprocess_file = "own.toml"\n', encoding="utf-8")
     study = read_study(written(**{'"paper"': '"mine.toml"'}))
-    assert design_of(study, {}) == load_design(tmp_path / "mine.toml")
+    assert study.base.design({}) == load_design(tmp_path / "mine.toml")
     named = read_study(written(**{"[vary]": '[set]\n"print.process_file" = "own.toml"\n[vary]'}))
-    assert [design_of(one, {}).process.E_MPa for one in (study, named)] == [1900.0, 1900.0]
+    assert [one.base.design({}).process.E_MPa for one in (study, named)] == [1900.0, 1900.0]
 
 
 def test_study_of_own_processes_solves_each(written, tmp_path):
@@ -155,7 +155,7 @@ def test_study_of_own_processes_solves_each(written, tmp_path):
     (tmp_path / "mine.toml").write_text('[print]\nprocess_file = "own.toml"\nprocess = "petg-900"\n', encoding="utf-8")
     varied = {"targets.P_max": "print.process", "{ from = 3, to = 8 }": '["petg-750", "petg-900", "fdm-pla"]'}
     study = read_study(written(**{'"paper"': '"mine.toml"', "samples = 8": 'how = "grid"', **varied}))
-    found = [design_of(study, point.settings).process for point in points_between(study, 0, 3)]
+    found = [study.base.design(point.settings).process for point in points_of(study)]
     assert [(process.name, process.E_MPa) for process in found] == [
         ("petg-750", 750.0),
         ("petg-900", 900.0),
@@ -171,7 +171,7 @@ def test_base_may_need_what_varies(written):
     skin = {"seed = 7": 'set = { "fruit.skin_E_MPa" = 10.0 }', "targets.P_max": "fruit.skin_mm"}
     study = read_study(written(**skin, **{"from = 3, to = 8": "from = 0.1, to = 0.3"}))
     assert study.design is None
-    assert design_of(study, {"fruit.skin_mm": 0.2}).fruit.skin_E_MPa == 10.0
+    assert study.base.design({"fruit.skin_mm": 0.2}).fruit.skin_E_MPa == 10.0
     with pytest.raises(InputError) as refused:
         read_study(written(**skin))  # of 3 to 8 mm on flesh of 12 mm
     assert (refused.value.field, refused.value.value) == ("fruit.skin_mm", 5.5)
@@ -183,7 +183,7 @@ def test_whole_fruit_of_a_point_is_whole(written, tmp_path):
     study = read_study(
         written(**{'"paper"': '"ball.toml"', "targets.P_max": "fruit.radius_mm", "3, to = 8": "30, to = 40"})
     )
-    assert design_of(study, {"fruit.radius_mm": 36.0}).fruit.whole
+    assert study.base.design({"fruit.radius_mm": 36.0}).fruit.whole
 
 
 def test_leaves_vary_by_whole_lines(written):
@@ -191,10 +191,10 @@ def test_leaves_vary_by_whole_lines(written):
     study = read_study(
         written(**{'"targets.P_max"': f'"{key}"', "from = 3, to = 8": "from = 0.8, to = 1.6, steps = 3"})
     )
-    designs = [design_of(study, {key: thickness}) for thickness in study.vary[key].grid()]
+    designs = [study.base.design({key: thickness}) for thickness in study.vary[key].grid()]
     assert [design.process.leaf_thickness_low_mm for design in designs] == pytest.approx([0.8, 1.2, 1.6])
     with pytest.raises(InputError):
-        design_of(study, {key: 1.0})
+        study.base.design({key: 1.0})
 
 
 @pytest.mark.parametrize("base", ["paper", "mango"])
@@ -203,30 +203,41 @@ def test_design_of_a_point_is_that_of_its_settings(written, base):
         written(**{'"paper"': f'"{base}"', "targets.P_max": "press.travel_mm", "3, to = 8": "0.3, to = 0.5"})
     )
     settings = {"press.travel_mm": 0.4, "fruit.E_max_MPa": 2.5}
-    assert design_of(study, settings) == load_design(base, settings)
-    assert design_of(study, {}) == load_design(base)
+    assert study.base.design(settings) == load_design(base, settings)
+    assert study.base.design({}) == load_design(base)
 
 
 def test_grid_takes_every_combination_with_both_ends(written):
     grid = 'to = 12, steps = 3, log = true }\n"targets.NL" = [0.04, 0.05]'
     study = read_study(written(**{"samples = 8": 'how = "grid"', "to = 8 }": grid}))
-    points = list(points_between(study, 0, point_count(study)))
+    points = list(points_of(study))
     assert [point.number for point in points] == list(range(6))
     assert [tuple(point.settings.values()) for point in points] == [
         (pytest.approx(P_max), NL) for P_max in (3.0, 6.0, 12.0) for NL in (0.04, 0.05)
     ]
 
 
-@pytest.mark.parametrize("how", ["sobol", "sensitivity"])
-def test_points_do_not_depend_on_who_asks(written, how):
-    study = read_study(written(**{"samples = 8": f'how = "{how}"\nsamples = 64'}))
-    whole = list(points_between(study, 0, point_count(study)))
-    assert [point.number for point in whole] == list(range(64 if how == "sobol" else 192))
-    assert whole[20:70] == list(points_between(study, 20, min(70, len(whole))))
-    if how == "sensitivity":  # A, B, and A with the only key from B
-        assert [point.settings for point in whole[128:]] == [point.settings for point in whole[64:128]]
-    else:
-        assert whole[:8] == list(points_between(read_study(written()), 0, 8))
+def test_longer_study_begins_with_the_points_of_a_shorter_one(written):
+    study = read_study(written(**{"samples = 8": "samples = 64"}))
+    points = list(points_of(study))
+    assert [point.number for point in points] == list(range(64))
+    assert points == list(points_of(study))
+    assert points[:8] == list(points_of(read_study(written())))
+
+
+def test_points_of_sensitivities_are_two_samples_and_each_with_one_key_of_the_other(written):
+    text = {
+        "samples = 8": 'how = "sensitivity"\nsamples = 4',
+        "to = 8 }": 'to = 8 }\n"targets.NL" = [0.04, 0.05, 0.06]',
+    }
+    study = read_study(written(**text))
+    points = [tuple(point.settings.values()) for point in points_of(study)]
+    assert len(points) == point_count(study) == 16
+    sample_A, sample_B, exchanged = points[:4], points[4:8], points[8:]
+    assert set(exchanged) == {
+        pair for (a, b), (c, d) in zip(sample_A, sample_B, strict=True) for pair in ((c, b), (a, d))
+    }
+    assert list(points_of(study)) == list(points_of(study))
 
 
 def test_distributions_have_their_quantiles():
@@ -305,7 +316,7 @@ def test_fronts_of_the_documents_are_studies_whose_spans_hold_their_base(name):
     study = read_study(ROOT / "docs" / "examples" / f"{name}.toml")
     assert len(study.front) >= 4
     for value in study.front:
-        design_of(study, {study.goal.front: value})
+        study.base.design({study.goal.front: value})
     base = load_design("mango")
     for key, span in study.vary.items():
         table, _, field = key.partition(".")

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
-from pipeline.study.columns import point_columns
 from pipeline.study.execute import StudySummary, run_study
 from pipeline.study.page import refuse_page, write_page
 from pipeline.study.sensitivity import Sensitivity, sensitivities
@@ -40,9 +39,9 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         messages = store.messages()
         machine_faults = store.machine_faults()
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
-        columns = point_columns(store, study.wanted)
+        spans = {key: span for key in study.wanted if (span := store.span(key)) is not None}
     lines = _lines(summary, messages, indices)
-    lines += ["{}: {:.5g} to {:.5g}".format(key, *columns.span(key)) for key in columns.values]
+    lines += ["{}: {:.5g} to {:.5g}".format(key, *span) for key, span in spans.items()]
     lines += map(str, written)
     sensitivity = [asdict(index) for index in indices]
     yield Answer(
