@@ -103,13 +103,14 @@ def quantity(
     hint: str = "",
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
-    flag: str = "",
+    **notes: object,
 ) -> Any:  # noqa: ANN401 - stands where a field's value will stand
     """Declare a field that holds a number, or several: unit, bounds, what to do outside them, and what it means.
 
-    Data say for all their fields what to do: `Sourced.HINT`. A field that a `flag` gives is called so in messages.
+    Data say for all their fields what to do: `Sourced.HINT`. `notes` are further metadata: the `key` of the field in a
+    file where that has another name, or the `flag` that gives it, by which messages call it.
     """
-    metadata = {"unit": unit, "bounds": bounds, "hint": hint, "meaning": meaning, "flag": flag}
+    metadata = {"unit": unit, "bounds": bounds, "hint": hint, "meaning": meaning, **notes}
     return field(default=default, metadata=metadata)
 
 
@@ -131,7 +132,7 @@ def text_field(
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - as above
 ) -> Any:  # noqa: ANN401 - as above
-    """Declare a field that holds free text on one line."""
+    """Declare a field that holds free text on one line, or a tuple of such texts."""
     return field(default=default, metadata={"text": "a line of text", "hint": hint, "meaning": meaning})
 
 
@@ -227,7 +228,9 @@ def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # n
         may_be_left_out = value is None and item.default is None
         if item.name not in but and not may_be_left_out:
             hint = item.metadata["hint"] or record.HINT
-            _check_field(item.metadata.get("flag") or f"{table}.{item.name}", value, item, hint)
+            key = item.metadata.get("key", item.name)
+            name = item.metadata.get("flag") or (f"{table}.{key}" if table else key)
+            _check_field(name, value, item, hint)
 
 
 @functools.cache
@@ -246,8 +249,7 @@ def check_choice(name: str, value: object, kind: type[Any]) -> None:
 def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
     """Check one value against what its field declares."""
     if "text" in item.metadata:
-        if not isinstance(value, str) or not value.strip() or not value.isprintable():
-            raise validation_error(name, value, "", item.metadata["text"], hint)
+        _check_texts(name, value, item, hint)
     elif "options" in item.metadata:
         options = item.metadata["options"]
         if value not in options:
@@ -255,6 +257,18 @@ def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
             raise validation_error(name, value, "", f"one of {', '.join(options)}", hint + closest)
     else:
         _check_numbers(name, value, item, hint)
+
+
+def _check_texts(name: str, value: object, item: Field[Any], hint: str) -> None:
+    """Check a text, or each text of a field whose annotation is a tuple: raises InputError for the first bad one."""
+    bound = item.metadata["text"]
+    texts: tuple[object, ...] = (value,)
+    if str(item.type).startswith("tuple"):
+        bound = "a list of texts"
+        texts = value if isinstance(value, tuple) else (None,)
+    for text in texts:
+        if not isinstance(text, str) or not text.strip() or not text.isprintable():
+            raise validation_error(name, value, "", bound, hint)
 
 
 def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> None:
@@ -271,8 +285,9 @@ def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> Non
     numbers = (value,) if listed is None or "tuple" not in annotation else listed
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise validation_error(name, number, unit, f"a number {bounds}", hint)
-        if item.type is int and not isinstance(number, int):
+            bound = f"a number {bounds}" if str(bounds) != str(Bounds()) else "a finite number"
+            raise validation_error(name, number, unit, bound, hint)
+        if item.type in (int, int | None) and not isinstance(number, int):
             raise validation_error(name, number, unit, f"a whole number {bounds}", hint)
         if not bounds.hold(as_float(number)):
             raise validation_error(name, as_float(number), unit, str(bounds), hint)

@@ -54,7 +54,7 @@ def places(study: Study, folder: Path) -> tuple[Place, ...]:
         return (Place(value=None, design=folder / DESIGN, run=folder / RUN),)
     found = []
     for value in study.front:
-        name = f"{study.goal.front.rpartition('.')[2]}-{front_number(value)}"
+        name = f"{study.goal.front_key.rpartition('.')[2]}-{front_number(value)}"
         found.append(Place(value=value, design=folder / FRONT / f"{name}.toml", run=folder / FRONT / name))
     return tuple(found)
 
@@ -73,7 +73,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
             bound = "a span, from and to, or a list"
             raise validation_error(key, "Normal", "", bound, "give the two ends of the search")
     for value in study.front:
-        study.base.design({**study.completing, study.goal.front: value})
+        study.base.design({**study.completing, study.goal.front_key: value})
     with study_store(folder, study) as store:
         _evolve(study, store, engine, progress)
         candidates = [candidate_of(study, result) for result in store.rows()]
@@ -163,7 +163,7 @@ def _base_fractions(study: Study) -> Floats | None:
     """Return the base design as fractions [1] of what varies, where the search begins; None where it lies outside."""
     fractions = []
     for key, varied in study.vary.items():
-        if key == study.goal.front or isinstance(varied, Normal):
+        if key == study.goal.front_key or isinstance(varied, Normal):
             continue
         fraction = varied.fraction_of(_base_value(study, key))
         if fraction is None:
@@ -176,7 +176,7 @@ def is_base(study: Study, candidate: Candidate) -> bool:
     """Say whether a candidate is the base design itself, where a search began."""
     if candidate.number != 0 or _base_fractions(study) is None:
         return False
-    front = study.goal.front
+    front = study.goal.front_key
     return not study.front or front_number(candidate.changes[front]) == front_number(_base_value(study, front))
 
 
@@ -239,7 +239,7 @@ def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force:
     """
     if study.front:
         number = front_number(place.value)
-        candidates = [one for one in candidates if front_number(one.changes[study.goal.front]) == number]
+        candidates = [one for one in candidates if front_number(one.changes[study.goal.front_key]) == number]
     passing = [one for one in candidates if one.passes][:MOST_RUNS]
     passing += [one for one in candidates if is_base(study, one) and one not in passing]
 

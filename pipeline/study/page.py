@@ -84,7 +84,7 @@ def write_page(
         "minimise": study.goal.minimise if study.how == "search" else study.wanted[0],
         "points": points,
         "best": list(best),
-        "front": {"key": study.goal.front, "values": study.front, "proved": list(proved)} if study.front else None,
+        "front": {"key": study.goal.front_key, "values": study.front, "proved": list(proved)} if study.front else None,
         "links": links,
     }
     text = render_page(

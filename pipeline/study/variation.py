@@ -3,45 +3,49 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
+import cattrs
 from scipy.special import ndtri
 
+from pipeline.study.records import MisfitError
 from sensor.design.design_file import parsed_setting
-from sensor.quantity import Bounds, InputError, as_float, nearest, validation_error
+from sensor.quantity import Bounds, as_float, check_fields, choice, quantity, text_field, validation_error
 
 Setting = float | int | str | bool | tuple[float, ...]
 
-_SPAN_KEYS = ("from", "to", "steps", "log", "distribution", "source")
-_NORMAL_KEYS = ("mean", "sd", "source")
-_STEPS = Bounds(at_least=2, at_most=10_000)
 _TAIL = 1e-9  # of a normal distribution, beyond which no point lies: 6 standard deviations
+_BOTH = "give from and to, or mean and sd"
+_SOURCE = "say where its numbers are from"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
     """Numbers between two ends, both included, in equal steps or in equal ratios [unit of the key].
 
-    `steps` is how many numbers a grid takes. A span with a `source` is a uniform distribution, and the source says
-    where its ends are from.
+    `steps` is how many numbers a grid takes. A span with a `distribution` is a uniform one, and its source says where
+    its ends are from.
     """
 
-    low: float
-    high: float
-    steps: int | None = None
+    low: float = quantity("", Bounds(), hint=_BOTH, key="from")
+    high: float = quantity("", Bounds(), hint=_BOTH, key="to")
+    steps: int | None = quantity(
+        "", Bounds(at_least=2, at_most=10_000), default=None, hint="count both ends of the range"
+    )
     log: bool = False
-    source: str | None = None
+    distribution: str | None = choice(("uniform",), default=None, hint="give a normal distribution by mean and sd")
+    source: str | None = text_field(default=None, hint=_SOURCE)
 
     def __post_init__(self) -> None:
-        """Refuse ends that leave nothing between them, and steps that are none."""
+        """Refuse ends that leave nothing between them, steps that are none, and a distribution without its source."""
+        check_fields(self, "")
         if not self.low < self.high:
             bound = f"greater than from = {self.low:g}"
             raise validation_error("to", self.high, "", bound, "give a range of some width")
         if self.log and self.low <= 0.0:
             raise validation_error("from", self.low, "", "greater than 0 with log = true", "leave log out")
-        if self.steps is not None and (type(self.steps) is not int or not _STEPS.hold(self.steps)):
-            bound = f"a whole number {_STEPS}"
-            raise validation_error("steps", self.steps, "", bound, "count both ends of the range")
+        if self.distribution is not None and self.source is None:
+            raise validation_error("source", None, "", "given with a distribution", _SOURCE)
 
     def at(self, fraction: float) -> float:
         """Return the number that a fraction [1] of the span, or of the distribution, lies below [unit of the key]."""
@@ -95,14 +99,13 @@ class Choices:
 class Normal:
     """A normal distribution of a mean and a standard deviation [unit of the key], and the source of both."""
 
-    mean: float
-    sd: float
-    source: str
+    mean: float = quantity("", Bounds(), hint=_BOTH)
+    sd: float = quantity("", Bounds(above=0.0), hint="give one value where nothing scatters")
+    source: str = text_field(hint=_SOURCE)
 
     def __post_init__(self) -> None:
-        """Refuse a deviation that is none."""
-        if self.sd <= 0.0:
-            raise validation_error("sd", self.sd, "", "greater than 0", "give one value where nothing scatters")
+        """Refuse a deviation that is none, and a distribution without its source."""
+        check_fields(self, "")
 
     def at(self, fraction: float) -> float:
         """Return the number that a fraction [1] of the distribution lies below [unit of the key]."""
@@ -118,12 +121,14 @@ Variation = Range | Choices | Normal
 
 
 def setting_of(value: object) -> Setting:
-    """Return a value of TOML as one that a key of a design can have; raises InputError for dates, tables and nan."""
+    """Return a value of TOML as one that a key of a design can have; raises MisfitError for dates, tables and nan."""
     numbers = value if isinstance(value, list) and value else [value]
-    if isinstance(value, bool | str) or all(map(_is_finite, numbers)):
+    if isinstance(value, bool | str) or all(
+        is_number(number) and math.isfinite(as_float(number)) for number in numbers
+    ):
         return tuple(value) if isinstance(value, list) else value  # type: ignore[return-value]
     bound = "a finite number, a list of such, a truth value or text"
-    raise validation_error("value", str(value), "", bound, "correct that value")
+    raise MisfitError(value, bound, "correct that value")
 
 
 def is_number(value: object) -> TypeGuard[float]:
@@ -131,68 +136,25 @@ def is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _is_finite(value: object) -> bool:
-    return is_number(value) and math.isfinite(as_float(value))
-
-
 def setting_of_cell(key: str, cell: str) -> Setting:
     """Return the value of a cell in the column of a key: a number or a truth value as TOML writes it, else text."""
     try:
         return setting_of(parsed_setting(cell))
-    except InputError as error:
-        name = f"points {key}"
-        raise _under(name, error) from error
+    except MisfitError as error:
+        name = f"points.{key}"
+        raise error.named(name) from error
 
 
-def variation(key: str, given: object) -> Variation:
-    """Return the variation of a key in a study file; raises InputError that names the key.
+def variation(given: object, converter: cattrs.Converter) -> Variation:
+    """Return the variation that a study file gives a key, its tables made by a converter of `file_converter`.
 
-    A list is taken as it is; a table has `from` and `to` with `steps` or `log`, or `mean` and `sd`. A distribution, of
-    `mean` and `sd` or `distribution = "uniform"`, names its `source`.
+    A list is taken as it is. A table has `from` and `to` with `steps` or `log`, or `mean` and `sd`.
     """
-    try:
-        if isinstance(given, list):
-            return Choices(values=tuple(setting_of(value) for value in given))
-        if isinstance(given, Mapping):
-            return _range_or_distribution(given)
+    if isinstance(given, list):
+        return Choices(values=tuple(map(setting_of, given)))
+    if not isinstance(given, Mapping):
         bound = "a list, or a table with from and to, or with mean and sd"
-        raise validation_error("value", str(given), "", bound, "see docs/studies.md")
-    except InputError as error:
-        name = f"vary {key}"
-        raise _under(name, error) from error
-
-
-def _under(name: str, error: InputError) -> InputError:
-    """Return an error with the name of what it is about before it."""
-    return InputError(f"{name}: {error}", field=error.field, value=error.value, bound=error.bound)
-
-
-def _range_or_distribution(table: Mapping[str, Any]) -> Range | Normal:
-    """Return the range or the distribution of a table; raises InputError for unknown keys and a missing source."""
-    is_normal = "mean" in table or "sd" in table
-    known = _NORMAL_KEYS if is_normal else _SPAN_KEYS
-    for key, value in table.items():
-        if key not in known:
-            bound = f"one of {', '.join(known)}"
-            raise validation_error(key, str(value), "", bound, f"did you mean {nearest(key, known)}?")
-    if table.get("distribution", "uniform") != "uniform":
-        given = str(table["distribution"])
-        raise validation_error("distribution", given, "", "uniform", "give a normal distribution by mean and sd")
-    source = table.get("source")
-    has_source = isinstance(source, str) and bool(source.strip())
-    if (is_normal or "distribution" in table) and not has_source:
-        raise validation_error("source", source, "", "given with a distribution", "say where its numbers are from")
-    if is_normal:
-        return Normal(mean=_number(table, "mean"), sd=_number(table, "sd"), source=str(source))
-    log = table.get("log", False)
-    if not isinstance(log, bool):
-        raise validation_error("log", str(log), "", "true or false", "write true to space the values by equal ratios")
-    low = _number(table, "from")
-    return Range(low=low, high=_number(table, "to"), steps=table.get("steps"), log=log, source=source)
-
-
-def _number(table: Mapping[str, Any], key: str) -> float:
-    value = table.get(key)
-    if not _is_finite(value):
-        raise validation_error(key, value, "", "a finite number", "give from and to, or mean and sd")
-    return as_float(table[key])
+        raise MisfitError(given, bound, "see docs/studies.md")
+    if given.keys() & {"mean", "sd"}:
+        return converter.structure(given, Normal)
+    return converter.structure(given, Range)

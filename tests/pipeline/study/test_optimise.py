@@ -202,7 +202,7 @@ def test_each_value_of_a_front_begins_at_the_last_generation_of_the_one_before(w
         ("[8, 3, 5]", "[8]", "optimise.front = "),
         ('"targets.NL" = {', '"targets.P_max" = {', "optimise.front = "),
         ("[8, 3, 5]", '[8, 3]\n"press.travel_mm" = [0.5, 0.6]', "optimise.front = "),
-        ('"targets.P_max"', '"targets.P_mx"', "vary targets.P_mx "),
+        ('"targets.P_max"', '"targets.P_mx"', "vary.targets.P_mx "),
     ],
 )
 def test_front_that_cannot_be_is_one_line_before_anything_is_written(written, tmp_path, capsys, old, new, start):

@@ -29,45 +29,50 @@ def test_study_file_is_read(written):
     ("old", "new", "field", "value"),
     [
         ("samples", "sampels", "sampels", "sampels"),
-        ('"targets.P_max"', '"targets.P_mx"', "vary targets.P_mx", "targets.P_mx"),
+        ('"targets.P_max"', '"targets.P_mx"', "vary.targets.P_mx", "targets.P_mx"),
         ("springs.K_l_N_per_m", "behaviour.modes.0.frequency_Hz", "behaviour.modes", None),
         ("springs.K_l_N_per_m", "verdicts.geometry.tips.passed", "verdicts.geometry.tips", None),
         ('"targets.P_max"', '"print.leaves"', "print.leaves", None),
         ('"targets.P_max"', '"print.gauges"', "print.gauges", None),
         ("springs.K_l_N_per_m", "springs.K_low", "wanted", "springs.K_low"),
-        ("springs.K_l_N_per_m", "", "wanted", ""),
-        ("to = 8", "too = 8", "too", "8"),
-        ("to = 8", "to = 2", "to", 2.0),
-        ("to = 8", "to = 'x'", "to", "x"),
-        ("to = 8", "to = 8, distribution = 'normal'", "distribution", "normal"),
-        ("from = 3, to = 8", "mean = 5, sd = 0.1", "source", None),
-        ("from = 3, to = 8", "mean = 5, sd = 0, source = 'x'", "sd", 0.0),
-        ("from = 3, to = 8", "mean = 5, sd = 0.1, source = 'x', steps = 3", "steps", "3"),
-        ("from = 3, to = 8", "mean = 5, sd = 0.1, source = 'x', distribution = 'uniform'", "distribution", "uniform"),
-        ("from = 3", "from = 0, log = true", "from", 0.0),
-        ("from = 3", "from = 3, log = 1", "log", "1"),
-        ("from = 3", "from = 3, steps = 1", "steps", 1),
-        ("from = 3", "from = 3, steps = 2.0", "steps", 2.0),
-        ("{ from = 3, to = 8 }", "[]", "values", "[]"),
-        ("{ from = 3, to = 8 }", "[3.0, nan]", "value", "nan"),
-        ("{ from = 3, to = 8 }", "[3.0, 2026-01-01]", "value", "2026-01-01"),
-        ("{ from = 3, to = 8 }", "[[3.0, inf]]", "value", "[3.0, inf]"),
-        ("{ from = 3, to = 8 }", "[[3.0, true]]", "value", "[3.0, True]"),
-        ("{ from = 3, to = 8 }", "3", "value", "3"),
+        ("springs.K_l_N_per_m", "", "wanted", ("", "springs.K_h_N_per_m")),
+        ("to = 8", "too = 8", "vary.targets.P_max.too", "too"),
+        ("to = 8", "to = 2", "vary.targets.P_max.to", 2.0),
+        ("to = 8", "to = 'x'", "vary.targets.P_max.to", "x"),
+        ("to = 8", "to = 8, distribution = 'normal'", "vary.targets.P_max.distribution", "normal"),
+        ("from = 3, to = 8", "mean = 5, sd = 0.1", "vary.targets.P_max.source", None),
+        ("from = 3, to = 8", "mean = 5, sd = 0, source = 'x'", "vary.targets.P_max.sd", 0.0),
+        ("from = 3, to = 8", "mean = 5, sd = 0.1, source = 'x', steps = 3", "vary.targets.P_max.steps", "steps"),
+        (
+            "from = 3, to = 8",
+            "mean = 5, sd = 0.1, source = 'x', distribution = 'uniform'",
+            "vary.targets.P_max.distribution",
+            "distribution",
+        ),
+        ("from = 3", "from = 0, log = true", "vary.targets.P_max.from", 0.0),
+        ("from = 3", "from = 3, log = 1", "vary.targets.P_max.log", "1"),
+        ("from = 3", "from = 3, steps = 1", "vary.targets.P_max.steps", 1),
+        ("from = 3", "from = 3, steps = 2.0", "vary.targets.P_max.steps", 2.0),
+        ("{ from = 3, to = 8 }", "[]", "vary.targets.P_max.values", "[]"),
+        ("{ from = 3, to = 8 }", "[3.0, nan]", "vary.targets.P_max", "nan"),
+        ("{ from = 3, to = 8 }", "[3.0, 2026-01-01]", "vary.targets.P_max", "2026-01-01"),
+        ("{ from = 3, to = 8 }", "[[3.0, inf]]", "vary.targets.P_max", "[3.0, inf]"),
+        ("{ from = 3, to = 8 }", "[[3.0, true]]", "vary.targets.P_max", "[3.0, True]"),
+        ("{ from = 3, to = 8 }", "3", "vary.targets.P_max", "3"),
         ("samples = 8", "samples = 0", "samples", 0),
-        ("samples = 8", "samples = 8.0", "study.samples", 8.0),
-        ("samples = 8", "samples = 10000001", "study.samples", 10_000_001.0),
+        ("samples = 8", "samples = 8.0", "samples", 8.0),
+        ("samples = 8", "samples = 10000001", "samples", 10_000_001.0),
         ("samples = 8", 'how = "grid"', "steps", None),
-        ("samples = 8", 'how = "gird"', "study.how", "gird"),
+        ("samples = 8", 'how = "gird"', "how", "gird"),
         ("samples = 8", 'how = "sensitivity"\nsamples = 200', "samples", 200),
         ("samples = 8", 'how = "sensitivity"\nsamples = 1', "samples", 1),
         ("samples = 8", "optimise = { evaluations = 1 }", "how", "search"),
         ('"paper"', '"papr"', "base", "papr"),
-        ('"paper"', "3", "base", "3"),
-        ("seed = 7", "tol = 1.0", "study.tol", 1.0),
-        ("seed = 7", "tol = 'x'", "study.tol", "x"),
-        ("seed = 7", 'level = "all"', "study.level", "all"),
-        ("seed = 7", "seed = -1", "study.seed", -1.0),
+        ('"paper"', "3", "base", 3),
+        ("seed = 7", "tol = 1.0", "tol", 1.0),
+        ("seed = 7", "tol = 'x'", "tol", "x"),
+        ("seed = 7", 'level = "all"', "level", "all"),
+        ("seed = 7", "seed = -1", "seed", -1.0),
         ("seed = 7", "set = 3", "set", "3"),
         ("seed = 7", "set = { 'targets.NL' = 2026-01-01 }", "targets.NL", "2026-01-01"),
         ("seed = 7", "set = { 'targets.NL' = nan }", "targets.NL", "nan"),
@@ -76,6 +81,10 @@ def test_study_file_is_read(written):
         ("seed = 7", "optimise = { minimise = 'springs.K' }", "optimise.minimise", "springs.K"),
         ("seed = 7", "optimise = { minimise = 'passed' }", "optimise.minimise", "passed"),
         ("seed = 7", "optimise = { under = ['x'] }", "optimise.under", "verdicts.x.value"),
+        ("seed = 7", "optimise = 3", "optimise", "3"),
+        ("seed = 7", "optimise = { front = { 'targets.NL' = { from = 1 } } }", "optimise.front.targets.NL.to", None),
+        ("seed = 7", "points = 3", "points", 3),
+        ("samples = 8", "optimise = { front = { 'targets.P_max' = [3, 4] } }", "optimise.front", "targets.P_max"),
         ("seed = 7", "optimise = { under = 'x' }", "optimise.under", "x"),
         ("seed = 7", "optimise = { front = 3 }", "optimise.front", "3"),
         ("seed = 7", "optimise = { front = {} }", "optimise.front", ""),
@@ -112,8 +121,8 @@ def test_wrong_study_file_is_refused_in_one_line(written, old, new, field, value
         ("targets.P_max,targets.P_max\n4,5\n", "points"),
         ("targets.P_max\n", "points"),
         ("targets.P_max\n4,5\n", "{}, line 2"),
-        ("targets.P_max\n4\nnan\n", "value"),
-        ("targets.P_mx\n4\n", "vary targets.P_mx"),
+        ("targets.P_max\n4\nnan\n", "points.targets.P_max"),
+        ("targets.P_mx\n4\n", "vary.targets.P_mx"),
     ],
 )
 def test_wrong_file_of_points_is_refused(written, tmp_path, rows, field):
@@ -163,7 +172,7 @@ def test_study_of_own_processes_solves_each(written, tmp_path):
     ]
     with pytest.raises(InputError) as refused:
         read_study(written(**{"targets.P_max": "print.process_file", "{ from = 3, to = 8 }": '["own.toml"]'}))
-    assert refused.value.field == "vary print.process_file"
+    assert refused.value.field == "vary.print.process_file"
 
 
 def test_base_may_need_what_varies(written):
@@ -316,8 +325,8 @@ def test_fronts_of_the_documents_are_studies_whose_spans_hold_their_base(name):
     study = read_study(ROOT / "docs" / "examples" / f"{name}.toml")
     assert len(study.front) >= 4
     for value in study.front:
-        study.base.design({study.goal.front: value})
+        study.base.design({study.goal.front_key: value})
     base = load_design("mango")
     for key, span in study.vary.items():
         table, _, field = key.partition(".")
-        assert key == study.goal.front or 0.0 < span.fraction_of(getattr(getattr(base, table), field)) < 1.0
+        assert key == study.goal.front_key or 0.0 < span.fraction_of(getattr(getattr(base, table), field)) < 1.0

@@ -65,7 +65,7 @@ def _data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
 
 def _lines(study: Study, place: Place, proof: Proof | None) -> list[str]:
     """Return the best candidate, of a front that at the value of the place, and how its run ended."""
-    at = f" at {study.goal.front} = {place.value}" if study.front else ""
+    at = f" at {study.goal.front_key} = {place.value}" if study.front else ""
     if proof is None:
         return [f"no candidate passes{at}: widen the spans under [vary], or name fewer verdicts"]
     best = proof.candidate

@@ -1,0 +1,124 @@
+"""Tables of a TOML file as records: cattrs makes them by their fields, and what is wrong in a file is one line."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any, Literal, TypeVar, get_origin
+
+import cattrs
+from cattrs.gen import make_dict_structure_fn, override
+
+from sensor.design.design_file import unknown_name
+from sensor.quantity import InputError, as_float, validation_error
+
+T = TypeVar("T")
+
+
+class MisfitError(ValueError):
+    """A value that does not fit its place; who knows the name of the place makes an InputError of it."""
+
+    def __init__(self, value: object, bound: str, hint: str) -> None:
+        """Take the value, and the words about it as `validation_error` has them."""
+        super().__init__(bound)
+        self.value = value
+        self.bound = bound
+        self.hint = hint
+
+    def named(self, name: str) -> InputError:
+        """Return the error with the name of the place."""
+        return validation_error(name, str(self.value), "", self.bound, self.hint)
+
+
+def record_of(kind: type[T], table: Mapping[str, Any], converter: cattrs.Converter) -> T:
+    """Return the record of a table, made by a converter of `file_converter`.
+
+    Raises InputError for the first key that is wrong, by its dotted name; it names the nearest key for an unknown one.
+    """
+    try:
+        return converter.structure(table, kind)
+    except cattrs.BaseValidationError as errors:
+        raise _first_error(errors, "") from errors
+
+
+def file_converter() -> cattrs.Converter:
+    """Return a converter of tables to records whose own checks judge numbers and texts, so that these pass as they are.
+
+    A field may have another `key` in the file. Whole numbers become floats in their place, lists of texts tuples.
+    """
+    converter = cattrs.Converter(forbid_extra_keys=True)
+    for text_or_whole in (int, str):
+        converter.register_structure_hook(text_or_whole, _itself)
+    converter.register_structure_hook_func(lambda kind: is_of(kind, Literal), _itself)
+    converter.register_structure_hook(float, lambda value, _: as_float(value) if type(value) is int else value)
+    converter.register_structure_hook(bool, _truth)
+    converter.register_structure_hook_func(
+        lambda kind: kind == tuple[str, ...], lambda value, _: tuple(value) if isinstance(value, list) else value
+    )
+    converter.register_structure_hook_factory(is_dataclass, lambda kind: _record_hook(kind, converter))
+    return converter
+
+
+def is_of(kind: Any, origin: Any) -> bool:  # noqa: ANN401 - any types
+    """Say whether a type is one of a generic type, as `dict[str, int]` is of `dict`."""
+    return get_origin(kind) is origin
+
+
+def check_table(value: object) -> Mapping[str, Any]:
+    """Return a table as it is; raises MisfitError for anything else."""
+    if not isinstance(value, Mapping):
+        bound = "a table"
+        raise MisfitError(value, bound, "write its name in brackets and its keys below it")
+    return value
+
+
+def _itself(value: Any, _: object) -> Any:  # noqa: ANN401 - any value
+    return value
+
+
+def _truth(value: object, _: object) -> bool:
+    if not isinstance(value, bool):
+        bound = "true or false"
+        raise MisfitError(value, bound, "write one of these words, without quotes")
+    return value
+
+
+def _record_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - any record
+    """Return the function with which cattrs makes a record of a table."""
+    renamed = {item.name: override(rename=_key(kind, item.name)) for item in fields(kind)}
+    structure = make_dict_structure_fn(kind, converter, _cattrs_forbid_extra_keys=True, **renamed)  # type: ignore[arg-type]
+    return lambda table, of_kind: structure(check_table(table), of_kind)
+
+
+def _key(kind: Any, name: str) -> str:  # noqa: ANN401 - any record
+    """Return the key of a field in the file."""
+    key: str = kind.__dataclass_fields__[name].metadata.get("key", name)
+    return key
+
+
+def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
+    """Return the first error of a table at a dotted path as one line; an unknown key comes before one that lacks."""
+    kind: Any = errors.cl
+    error = min(errors.exceptions, key=lambda one: not isinstance(one, cattrs.ForbiddenExtraKeysError))
+    if isinstance(error, cattrs.ForbiddenExtraKeysError):
+        unknown = min(error.extra_fields)
+        keys = [_key(kind, item.name) for item in fields(kind)]
+        return unknown_name("key", _joined(path, unknown), unknown, keys)
+    hint = ""
+    for note in getattr(error, "__notes__", ()):
+        if isinstance(note, cattrs.AttributeValidationNote):
+            path = _joined(path, _key(kind, note.name))
+            hint = kind.__dataclass_fields__[note.name].metadata.get("hint", "")
+        elif isinstance(note, cattrs.IterableValidationNote):
+            path = _joined(path, str(note.index))
+    match error:
+        case cattrs.BaseValidationError():
+            return _first_error(error, path)
+        case MisfitError():
+            return error.named(path)
+        case InputError():  # it begins with the key of the record whose check it is
+            name = _joined(path, error.field)
+            return InputError(_joined(path, str(error)), field=name, value=error.value, bound=error.bound)
+    return validation_error(path, None, "", "given", hint)  # a KeyError: the table lacks it
+
+
+def _joined(path: str, key: str) -> str:
+    return f"{path}.{key}" if path else key
