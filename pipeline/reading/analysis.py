@@ -15,8 +15,8 @@ from pipeline.response.scene_press import ScenePress
 from pipeline.storage.plain import first_largest
 from sensor.arrays import Flags, Floats, rows_of
 from sensor.design.parameters import Design
-from sensor.design.reading import PRESS_S, PRESS_SAMPLES
-from sensor.quantity import BOUNDED, Estimate
+from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
+from sensor.quantity import BOUNDED, Estimate, report_field
 from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseReading
@@ -27,6 +27,8 @@ TILTS = 5
 _SMALL = 0.5
 _LARGEST_POISSON = 0.499
 NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stated
+FoundReadings = list[list[RiseReading | None]]
+"""The reading at each modulus in each placement, None if a press gives none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,17 +54,18 @@ class ModulusReading:
 
 @dataclass(frozen=True, kw_only=True)
 class SkinPressure:
-    """The largest mean pressure under a tip at one modulus, with its error, and the limit of the fruit [MPa]."""
+    """The pressure on the skin at one modulus: the largest mean pressure under a tip, and the half width of its bar."""
 
-    E: float
-    placement: Placement
-    pressure: Estimate
-    limit: float
+    E_MPa: float = report_field("MPa", "modulus of the fruit")
+    pressure_MPa: float = report_field("MPa", "largest force of a tip divided by its contact area")
+    error_MPa: float = report_field("MPa", "half width of the error bar of the pressure", default=0.0, told=False)
+    limit_MPa: float = report_field("MPa", "pressure at which a fruit of this modulus bruises")
+    worst: str = report_field("", "the pose with the largest pressure")
 
     @property
     def over_limit(self) -> float:
         """Return the pressure over its limit [1]."""
-        return self.pressure.value / self.limit
+        return self.pressure_MPa / self.limit_MPa
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -149,56 +152,59 @@ def analyse_readings(sensor: PressedSensor) -> Readings | None:
     )
     if any(level is None for level, *_ in found):
         return analysis
-    biases = np.array([[math.nan if each is None else each.E for each in row] for row in found])
-    biases = biases / np.array(presses.moduli)[:, None] - 1.0
-    bars = _bars(model, presses, biases)
-    by_pose = uncertainty_by_pose(biases, presses.placements)
-    by_thickness = uncertainty_by_thickness(biases, presses.placements)
-    drawn = [0, *(place for place, each in enumerate(presses.placements) if each.is_drawn)]
-
-    def bias_at(i: int, place: int) -> Estimate:
-        return Estimate(float(biases[i, place]), float(bars[i, place]))
-
-    rows = []
-    for i, E in enumerate(presses.moduli):
-        worst = _largest(np.nan_to_num(biases[i]))
-        farthest = _largest(np.abs(np.nan_to_num(biases[i])) + bars[i])
-        others = {
-            **by_heat(sensor.signal),
-            "pose": float(by_pose[i]),
-            "thickness": float(by_thickness[i]),
-            "poisson": uncertainty_by_poisson(design, model, presses.F[i, 0]),
-        }
-        of_drawn = [each for each in (found[i][place] for place in drawn) if each is not None]
-        row = ModulusReading(
-            E=E,
-            bias=bias_at(i, worst),
-            worst=presses.placements[worst],
-            reach=bias_at(i, farthest),
-            sources=uncertainty_sources(of_drawn, channels, RISE_TRAVELS, others),
-            uncertainty_limit=reading.uncertainty_limit_at(E, design.fruit.E_MPa),
-        )
-        rows.append(row)
     return replace(
         analysis,
-        moduli=tuple(rows),
+        moduli=_by_modulus(sensor, model, presses, channels, found),
         full_scale=tuple(presses.full_scale.tolist()),
         heights=max(abs(each.slopes.offset) for row in found for each in row if each is not None),
         flesh=max(map(model.change, presses.F[:, 0], presses.flesh[:, 0])) if presses.flesh.any() else 0.0,
     )
 
 
-def _read(
-    model: RiseModel, presses: Presses, channels: Channels, side_mm: float
-) -> tuple[list[list[RiseReading | None]], str | None]:
+def _by_modulus(
+    sensor: PressedSensor, model: RiseModel, presses: Presses, channels: Channels, found: FoundReadings
+) -> tuple[ModulusReading, ...]:
+    """Return the worst bias at each modulus, and the uncertainty of readings that are drawn from all that occur."""
+    design, placements = sensor.design, presses.placements
+    reading = design.reading or Reading()
+    read = np.array([[math.nan if each is None else each.E for each in row] for row in found])
+    biases = read / np.array(presses.moduli)[:, None] - 1.0
+    bars = _bars(model, presses, biases)
+    by_pose = uncertainty_by_pose(biases, placements).tolist()
+    by_thickness = uncertainty_by_thickness(biases, placements).tolist()
+    drawn = [0, *(place for place, each in enumerate(placements) if each.is_drawn)]
+    rows = []
+    for i, (E, bias, bar) in enumerate(zip(presses.moduli, np.nan_to_num(biases), bars, strict=True)):
+        worst, farthest = _largest(bias), _largest(np.abs(bias) + bar)
+        others = {
+            **by_heat(sensor.signal),
+            "pose": by_pose[i],
+            "thickness": by_thickness[i],
+            "poisson": uncertainty_by_poisson(design, model, presses.F[i, 0]),
+        }
+        of_drawn = [each for each in (found[i][place] for place in drawn) if each is not None]
+        row = ModulusReading(
+            E=E,
+            bias=Estimate(float(bias[worst]), float(bar[worst])),
+            worst=placements[worst],
+            reach=Estimate(float(bias[farthest]), float(bar[farthest])),
+            sources=uncertainty_sources(of_drawn, channels, RISE_TRAVELS, others),
+            uncertainty_limit=reading.uncertainty_limit_at(E, design.fruit.E_MPa),
+        )
+        rows.append(row)
+    return tuple(rows)
+
+
+def _read(model: RiseModel, presses: Presses, channels: Channels, side_mm: float) -> tuple[FoundReadings, str | None]:
     """Return the reading at each modulus in each placement, and as text where and why there is none.
 
     A contact that needs more of a dome's face than `side_mm` has no force.
     """
     # A press is solved in few samples; noise refuses one of as many as it has.
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
+    least = channels.least_forces
     reasons = []
-    found: list[list[RiseReading | None]] = []
+    found: FoundReadings = []
     for E, forces, faces in zip(presses.moduli, presses.F, presses.face_mm.tolist(), strict=True):
         row: list[RiseReading | None] = []
         for placement, press, face in zip(presses.placements, forces, faces, strict=True):
@@ -207,7 +213,7 @@ def _read(
                 if face > side_mm:
                     msg = f"tips.side_mm = {side_mm:g} mm is less than the {face:.3g} mm that the contact needs"
                     raise ReadingError(msg)
-                reading = model.reading(press, noises, channels.least_forces)
+                reading = model.reading(press, noises, least)
             except ReadingError as refused:
                 reasons.append(f"as at {E:.3g} MPa, {placement}: {refused}")
             row.append(reading)
@@ -349,8 +355,14 @@ def _skin_pressures(sensor: PressedSensor, presses: Presses) -> tuple[SkinPressu
     at_moduli = (np.nan_to_num(each).reshape(shape) for each in (pressures, errors))  # 0 off the fruit
     for E, limit, pressure, error in zip(fruit.E_MPa, limits, *at_moduli, strict=True):
         worst = np.unravel_index(first_largest(pressure.ravel().tolist()), pressure.shape)
-        found = Estimate(float(pressure[worst]), float(error[worst]), "MPa")
-        rows.append(SkinPressure(E=E, placement=placements[worst[0]], pressure=found, limit=limit))
+        row = SkinPressure(
+            E_MPa=E,
+            pressure_MPa=float(pressure[worst]),
+            error_MPa=float(error[worst]),
+            limit_MPa=limit,
+            worst=str(placements[worst[0]]),
+        )
+        rows.append(row)
     return tuple(rows)
 
 

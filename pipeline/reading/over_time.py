@@ -12,7 +12,7 @@ from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import scene_of
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
-from sensor.quantity import Estimate, validation_error
+from sensor.quantity import Estimate, report_field, validation_error
 from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from sensor.theory.relaxation import Relaxation
@@ -26,14 +26,15 @@ HOLD_STEPS = 12
 
 @dataclass(frozen=True, kw_only=True)
 class Moment:
-    """The moment from the first touch [s] at which a reading is nearest to all others of the hold, and its speed.
+    """The moment at which a reading moves least at one speed of the press."""
 
-    `moves` [1] is the largest relative change of the modulus if it is read at another moment of the hold.
-    """
-
-    speed_mm_per_s: float
-    at_s: float
-    moves: float
+    speed_mm_per_s: float = report_field("mm/s", "speed of the press")
+    at_s: float = report_field("s", "time of the reading at which the apparent modulus changes least during the hold")
+    moves_percent: float | None = report_field(
+        "%",
+        "largest change of the apparent modulus during the hold, if the reading is taken at that time; null "
+        "where a tip is off the fruit",
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -103,7 +104,7 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
         steadiest=Moment(
             speed_mm_per_s=design.press.speed_mm_per_s or 0.0,
             at_s=float(t[RAMP_STEPS + best]),
-            moves=float(moves[best]),
+            moves_percent=100.0 * float(moves[best]) if np.isfinite(moves[best]) else None,
         ),
     )
 

@@ -18,7 +18,6 @@ from pipeline.report.report import (
     ListedFile,
     MaterialReport,
     ModulusReport,
-    MomentReport,
     Numbers,
     PaperReport,
     ReadingReport,
@@ -27,7 +26,6 @@ from pipeline.report.report import (
     Report,
     ResponseReport,
     SizingReport,
-    SkinPressureReport,
     SkinReport,
     SolveReport,
     SpringReport,
@@ -248,12 +246,6 @@ def reading_report(readings: Readings) -> ReadingReport:
             sources=_percent(row.sources.contributions),
         )
         moduli.append(modulus)
-    pressures = []
-    for skin in readings.pressures:
-        pressure = SkinPressureReport(
-            E_MPa=skin.E, pressure_MPa=skin.pressure.value, limit_MPa=skin.limit, worst=str(skin.placement)
-        )
-        pressures.append(pressure)
     return ReadingReport(
         E_bias_percent=None if bias is None else 100.0 * bias.value,
         E_bias_error_percent=None if bias is None else 100.0 * bias.error,
@@ -264,7 +256,7 @@ def reading_report(readings: Readings) -> ReadingReport:
         noise_for_10_percent=readings.noise_percent,
         refused=readings.refused,
         moduli=tuple(moduli),
-        skin_pressure=tuple(pressures),
+        skin_pressure=readings.pressures,
     )
 
 
@@ -279,9 +271,6 @@ def relaxation_report(over_time: ReadingOverTime) -> RelaxationReport:
             E_apparent_MPa=numbers(over_time.apparent[i]),
         )
         moduli.append(row)
-    best = over_time.steadiest
-    percent = _finite(100.0 * best.moves)
-    steadiest = MomentReport(speed_mm_per_s=best.speed_mm_per_s, at_s=best.at_s, moves_percent=percent)
     return RelaxationReport(
         t_s=tuple(over_time.t.tolist()),
         stop_s=float(over_time.t[over_time.stop]),
@@ -289,7 +278,7 @@ def relaxation_report(over_time: ReadingOverTime) -> RelaxationReport:
         moves_percent=_finite(100.0 * over_time.moves.value),
         moves_error_percent=_finite(100.0 * over_time.moves.error),
         moduli=tuple(moduli),
-        moments=(steadiest,),
+        moments=(over_time.steadiest,),
     )
 
 

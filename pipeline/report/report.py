@@ -15,6 +15,8 @@ from typing import get_origin, get_type_hints
 import numpy as np
 
 from cad.parts.housing import Housing
+from pipeline.reading.analysis import SkinPressure
+from pipeline.reading.over_time import Moment
 from pipeline.reading.read_out import Matrix, ReadingConstants
 from pipeline.springs.behaviour_record import SpringBehaviour
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
@@ -228,16 +230,6 @@ class ModulusReport:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SkinPressureReport:
-    """The pressure on the skin at one modulus."""
-
-    E_MPa: float = report_field("MPa", "modulus of the fruit")
-    pressure_MPa: float = report_field("MPa", "largest force of a tip divided by its contact area")
-    limit_MPa: float = report_field("MPa", "pressure at which a fruit of this modulus bruises")
-    worst: str = report_field("", "the pose with the largest pressure")
-
-
-@dataclass(frozen=True, kw_only=True)
 class ReadingReport:
     """How well the sensor reads the modulus, over all poses of `[reading]`."""
 
@@ -273,7 +265,7 @@ class ReadingReport:
         "", "the pose that gives no reading, with the reason; null where every pose gives one"
     )
     moduli: tuple[ModulusReport, ...] = report_field("", "bias and uncertainty at each modulus")
-    skin_pressure: tuple[SkinPressureReport, ...] = report_field("", "the pressure at each modulus of `fruit.E_MPa`")
+    skin_pressure: tuple[SkinPressure, ...] = report_field("", "the pressure at each modulus of `fruit.E_MPa`")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -317,19 +309,6 @@ class RelaxingModulusReport:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MomentReport:
-    """When a reading moves least at one speed of the press."""
-
-    speed_mm_per_s: float = report_field("mm/s", "speed of the press")
-    at_s: float = report_field("s", "time of the reading at which the apparent modulus changes least during the hold")
-    moves_percent: float | None = report_field(
-        "%",
-        "largest change of the apparent modulus during the hold, if the reading is taken at that time; null "
-        "where a tip is off the fruit",
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
 class RelaxationReport:
     """A level press to full travel and its hold, on flesh that relaxes; lists are over `t_s`."""
 
@@ -343,7 +322,7 @@ class RelaxationReport:
     )
     moves_error_percent: float | None = report_field("%", "half width of the error bar of that change")
     moduli: tuple[RelaxingModulusReport, ...] = report_field("", "forces over time on a fruit of each modulus")
-    moments: tuple[MomentReport, ...] = report_field("", "the best time of a reading")
+    moments: tuple[Moment, ...] = report_field("", "the best time of a reading")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -192,8 +192,8 @@ def skin_verdict(readings: Readings, _reading: Reading) -> Verdict | None:
     if not pressures:
         return None
     worst = pressures[first_largest(pressure.over_limit for pressure in pressures)]
-    words = f"mean pressure over what a tip touches, at {worst.E:.3g} MPa, {worst.placement}; must be at most the limit"
-    return judge("bruise", worst.pressure, words, limit=worst.limit)
+    words = f"mean pressure over what a tip touches, at {worst.E_MPa:.3g} MPa, {worst.worst}; must be at most the limit"
+    return judge("bruise", Estimate(worst.pressure_MPa, worst.error_MPa, "MPa"), words, limit=worst.limit_MPa)
 
 
 def _of_all_poses(name: str, estimate: Estimate | None, limit: float, words: str, refused: str | None) -> Verdict:
@@ -220,6 +220,6 @@ def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
     steadiest = over_time.steadiest
     words = (
         f"largest |E read / E read at {read_s:.3g} s - 1| from {design.stop_s:.3g} to {design.release_s:.3g} s; least, "
-        f"{100.0 * steadiest.moves:.2g} %, at {steadiest.at_s:.3g} s"
+        f"{steadiest.moves_percent:.2g} %, at {steadiest.at_s:.3g} s"
     )
     return judge(name, over_time.moves, words, limit=limit)

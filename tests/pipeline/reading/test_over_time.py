@@ -67,7 +67,7 @@ def test_apparent_modulus_at_the_reading_is_what_the_verdict_compares_with():
     expected = np.abs(held / found.apparent[:, found.at, None] - 1.0).max()
     assert found.moves.value == pytest.approx(expected, rel=1e-12)
     moves = np.abs(held[:, None, :] / held[:, :, None] - 1.0).max(axis=(0, 2))
-    assert found.steadiest.moves == pytest.approx(moves.min(), rel=1e-12)
+    assert found.steadiest.moves_percent == pytest.approx(100.0 * moves.min(), rel=1e-12)
     assert found.steadiest.at_s == found.t[found.stop + moves.argmin()]
 
 

@@ -14,6 +14,7 @@ from pipeline.reading.poses import Placement
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.of_result import reading_report, response_reports
 from pipeline.report.outputs import write_outputs
+from pipeline.storage.told import as_data
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Press, Tips
@@ -84,7 +85,7 @@ def test_reading_is_in_per_cent_of_the_modulus():
     worst = Placement(tilt_deg=(2.0, 0.0))
     bias = Estimate(-0.02, 0.001)
     row = ModulusReading(E=1.5, bias=bias, worst=worst, reach=bias, sources=sources, uncertainty_limit=0.1)
-    skin = SkinPressure(E=1.5, placement=Placement(), pressure=Estimate(0.05, 0.001, "MPa"), limit=0.06)
+    skin = SkinPressure(E_MPa=1.5, pressure_MPa=0.05, error_MPa=0.001, limit_MPa=0.06, worst="level")
     readings = Readings(
         method="rise",
         touch=Estimate(0.4, 0.01),
@@ -100,8 +101,7 @@ def test_reading_is_in_per_cent_of_the_modulus():
     (modulus,) = report.moduli
     assert (modulus.E_MPa, modulus.E_bias_percent, modulus.uncertainty_percent) == pytest.approx((1.5, -2.0, 5.0))
     assert (modulus.sources, modulus.worst) == (pytest.approx(expected), str(worst))
-    (pressed,) = report.skin_pressure
-    assert (pressed.E_MPa, pressed.pressure_MPa, pressed.limit_MPa, pressed.worst) == (1.5, 0.05, 0.06, "level")
+    assert as_data(report.skin_pressure) == [{"E_MPa": 1.5, "pressure_MPa": 0.05, "limit_MPa": 0.06, "worst": "level"}]
     unread = reading_report(Readings(method="rise", touch=Estimate(0.4, 0.01)))
     assert (unread.E_bias_percent, unread.uncertainty_percent, unread.sources, unread.moduli) == (None, None, {}, ())
 
@@ -221,7 +221,7 @@ def test_relaxation_is_in_seconds_and_per_cent():
     told = {
         "speed_mm_per_s": best.speed_mm_per_s,
         "at_s": best.at_s,
-        "moves_percent": pytest.approx(100.0 * best.moves),
+        "moves_percent": best.moves_percent,
     }
     assert report["moments"] == [told]
     assert report["t_s"] == over_time.t.tolist()
