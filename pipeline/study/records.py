@@ -7,8 +7,7 @@ from typing import Any, Literal, TypeVar, get_origin
 import cattrs
 from cattrs.gen import make_dict_structure_fn, override
 
-from sensor.design.design_file import unknown_name
-from sensor.quantity import InputError, as_float, validation_error
+from sensor.quantity import InputError, as_float, unknown_name, validation_error
 
 T = TypeVar("T")
 
@@ -101,7 +100,7 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
     if isinstance(error, cattrs.ForbiddenExtraKeysError):
         unknown = min(error.extra_fields)
         keys = [_key(kind, item.name) for item in fields(kind)]
-        return unknown_name("key", _joined(path, unknown), unknown, keys)
+        return unknown_name("key", _joined(path, unknown), keys, unknown)
     hint = ""
     for note in getattr(error, "__notes__", ()):
         if isinstance(note, cattrs.AttributeValidationNote):

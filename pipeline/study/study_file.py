@@ -14,12 +14,21 @@ from pipeline.study.variation import Choices, Setting, Variation, is_number, set
 from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
 from pipeline.tables.rows import single_sheet
 from pipeline.tables.table import refuse_length
-from sensor.design.design_file import every_key, unknown_name
+from sensor.design.design_file import every_key
 from sensor.design.design_tables import DesignTables
 from sensor.design.parameters import TABLES, Design
 from sensor.gone import refuse_gone
 from sensor.input_file import read_toml
-from sensor.quantity import Bounds, InputError, check_fields, choice, quantity, text_field, validation_error
+from sensor.quantity import (
+    Bounds,
+    InputError,
+    check_fields,
+    choice,
+    quantity,
+    text_field,
+    unknown_name,
+    validation_error,
+)
 
 Row = tuple[Setting, ...]
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]
@@ -153,7 +162,7 @@ class Study(StudyKeys):
         refuse_gone(*self.vary)
         for key in self.vary:
             if key not in every_key():
-                raise unknown_name("key", f"vary.{key}", key, every_key())
+                raise unknown_name("key", f"vary.{key}", every_key(), key)
         if _PROCESS_FILE in self.vary:
             hint = "put the processes into one file, give it in the base or under [set], and vary print.process"
             name = f"vary.{_PROCESS_FILE}"
