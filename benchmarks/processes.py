@@ -42,7 +42,7 @@ def rows_of(name: str) -> tuple[list[list[str]], bool]:
     peer = peer_stiffness(mesh, ("hex 20, reduced", "C3D20R"), material).values if is_installed() else None
     lines = []
     good = True
-    for index, (spring, arm) in enumerate(zip(springs.springs, springs.housing.arms, strict=True)):
+    for index, (spring, arm) in enumerate(zip(springs.springs.values(), springs.housing.arms, strict=True)):
         miss = spring.stiffness / spring.target - 1.0
         good = good and abs(miss) <= TARGET
         apart = "-"
@@ -52,7 +52,7 @@ def rows_of(name: str) -> tuple[list[list[str]], bool]:
             apart = signed_percent(difference)
         numbers = [f"{1e3 * spring.target:.6g}", f"{arm.flexure.length:.3f}", f"{1e3 * spring.stiffness:.6g}"]
         bar = percent(spring.error / spring.stiffness)
-        lines.append([f"{name} {spring.name}", *numbers, signed_percent(miss), bar, apart, f"{cpu:.2g}"])
+        lines.append([f"{name} {arm.name}", *numbers, signed_percent(miss), bar, apart, f"{cpu:.2g}"])
     return lines, good
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from pipeline.options import RunOptions, load_design
 from pipeline.response.contact import fruit_compliance
 from pipeline.sensor import refuse_unsolvable
-from pipeline.springs.fitted_springs import springs_as_sized
+from pipeline.springs.fitted_springs import printable_leaves
 from pipeline.springs.sizing import spring_sizing
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
@@ -26,7 +26,7 @@ def random_designs(seed: int) -> Iterator[Design]:
             sizing = spring_sizing(design, fruit_compliance(design, ROUGH), ROUGH)
         except InputError:
             continue
-        if all(spring.printable.passed is not False for spring in springs_as_sized(design, sizing)):
+        if all(leaves.passed is not False for leaves in printable_leaves(design, sizing).values()):
             yield design
 
 

@@ -22,17 +22,16 @@ from pipeline.report.report import report_data
 from pipeline.report.verdict_table import print_parts
 from pipeline.result import SensorResult, with_solids
 from pipeline.sensor import Sensor
-from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
+from pipeline.springs.fitted_springs import FittedSprings, printable_leaves, springs_for
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.sizing import SpringSizing, spring_sizing
+from pipeline.springs.spring import Spring
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Seconds
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.printability import check_printable
 from sensor.design.processes import PROCESSES
 from sensor.design.tips import Press
-from sensor.quantity import Estimate
 from sensor.verdict import Verdict
 from solve.contact.scene import SidewaysGive
 from solve.error_estimate import SolveInfo
@@ -90,30 +89,29 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
     """Return the springs of a design as if FE had found just their targets, or as if none could be made."""
     sizing, process = sizing_of(design), PROCESSES[design.print.process]
     targets = sizing.springs.stiffnesses
-    deflections = sizing.deflections(design.full_travels_mm)
-    printable = check_printable(design, sizing.springs, sizing.K_m_max)
-    names = ("low", "high")
+    bare = springs_for(design, sizing, "sized")
     if not made:
-        refused = [replace(verdict, passed=False, reason="leaf too long") for verdict in printable]
-        rows = zip(names, targets, refused, strict=True)
-        bare = tuple(FittedSpring(name=name, target=target, printable=verdict) for name, target, verdict in rows)
-        return FittedSprings(springs=bare, process=process, deflections=deflections, fitted=None, tips=design.tips)
-    ratio = sizing.sizing_stiffness_ratio
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, lengths, ratio)
-    housing = housing_for(design, process, lengths, deflections)
+        rows = bare.printable.items()
+        refused = {name: replace(verdict, passed=False, reason="leaf too long") for name, verdict in rows}
+        return replace(bare, printable=refused, ideal=False)
+    housing = housing_for(design, process, lengths, bare.deflections)
     fitted = fitted_housing(housing, housing_stiffness(targets))
-    springs = tuple(
-        FittedSpring(
-            name=name,
+    springs = {
+        arm.name: Spring(
             target=targets[i],
-            printable=printable[i],
-            flexure=housing.arms[i].flexure,
-            K=Estimate(targets[i], ERRORS[i] * targets[i], "N/mm"),
-            root_strain=Estimate(2e-3, 2e-5),
+            K=targets[i],
+            K_error=ERRORS[i],
+            flexure=arm.flexure,
+            root_strain=2e-3,
+            root_strain_error=0.01,
+            safety_factor=process.strain_limit / 2e-3,
+            dofs=INFO.dofs,
+            seconds=INFO.seconds,
         )
-        for i, name in enumerate(names)
-    )
-    return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
+        for i, arm in enumerate(housing.arms)
+    }
+    printable = printable_leaves(design, sizing, lengths)
+    return replace(bare, springs=springs, printable=printable, fitted=fitted, ideal=False)
 
 
 def sensor_of(design: Design, springs: FittedSprings | None = None) -> PressedSensor:

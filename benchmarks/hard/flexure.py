@@ -74,10 +74,11 @@ def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[Ref
 def _springs_checks(design: Design) -> tuple[ReferenceCheck, ...]:
     sizing = spring_sizing(design, contact_compliance(design.fruit, design.tips), RunOptions())
     springs = springs_for(design, sizing, "fitted")
-    each, housing = springs.springs, springs.housing
-    failed = [spring.printable for spring in each if spring.printable.passed is False]
+    each, housing = springs.springs.values(), springs.housing
+    printable = list(springs.printable.values())
+    failed = [verdict for verdict in printable if verdict.passed is False]
     if failed or housing is None:
-        verdict = failed[0] if failed else each[0].printable
+        verdict = (failed or printable)[0]
         msg = f"{verdict.name}: {verdict.reason}"
         raise InputError(msg)
     solved = [spring.stiffness for spring in each]

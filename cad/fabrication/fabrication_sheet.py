@@ -18,7 +18,7 @@ from cad.parts.housing import DOWEL_MM, Arm
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
-from sensor.design.signal_path import Spring, SpringReadOut
+from sensor.design.signal_path import SpringReadOut, SpringToRead
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 
 _COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupon may use
@@ -51,7 +51,7 @@ def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
     }
 
 
-def _jig_press(spring: Spring) -> dict[str, str | float]:
+def _jig_press(spring: SpringToRead) -> dict[str, str | float]:
     """Return the row of the sheet on the calibration of a spring: its largest deflection [mm] and weight [g]."""
     grams = 1e3 * _JIG_FRACTION * spring.force / STANDARD_GRAVITY
     return {"name": spring.name, "deflection": _JIG_FRACTION * spring.deflection, "grams": grams}

@@ -7,9 +7,10 @@ from mesh.housing.sweep import flexure_mesh
 from pipeline.making.cad_tasks import write_fabrication_files
 from pipeline.options import RunOptions
 from pipeline.reading.pressed_sensor import PressedSensor
-from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_to_read
+from pipeline.springs.fitted_springs import FittedSprings, springs_to_read
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import mount_layers
+from pipeline.springs.spring import Spring
 from pipeline.storage.cache import cached
 from pipeline.storage.kept_files import KeptFiles, begin_files
 from pipeline.storage.workers import finished_future
@@ -68,13 +69,14 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
     inputs = {"housing": housing, "E": process.E_MPa, "nu": process.poisson}
     on_mesh = cached("sideways", inputs, on_both_meshes, dict[str, tuple[float, ...]])
     verdicts = []
-    for spring, fine, coarse in zip(springs.springs, on_mesh["fine"], on_mesh["coarse"], strict=True):
-        verdicts.append(sideways_verdict(spring, fine, abs(fine - coarse)))
+    rows = zip(springs.springs.items(), on_mesh["fine"], on_mesh["coarse"], strict=True)
+    for (name, spring), fine, coarse in rows:
+        verdicts.append(sideways_verdict(name, spring, fine, abs(fine - coarse)))
     return tuple(verdicts)
 
 
-def sideways_verdict(spring: FittedSpring, K: float, error: float) -> Verdict:
+def sideways_verdict(name: str, spring: Spring, K: float, error: float) -> Verdict:
     """Return the verdict on one sideways stiffness [N/mm], its error [N/mm] the step from a coarser mesh."""
     ratio = Estimate(K / spring.stiffness, error / spring.stiffness)
     words = "FE stiffness across the plate over that along the press; must be at least the limit"
-    return judge(f"sideways.{spring.name}", ratio, words, limit=SIDEWAYS_LEAST[spring.name])
+    return judge(f"sideways.{name}", ratio, words, limit=SIDEWAYS_LEAST[name])

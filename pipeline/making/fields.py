@@ -64,10 +64,10 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
         springs, clamped_half(mesh, process.E_MPa, process.poisson, mount_layers(springs.housing))
     )
     marks = {}
-    for spring in springs.springs:
+    for name in springs.springs:
         mark = np.zeros(len(fields.displacement))
-        mark[most_strained_node(mesh, leaf_faces(spring.name), fields)] = 1.0
-        marks[f"{spring.name}_largest_strain_place"] = mark
+        mark[most_strained_node(mesh, leaf_faces(name), fields)] = 1.0
+        marks[f"{name}_largest_strain_place"] = mark
     write_vtu(folder / "flexure.vtu", mesh, {**field_arrays(fields), **marks}, half_at_y=0.0)
 
 
@@ -76,7 +76,7 @@ def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFie
 
     Raises SolveError.
     """
-    pairs = zip(springs.springs, springs.deflections, strict=True)
+    pairs = zip(springs.springs.values(), springs.deflections, strict=True)
     forces = np.array([spring.stiffness * deflection for spring, deflection in pairs])
     process = springs.process
     return fields_in(half.basis.mesh, process.E_MPa, process.poisson, displacements(half) @ forces)

@@ -28,13 +28,12 @@ from pipeline.report.report import (
     SizingReport,
     SkinReport,
     SolveReport,
-    SpringReport,
     TipReport,
 )
 from pipeline.report.response_table import band_columns, force_columns, numbers
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
-from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_as_sized
+from pipeline.springs.fitted_springs import printable_leaves
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.errors.budget import UncertaintyBudget
 from pipeline.verdicts.errors.sensor_errors import ReadingTable
@@ -83,7 +82,7 @@ def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> 
 
 PARTS: dict[str, Callable[[Sensor | SensorResult], Any]] = {
     "springs": lambda sensor: sizing_report(sensor.design, sensor.sizing),
-    "flexures": lambda sensor: _flexures(sensor.springs),
+    "flexures": lambda sensor: {} if sensor.springs.ideal else sensor.springs.springs,  # none for a line of tips
     "deflections_mm": lambda sensor: sensor.sizing.deflections(sensor.design.full_travels_mm),
     "contact": lambda sensor: contact_report(sensor.contact),
     "response": lambda sensor: response_reports(sensor.pressed, sensor.press.table),
@@ -139,16 +138,11 @@ class _VerdictsByName(Mapping[str, Verdict]):
         return len(self._sensor.verdicts)
 
 
-def _flexures(springs: FittedSprings) -> dict[str, SpringReport]:
-    """Return the springs by their names; none for a line of tips, which has no housing."""
-    return {spring.name: _spring(spring, springs) for spring in springs.springs} if not springs.ideal else {}
-
-
 def sizing_report(design: Design, sizing: SpringSizing) -> SizingReport:
     """Return the springs that were sized and the fruit stiffness that sized them."""
     leaves = None
     if design.tips.tip_layout.has_housing:
-        leaves = tuple(spring.printable.length_mm for spring in springs_as_sized(design, sizing))
+        leaves = tuple(spring.length_mm for spring in printable_leaves(design, sizing).values())
     return SizingReport(
         K_l_N_per_m=1e3 * sizing.springs.K_l,
         K_h_N_per_m=1e3 * sizing.springs.K_h,
@@ -156,24 +150,6 @@ def sizing_report(design: Design, sizing: SpringSizing) -> SizingReport:
         K_m_over_E_mm=sizing.K_m_over_E,
         fruit_stiffness=sizing.basis,
         beam_law_leaves_mm=leaves,
-    )
-
-
-def _spring(spring: FittedSpring, springs: FittedSprings) -> SpringReport:
-    """Return one of the springs, with None for each number of one that is not made."""
-    K = spring.K
-    strain = spring.root_strain
-    info = None if springs.fitted is None else springs.fitted.stiffness.info
-    return SpringReport(
-        target_N_per_m=1e3 * spring.target,
-        stiffness_N_per_m=None if K is None else 1e3 * K.value,
-        error_percent=None if K is None else K.percent,
-        dimensions_mm=spring.flexure,
-        root_strain=None if strain is None else strain.value,
-        root_strain_error_percent=None if strain is None else strain.percent,
-        safety_factor=spring.safety_factor,
-        dofs=None if info is None else info.dofs,
-        seconds=None if info is None else info.seconds,
     )
 
 

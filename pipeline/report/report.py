@@ -19,6 +19,7 @@ from pipeline.reading.analysis import SkinPressure
 from pipeline.reading.over_time import Moment
 from pipeline.reading.read_out import Matrix, ReadingConstants
 from pipeline.springs.behaviour_record import SpringBehaviour
+from pipeline.springs.spring import Spring
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.storage.told import as_data, structure_hook
@@ -30,7 +31,6 @@ from sensor.design.parameters import Design
 from sensor.gone import REPORT_KEYS
 from sensor.quantity import InputError, report_field, validation_error
 from sensor.theory.creep import CreepLaw
-from sensor.theory.leaf_spring import Flexure
 from sensor.verdict import Verdict
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
@@ -82,29 +82,6 @@ class SizingReport:
         default=None,
         since="0.3",
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class SpringReport:
-    """One of the springs; its numbers are None where it cannot be made."""
-
-    target_N_per_m: float = report_field("N/m", "stiffness that the targets or the design require")
-    stiffness_N_per_m: float | None = report_field(
-        "N/m", "stiffness in the exported housing, by finite elements; null where no housing is made"
-    )
-    error_percent: float | None = report_field("%", "half width of the error bar of the stiffness")
-    dimensions_mm: Flexure | None = report_field("", "dimensions of the leaves; null where they are not made")
-    root_strain: float | None = report_field(
-        "1",
-        "largest strain of a leaf, at its root, at full travel on the firmest fruit. Above the strain limit "
-        "of the material, the leaf breaks or stays bent",
-    )
-    root_strain_error_percent: float | None = report_field("%", "half width of the error bar of the strain")
-    safety_factor: float | None = report_field(
-        "1", "strain limit of the material divided by the root strain; above 1 the leaf does not fail"
-    )
-    dofs: int | None = report_field("1", "number of unknowns of the mesh")
-    seconds: float | None = report_field("s", "wall time of the fit of both springs", level="")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -339,7 +316,7 @@ class Report:
         each="KEY",
     )
     springs: SizingReport = report_field("", "the springs that the targets or the design require", level="contact")
-    flexures: dict[str, SpringReport] = report_field(
+    flexures: dict[str, Spring] = report_field(
         "", "the springs as fitted to the housing; left out for a line of tips", default_factory=dict, left_out=True,
         level="flexures", each="SPRING",
     )  # fmt: skip

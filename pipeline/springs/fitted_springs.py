@@ -16,17 +16,17 @@ from pipeline.options import RunOptions
 from pipeline.springs.leaf_lengths import TOLERANCE, FittedHousing, HousingSolver, fit_lengths
 from pipeline.springs.mounts import sideways_give
 from pipeline.springs.sizing import SpringSizing
+from pipeline.springs.spring import Spring
 from pipeline.storage.cache import cached
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.design.printability import Printable, check_printable
 from sensor.design.processes import Process
-from sensor.design.signal_path import Spring
+from sensor.design.signal_path import SpringToRead
 from sensor.design.tips import Attitude, Tips
 from sensor.quantity import STANDARD_GRAVITY, Estimate, InputError
 from sensor.record import Record
 from sensor.theory.creep import CreepLaw
-from sensor.theory.leaf_spring import Flexure
 from sensor.theory.two_spring_law import Springs
 from solve.contact.linear_response import spring_compliance
 from solve.contact.scene import SidewaysGive
@@ -39,58 +39,26 @@ BeginSolid = Callable[[Housing, tuple[float, ...]], Future[PartSize]]
 GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
 
 
-@dataclass(frozen=True, kw_only=True)
-class FittedSpring:
-    """One spring: its target stiffness [N/mm], whether it can be printed, and where it is made its numbers by FE.
-
-    K [N/mm] is its stiffness; `root_strain` [1] is the strain at the root of its leaves at full travel.
-    """
-
-    name: str
-    target: float
-    printable: Printable
-    flexure: Flexure | None = None
-    K: Estimate | None = None
-    root_strain: Estimate | None = None
-
-    @property
-    def stiffness(self) -> float:
-        """Return the stiffness by FE, the target where it is not made [N/mm]."""
-        return self.target if self.K is None else self.K.value
-
-    @property
-    def error(self) -> float:
-        """Return the error of the stiffness [N/mm]; 0 for a target."""
-        return 0.0 if self.K is None else self.K.error
-
-    @property
-    def safety_factor(self) -> float | None:
-        """Return the strain limit over the root strain [1]; None where it is not made or not bent."""
-        strain = self.root_strain
-        return self.printable.strain_limit / strain.value if strain is not None and strain.value > 0.0 else None
-
-
-def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring, ...]:
-    """Return springs just as stiff as they were sized or given [N/mm], low then high, none of them made.
-
-    The beam law gives the length of their leaves, and says whether the process can print these.
-    """
-    ratio = sizing.sizing_stiffness_ratio
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, stiffness_ratio=ratio)
-    rows = zip(("low", "high"), sizing.springs.stiffnesses, printable, strict=True)
-    return tuple(FittedSpring(name=name, target=K, printable=leaves) for name, K, leaves in rows)
+def printable_leaves(
+    design: Design, sizing: SpringSizing, lengths_mm: tuple[float, ...] | None = None
+) -> dict[str, Printable]:
+    """Return whether the process can print the leaves of each spring, at their solved lengths or by the beam law."""
+    low, high = check_printable(design, sizing.springs, sizing.K_m_max, lengths_mm, sizing.sizing_stiffness_ratio)
+    return {"low": low, "high": high}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class FittedSprings(Record):
-    """The springs, low first, their process, deflections at full travel [mm], and the housing with them.
+    """The springs by their names, low first, their process, deflections at full travel [mm], and their housing.
 
-    Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized. Nothing is made,
-    and `ideal_offsets_mm` are the heights of their tips over the foremost one. `of_plate` is the sideways compliance of
-    the tips of one plate; None where flat tips meet a flat fruit, as no force leans there, and before it is solved.
+    Each stands for all tips of its kind. `printable` says whether the process can make it. `ideal` springs are taken
+    just as stiff as they were sized: nothing is made, and `ideal_offsets_mm` are the heights of their tips over the
+    foremost one. `of_plate` is the sideways compliance of the tips of one plate; None where flat tips meet a flat
+    fruit, as no force leans there, and before it is solved.
     """
 
-    springs: tuple[FittedSpring, ...]
+    springs: dict[str, Spring]
+    printable: dict[str, Printable]
     process: Process
     deflections: tuple[float, ...]
     fitted: FittedHousing | None
@@ -118,13 +86,13 @@ class FittedSprings(Record):
     @property
     def stiffnesses(self) -> Springs:
         """Return the stiffnesses found by FE, or the targets where nothing was made [N/mm]."""
-        K_l, K_h = (spring.stiffness for spring in self.springs)
+        K_l, K_h = (spring.stiffness for spring in self.springs.values())
         return Springs(K_l=K_l, K_h=K_h)
 
     @property
     def errors(self) -> tuple[float, ...]:
         """Return the error of each stiffness [N/mm]; 0 for a target."""
-        return tuple(spring.error for spring in self.springs)
+        return tuple(spring.error for spring in self.springs.values())
 
     @property
     def creep(self) -> CreepLaw:
@@ -133,10 +101,8 @@ class FittedSprings(Record):
 
     def undecided(self, reason: str) -> "FittedSprings":
         """Return the springs, with the verdicts on whether they can be printed left undecided for a reason."""
-        springs = []
-        for spring in self.springs:
-            springs.append(replace(spring, printable=replace(spring.printable, passed=None, reason=reason)))
-        return replace(self, springs=tuple(springs))
+        verdicts = {name: replace(verdict, passed=None, reason=reason) for name, verdict in self.printable.items()}
+        return replace(self, printable=verdicts)
 
     @property
     def per_spring(self) -> "FittedSprings":
@@ -196,7 +162,8 @@ def springs_for(
     process = design.process
     has_housing = design.tips.tip_layout.has_housing
     springs = FittedSprings(
-        springs=springs_as_sized(design, sizing),
+        springs={"low": Spring(target=sizing.springs.K_l), "high": Spring(target=sizing.springs.K_h)},
+        printable=printable_leaves(design, sizing),
         process=process,
         deflections=sizing.deflections(design.full_travels_mm),
         fitted=None,
@@ -204,10 +171,10 @@ def springs_for(
         ideal=as_ != "fitted" or not has_housing,
     )
     needs_housing = {"sized": False, "leaning": design.tips.tip_shape.obeys_hertz, "fitted": True}[as_]
-    is_ruled_out = any(spring.printable.passed is False for spring in springs.springs)
+    is_ruled_out = any(leaves.passed is False for leaves in springs.printable.values())
     if is_ruled_out or not (has_housing and needs_housing):
         return springs
-    lengths = tuple(spring.printable.length_mm for spring in springs.springs)
+    lengths = tuple(leaves.length_mm for leaves in springs.printable.values())
     targets = sizing.springs.stiffnesses
     try:
         housing = housing_for(design, process, lengths, springs.deflections)
@@ -260,27 +227,29 @@ def _fitted_housing(
 def _as_fitted(springs: FittedSprings, design: Design, sizing: SpringSizing, fitted: FittedHousing) -> FittedSprings:
     """Return sized springs with the stiffness and the root strain of their solve, checked at their solved lengths."""
     solution = fitted.stiffness
-    lengths = tuple(arm.flexure.length for arm in fitted.housing.arms)
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, lengths, sizing.sizing_stiffness_ratio)
-    made = []
-    for i, (spring, arm) in enumerate(zip(springs.springs, fitted.housing.arms, strict=True)):
-        K = solution.K[i]
-        strain = K * springs.deflections[i] * solution.strain_per_N[i]
-        of_solve = replace(
-            spring,
-            printable=printable[i],
+    arms = fitted.housing.arms
+    made = {}
+    for i, arm in enumerate(arms):
+        strain = solution.K[i] * springs.deflections[i] * solution.strain_per_N[i]
+        made[arm.name] = replace(
+            springs.springs[arm.name],
+            K=solution.K[i],
+            K_error=solution.error[i],
             flexure=arm.flexure,
-            K=Estimate(K, solution.error[i] * K, "N/mm"),
-            root_strain=Estimate(strain, solution.strain_error[i] * strain),
+            root_strain=strain,
+            root_strain_error=solution.strain_error[i] if strain else 0.0,
+            safety_factor=springs.process.strain_limit / strain if strain else None,
+            dofs=solution.info.dofs,
+            seconds=solution.info.seconds,
         )
-        made.append(of_solve)
-    return replace(springs, springs=tuple(made), fitted=fitted)
+    printable = printable_leaves(design, sizing, tuple(arm.flexure.length for arm in arms))
+    return replace(springs, springs=made, printable=printable, fitted=fitted)
 
 
-def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:
+def springs_to_read(springs: FittedSprings) -> tuple[SpringToRead, ...]:
     """Return the springs as a read-out needs them: stiffness [N/mm] and deflection [mm]."""
-    pairs = zip(springs.springs, springs.deflections, strict=True)
-    return tuple(Spring(name=spring.name, K=spring.stiffness, deflection=deflection) for spring, deflection in pairs)
+    pairs = zip(springs.springs.items(), springs.deflections, strict=True)
+    return tuple(SpringToRead(name=name, K=spring.stiffness, deflection=move) for (name, spring), move in pairs)
 
 
 def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:
@@ -317,5 +286,5 @@ def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[floa
     sags = [sag.value for sag in weight_sag(springs, attitude)]
     if not any(sags):
         return ()
-    of_kind = {spring.name: sag - max(sags) for spring, sag in zip(springs.springs, sags, strict=True)}
+    of_kind = {name: sag - max(sags) for name, sag in zip(springs.springs, sags, strict=True)}
     return tuple(of_kind[kind] for kind in springs.tips.springs)

@@ -106,10 +106,10 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
         elif verdict.row.by_travel == "distance":  # it shrinks by as much as the travel grows
             missing = verdict.limit - verdict.value
             bound = travel - missing
-    for spring in springs.springs:
-        strain = spring.root_strain
-        if spring.printable.name == verdict.name and strain is not None:  # proportional to the travel
-            bound = travel * spring.printable.strain_limit / (strain.value + strain.error)
+    for kind, spring in springs.springs.items():
+        printable = springs.printable[kind]
+        if printable.name == verdict.name and spring.highest_strain > 0.0:  # proportional to the travel
+            bound = travel * printable.strain_limit / spring.highest_strain
     if bound >= travel:  # what failed does not depend on the travel, as the length of a leaf
         return None
     shorter = rounded(_WITHIN * bound, towards=0.0)

@@ -8,9 +8,10 @@ import numpy as np
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
 from pipeline.response.scene_press import ScenePress
-from pipeline.springs.fitted_springs import FittedSpring
+from pipeline.springs.spring import Spring
 from pipeline.storage.plain import first_largest
 from sensor.design.parameters import Design, Targets
+from sensor.design.printability import Printable
 from sensor.design.reading import LARGEST_TOUCH_FRACTION, Reading
 from sensor.quantity import Estimate
 from sensor.theory.hertz import contact_reach, relative_radius
@@ -68,36 +69,35 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
 # Springs
 
 
-def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool) -> Verdict:
+def stiffness_verdict(name: str, spring: Spring, *, monolithic: bool) -> Verdict:
     """Return the verdict on one spring [N/m]; undecided when it was not made.
 
     One that is not of one piece, with pins glued on, may miss by more where it is not known to the tolerance.
     """
-    K = spring.K
     row = row_of(name)
     limit = 1e3 * spring.target
-    if K is None:
+    if spring.K is None:
         return judge(name, None, "not made, so not solved", limit=limit, passed=None)
-    is_known = monolithic or K.error <= (row.tolerance or 0.0) * spring.target
+    is_known = monolithic or spring.error <= (row.tolerance or 0.0) * spring.target
     tolerance = row.tolerance if is_known else row.tolerance_with_pins
     words = "FE of the exported housing; tolerance relative"
+    K = Estimate(spring.K, spring.error, "N/mm")
     return judge(name, K.times(1e3, "N/m"), words, limit=limit, tolerance=tolerance)
 
 
-def printable_verdict(spring: FittedSpring) -> Verdict:
+def printable_verdict(printable: Printable, spring: Spring) -> Verdict:
     """Return the verdict on whether the process can make one spring.
 
     Its value is the length of its leaves as they are made [mm]; there is none for a spring that was not solved.
     """
-    printable = spring.printable
-    strain = spring.root_strain
     reason = printable.reason
     passed = printable.passed
     limit = printable.strain_limit
-    if strain is not None and strain.value + strain.error > limit:
-        bar = with_bar(strain.value, strain.error, in_percent=True)
+    if spring.highest_strain > limit:
+        strain = spring.root_strain or 0.0
+        bar = with_bar(strain, spring.highest_strain - strain, in_percent=True)
         reason = f"{reason}; FE root strain {bar} must be at most {limit:g}"
-        passed = False if strain.value > limit or passed is False else None
+        passed = False if strain > limit or passed is False else None
     value = None if spring.K is None else printable.length_mm
     between = f"{printable.shortest_mm:g} to {printable.longest_mm:g}"
     return judge(printable.name, value, reason, limit=between, passed=passed)

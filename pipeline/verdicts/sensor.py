@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of
 from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.spring import Spring
 from pipeline.verdicts.rules import (
     NL_verdict,
     P_max_verdict,
@@ -67,10 +68,10 @@ def _if_made(verdict: Verdict, sensor: "Sensor") -> Verdict:
     return verdict if sensor.springs.per_spring.known else replace(verdict, passed=None)
 
 
-def _stiffness(name: str, place: int, sensor: "Sensor") -> Verdict | None:
+def _stiffness(name: str, kind: str, sensor: "Sensor") -> Verdict | None:
     """Return the verdict on the stiffness of one spring; None if springs are taken just as stiff as they were sized."""
     springs = sensor.springs.per_spring
-    return None if springs.ideal else stiffness_verdict(name, springs.springs[place], monolithic=springs.monolithic)
+    return None if springs.ideal else stiffness_verdict(name, springs.springs[kind], monolithic=springs.monolithic)
 
 
 def _spread(sensor: "Sensor") -> Verdict | None:
@@ -81,10 +82,11 @@ def _rise(sensor: "Sensor") -> Verdict | None:
     return None if sensor.design.reading is not None else monotonic_verdict(sensor.press.scan)
 
 
-def _printable(place: int, sensor: "Sensor") -> Verdict | None:
+def _printable(kind: str, sensor: "Sensor") -> Verdict | None:
     """Return the verdict on whether one spring can be printed; None for a line of tips, which has no housing."""
+    springs = sensor.springs
     has_housing = sensor.design.tips.tip_layout.has_housing
-    return printable_verdict(sensor.springs.per_spring.springs[place]) if has_housing else None
+    return printable_verdict(springs.printable[kind], springs.springs[kind]) if has_housing else None
 
 
 def _tip_face(sensor: "Sensor") -> Verdict | None:
@@ -116,12 +118,12 @@ RULES: tuple[tuple[str, Rule], ...] = (
     ("bruise", partial(_of_readings, skin_verdict)),
     ("P_max", _P_max),
     ("NL", _NL),
-    ("K_l", partial(_stiffness, "K_l", 0)),
-    ("K_h", partial(_stiffness, "K_h", 1)),
+    ("K_l", partial(_stiffness, "K_l", "low")),
+    ("K_h", partial(_stiffness, "K_h", "high")),
     ("P_displacement_independent", _spread),
     ("P_monotonic", _rise),
-    ("printable.low", partial(_printable, 0)),
-    ("printable.high", partial(_printable, 1)),
+    ("printable.low", partial(_printable, "low")),
+    ("printable.high", partial(_printable, "high")),
     ("geometry.tip_face", _tip_face),
     ("bruise", _bruise),
     ("reading.relaxation", _relaxation),
@@ -176,8 +178,6 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
 
 def _on_paper_springs(sensor: PressedSensor) -> PressedSensor:
     """Return the sensor on springs exactly as stiff as those of the paper, which are not made."""
-    springs = []
-    for spring, K in zip(sensor.springs.springs, PAPER_SPRINGS.stiffnesses, strict=True):
-        springs.append(replace(spring, target=K, flexure=None, K=None, root_strain=None))
-    ideal = replace(sensor.springs, springs=tuple(springs), fitted=None, of_plate=None, ideal=True)
+    springs = {"low": Spring(target=PAPER_SPRINGS.K_l), "high": Spring(target=PAPER_SPRINGS.K_h)}
+    ideal = replace(sensor.springs, springs=springs, fitted=None, of_plate=None, ideal=True)
     return replace(sensor, springs=ideal)

@@ -130,7 +130,7 @@ def characteristic(pair: PressedSensor) -> ForceRatioCurve:
 
 def force_errors_of_springs(sensor: PressedSensor, E: float) -> Floats:
     """Return the error of the force of each tip by the numerical error of its spring at E [MPa], (tips,) [1]."""
-    errors = [spring.error / spring.stiffness for spring in sensor.springs.springs]
+    errors = [spring.error / spring.stiffness for spring in sensor.springs.springs.values()]
     return spring_fractions(sensor.contact, sensor.C, E) * sensor.design.tips.each(*errors)
 
 

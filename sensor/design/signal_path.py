@@ -10,7 +10,7 @@ from sensor.quantity import BOUNDED, report_field
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spring:
+class SpringToRead:
     """What a read-out must know of a spring: K [N/mm], and its largest deflection [mm]."""
 
     name: str
@@ -95,7 +95,7 @@ class SpringReadOut:
     that of the design's report, as a command names it.
     """
 
-    springs: Sequence[Spring]
+    springs: Sequence[SpringToRead]
     signal: SignalPath | None = None
     fastest_s: float | None = None
     folder: str = "OUT"
@@ -130,7 +130,9 @@ def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
     return tuple(1e3 / amplifier.rate_Hz * (order.index(tip) % inputs) / inputs for tip in range(len(kinds)))
 
 
-def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, kinds: Sequence[str]) -> SignalPath:
+def signal_path(
+    readout: Readout, springs: Sequence[SpringToRead], process: Process, kinds: Sequence[str]
+) -> SignalPath:
     """Return the signal path of a sensor whose tips stand on springs of these kinds, by their names.
 
     Each has the known sensor of displacement, but for the numbers that [readout] gives. Drifts are those after the

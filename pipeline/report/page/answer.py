@@ -58,7 +58,7 @@ def dimensions(report: Report) -> list[Dimension]:
     """Return the dimensions of the leaves, and those of the housing that are numbers other than 0."""
     rows = []
     for name, spring in report.flexures.items():
-        leaf = spring.dimensions_mm
+        leaf = spring.flexure
         if leaf is not None:
             for item in fields(leaf):
                 size = f"{getattr(leaf, item.name):g}"

@@ -164,8 +164,8 @@ def uncertainty_budgets(
     travel = pair.design.press.travel_mm
     in_springs = all_causes(pair, travel, _largest_deflections(pair))
     K_l, K_h = (
-        None if spring.K is None else budget_of(spring.K.relative, in_springs, change)
-        for spring, change in zip(pair.springs.springs, (_change_of_K_l, _change_of_K_h), strict=True)
+        None if spring.K_error is None else budget_of(spring.K_error, in_springs, change)
+        for spring, change in zip(pair.springs.springs.values(), (_change_of_K_l, _change_of_K_h), strict=True)
     )
     P_max = None
     if level is not None and reached.P_max is not None:

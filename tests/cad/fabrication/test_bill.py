@@ -13,7 +13,7 @@ from cad.fabrication import bill as bill_module
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
 from sensor.design.processes import PROCESSES
-from sensor.design.signal_path import Spring, SpringReadOut
+from sensor.design.signal_path import SpringReadOut, SpringToRead
 
 MASSES = {"housing": 1.0, "cover": 2.0, "coupon": 3.0, "mount": 4.0}
 PETG = PROCESSES["fdm-petg"]
@@ -69,7 +69,7 @@ def test_text_of_a_printer_is_no_markup_in_the_bill_and_the_sheet(sensor):
     hostile = "<script>x</script> | [a](javascript:x) *b* `c` \\"
     process = replace(PETG, material=hostile)
     rows = bill(sensor, process)
-    springs = [Spring(name=name, K=K, deflection=0.1) for name, K in (("low", 0.9), ("high", 20.0))]
+    springs = [SpringToRead(name=name, K=K, deflection=0.1) for name, K in (("low", 0.9), ("high", 20.0))]
     read_out = SpringReadOut(springs=springs)
     sheet = fabrication_sheet(sensor, Title(name="own", process=process), rows, read_out)
     page = MarkdownIt("commonmark").enable("table").render(sheet)

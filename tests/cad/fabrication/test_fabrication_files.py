@@ -24,7 +24,7 @@ from cad.parts.coupon import modulus_factor
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
-from sensor.design.signal_path import Spring, SpringReadOut, signal_path
+from sensor.design.signal_path import SpringReadOut, SpringToRead, signal_path
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILAMENT_MM = 1.75  # as PrusaSlicer has it where nothing is set
@@ -38,7 +38,7 @@ SHEETS = [
 def springs_of(sensor):
     """Return springs of 900 and 20000 N/m that move by 0.5 and 0.1 mm."""
     rows = zip(sensor.housing.arms, (0.9, 20.0), (0.5, 0.1), strict=True)
-    return tuple(Spring(name=arm.name, K=K, deflection=d) for arm, K, d in rows)
+    return tuple(SpringToRead(name=arm.name, K=K, deflection=d) for arm, K, d in rows)
 
 
 def sheet_of(sensor, title=TITLE, signal=None, folder="OUT"):

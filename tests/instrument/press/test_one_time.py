@@ -20,7 +20,7 @@ from pipeline.options import load_design
 from pipeline.tables.rows import Rows
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
-from sensor.design.signal_path import Spring, balanced_order, signal_path
+from sensor.design.signal_path import SpringToRead, balanced_order, signal_path
 from sensor.quantity import InputError
 from solve.contact.poses import Pose
 
@@ -161,7 +161,7 @@ def test_firmware_takes_the_same_skew_off_and_has_the_same_flag(sensor, tmp_path
 
 def test_a_pair_is_brought_to_one_time_too(paper, tmp_path):
     """The forces of flat tips rise evenly with the travel: straight lines between conversions are exact."""
-    springs = [Spring(name=name, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
+    springs = [SpringToRead(name=name, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
     signal = signal_path(Readout(), springs, PROCESSES["fdm-petg"], ("low", "high"))
     assert signal.delays == (0.0, 0.25)
     plain = paper.measuring()
@@ -190,7 +190,7 @@ def test_a_pair_is_brought_to_one_time_too(paper, tmp_path):
 @pytest.fixture
 def at_once(paper):
     """Return the pair with a read-out that converts all channels at once, at times known to 50 ms."""
-    springs = [Spring(name=name, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
+    springs = [SpringToRead(name=name, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
     readout = Readout(rate_Hz=10.0, delay_ms=(0.0, 0.0), time_error_ms=50.0)
     signal = signal_path(readout, springs, PROCESSES["fdm-petg"], ("low", "high"))
     signal = replace(signal, noise_N=(1e-5, 1e-4), zero_drift_N=(1e-5, 1e-4))
@@ -297,7 +297,7 @@ def test_times_of_some_channels_are_refused():
 
 
 def test_delays_follow_from_the_circuit():
-    springs = [Spring(name=name, K=0.5, deflection=0.5) for name in ("low", "high")]
+    springs = [SpringToRead(name=name, K=0.5, deflection=0.5) for name in ("low", "high")]
     square = ("low", "high", "low", "high")
 
     def path(readout):

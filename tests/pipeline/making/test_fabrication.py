@@ -11,7 +11,7 @@ from pipeline.options import RunOptions
 from pipeline.storage.kept_files import KeptFiles
 from sensor.design.parameters import Design
 
-SPRINGS = {spring.name: spring for spring in springs_of(Design()).springs}
+SPRINGS = springs_of(Design()).springs
 
 
 @pytest.mark.parametrize(
@@ -27,7 +27,7 @@ SPRINGS = {spring.name: spring for spring in springs_of(Design()).springs}
 def test_sideways_stiffness_against_its_least_share(name, ratio, step, passed):
     """Stiffness across and its error bar go over the stiffness along the press, of the spring as it was solved."""
     K = SPRINGS[name].stiffness
-    verdict = sideways_verdict(SPRINGS[name], ratio * K, step * K)
+    verdict = sideways_verdict(name, SPRINGS[name], ratio * K, step * K)
     assert (verdict.name, verdict.passed) == (f"sideways.{name}", passed)
     assert (verdict.value, verdict.error) == pytest.approx((ratio, step), rel=1e-12)
 

@@ -20,7 +20,7 @@ def test_value_at_a_name(report):
     assert value_at(report, "springs.K_l_N_per_m") == report.springs.K_l_N_per_m
     assert value_at(report, "notes") == report.notes
     assert value_at(report, "response.1.P.-1") == report.response[1].P[-1]
-    assert value_at(report, "flexures.high.error_percent") == report.flexures["high"].error_percent
+    assert value_at(report, "flexures.high.error_percent") == pytest.approx(100.0 * report.flexures["high"].K_error)
     assert value_at({"springs": report.springs}, "springs.K_h_N_per_m") == report.springs.K_h_N_per_m
 
 

@@ -15,6 +15,7 @@ from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.of_result import reading_report, response_reports
 from pipeline.report.outputs import write_outputs
 from pipeline.storage.told import as_data
+from pipeline.springs.spring import Spring
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Press, Tips
@@ -24,12 +25,12 @@ from sensor.quantity import Estimate
 def test_stiffnesses_are_in_newtons_per_metre_and_errors_in_per_cent():
     result = result_of()
     report = stored_report(result)
-    low = result.springs.springs[0]
+    low = result.springs.springs["low"]
     entry = report["flexures"]["low"]
     assert entry["target_N_per_m"] == pytest.approx(1e3 * low.target)
-    assert entry["stiffness_N_per_m"] == pytest.approx(1e3 * low.K.value)
-    assert entry["error_percent"] == pytest.approx(100.0 * low.K.error / low.K.value)
-    assert entry["safety_factor"] == pytest.approx(low.printable.strain_limit / 2e-3)
+    assert entry["stiffness_N_per_m"] == pytest.approx(1e3 * low.K)
+    assert entry["error_percent"] == pytest.approx(100.0 * low.K_error)
+    assert entry["safety_factor"] == pytest.approx(result.springs.process.strain_limit / 2e-3)
     assert entry["root_strain_error_percent"] == pytest.approx(1.0)  # 2e-5 of 2e-3
     sized, springs = result.sizing, report["springs"]
     for name, K in (("K_l", sized.springs.K_l), ("K_h", sized.springs.K_h), ("K_m_max", sized.K_m_max)):
@@ -156,8 +157,8 @@ def test_error_of_a_force_is_that_of_its_spring_in_its_share():
     row = stored_report(result)["response"][-1]
     K_m = 3.5 * CONTACT.K_m_over_E()
     parts = [
-        100.0 * spring.K.relative * (1.0 / spring.stiffness) / (1.0 / spring.stiffness + 1.0 / K_m)
-        for spring in result.springs.springs
+        100.0 * spring.K_error * (1.0 / spring.stiffness) / (1.0 / spring.stiffness + 1.0 / K_m)
+        for spring in result.springs.springs.values()
     ]
     assert row["F_error_percent"] == pytest.approx(100.0 * table.F_error[-1] + max(parts), rel=1e-9)
     assert row["P_error_percent"] == pytest.approx(100.0 * table.P_error[-1] + sum(parts), rel=1e-9)
@@ -185,7 +186,7 @@ def test_response_of_a_square():
         E=np.array([2.0]), x=np.array([0.6]), F=forces, P=one, slope_ratio=one, F_error=0.01 * one, P_error=0.02 * one
     )
     springs = SimpleNamespace(
-        springs=(SimpleNamespace(error=0.01, stiffness=1.0), SimpleNamespace(error=0.6, stiffness=20.0)),
+        springs={"low": Spring(target=1.0, K=1.0, K_error=0.01), "high": Spring(target=20.0, K=20.0, K_error=0.03)},
         C=np.diag([1.0, 0.05, 1.0, 0.05]),
     )
     contact = dataclasses.replace(CONTACT, tips=tips.names, S=np.diag([0.5] * 4), shape_change=np.zeros((4, 4)))

@@ -21,7 +21,8 @@ def behaviour(forces=PAIR, layout="pair", **changes):
     """Return the behaviour of springs of 1 N/mm under forces [N] on their tips at full travel."""
     stiffness = housing_stiffness((1.0, 1.0), **changes)
     springs = FittedSprings(
-        springs=(),
+        springs={},
+        printable={},
         process=PETG,
         deflections=DEFLECTIONS,
         fitted=fitted_housing(HOUSING, stiffness),

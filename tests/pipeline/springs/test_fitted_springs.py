@@ -16,6 +16,7 @@ from pipeline.options import RunOptions, load_design
 from pipeline.springs.fitted_springs import springs_for, tip_height_offsets, with_sideways_give
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.mounts import sideways_give
+from pipeline.springs.spring import Spring
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print
 from sensor.design.tips import Tips
@@ -55,8 +56,9 @@ def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_
     springs = springs_of(Design(), RunOptions(tolerance=0.01))
     targets = sizing_of(Design()).springs.stiffnesses
     assert fit.asked == [(targets, PETG.E_MPa, PETG.poisson, 0.01)]
-    assert [spring.name for spring in springs.springs] == ["low", "high"]
-    assert [spring.target for spring in springs.springs] == list(targets)
+    assert [(name, spring.target) for name, spring in springs.springs.items()] == list(
+        zip(("low", "high"), targets, strict=True)
+    )
     assert springs.stiffnesses.stiffnesses == pytest.approx([0.999 * K for K in targets])
     assert np.diag(springs.C) == pytest.approx([1.0 / (0.999 * K) for K in targets])
     assert springs.housing is not None
@@ -100,7 +102,7 @@ def test_springs_whose_sideways_give_is_not_found_are_undecided(as_, error, monk
     springs = springs_for(gentle(), sizing_of(gentle()), as_)
     if as_ == "fitted":
         springs = with_sideways_give(springs, gentle(), RunOptions())
-    assert [(s.printable.passed, s.printable.reason) for s in springs.springs] == [(None, str(error))] * 2
+    assert [(leaves.passed, leaves.reason) for leaves in springs.printable.values()] == [(None, str(error))] * 2
     assert springs.sideways is None
 
 
@@ -111,7 +113,7 @@ def test_sideways_compliance_of_sized_springs_is_that_of_a_finer_mesh(name):
     sizing = sizing_of(design)
     springs = springs_for(design, sizing, "leaning")
     process = design.process
-    lengths = [spring.printable.length_mm for spring in springs.springs]
+    lengths = [leaves.length_mm for leaves in springs.printable.values()]
     housing = housing_for(design, process, tuple(lengths), springs.deflections)
     finer = sideways_give(housing, process.E_MPa, process.poisson, sizing.springs.stiffnesses, rough=False)
     for tip, leaf in enumerate((housing.low, housing.high)):
@@ -152,10 +154,11 @@ def test_springs_without_a_housing_are_just_as_stiff_as_they_were_sized(as_, des
 def test_root_strain_is_that_of_the_force_at_full_travel(fit):
     """K d times the strain per newton, over which the limit is the safety factor."""
     springs = springs_of(Design())
-    for spring, d, per_N in zip(springs.springs, springs.deflections, (2e-3, 1e-4), strict=True):
-        assert spring.root_strain.value == pytest.approx(spring.K.value * d * per_N)
-        assert spring.root_strain.relative == pytest.approx(0.01)
-        assert spring.safety_factor == pytest.approx(spring.printable.strain_limit / spring.root_strain.value)
+    for spring, d, per_N in zip(springs.springs.values(), springs.deflections, (2e-3, 1e-4), strict=True):
+        assert spring.root_strain == pytest.approx(spring.K * d * per_N)
+        assert spring.root_strain_error == pytest.approx(0.01)
+        assert spring.safety_factor == pytest.approx(PETG.strain_limit / spring.root_strain)
+        assert spring.highest_strain == pytest.approx(1.01 * spring.root_strain)
     assert len(fit.asked) == 1
 
 
@@ -168,11 +171,11 @@ def test_same_springs_are_not_fitted_again(fit):
 def test_leaf_that_the_law_rules_out_is_not_solved(fit):
     springs = springs_of(Design(print=Print(max_length_mm=20.0)))
     assert fit.asked == []
-    assert [spring.printable.passed for spring in springs.springs] == [False, True]
+    assert [leaves.passed for leaves in springs.printable.values()] == [False, True]
     assert (springs.housing, springs.monolithic, springs.errors) == (None, True, (0.0, 0.0))
-    targets = [spring.target for spring in springs.springs]
+    targets = [spring.target for spring in springs.springs.values()]
     assert np.diag(springs.C) == pytest.approx([1.0 / K for K in targets])
-    assert [(spring.K, spring.safety_factor) for spring in springs.springs] == [(None, None)] * 2
+    assert [spring == Spring(target=spring.target) for spring in springs.springs.values()] == [True, True]
 
 
 @pytest.mark.parametrize(
@@ -183,7 +186,7 @@ def test_leaf_that_the_law_rules_out_is_not_solved(fit):
 def test_fit_that_fails_leaves_all_undecided_with_its_reason(error, fit):
     fit.error = error
     springs = springs_of(Design())
-    assert [(s.printable.passed, s.printable.reason) for s in springs.springs] == [(None, str(error))] * 2
+    assert [(leaves.passed, leaves.reason) for leaves in springs.printable.values()] == [(None, str(error))] * 2
     assert springs.housing is None
 
 
@@ -225,9 +228,9 @@ def test_mesh_that_is_not_its_solid_leaves_the_springs_undecided(tmp_path, monke
     monkeypatch.setattr(pipeline.springs.leaf_lengths, "solid_size", size_of_thicker_leaves)
     springs = springs_for(design, sizing_of(design), "fitted", 0.01)
     assert springs.housing is None
-    for spring in springs.springs:
-        assert spring.printable.passed is None
-        assert "'compare'" in spring.printable.reason
+    for leaves in springs.printable.values():
+        assert leaves.passed is None
+        assert "'compare'" in leaves.reason
     assert not list(tmp_path.rglob("flexures-*"))
 
 

@@ -12,7 +12,6 @@ from pipeline.verdicts.hints import CLAUSES, CONTACT_SIZES, SEARCH, hint, shorte
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.tips import Press, Tips
-from sensor.quantity import Estimate
 from sensor.tips.flat import Cylinder
 from sensor.verdict import verdict_rows
 
@@ -109,9 +108,9 @@ def test_travel_of_a_bruised_soft_fruit():
 def test_strain_by_finite_elements_asks_for_less_travel():
     """Strain goes with the travel: 1.1 times its limit, and an error of 0.1 times, ask for 0.6 mm / 1.2."""
     springs = springs_of(Design())
-    limit = springs.springs[0].printable.strain_limit
-    bent = dataclasses.replace(springs.springs[0], root_strain=Estimate(1.1 * limit, 0.1 * limit))
-    bent_springs = dataclasses.replace(springs, springs=(bent, springs.springs[1]))
+    limit = springs.printable["low"].strain_limit
+    bent = dataclasses.replace(springs.springs["low"], root_strain=1.1 * limit, root_strain_error=0.1 / 1.1)
+    bent_springs = dataclasses.replace(springs, springs=springs.springs | {"low": bent})
     verdict = dataclasses.replace(GOOD, name="printable.low", passed=False)
     assert 0.97 * 0.6 / 1.2 < shorter_travel(verdict, Design(), bent_springs) < 0.6 / 1.2
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 from stand_ins import CONTACT, K_M_OVER_E, LENGTHS, sensor_of, solved, springs_of
 
-from pipeline.springs.fitted_springs import FittedSpring
+from pipeline.springs.spring import Spring
 from pipeline.verdicts.rules import (
     NL_verdict,
     P_max_verdict,
@@ -18,7 +18,6 @@ from pipeline.verdicts.rules import (
 )
 from pipeline.verdicts.targets import ForceRatioCurve, SceneTargets
 from sensor.design.parameters import PAPER_SPRINGS, PAPER_TARGETS, Design, Targets
-from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import Springs, curve_shares, force_ratio, size_springs
 from sensor.verdict import row_of
 from solve.contact.linear_response import linear_response, spring_compliance, travels
@@ -26,7 +25,8 @@ from solve.contact.linear_response import linear_response, spring_compliance, tr
 K_M = 3.5 * K_M_OVER_E
 X = travels(0.6, 12)
 MODULI = (0.5, 1.0, 2.0, 3.5)
-LOW, _ = springs_of(Design()).springs
+MADE = springs_of(Design())
+LEAVES = MADE.printable["low"]
 
 
 def judged(own, targets, *, made=True):
@@ -97,15 +97,13 @@ def test_error_of_P_max_is_what_the_worst_springs_do():
 
 
 def spring(K, error=0.0):
-    """Return a spring of a target of 0.906 N/mm that was made to K [N/mm] or not made."""
-    return FittedSpring(
-        name="low", target=0.906, printable=LOW.printable, K=None if K is None else Estimate(K, error, "N/mm")
-    )
+    """Return a spring of a target of 0.906 N/mm that was made to K [N/mm] with a relative error, or not made."""
+    return Spring(target=0.906, K=K, K_error=None if K is None else error)
 
 
 @pytest.mark.parametrize(
     ("K", "error", "passed"),
-    [(0.9068, 0.0, True), (0.9071, 0.0, False), (0.9050, 0.0, False), (None, 0.0, None), (0.906, 0.001, None)],
+    [(0.9068, 0.0, True), (0.9071, 0.0, False), (0.9050, 0.0, False), (None, 0.0, None), (0.906, 0.0011, None)],
 )
 def test_stiffness_is_held_to_a_tenth_of_a_percent(K, error, passed):
     found = stiffness_verdict("K_l", spring(K, error), monolithic=True)
@@ -115,7 +113,7 @@ def test_stiffness_is_held_to_a_tenth_of_a_percent(K, error, passed):
 
 
 def test_glued_springs_have_the_wide_tolerance_only_where_they_are_not_known_better():
-    unknown, known = (stiffness_verdict("K_l", spring(0.906, error), monolithic=False) for error in (0.001, 0.0005))
+    unknown, known = (stiffness_verdict("K_l", spring(0.906, error), monolithic=False) for error in (0.0011, 0.0005))
     assert (unknown.passed, unknown.tolerance) == (True, row_of("K_l").tolerance_with_pins)
     assert (known.passed, known.tolerance) == (True, row_of("K_l").tolerance)
 
@@ -124,21 +122,24 @@ def test_glued_springs_have_the_wide_tolerance_only_where_they_are_not_known_bet
     ("share", "error", "passed"), [(0.5, 0.1, True), (0.95, 0.1, None), (1.05, 0.1, False)], ids=str
 )
 def test_root_strain_of_the_solve_is_held_to_the_limit_of_the_process(share, error, passed):
-    limit = LOW.printable.strain_limit
-    strained = dataclasses.replace(LOW, root_strain=Estimate(share * limit, error * limit))
-    found = printable_verdict(strained)
+    strained = dataclasses.replace(
+        MADE.springs["low"], root_strain=share * LEAVES.strain_limit, root_strain_error=error / share
+    )
+    found = printable_verdict(LEAVES, strained)
     assert found.passed is passed
     assert ("FE root strain" in found.reference) == (passed is not True)
 
 
 def test_length_of_leaves_is_that_of_leaves_that_are_made():
-    made, bare = (springs_of(Design(), made=made).springs[0] for made in (True, False))
-    assert (printable_verdict(made).value, printable_verdict(bare).value) == (LENGTHS[0], None)
+    bare = springs_of(Design(), made=False)
+    made, not_made = (printable_verdict(of.printable["low"], of.springs["low"]) for of in (MADE, bare))
+    assert (made.value, not_made.value) == (LENGTHS[0], None)
 
 
 def test_spring_that_cannot_be_made_keeps_its_reason():
-    refused, _ = springs_of(Design(), made=False).springs
-    assert (printable_verdict(refused).passed, printable_verdict(refused).reference) == (False, "leaf too long")
+    bare = springs_of(Design(), made=False)
+    refused = printable_verdict(bare.printable["low"], bare.springs["low"])
+    assert (refused.passed, refused.reference) == (False, "leaf too long")
 
 
 def test_force_ratio_of_a_level_sensor_does_not_depend_on_travel():

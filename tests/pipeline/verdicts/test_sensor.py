@@ -41,7 +41,7 @@ def test_error_of_the_pressure_is_that_of_the_worst_spring_and_of_the_contact(so
     )
     pressure = tip_pressure(sensor_of(design, springs), known)
     K_m = 3.5 * CONTACT.K_m_over_E()
-    shares = [K_m / (K_m + spring.stiffness) * spring.K.relative for spring in springs.springs]
+    shares = [K_m / (K_m + spring.stiffness) * spring.K_error for spring in springs.springs.values()]
     assert pressure.relative == pytest.approx(max(shares) + added, rel=1e-9)
     assert pressure.unit == "MPa"
 

@@ -12,13 +12,13 @@ from cad.fabrication.wiring import write_wiring
 from sensor.design.design_file import design_as_mapping, design_from_mapping
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
-from sensor.design.signal_path import Spring, signal_path
+from sensor.design.signal_path import SpringToRead, signal_path
 from sensor.quantity import InputError
 
 PETG = PROCESSES["fdm-petg"]
 SPRINGS = (
-    Spring(name="low", K=0.15, deflection=0.8),
-    Spring(name="high", K=1.6, deflection=0.7),
+    SpringToRead(name="low", K=0.15, deflection=0.8),
+    SpringToRead(name="high", K=1.6, deflection=0.7),
 )
 KINDS = ("low", "high", "low", "high")
 

@@ -1,0 +1,63 @@
+"""One spring of a sensor, as it is required and as it is made; the fields are keys of report.json."""
+
+from dataclasses import dataclass
+
+from sensor.quantity import report_field
+from sensor.theory.leaf_spring import Flexure
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spring:
+    """One of the springs: stiffnesses in N/mm, errors as fractions. All but its target is None if it is not made."""
+
+    target: float = report_field(
+        "N/m", "stiffness that the targets or the design require", key="target_N_per_m", times=1e3
+    )
+    K: float | None = report_field(
+        "N/m",
+        "stiffness in the exported housing, by finite elements; null where no housing is made",
+        key="stiffness_N_per_m",
+        times=1e3,
+        default=None,
+    )
+    K_error: float | None = report_field(
+        "%", "half width of the error bar of the stiffness", key="error_percent", times=100.0, default=None
+    )
+    flexure: Flexure | None = report_field(
+        "", "dimensions of the leaves; null where they are not made", key="dimensions_mm", default=None
+    )
+    root_strain: float | None = report_field(
+        "1",
+        "largest strain of a leaf, at its root, at full travel on the firmest fruit. Above the strain limit "
+        "of the material, the leaf breaks or stays bent",
+        default=None,
+    )
+    root_strain_error: float | None = report_field(
+        "%",
+        "half width of the error bar of the strain",
+        key="root_strain_error_percent",
+        times=100.0,
+        default=None,
+    )
+    safety_factor: float | None = report_field(
+        "1",
+        "strain limit of the material divided by the root strain; above 1 the leaf does not fail",
+        default=None,
+    )
+    dofs: int | None = report_field("1", "number of unknowns of the mesh", default=None)
+    seconds: float | None = report_field("s", "wall time of the fit of both springs", level="", default=None)
+
+    @property
+    def stiffness(self) -> float:
+        """Return the stiffness by finite elements, the target if it is not made [N/mm]."""
+        return self.target if self.K is None else self.K
+
+    @property
+    def error(self) -> float:
+        """Return the error of the stiffness [N/mm]; 0 for a target."""
+        return self.stiffness * (self.K_error or 0.0)
+
+    @property
+    def highest_strain(self) -> float:
+        """Return the root strain with its error bar [1]; 0 if it is not made."""
+        return (self.root_strain or 0.0) * (1.0 + (self.root_strain_error or 0.0))
