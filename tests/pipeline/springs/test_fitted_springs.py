@@ -1,14 +1,14 @@
 """Springs of a design: a leaf that the law rules out is not solved, a fit that fails leaves all undecided."""
 
+from concurrent.futures import Future
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from squares import GENTLE, gentle
-from stand_ins import PETG, housing_stiffness, sizing_of
+from stand_ins import ERRORS, PETG, housing_stiffness, sizing_of
 
 import pipeline.springs.fitted_springs
-import pipeline.springs.leaf_lengths
 from cad.parts.housing import solid_size
 from cad.parts.layout import housing_for
 from mesh.session import MeshError
@@ -39,7 +39,8 @@ def fit(tmp_path, monkeypatch):
             if self.error is not None:
                 raise self.error
             stiffness = housing_stiffness(tuple(0.999 * K for K in targets), strain_per_N=(2e-3, 1e-4))
-            return FittedHousing(housing=guess, stiffness=stiffness)
+            longer = {arm.name: replace(arm.flexure, length=1.01 * arm.flexure.length) for arm in guess.arms}
+            return FittedHousing(housing=guess.with_flexures(longer), stiffness=stiffness)
 
     stand_in = Fit()
     monkeypatch.setattr(pipeline.springs.fitted_springs, "fit_lengths", stand_in)
@@ -61,7 +62,10 @@ def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_
     )
     assert springs.stiffnesses.stiffnesses == pytest.approx([0.999 * K for K in targets])
     assert np.diag(springs.C) == pytest.approx([1.0 / (0.999 * K) for K in targets])
-    assert springs.housing is not None
+    assert springs.errors == pytest.approx([error * 0.999 * K for error, K in zip(ERRORS, targets, strict=True)])
+    for arm in springs.housing.arms:
+        assert springs.springs[arm.name].flexure == arm.flexure
+        assert springs.printable[arm.name].length_mm == arm.flexure.length
 
 
 @pytest.mark.usefixtures("fit")
@@ -166,6 +170,8 @@ def test_same_springs_are_not_fitted_again(fit):
     first, second = springs_of(Design()), springs_of(Design(name="other"))
     assert len(fit.asked) == 1
     assert second.housing == first.housing
+    springs_of(Design(), RunOptions(tolerance=0.01))
+    assert len(fit.asked) == 2
 
 
 def test_leaf_that_the_law_rules_out_is_not_solved(fit):
@@ -216,17 +222,21 @@ def test_square_is_fitted_as_one_plate(fit):
     assert [targets for targets, *_ in fit.asked] == [(1.2, 20.0)]
 
 
-def size_of_thicker_leaves(housing):
-    """Return the size of another solid than the one that was meshed: its leaves are 1 % thicker."""
-    thicker = {arm.name: replace(arm.flexure, thickness=1.01 * arm.flexure.thickness) for arm in housing.arms}
-    return solid_size(housing.with_flexures(thicker))
-
-
 def test_mesh_that_is_not_its_solid_leaves_the_springs_undecided(tmp_path, monkeypatch):
+    """The solid that was begun has leaves 1 % thicker than the mesh."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    begun = []
+
+    def begin_solid(housing, deflections):
+        begun.append(deflections)
+        thicker = {arm.name: replace(arm.flexure, thickness=1.01 * arm.flexure.thickness) for arm in housing.arms}
+        size = Future()
+        size.set_result(solid_size(housing.with_flexures(thicker)))
+        return size
+
     design = Design()
-    monkeypatch.setattr(pipeline.springs.leaf_lengths, "solid_size", size_of_thicker_leaves)
-    springs = springs_for(design, sizing_of(design), "fitted", 0.01)
+    springs = springs_for(design, sizing_of(design), "fitted", 0.01, begin_solid)
+    assert begun == [springs.deflections]
     assert springs.housing is None
     for leaves in springs.printable.values():
         assert leaves.passed is None

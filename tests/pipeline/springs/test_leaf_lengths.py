@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from stand_ins import PETG, default_housing
 
+from cad.parts.pin import pin_compliance
 from pipeline.springs import leaf_lengths
 from pipeline.springs.leaf_lengths import (
     COARSE,
@@ -20,11 +21,14 @@ from pipeline.springs.leaf_lengths import (
     fit_lengths,
     meet,
 )
+from sensor.design.parameters import Design
+from sensor.design.tips import Tips
 from sensor.quantity import InputError
 from solve.housing.stiffness import TipCompliance
 from solve.linear import SolveError
 
 HOUSING = default_housing(lengths=(28.3, 14.0))
+PINNED = default_housing(Design(tips=Tips(socket="pin")), lengths=(28.3, 14.0))
 MATERIAL = (PETG.E_MPa, PETG.poisson)
 TARGETS = (0.906, 20.83)
 ONE_THOUSANDTH = 1e-9  # of a length in mm, how near it is to a whole 0.001 mm
@@ -173,6 +177,17 @@ def test_targets_that_are_not_met_are_an_error(plant):
     with pytest.raises(SolveError):
         fit_lengths(HOUSING, (1.0, 1.0), HousingSolver(*MATERIAL))
     assert meshes.scales == [2.0, 1.0, 1.0, 1.0, 1.0]
+
+
+def test_pins_in_series_are_made_good_by_stiffer_feet(plant):
+    meshes = plant(STEPS)
+    pinned = fit_lengths(PINNED, BEAMS, HousingSolver(*MATERIAL)).stiffness
+    bare = fit_lengths(HOUSING, BEAMS, HousingSolver(*MATERIAL)).stiffness
+    assert pytest.approx(BEAMS, rel=TOLERANCE) == pinned.K
+    give = pin_compliance(PINNED, *MATERIAL)
+    expected = [error + K * give.error for error, K in zip(bare.error, BEAMS, strict=True)]
+    assert pinned.error == pytest.approx(expected, rel=0.02)
+    assert meshes.scales == [2.0, 2.0, 1.0] * 2
 
 
 def test_solid_is_begun_beside_the_fine_solve_and_compared_with_its_mesh(plant, monkeypatch):
