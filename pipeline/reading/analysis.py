@@ -10,13 +10,14 @@ from pipeline.reading.measurement import RiseModel, rise_model, seated_level_rea
 from pipeline.reading.poses import Placement, occurring, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, Presses
 from pipeline.reading.read_out import LevelReading, ReadingConstants
+from pipeline.reading.records import SkinPressure
 from pipeline.reading.uncertainty import Channels, UncertaintySources, by_heat, designed_channels, uncertainty_sources
 from pipeline.response.scene_press import ScenePress
 from pipeline.storage.plain import first_largest
 from sensor.arrays import Flags, Floats, rows_of
 from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
-from sensor.quantity import BOUNDED, Estimate, report_field
+from sensor.quantity import BOUNDED, Estimate
 from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseReading
@@ -50,22 +51,6 @@ class ModulusReading:
     def over_limit(self) -> float:
         """Return the standard uncertainty over its limit [1]."""
         return self.sources.total / self.uncertainty_limit
-
-
-@dataclass(frozen=True, kw_only=True)
-class SkinPressure:
-    """The pressure on the skin at one modulus: the largest mean pressure under a tip, and the half width of its bar."""
-
-    E_MPa: float = report_field("MPa", "modulus of the fruit")
-    pressure_MPa: float = report_field("MPa", "largest force of a tip divided by its contact area")
-    error_MPa: float = report_field("MPa", "half width of the error bar of the pressure", default=0.0, told=False)
-    limit_MPa: float = report_field("MPa", "pressure at which a fruit of this modulus bruises")
-    worst: str = report_field("", "the pose with the largest pressure")
-
-    @property
-    def over_limit(self) -> float:
-        """Return the pressure over its limit [1]."""
-        return self.pressure_MPa / self.limit_MPa
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.reading.records import Moment
 from pipeline.response.scene_press import scene_of
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
-from sensor.quantity import Estimate, report_field, validation_error
+from sensor.quantity import Estimate, validation_error
 from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from sensor.theory.relaxation import Relaxation
@@ -22,19 +23,6 @@ from solve.contact.relaxing import elastic_forces, timed_forces
 
 RAMP_STEPS = 12
 HOLD_STEPS = 12
-
-
-@dataclass(frozen=True, kw_only=True)
-class Moment:
-    """The moment at which a reading moves least at one speed of the press."""
-
-    speed_mm_per_s: float = report_field("mm/s", "speed of the press")
-    at_s: float = report_field("s", "time of the reading at which the apparent modulus changes least during the hold")
-    moves_percent: float | None = report_field(
-        "%",
-        "largest change of the apparent modulus during the hold, if the reading is taken at that time; null "
-        "where a tip is off the fruit",
-    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

@@ -35,8 +35,8 @@ from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.springs.fitted_springs import printable_leaves
 from pipeline.springs.sizing import SpringSizing
-from pipeline.verdicts.errors.budget import UncertaintyBudget
 from pipeline.verdicts.errors.sensor_errors import ReadingTable
+from pipeline.verdicts.records import UncertaintyBudget
 from pipeline.verdicts.targets import force_errors_of_springs
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design

@@ -15,17 +15,14 @@ from typing import get_origin, get_type_hints
 import numpy as np
 
 from cad.parts.housing import Housing
-from pipeline.reading.analysis import SkinPressure
-from pipeline.reading.over_time import Moment
 from pipeline.reading.read_out import Matrix, ReadingConstants
+from pipeline.reading.records import Moment, SkinPressure
 from pipeline.springs.behaviour_record import SpringBehaviour
 from pipeline.springs.spring import Spring
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.storage.told import as_data, structure_hook
-from pipeline.verdicts.errors.budget import UncertaintyBudget
-from pipeline.verdicts.errors.scatter_bands import ScatterBands
-from pipeline.verdicts.targets import LevelTargets
+from pipeline.verdicts.records import LevelTargets, ScatterBands, UncertaintyBudget
 from sensor.design.design_file import design_from_mapping
 from sensor.design.parameters import Design
 from sensor.gone import REPORT_KEYS

@@ -8,9 +8,10 @@ import numpy as np
 
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, spring_fractions
+from pipeline.verdicts.records import LevelTargets
 from sensor.arrays import Floats
 from sensor.design.parameters import Targets
-from sensor.quantity import Estimate, report_field
+from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import (
     Springs,
     curve_nonlinearity,
@@ -132,16 +133,6 @@ def force_errors_of_springs(sensor: PressedSensor, E: float) -> Floats:
     """Return the error of the force of each tip by the numerical error of its spring at E [MPa], (tips,) [1]."""
     errors = [spring.error / spring.stiffness for spring in sensor.springs.springs.values()]
     return spring_fractions(sensor.contact, sensor.C, E) * sensor.design.tips.each(*errors)
-
-
-@dataclass(frozen=True, kw_only=True)
-class LevelTargets:
-    """P_max and NL of a level sensor with flat sharp tips on the middle of a flat fruit, by the two-spring law."""
-
-    P_max: float = report_field("1", "force ratio on the firmest fruit")
-    P_max_error: float = report_field("1", "half width of the error bar of P_max")
-    NL: float = report_field("1", "nonlinearity of the force ratio over the modulus")
-    NL_error: float = report_field("1", "half width of the error bar of NL")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,9 +14,9 @@ import numpy as np
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress
 from pipeline.verdicts.errors.causes import NO_CAUSE, POSE, Cause, all_causes
+from pipeline.verdicts.records import Contribution, UncertaintyBudget
 from pipeline.verdicts.targets import SceneTargets, characteristic
 from sensor.arrays import Floats
-from sensor.quantity import report_field
 from sensor.record import Record
 from sensor.theory.two_spring_law import Definition, curve_nonlinearity
 from solve.contact.linear_response import SensorResponse
@@ -26,45 +26,6 @@ LIFTED = 1.0  # relative change of a number if a cause takes a tip off the fruit
 
 Change = Callable[[Cause, float], Floats]
 """The relative change of numbers of any shape by a cause times a sign [1]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Contribution:
-    """What acts, by how much of the number it moves it [1], why by this much, and what a user can do about it."""
-
-    effect: str = report_field("", "name of the effect")
-    size: float = report_field("%", "change of the number by this effect", key="size_percent", times=100.0)
-    reason: str = report_field("", "how this change was found")
-    advice: str = report_field("", "what a user can do about it", default="", told=False)
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class UncertaintyBudget(Record):
-    """The error of one number by its sources, each relative to the number [1].
-
-    The causes of the model act together, so their sizes add. The inputs scatter apart, so their squares add.
-    """
-
-    numerical: float = report_field(
-        "%",
-        "numerical error of the number: the half width of the error bar",
-        key="discretisation_percent",
-        times=100.0,
-    )
-    model: tuple[Contribution, ...] = report_field("", "effects that the model leaves out")
-    inputs: tuple[Contribution, ...] = report_field("", "inputs that differ from print to print")
-    model_total: float = report_field("%", "sum of the sizes of all model effects", key="model_percent", times=100.0)
-    inputs_total: float = report_field(
-        "%",
-        "root of the sum of the squares of all input effects, two standard deviations",
-        key="inputs_percent",
-        times=100.0,
-    )
-
-    @property
-    def total(self) -> float:
-        """Return the whole error [1]: of the mesh, of the model and of the inputs."""
-        return self.numerical + self.model_total + self.inputs_total
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -6,7 +6,7 @@ its own, common to all springs.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import ndtri
@@ -14,35 +14,14 @@ from scipy.special import ndtri
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.verdicts.errors.budget import LevelPress
 from pipeline.verdicts.errors.causes import Cause, known_springs
+from pipeline.verdicts.records import Interval, ScatterBands
 from pipeline.verdicts.targets import characteristic
 from sensor.arrays import Floats
-from sensor.quantity import COVERAGE, report_field
-from sensor.record import Record
+from sensor.quantity import COVERAGE
 from sensor.theory.two_spring_law import curve_nonlinearity
-
-Interval = tuple[float | None, float | None]
 
 SAMPLES = 1024
 LEVEL = 0.95
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class ScatterBands(Record):
-    """Bands that hold the middle 95 % of prints; an end is None where prints show a P that nominal springs never do."""
-
-    K_l_N_per_m: Interval = report_field("N/m", "band of the stiffness of the low spring")
-    K_h_N_per_m: Interval = report_field("N/m", "band of the stiffness of the high spring")
-    P_max: Interval = report_field("1", "band of the largest force ratio")
-    NL: Interval = report_field("1", "band of the nonlinearity")
-    modulus_error: Interval = report_field(
-        "1",
-        "band of the relative error of the modulus, if it is read with the nominal stiffnesses; null where "
-        "the band has no end",
-    )
-    calibrated_modulus_error: float | None = report_field(
-        "1", "relative error of the modulus if both stiffnesses of the unit are known to 1 %"
-    )
-    surrogate_error: float = report_field("1", "always 0; this key will be removed in 0.4", default=0.0)
 
 
 def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None:

@@ -19,7 +19,8 @@ from pipeline.verdicts.errors.budget import (
     uncertainty_budgets,
 )
 from pipeline.verdicts.errors.causes import after_calibration
-from pipeline.verdicts.errors.scatter_bands import ScatterBands, scatter_bands
+from pipeline.verdicts.errors.scatter_bands import scatter_bands
+from pipeline.verdicts.records import ScatterBands
 from pipeline.verdicts.targets import ForceRatioCurve, SceneTargets, characteristic, force_errors_of_springs
 from sensor.arrays import Floats
 from sensor.record import Record

@@ -9,13 +9,14 @@ import pytest
 from stand_ins import CONTACT, ERRORS, relaxing_result, result_of, stored_report
 
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import ModulusReading, Readings, SkinPressure
+from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.reading.poses import Placement
+from pipeline.reading.records import SkinPressure
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.of_result import reading_report, response_reports
 from pipeline.report.outputs import write_outputs
-from pipeline.storage.told import as_data
 from pipeline.springs.spring import Spring
+from pipeline.storage.told import as_data
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Press, Tips

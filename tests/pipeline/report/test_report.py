@@ -14,7 +14,7 @@ from pipeline.report.outputs import listed_files, write_outputs
 from pipeline.report.report import ListedFile, read_data, read_report, report_data, report_of
 from pipeline.storage.digests import file_digest
 from pipeline.storage.told import as_data
-from pipeline.verdicts.errors.scatter_bands import ScatterBands
+from pipeline.verdicts.records import ScatterBands
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Press, Tips

@@ -1,0 +1,34 @@
+"""Records of readings that are parts of report.json, which is read without the solvers."""
+
+from dataclasses import dataclass
+
+from sensor.quantity import report_field
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkinPressure:
+    """The pressure on the skin at one modulus: the largest mean pressure under a tip, and the half width of its bar."""
+
+    E_MPa: float = report_field("MPa", "modulus of the fruit")
+    pressure_MPa: float = report_field("MPa", "largest force of a tip divided by its contact area")
+    error_MPa: float = report_field("MPa", "half width of the error bar of the pressure", default=0.0, told=False)
+    limit_MPa: float = report_field("MPa", "pressure at which a fruit of this modulus bruises")
+    worst: str = report_field("", "the pose with the largest pressure")
+
+    @property
+    def over_limit(self) -> float:
+        """Return the pressure over its limit [1]."""
+        return self.pressure_MPa / self.limit_MPa
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moment:
+    """The moment at which a reading moves least at one speed of the press."""
+
+    speed_mm_per_s: float = report_field("mm/s", "speed of the press")
+    at_s: float = report_field("s", "time of the reading at which the apparent modulus changes least during the hold")
+    moves_percent: float | None = report_field(
+        "%",
+        "largest change of the apparent modulus during the hold, if the reading is taken at that time; null "
+        "where a tip is off the fruit",
+    )

@@ -1,0 +1,76 @@
+"""Records of targets and errors that are parts of report.json, which is read without the solvers."""
+
+from dataclasses import dataclass
+
+from sensor.quantity import report_field
+from sensor.record import Record
+
+Interval = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelTargets:
+    """P_max and NL of a level sensor with flat sharp tips on the middle of a flat fruit, by the two-spring law."""
+
+    P_max: float = report_field("1", "force ratio on the firmest fruit")
+    P_max_error: float = report_field("1", "half width of the error bar of P_max")
+    NL: float = report_field("1", "nonlinearity of the force ratio over the modulus")
+    NL_error: float = report_field("1", "half width of the error bar of NL")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contribution:
+    """What acts, by how much of the number it moves it [1], why by this much, and what a user can do about it."""
+
+    effect: str = report_field("", "name of the effect")
+    size: float = report_field("%", "change of the number by this effect", key="size_percent", times=100.0)
+    reason: str = report_field("", "how this change was found")
+    advice: str = report_field("", "what a user can do about it", default="", told=False)
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class UncertaintyBudget(Record):
+    """The error of one number by its sources, each relative to the number [1].
+
+    The causes of the model act together, so their sizes add. The inputs scatter apart, so their squares add.
+    """
+
+    numerical: float = report_field(
+        "%",
+        "numerical error of the number: the half width of the error bar",
+        key="discretisation_percent",
+        times=100.0,
+    )
+    model: tuple[Contribution, ...] = report_field("", "effects that the model leaves out")
+    inputs: tuple[Contribution, ...] = report_field("", "inputs that differ from print to print")
+    model_total: float = report_field("%", "sum of the sizes of all model effects", key="model_percent", times=100.0)
+    inputs_total: float = report_field(
+        "%",
+        "root of the sum of the squares of all input effects, two standard deviations",
+        key="inputs_percent",
+        times=100.0,
+    )
+
+    @property
+    def total(self) -> float:
+        """Return the whole error [1]: of the mesh, of the model and of the inputs."""
+        return self.numerical + self.model_total + self.inputs_total
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ScatterBands(Record):
+    """Bands that hold the middle 95 % of prints; an end is None where prints show a P that nominal springs never do."""
+
+    K_l_N_per_m: Interval = report_field("N/m", "band of the stiffness of the low spring")
+    K_h_N_per_m: Interval = report_field("N/m", "band of the stiffness of the high spring")
+    P_max: Interval = report_field("1", "band of the largest force ratio")
+    NL: Interval = report_field("1", "band of the nonlinearity")
+    modulus_error: Interval = report_field(
+        "1",
+        "band of the relative error of the modulus, if it is read with the nominal stiffnesses; null where "
+        "the band has no end",
+    )
+    calibrated_modulus_error: float | None = report_field(
+        "1", "relative error of the modulus if both stiffnesses of the unit are known to 1 %"
+    )
+    surrogate_error: float = report_field("1", "always 0; this key will be removed in 0.4", default=0.0)
