@@ -307,15 +307,20 @@ def test_tilted_presses():
 
 
 def test_uncertainty_by_pose_and_thickness():
-    """Poses scatter by their mean square; a thickness anywhere within its range by its worst end over the root of 3."""
+    """Poses scatter by their mean square; a thickness moves its own shape, by its worst end over the root of 3."""
     level, thin, thick = (Placement(from_touch=True, thickness_mm=thickness) for thickness in (None, 8.0, 20.0))
+    ball, thin_ball = (dataclasses.replace(each, radii_mm=(28.0, 28.0)) for each in (level, thin))
     drawn = [Placement(from_touch=True, is_drawn=True, tilt_deg=(tilt, 0.0)) for tilt in (1.0, 2.0, 3.0)]
-    placements = (level, thin, thick, *drawn)
-    biases = np.array([[0.01, 0.05, -0.01, 0.03, -0.04, np.nan], [0.0, np.nan, 0.02, np.nan, np.nan, np.nan]])
+    placements = (level, thin, thick, ball, thin_ball, *drawn)
+    biases = np.array(
+        [
+            [0.01, 0.05, -0.01, 0.30, 0.33, 0.03, -0.04, np.nan],
+            [0.00, np.nan, 0.02, 0.30, 0.25, np.nan, np.nan, np.nan],
+        ]
+    )
     assert uncertainty_by_pose(biases, placements) == pytest.approx([np.sqrt(0.5 * (0.03**2 + 0.04**2)), 0.0])
-    assert uncertainty_by_thickness(biases, placements) == pytest.approx(np.array([0.04, 0.02]) / np.sqrt(3.0))
-    bare = (level, *drawn)
-    assert uncertainty_by_thickness(biases[:, [0, 3, 4, 5]], bare).tolist() == [0.0, 0.0]
+    assert uncertainty_by_thickness(biases, placements) == pytest.approx(np.array([0.04, 0.05]) / np.sqrt(3.0))
+    assert uncertainty_by_thickness(biases[:, [0, 5, 6, 7]], (level, *drawn)).tolist() == [0.0, 0.0]
 
 
 @pytest.mark.parametrize(
