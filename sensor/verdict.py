@@ -47,7 +47,7 @@ class VerdictRow:
     mended_by: tuple[str, ...] = ()
     hint: str = ""
     hint_without_value: str = ""
-    key: str = ""
+    key: str | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

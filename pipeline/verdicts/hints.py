@@ -44,7 +44,8 @@ class _Missed:
 def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunOptions) -> str:
     """Return the hint for a verdict that did not pass: one sentence on what would make it pass.
 
-    It is the `hint` of its row with the clauses that it names in braces; the search, where one of them does not apply.
+    It is the `hint` of its row with the numbers and clauses that it names in braces; the search where one does not
+    apply.
     """
     if springs.monolithic:  # glued pins bring errors that no finer mesh removes
         tolerance = tolerance_hint(verdict, options.tolerance)
@@ -54,8 +55,8 @@ def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunO
     template = (row.hint_without_value if verdict.value is None else "") or row.hint
     missed = _Missed(verdict=verdict, design=design, springs=springs, options=options)
     words = ""
-    for text, clause, *_ in Formatter().parse(template):
-        found = CLAUSES[clause](missed) if clause else ""
+    for text, part, *_ in Formatter().parse(template):
+        found = PARTS[part](missed) if part else ""
         if found is None:
             return SEARCH
         words += text + found
@@ -117,19 +118,19 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
 
 
 def _less_travel(missed: _Missed) -> str | None:
-    """Return the clause with the shorter travel at which the verdict passes; None where there is no such travel."""
+    """Return the travel [mm] at which the verdict passes; None where there is no such shorter travel."""
     travel = shorter_travel(missed.verdict, missed.design, missed.springs)
-    return None if travel is None else f"would pass with less travel: `--set press.travel_mm={travel:g}`"
+    return None if travel is None else f"{travel:g}"
 
 
 def _more_travel(missed: _Missed) -> str | None:
-    """Return the clause with the travel of which all tips touch over a small enough fraction; None without a number."""
+    """Return the travel [mm] of which all tips touch over a small enough fraction; None without a number."""
     verdict = missed.verdict
     if verdict.value is None or not isinstance(verdict.limit, float):
         return None
     travel = missed.design.press.travel_mm
     least = (verdict.value + (verdict.error or 0.0)) * travel / (_WITHIN * verdict.limit)
-    return f"would pass with more travel: `--set press.travel_mm={rounded(least, towards=math.inf):g}`"
+    return f"{rounded(least, towards=math.inf):g}"
 
 
 def _as_sized(missed: _Missed) -> str | None:
@@ -172,11 +173,11 @@ def _steadier(missed: _Missed) -> str:
     )
 
 
-CLAUSES: Mapping[str, Callable[[_Missed], str | None]] = {
+PARTS: Mapping[str, Callable[[_Missed], str | None]] = {
     "less_travel": _less_travel,
     "more_travel": _more_travel,
     "as_sized": _as_sized,
     "level_flat_tips": _level_flat_tips,
     "steadier": _steadier,
 }
-"""What a hint of `sensor/verdicts.toml` may name in braces; None where it does not apply."""
+"""What a hint of `sensor/verdicts.toml` may name in braces: numbers and clauses, None where one does not apply."""

@@ -176,7 +176,7 @@ def uncertainty_verdict(readings: Readings, reading: Reading) -> Verdict:
         sources = widest.sources.contributions
         largest = list(sources)[first_largest(sources.values())]
         words += f", at {widest.E:.3g} MPa; largest source: {largest}"
-        limit = readings.worst_uncertainty.uncertainty_limit
+        limit = widest.uncertainty_limit
     return _of_all_poses("reading.uncertainty", readings.uncertainty, limit, words, readings.refused)
 
 

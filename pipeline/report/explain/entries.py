@@ -3,7 +3,7 @@
 import difflib
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 
@@ -72,18 +72,9 @@ def _of_verdict(row: VerdictRow) -> Entry:
         "tolerance_with_pins_percent": 100.0 * row.tolerance_with_pins,
         **_CONSTANTS,
     }
-    return Entry(
-        name=row.name,
-        meaning=_filled(row.meaning, numbers),
-        formula=_filled(row.formula, numbers),
-        source=row.source,
-        is_verdict=True,
-        each=row.each,
-        key=row.key or None,
-        unit=row.unit,
-        level=row.level,
-        value_level=row.value_level,
-    )
+    columns = {item.name: getattr(row, item.name) for item in fields(Entry) if hasattr(row, item.name)}
+    columns |= {text: _filled(columns[text], numbers) for text in ("meaning", "formula")}
+    return Entry(is_verdict=True, **columns)
 
 
 def _filled(text: str, numbers: Mapping[str, float | str | None]) -> str:
