@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.tables.clock import Clock
+from pipeline.tables.columns import Column
 from pipeline.tables.files import place_of
 from pipeline.tables.numbers import is_number
 from pipeline.tables.rows import sheets_of
-from pipeline.tables.table import Column, FoundTable, TableReader, is_statistic
+from pipeline.tables.table import FoundTable, TableReader, is_statistic
 from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
 from pipeline.tables.words import WORDS
 from sensor.arrays import Floats

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 
+from pipeline.tables.columns import Column
 from pipeline.tables.numbers import seconds_of_day
 from pipeline.tables.rows import Row
-from pipeline.tables.table import Column, FoundTable
+from pipeline.tables.table import FoundTable
 from sensor.quantity import validation_error
 
 _DAY = 86400.0  # [s]

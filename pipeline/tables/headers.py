@@ -6,7 +6,6 @@ import re
 import unicodedata
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from enum import Enum
 from typing import NamedTuple
 
 from pipeline.tables.numbers import is_number
@@ -76,46 +75,36 @@ class HeaderWords:
         self._names: dict[str, str] = {}
         self._beside_unit: dict[str, str] = {}
         for name, quantity in quantities.items():
-            chosen = (quantity.chosen,) if quantity.chosen else ()
-            self._every |= dict.fromkeys(map(folded, (*quantity.beside_unit, name, *quantity.words, *chosen)), name)
+            words, weak = dict.fromkeys(map(folded, (name, *quantity.words)), name), map(folded, quantity.beside_unit)
+            of_unit = dict.fromkeys(weak, name)
+            self._every |= {**of_unit, **words, folded(quantity.chosen): name}
             if not quantity.chosen:
-                self._beside_unit |= dict.fromkeys(map(folded, quantity.beside_unit), name)
-                self._names |= dict.fromkeys(map(folded, (name, *quantity.words)), name)
+                self._beside_unit |= of_unit
+                self._names |= words
         for names in (self._every, self._names):
             names |= {words.replace(" ", ""): name for words, name in names.items() if " " in words}
+            names.pop("", None)
         self._looks = _MOST_LOOKS
-        self._read = functools.lru_cache(maxsize=4096)(self._read_label)
+        self.named = functools.lru_cache(maxsize=4096)(self._named)
 
     def quantity_of(self, words: str) -> str:
         """Return the quantity that words mean anywhere in a file, "" for none."""
         return self._every.get(folded(words), "")
 
-    def name_of(self, words: str) -> str:
-        """Return the quantity that words of a header mean, "" for none and for one that a flag chooses."""
-        return self._names.get(folded(words), "")
-
-    def said_by(self, label: str) -> str:
-        """Return the quantity of a label with its unit or without, "" for none."""
-        read = self._read(label[:LONGEST_LABEL])
-        return read.name if read.how is not _How.NEAR else ""
-
     def columns(self, row: Row) -> list[NamedColumn]:
         """Return the columns that a row names, by their order."""
-        found = []
-        for name, quantity in self.quantities.items():
-            for index in _chosen_columns(row.cells, quantity):
-                found.append(NamedColumn(index, name, _units_in(row.cells[index], name, quantity)))
-        by_weak_words = []
-        for index, label in enumerate(row.cells):
-            if label and len(label) <= LONGEST_LABEL:
-                read = self._read(label)
-                column = NamedColumn(index, read.name, tuple(filter(None, (read.tail,))))
-                if read.how is _How.KNOWN:
-                    found.append(column)
-                elif read.how is _How.BESIDE_UNIT:
-                    by_weak_words.append(column)
+        found = [
+            NamedColumn(index, name, tuple(_units_in(row.cells[index], name, quantity)))
+            for name, quantity in self.quantities.items()
+            for index in _chosen_columns(row.cells, quantity.chosen)
+        ]
+        read = [(index, *self.named(label)) for index, label in enumerate(row.cells) if len(label) <= LONGEST_LABEL]
+        found += [
+            NamedColumn(index, name, (tail,) if tail else ()) for index, name, tail, weak in read if name and not weak
+        ]
         names = {column.name for column in found}
-        return sorted([*found, *(column for column in by_weak_words if column.name not in names)])
+        found += [NamedColumn(index, name, (tail,)) for index, name, tail, weak in read if weak and name not in names]
+        return sorted(found)
 
     def names(self, row: Row) -> set[str]:
         """Return the quantities that a row names."""
@@ -136,109 +125,86 @@ class HeaderWords:
         measured = (column for column in self.columns(header) if self.quantities[column.name].units)
         return [row.cells[column.at] for column in measured if column.at < len(row.cells)]
 
-    def by_number(self, needed: Sequence[Collection[str]]) -> bool:
-        """Return whether flags tell all of one set that is needed by the number of their column."""
-        return any(bool(names) and all(self.quantities[name].chosen.isdecimal() for name in names) for names in needed)
-
-    def are_numbers(self, row: Row) -> bool:
-        """Return whether a row has numbers in the columns that flags tell by number."""
-        return all(is_number(row.cell(index)) for index, _ in self._columns_by_number())
-
-    def are_units(self, row: Row) -> bool:
-        """Return whether a row has units in those columns."""
-        return all(unit_of(quantity, row.cell(index)) for index, quantity in self._columns_by_number())
-
-    def _columns_by_number(self) -> Iterator[tuple[int, Quantity]]:
-        """Yield index and quantity of each column of numbers that a flag tells by its number."""
-        for quantity in self.quantities.values():
-            if quantity.units and quantity.chosen.isdecimal() and int(quantity.chosen) > 0:
-                yield int(quantity.chosen) - 1, quantity
+    def columns_by_number(self, needed: Sequence[Collection[str]]) -> dict[int, Quantity]:
+        """Return the columns of numbers by their index if flags tell all of one set that is needed by number."""
+        chosen = {name: int(each.chosen) for name, each in self.quantities.items() if each.chosen.isdecimal()}
+        if not any(names and chosen.keys() >= set(names) for names in needed):
+            return {}
+        return {at - 1: self.quantities[name] for name, at in chosen.items() if at and self.quantities[name].units}
 
     def near(self, row: Row, names: Collection[str]) -> tuple[str, str, str] | None:
         """Return label, quantity and tail of the first column that begins as a quantity and ends in no unit."""
         for label in row.cells:
-            if label and len(label) <= LONGEST_LABEL:
-                read = self._read(label)
-                if read.name in names and read.how is _How.NEAR:
-                    return label, read.name, read.tail
+            for words, tail in reversed(list(label_parts(label)) if len(label) <= LONGEST_LABEL else []):
+                name = self._names.get(folded(words), "")
+                if name in names and self.quantities[name].units:
+                    return label, name, tail
         return None
 
-    def _read_label(self, label: str) -> "_ReadLabel":
-        """Return what a label says."""
-        if name := self.name_of(label):
-            return _ReadLabel(name, "", _How.KNOWN)
-        near = _ReadLabel("", "", _How.NEAR)
+    def _named(self, label: str) -> tuple[str, str, bool]:
+        """Return the quantity of a label, "" for none, the unit behind its words, and whether only that unit shows it.
+
+        The label is a known word, alone or with a unit of its quantity, or a word that counts beside such a unit.
+        """
+        if name := self._names.get(folded(label), ""):
+            return name, "", False
         for words, tail in label_parts(label):
-            name = self.name_of(words)
-            weak = self._beside_unit.get(folded(words), "")
-            if name and self.quantities[name].units:
-                if not tail or unit_of(self.quantities[name], tail):
-                    return _ReadLabel(name, tail, _How.KNOWN)
-                near = _ReadLabel(name, tail, _How.NEAR)
-            elif weak and unit_of(self.quantities[weak], tail):
-                return _ReadLabel(weak, tail, _How.BESIDE_UNIT)
-        return near
+            name = self._names.get(folded(words), "")
+            if name and self.quantities[name].units and (not tail or unit_of(self.quantities[name], tail)):
+                return name, tail, False
+            name = self._beside_unit.get(folded(words), "")
+            if name and unit_of(self.quantities[name], tail):
+                return name, tail, True
+        return "", "", False
 
 
-class _How(Enum):
-    """How a label says a quantity."""
-
-    KNOWN = "by a known word, alone or with a unit"
-    BESIDE_UNIT = "by a word that counts beside a unit"
-    NEAR = "by a known word with an end that is no unit"
-
-
-class _ReadLabel(NamedTuple):
-    """The quantity of a label, "" for none, the text behind its words, and how it says the quantity."""
-
-    name: str
-    tail: str
-    how: _How
-
-
-def _chosen_columns(labels: Sequence[str], quantity: Quantity) -> list[int]:
+def _chosen_columns(labels: Sequence[str], chosen: str) -> list[int]:
     """Return the columns whose label is the header that a flag gives, with its unit or without, or their number."""
-    if not quantity.chosen:
+    if not chosen:
         return []
-    wanted = folded(quantity.chosen)
+    wanted = folded(chosen)
     whole = [index for index, label in enumerate(labels) if label and folded(label) == wanted]
-    if whole:
-        return whole
-    if quantity.chosen.isdecimal() and 0 < int(quantity.chosen) <= len(labels):
-        return [int(quantity.chosen) - 1]
-    return [
-        index
-        for index, label in enumerate(labels)
-        if any(folded(words) == wanted and (is_unit(tail) or is_other_unit(tail)) for words, tail in label_parts(label))
-    ]
+    by_number = [int(chosen) - 1] if chosen.isdecimal() and 0 < int(chosen) <= len(labels) else []
+    return (
+        whole
+        or by_number
+        or [
+            index
+            for index, label in enumerate(labels)
+            if any(
+                folded(words) == wanted and (is_unit(tail) or is_other_unit(tail)) for words, tail in label_parts(label)
+            )
+        ]
+    )
 
 
-def _units_in(label: str, name: str, quantity: Quantity) -> tuple[str, ...]:
-    """Return all that the label of a column which a flag chooses says of its unit, units of other quantities too.
+def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
+    """Yield all that the label of a column which a flag chooses says of its unit, units of other quantities too.
 
     Unless a flag gives the unit, a text in brackets counts as one, and so do a text behind a known word of the quantity
     and what R writes for (%): they make a label that no flag chooses unknown.
     """
-    units = tuple(_units_behind(label, name, quantity)) if quantity.units else ()
+    units = list(_units_behind(label, name, quantity)) if quantity.units else []
     known = set(map(folded, (*quantity.words, *quantity.beside_unit)))
+    yield from units
     if units or not quantity.units or quantity.flag_unit or folded(label) in known:
-        return units
+        return
     if in_brackets := _IN_BRACKETS.fullmatch(label.strip(" :;,")):
-        return (in_brackets[2].strip(),)
-    if dots := _SIGNS_BY_R.search(label):
-        return (dots[0],)
-    behind = (tail for words, tail in label_parts(label) if folded(words) in known and not tail.isdecimal())
-    return tuple(itertools.islice(behind, 1))
+        yield in_brackets[2].strip()
+    elif dots := _SIGNS_BY_R.search(label):
+        yield dots[0]
+    else:
+        behind = (tail for words, tail in label_parts(label) if folded(words) in known and not tail.isdecimal())
+        yield from itertools.islice(behind, 1)
 
 
 def _units_behind(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     """Yield each unit at the end of a label, from the last on; the end of a name as F_l is that of its channel."""
     channel = name.rpartition("_")[2] if "_" in name else ""
     parts = [(words, tail) for words, tail in label_parts(label) if folded(tail).split(" ")[0] != channel]
-    tails = [tail for _, tail in parts]
-    others = [tail for tail in tails if is_other_unit(tail) and not unit_of(quantity, tail)]
     of_quantity = [(words, tail) for words, tail in parts if unit_of(quantity, tail)]
-    others += [] if of_quantity else [tail for tail in tails if is_unit(tail)]
+    others = [tail for _, tail in parts if is_other_unit(tail) and not unit_of(quantity, tail)]
+    others += [tail for _, tail in parts if is_unit(tail) and not of_quantity]
     if others:
         yield others[0]
     elif of_quantity:

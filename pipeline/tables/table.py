@@ -12,12 +12,12 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from pipeline.tables.columns import Column, Said, SaidUnits
 from pipeline.tables.files import place_of
-from pipeline.tables.headers import HeaderWords, NamedColumn, folded
+from pipeline.tables.headers import HeaderWords, folded
 from pipeline.tables.numbers import as_number, decimal_sign, is_missing, is_number, seconds_of_day
 from pipeline.tables.rows import Row, Rows, WholeRows, refuse_fault, single_sheet
-from pipeline.tables.said_units import UNIT_WORDS, Said, SaidUnits, told_unit
-from pipeline.tables.units import LONGEST_LABEL, SHOWN_LABEL, Quantity, is_unit, needed_unit, no_unit, unit_of
+from pipeline.tables.units import LONGEST_LABEL, SHOWN_LABEL, Quantity, is_unit, no_unit, unit_of
 from pipeline.tables.words import WORDS
 from sensor.quantity import InputError, validation_error
 
@@ -30,42 +30,6 @@ _STATISTICS = set(map(folded, WORDS["results"]["rows"]))
 _LABELLED = re.compile(
     r"([^\W\d][^:=,;|]{0,60}?)\s*[:=]\s*[+-]?[0-9][0-9.]*(?:\s?[^\W\d_]{1,4}(?=[\s,;|]))?"  # as in Force: 1.5 N
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Column:
-    """A column by its index, from 0: its header, the name of its quantity, and its unit, "" for a column of texts.
-
-    `note` says which unit was assumed, if any. `unit_index` is the column of its units, if there is one. The index of
-    the clock of a serial monitor is -1.
-    """
-
-    index: int
-    label: str
-    name: str
-    quantity: Quantity
-    unit: str = ""
-    note: str = ""
-    unit_index: int | None = None
-
-    def __str__(self) -> str:
-        """Return how an answer names it."""
-        unit = f" [{self.unit}]" if self.unit not in ("", "1") else ""
-        return f"{self.name} = {self.label[:SHOWN_LABEL]!r}{unit}"
-
-    @property
-    def factor(self) -> float:
-        """Return what one of its unit is [mm, N, s, MPa or 1]."""
-        return self.quantity.units[self.unit]
-
-    @property
-    def is_written(self) -> bool:
-        """Return whether it holds numbers that stand in cells."""
-        return bool(self.unit) and self.index >= 0
-
-    def cell(self, row: Row) -> str:
-        """Return the cell of a row in this column, "" if the row ends before it."""
-        return row.clock if self.index < 0 else row.cell(self.index)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -182,7 +146,7 @@ class TableReader:
         self.alone = alone
         self.words = HeaderWords(quantities)
         self.said = SaidUnits(self.words)
-        self._by_number = self.words.by_number(needed)
+        self._by_number = self.words.columns_by_number(needed)
         self._likeliest: list[tuple[str, Row]] = []  # of each source the row that is the most like a header
         self._after: list[Row] = []  # the row that ended a table
 
@@ -199,25 +163,21 @@ class TableReader:
     def no_header(self) -> InputError:
         """Return the error of rows none of which is a header, about the one that is the most like it."""
         source, header = max(self._likeliest, key=lambda found: self._likeness(found[1]))
-        place = place_of(source, header.line)
-        said = self.words.names(header) | self._labels(header)
-        needed = max(self.needed, key=lambda each: len(said & set(each)))
-        missing = [name for name in needed if name not in self.words.names(header)]
-        if self._labels(header) >= set(needed):
-            bound = "a header, and below it rows of numbers only"
-            hint = f"this file has labels in each line: write {self.example} once, and each line without labels"
-            return validation_error(place, " ".join(header.cells), "", bound, hint)
-        near = self.words.near(header, missing)
-        if near is not None:
-            label, name, tail = near
-            return no_unit(place_of(source, header.line, label), self.quantities[name], tail)
-        if not missing:
-            self._columns(source, header, [], Row(0, ()))  # whose units may be none
-            return validation_error(source, 0, "rows", "at least one row of numbers below the header", "add one")
+        named, labels = self.words.names(header), self._labels(header)
+        needed = max(self.needed, key=lambda each: len((named | labels) & set(each)))
+        missing = [name for name in needed if name not in named]
         numbers = ",".join(f"{name}={index}" for index, name in enumerate(needed, start=1))
         bound = f"a header that also has {' and '.join(missing)}"
         hint = f"write for instance {self.example}, or name columns by their header or number: --columns {numbers}"
-        return validation_error(place, header.text, "", bound, hint)
+        if labels >= set(needed):
+            hint = f"this file has labels in each line: write {self.example} once, and each line without labels"
+        elif near := self.words.near(header, missing):
+            label, name, tail = near
+            return no_unit(place_of(source, header.line, label), self.quantities[name], tail)
+        elif not missing:
+            self.said.columns(source, header, [], Row(0, ()))  # whose units may be none
+            return validation_error(source, 0, "rows", "at least one row of numbers below the header", "add one")
+        return validation_error(place_of(source, header.line), header.text, "", bound, hint)
 
     def _next(self, rows: Rows, feed: Iterator[Row], last: FoundTable | None) -> FoundTable | None:
         """Return the next table after the last one; None if there is none."""
@@ -254,7 +214,7 @@ class TableReader:
     def _begins(self, header: Row | None, row: Row) -> bool:
         """Return whether a row has numbers below a header, or in the columns that flags tell by number."""
         if self._by_number:
-            return self.words.are_numbers(row)
+            return all(is_number(row.cell(index)) for index in self._by_number)
         return header is not None and any(map(is_number, self.words.used_cells(header, row)))
 
     def _is_skipped(self, header: Row, row: Row) -> bool:
@@ -274,7 +234,7 @@ class TableReader:
                 place_of(source, above[at].line), above[at].text, "", bound, "take it away, or add its rows"
             )
         for column in last.columns:
-            _refuse_other_unit(last, column, stated.get(column.name, []))
+            column.refuse_other_unit(stated.get(column.name, []))
 
     def _likeness(self, row: Row) -> int:
         """Return how many quantities a row names."""
@@ -283,7 +243,7 @@ class TableReader:
     def _labels(self, row: Row) -> set[str]:
         """Return the quantities whose names stand in a row with a number behind them, as in `Force: 1.5 N`."""
         found = _LABELLED.findall(" ".join(row.cells)[: 4 * LONGEST_LABEL])
-        return {name for label in found if (name := self.words.said_by(label))}
+        return {name for label in found if (name := self.words.named(label[:LONGEST_LABEL])[0])}
 
     def _has_labels(self, row: Row) -> bool:
         return any(self._labels(row) >= set(names) for names in self.needed)
@@ -304,14 +264,13 @@ class TableReader:
         self.said.hear(rows.source, above if self._by_number else above[:at])
         texts = [row for row in above[at + 1 :] if not row.empty]
         below = [row for row in texts if not self._is_skipped(header, row)]
-        columns = self._columns(rows.source, header, below, first)
+        columns = self.said.columns(rows.source, header, below, first)
         if not self.alone:
             always = set(itertools.chain.from_iterable(self.needed))
             columns = [column for column in columns if column.name in always or _has_number(column.cell(first))]
         times = [name for name, quantity in self.quantities.items() if quantity.by_clock]
         if first.clock and times and not any(column.name in times for column in columns):
-            seconds = replace(self.quantities[times[0]], most=math.inf)
-            columns.append(Column(index=-1, label="clock", name=times[0], quantity=seconds, unit="s"))
+            columns.append(Column(index=-1, label="clock", name=times[0], quantity=self.quantities[times[0]], unit="s"))
         table = FoundTable(
             source=rows.source,
             header=header,
@@ -328,75 +287,16 @@ class TableReader:
         If no line there is as wide as the first row of numbers, an empty header is put there.
         """
         at = len(above)
-        while at and (above[at - 1].empty or self.words.are_units(above[at - 1])):
+        while at and (above[at - 1].empty or self._are_units(above[at - 1])):
             at -= 1
         if at and len(above[at - 1].cells) >= len(first.cells) and not any(map(is_number, above[at - 1].cells)):
             return at - 1
         above.insert(at, Row(first.line, ("",) * len(first.cells)))
         return at
 
-    def _columns(self, source: str, header: Row, below: Sequence[Row], first: Row) -> list[Column]:
-        """Return the columns that a header names, each with its unit; raises InputError for what is said otherwise."""
-        named = self.words.columns(header)
-        unit_columns = self._unit_columns(header, named, first)
-        used = {column.at for column in named} | set(unit_columns.values())
-        units = first._replace(cells=tuple(cell if is_unit(cell) else "" for cell in first.cells))
-        for row in (header, *below, units):
-            self.said.hear_named(source, row, used)
-        columns = []
-        for column in named:
-            quantity = self.quantities[column.name]
-            label = header.cell(column.at) or f"{column.at + 1}"
-            place = place_of(source, header.line, label)
-            found = Column(index=column.at, label=label, name=column.name, quantity=quantity)
-            if quantity.units:
-                said = [Said(text, "--units") for text in [quantity.flag_unit] if text]
-                said += [Said(text, place) for text in column.units]
-                said += self._said_below(source, column, named, below, is_open=not said)
-                number = as_number(first.cell(column.at))
-                found = replace(found, unit_index=unit_columns.get(column.at))
-                beside = [number.unit if number else "", first.cell(unit_columns.get(column.at, -1))]
-                said += [Said(text, place_of(source, first.line, label)) for text in beside if text]
-                said += [each for each in self.said.stated(column.name) if not said or unit_of(quantity, each.text)]
-                found = replace(found, unit=told_unit(quantity, said) or needed_unit(place, quantity, quantity.default))
-                if not said and found.unit != "1" and seconds_of_day(first.cell(column.at)) is None:
-                    self.said.assume(column.name, place)
-                    note = f"the unit of {label[:SHOWN_LABEL]!r} is not given: {found.unit} is assumed"
-                    found = replace(found, note=note)
-            columns.append(found)
-        return columns
-
-    def _unit_columns(self, header: Row, named: Sequence[NamedColumn], first: Row) -> dict[int, int]:
-        """Return by the index of a column that of its units: one that says so, or one without a label behind it."""
-        taken = {column.at: column.name for column in reversed(named)}
-        found: dict[int, int] = {}
-        for index in range(max(len(header.cells), len(first.cells))):
-            label = header.cell(index)
-            words = re.sub(r"[()\[\]]", " ", folded(label[:LONGEST_LABEL])).split()
-            others = [word for word in words if re.sub(r"[.\d]+$", "", word) not in UNIT_WORDS]
-            if index in taken or (len(others) == len(words) and (label or not is_unit(first.cell(index)))):
-                continue
-            name = self.words.quantity_of(" ".join(word for word in others if not word.isdecimal()))
-            of = next((at for at in reversed(taken) if taken[at] == name), None) if name else index - 1
-            if of in taken:
-                found.setdefault(of, index)
-        return found
-
-    def _said_below(
-        self, source: str, column: NamedColumn, named: Sequence[NamedColumn], below: Sequence[Row], *, is_open: bool
-    ) -> list[Said]:
-        """Return what rows below a header say of the unit of a column.
-
-        A row in which any cell is a unit of its column has units in all. Below a column without a unit any text may be
-        a unit that is not known.
-        """
-        said = []
-        for row in below:
-            cell = row.cell(column.at)
-            is_of_units = any(unit_of(self.quantities[each.name], row.cell(each.at)) for each in named)
-            if (is_open or is_of_units) and not is_missing(cell):
-                said.append(Said(cell, place_of(source, row.line)))
-        return said
+    def _are_units(self, row: Row) -> bool:
+        """Return whether a row has units in the columns that flags tell by number."""
+        return all(unit_of(quantity, row.cell(index)) for index, quantity in self._by_number.items())
 
     def _body(self, table: FoundTable, first: Row, feed: Iterator[Row], *, by_spaces: bool) -> Iterator[Row]:
         """Yield the rows of a table that hold numbers; those that do not are noted in the table."""
@@ -440,13 +340,7 @@ class TableReader:
         stated = self.said.hear(table.source, [row])
         for column in table.columns:
             beside = [Said(column.cell(row), place)] if is_unit(column.cell(row)) else []
-            _refuse_other_unit(table, column, [*stated.get(column.name, []), *beside])
-
-
-def _refuse_other_unit(table: FoundTable, column: Column, said: Sequence[Said]) -> None:
-    """Raise InputError if another unit is said of a column than it was read in."""
-    if column.is_written:
-        told_unit(column.quantity, [Said(column.unit, table.place(table.header.line, column)), *said])
+            column.refuse_other_unit([*stated.get(column.name, []), *beside])
 
 
 def is_statistic(row: Row) -> bool:
