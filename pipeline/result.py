@@ -15,6 +15,7 @@ from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.plain import Plain
 from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.sensor_errors import SensorErrors
+from pipeline.verdicts.records import LevelTargets
 from pipeline.verdicts.targets import SceneTargets
 from sensor.design.parameters import Design
 from sensor.record import Record
@@ -87,6 +88,11 @@ class SensorResult(Record):
     def springs(self) -> FittedSprings:
         """Return the springs as they are made."""
         return self.pressed.springs
+
+    @property
+    def level(self) -> LevelTargets:
+        """Return P_max and NL of a level sensor on flat fruit."""
+        return self.reached.level
 
     @property
     def passed(self) -> bool | None:

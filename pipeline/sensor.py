@@ -20,6 +20,7 @@ from pipeline.springs.fitted_springs import BeginSolid, FittedSprings, springs_f
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.sensor_errors import SensorErrors, sensor_errors
+from pipeline.verdicts.records import LevelTargets
 from pipeline.verdicts.sensor import RULES, paper_verdicts
 from pipeline.verdicts.targets import SceneTargets, reached_targets
 from sensor.design.parameters import Design
@@ -150,14 +151,16 @@ class Sensor:
         return scene.linear and not any(scene.height_offset_mm)
 
     @stage("verdicts")
-    def level(self) -> SceneTargets:
+    def level(self) -> LevelTargets:
         """Return P_max and NL of a level sensor on flat fruit, by the two-spring law."""
-        return reached_targets(self.upright, self.design.nominal_targets, None)
+        return reached_targets(self.upright, self.design.nominal_targets, None).level
 
     @stage("verdicts")
     def reached(self) -> SceneTargets:
         """Return P_max and NL in the scene of the design, for which a level one needs no press."""
-        return self.level if self.is_level else reached_targets(self.pressed, self.design.nominal_targets, self.press)
+        if self.is_level:
+            return reached_targets(self.upright, self.design.nominal_targets, None)
+        return reached_targets(self.pressed, self.design.nominal_targets, self.press)
 
     @stage("verdicts")
     def verdicts(self) -> tuple[Verdict, ...]:

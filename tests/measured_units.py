@@ -23,8 +23,7 @@ from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import analyse_readings, reading_constants
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.reading.read_out import ReadingConstants
-from pipeline.report.of_result import contact_report, reading_report, tip_reports
-from pipeline.report.report import ContactReport, ModulusReport, TipReport
+from pipeline.report.parts import ContactReport, ModulusReport, ReadingReport, TipReport
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import springs_for
@@ -106,11 +105,11 @@ class MeasuredDesign:
         read_out = reading_constants(self.sensor, press, readings)
         self.report = ReportOfUnits(
             design=design,
-            tips=tip_reports(design.tips),
-            contact=contact_report(self.contact),
+            tips=TipReport.rows(design.tips),
+            contact=ContactReport.of(self.contact),
             compliance=self.contact,
             read_out=read_out,
-            moduli=() if readings is None else reading_report(readings).moduli,
+            moduli=() if readings is None else ReadingReport.of(readings).moduli,
         )
 
     def forces(self, poses, factors=1.0):

@@ -3,14 +3,17 @@
 import csv
 import io
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.verdicts.errors.sensor_errors import ReadingTable
 from sensor.arrays import Floats
 from sensor.design.tips import Tips
 from sensor.words import shown
-from solve.contact.linear_response import SensorResponse
+
+if TYPE_CHECKING:
+    from pipeline.verdicts.errors.sensor_errors import ReadingTable
+    from solve.contact.linear_response import SensorResponse
 
 Columns = dict[str, Floats]
 """Numbers of shape (moduli, travels) by their names; nan where there is none."""
@@ -19,21 +22,21 @@ _DIGITS = {"P_mesh_error_percent": 3}
 _FORCE_DIGITS, _BAND_DIGITS = 6, 4
 
 
-def force_columns(response: SensorResponse, tips: Tips) -> Columns:
+def force_columns(response: "SensorResponse", tips: Tips) -> Columns:
     """Return modulus, travel, forces and P; forces are means over the tips of a kind."""
     E, x = np.meshgrid(response.E, response.x, indexing="ij")
     low, high = (response.F[:, :, list(kind)].mean(axis=2) for kind in tips.spring_groups)
     return {"E_MPa": E, "x_mm": x, "F_l_N": low, "F_h_N": high, "P": response.P}
 
 
-def band_columns(table: ReadingTable) -> Columns:
+def band_columns(table: "ReadingTable") -> Columns:
     """Return the moduli that may show each P, on a sensor as printed and on a calibrated unit."""
     bands = {"as_printed": table.printed, "calibrated": table.calibrated}
     ends = {"lower": 0, "upper": 1}
     return {f"E_{end}_{name}_MPa": bands[name][..., ends[end]] for name in bands for end in ends}
 
 
-def response_csv(table: ReadingTable, tips: Tips) -> str:
+def response_csv(table: "ReadingTable", tips: Tips) -> str:
     """Return CSV text with one row for each modulus and travel; a cell is empty where a tip is off or no bound is.
 
     Layouts other than a pair have a column for each tip at the end.

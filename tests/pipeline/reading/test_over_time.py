@@ -9,7 +9,7 @@ from stand_ins import CONTACT, sensor_of, springs_of, with_compliance
 
 from pipeline.options import RunOptions
 from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
-from pipeline.report.of_result import relaxation_report
+from pipeline.report.parts import RelaxationReport
 from pipeline.verdicts.hints import with_hints
 from pipeline.verdicts.rules import relaxation_verdict
 from sensor.design.fruit import Fruit
@@ -88,7 +88,7 @@ def test_forces_that_tell_no_modulus_in_the_hold_fail_and_are_null_in_the_report
     verdict = relaxation_verdict(design, found)
     assert verdict.passed is False
     assert verdict.value is None
-    report = relaxation_report(found)
+    report = RelaxationReport.of(found)
     assert report.moves_percent is None
     assert [moment.moves_percent for moment in report.moments] == [None]
 

@@ -13,8 +13,9 @@ from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.reading.poses import Placement
 from pipeline.reading.records import SkinPressure
 from pipeline.reading.uncertainty import UncertaintySources
-from pipeline.report.of_result import reading_report, response_reports
+from pipeline.report.of_result import OF_SENSOR
 from pipeline.report.outputs import write_outputs
+from pipeline.report.parts import ReadingReport
 from pipeline.springs.spring import Spring
 from pipeline.storage.told import as_data
 from sensor.design.fruit import Fruit
@@ -95,7 +96,7 @@ def test_reading_is_in_per_cent_of_the_modulus():
         pressures=(skin,),
     )
     expected = {"noise_N_percent": 3.0, "gain_percent": 4.0}
-    report = reading_report(readings)
+    report = ReadingReport.of(readings)
     assert (report.E_bias_percent, report.E_bias_error_percent) == pytest.approx((2.0, 0.1))
     assert (report.uncertainty_percent, report.touch_fraction) == pytest.approx((5.0, 0.4))
     assert report.noise_for_10_percent == pytest.approx(math.sqrt(0.1**2 - 0.04**2))  # at a slope of 1
@@ -104,7 +105,7 @@ def test_reading_is_in_per_cent_of_the_modulus():
     assert (modulus.E_MPa, modulus.E_bias_percent, modulus.uncertainty_percent) == pytest.approx((1.5, -2.0, 5.0))
     assert (modulus.sources, modulus.worst) == (pytest.approx(expected), str(worst))
     assert as_data(report.skin_pressure) == [{"E_MPa": 1.5, "pressure_MPa": 0.05, "limit_MPa": 0.06, "worst": "level"}]
-    unread = reading_report(Readings(method="rise", touch=Estimate(0.4, 0.01)))
+    unread = ReadingReport.of(Readings(method="rise", touch=Estimate(0.4, 0.01)))
     assert (unread.E_bias_percent, unread.uncertainty_percent, unread.sources, unread.moduli) == (None, None, {}, ())
 
 
@@ -191,8 +192,9 @@ def test_response_of_a_square():
         C=np.diag([1.0, 0.05, 1.0, 0.05]),
     )
     contact = dataclasses.replace(CONTACT, tips=tips.names, S=np.diag([0.5] * 4), shape_change=np.zeros((4, 4)))
-    sensor = SimpleNamespace(design=SimpleNamespace(tips=tips), contact=contact, springs=springs, C=springs.C)
-    (row,) = response_reports(sensor, table)
+    design = SimpleNamespace(tips=tips)
+    pressed = SimpleNamespace(design=design, contact=contact, springs=springs, C=springs.C)
+    (row,) = OF_SENSOR["response"](SimpleNamespace(design=design, pressed=pressed, press=SimpleNamespace(table=table)))
     assert (row.F_l_N, row.F_h_N, row.F_N) == ((1.5,), (6.0,), ((1.0,), (5.0,), (2.0,), (7.0,)))
     low, high = 0.01 * 1.0 / (1.0 + 0.25), 0.03 * 0.05 / (0.05 + 0.25)
     assert row.F_error_percent == pytest.approx((100.0 * (0.01 + max(low, high)),))

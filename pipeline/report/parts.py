@@ -1,0 +1,431 @@
+"""The parts of report.json that no stage has as they are: each declares its keys and is filled from its stage here.
+
+A reader of reports imports this file, and does without the stages.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from pipeline.reading.read_out import Matrix
+from pipeline.reading.records import Moment, SkinPressure
+from pipeline.report.response_table import band_columns, force_columns, numbers
+from sensor.arrays import Floats, rows_of
+from sensor.quantity import report_field
+from sensor.theory.two_spring_law import PAPER_SPRINGS
+from sensor.verdict import Verdict
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance, SkinTable
+
+if TYPE_CHECKING:
+    from pipeline.reading.analysis import ModulusReading, Readings
+    from pipeline.reading.over_time import ReadingOverTime
+    from pipeline.springs.leaf_lengths import FittedHousing
+    from pipeline.springs.sizing import SpringSizing
+    from pipeline.verdicts.errors.sensor_errors import ReadingTable
+    from sensor.design.processes import Process
+    from sensor.design.tips import Tips
+    from solve.contact.linear_response import SensorResponse
+
+Numbers = tuple[float | None, ...]
+"""Numbers over the travel or over moduli; None where a tip is off the fruit or no bound is."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SizingReport:
+    """The springs that were sized and the fruit stiffness that sized them."""
+
+    K_l_N_per_m: float = report_field("N/m", "stiffness of the low spring, from the targets or from the design")
+    K_h_N_per_m: float = report_field("N/m", "stiffness of the high spring, from the targets or from the design")
+    K_m_max_N_per_m: float = report_field(
+        "N/m", "stiffness of the firmest fruit under one tip, from which the springs were sized"
+    )
+    K_m_over_E_mm: float = report_field("mm", "`K_m_max_N_per_m` divided by the modulus of the firmest fruit")
+    fruit_stiffness: str = report_field("", "`contact`: from the solved contact; `hayes`: from the paper's formula (6)")
+    beam_law_leaves_mm: tuple[float, ...] | None = report_field(
+        "mm",
+        "length of the leaves of the low and of the high spring by the beam law; the leaves as they are made are up to "
+        "15 % longer or shorter. It is null for tips without a housing",
+        default=None,
+        since="0.3",
+    )
+
+    @classmethod
+    def of(cls, sizing: "SpringSizing", beam_law_leaves_mm: tuple[float, ...] | None) -> Self:
+        """Return the springs that were sized, with the lengths of their leaves [mm]."""
+        return cls(
+            K_l_N_per_m=1e3 * sizing.springs.K_l,
+            K_h_N_per_m=1e3 * sizing.springs.K_h,
+            K_m_max_N_per_m=1e3 * sizing.K_m_max,
+            K_m_over_E_mm=sizing.K_m_over_E,
+            fruit_stiffness=sizing.basis,
+            beam_law_leaves_mm=beam_law_leaves_mm,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaterialReport:
+    """The material of the process."""
+
+    name: str = report_field("", "name of the material")
+    E_MPa: float = report_field("MPa", "modulus of the material")
+    poisson: float = report_field("1", "Poisson's ratio of the material")
+    process: str = report_field("", "name of the print process")
+
+    @classmethod
+    def of(cls, process: "Process") -> Self:
+        """Return the material of a process."""
+        return cls(name=process.material, E_MPa=process.E_MPa, poisson=process.poisson, process=process.name)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkinReport:
+    """The compliance of the fruit under a skin; matrices have shape (tips, tips)."""
+
+    E_MPa: tuple[float, ...] = report_field("MPa", "moduli of the flesh")
+    compliance_per_mm: tuple[Matrix, ...] = report_field(
+        "1/mm", "compliance of the fruit with its skin at each of these moduli, times E"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactReport:
+    """The compliance of the fruit under its tips, shape (tips, tips), its errors and its cost."""
+
+    error_percent: float = report_field("%", "half width of the error bar of s11 - s12")
+    s11_error_percent: float = report_field("%", "half width of the error bar of s11")
+    method: str = report_field("", "solver of the contact: `split` (singularity subtraction)")
+    dofs: int = report_field("1", "number of unknowns of the mesh")
+    seconds: float = report_field("s", "wall time of the solve", level="")
+    status: str = report_field("", "a sentence on how the compliance was solved")
+    compliance_per_mm: Matrix = report_field(
+        "1/mm",
+        "rows of the compliance matrix S: indentation of tip i per force on tip j, times E; tips in the "
+        "order of `tips`",
+    )
+    K_m_over_E_mm: float = report_field("mm", "stiffness of the fruit under one tip divided by E, 1 / (s11 - s12)")
+    skin: SkinReport | None = report_field(
+        "",
+        "the compliance with the skin, only for a fruit with a skin; `compliance_per_mm` is then that of "
+        "the flesh without skin",
+        default=None,
+        left_out=True,
+    )
+
+    @classmethod
+    def of(cls, contact: FruitCompliance) -> Self:
+        """Return the compliance of the fruit with its errors and what it cost."""
+        skin = None
+        if contact.skin is not None:
+            matrices = tuple(rows_of(S) for S in contact.skin.S)
+            skin = SkinReport(E_MPa=tuple(contact.skin.E.tolist()), compliance_per_mm=matrices)
+        info = contact.info
+        return cls(
+            error_percent=100.0 * contact.error_pair,
+            s11_error_percent=100.0 * contact.error_own,
+            method=info.method,
+            dofs=info.dofs,
+            seconds=info.seconds,
+            status=info.status,
+            compliance_per_mm=rows_of(contact.S),
+            K_m_over_E_mm=contact.K_m_over_E(),
+            skin=skin,
+        )
+
+    def compliance(self, tips: tuple[str, ...]) -> FruitCompliance:
+        """Return the compliance of the fruit under tips of these names [1/mm] with its errors."""
+        skin = None
+        if self.skin is not None:
+            skin = SkinTable(E=np.array(self.skin.E_MPa), S=np.array(self.skin.compliance_per_mm))
+        return FruitCompliance(
+            skin=skin,
+            tips=tips,
+            S=np.array(self.compliance_per_mm),
+            error_pair=0.01 * self.error_percent,
+            error_own=0.01 * self.s11_error_percent,
+            info=SolveInfo(method=self.method, dofs=self.dofs, seconds=self.seconds, status="read from report.json"),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResponseReport:
+    """The response at one modulus; lists are over the travel, `F_N` has a row for each tip, none for a pair."""
+
+    E_MPa: float = report_field("MPa", "modulus of the fruit")
+    x_mm: tuple[float, ...] = report_field(
+        "mm",
+        "travels of the middle of the tips, from the first step above 0 to `press.travel_mm`; 0 is where a level "
+        "sensor first touches, whatever the tilt",
+    )
+    P: Numbers = report_field("1", "force ratio; null where a tip is off the fruit")
+    F_l_N: Numbers = report_field(
+        "N", "force on the low tip at each travel; for other layouts the mean over the low tips"
+    )
+    F_h_N: Numbers = report_field(
+        "N", "force on the high tip at each travel; for other layouts the mean over the high tips"
+    )
+    slope_ratio: Numbers = report_field(
+        "1",
+        "slope of the high force divided by the slope of the low force, both over the travel; null where a "
+        "tip is off the fruit. Once both faces are in full contact it does not depend on which tip touches "
+        "first, as P does",
+    )
+    F_error_percent: Numbers = report_field("%", "half width of the error bar of the forces")
+    P_error_percent: Numbers = report_field("%", "half width of the error bar of P")
+    F_N: tuple[Numbers, ...] = report_field(
+        "N", "force of each tip at each travel; left out for a pair of tips", default=(), left_out=True
+    )
+
+    @classmethod
+    def rows(cls, table: "SensorResponse", tips: "Tips", spring_errors: Sequence[Floats]) -> tuple[Self, ...]:
+        """Return the response at each modulus, with the relative errors of the forces by those of the springs [1]."""
+        columns = force_columns(table, tips) | {"slope_ratio": table.slope_ratio}
+        rows = []
+        for i, (E, of_springs) in enumerate(zip(table.E.tolist(), spring_errors, strict=True)):
+            over_travel: dict[str, Any] = {name: numbers(grid[i]) for name, grid in columns.items()}
+            row = cls(
+                **over_travel | {"E_MPa": E},
+                F_error_percent=numbers(100.0 * (table.F_error[i] + of_springs.max())),
+                P_error_percent=numbers(100.0 * (table.P_error[i] + of_springs.sum())),
+                F_N=tuple(numbers(table.F[i, :, tip]) for tip in tips.own_columns),
+            )
+            rows.append(row)
+        return tuple(rows)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurveReport:
+    """P at full travel over many moduli, and the moduli that may show each P."""
+
+    x_mm: float = report_field("mm", "full travel, at which P is computed; it counts as `response[].x_mm` does")
+    P_softest: float | None = report_field("1", "limit of the force ratio for E towards 0")
+    E_MPa: tuple[float, ...] = report_field("MPa", "moduli in fine steps up to `design.fruit.E_max_MPa`")
+    P: Numbers = report_field("1", "force ratio at each of these moduli; null where a tip is off the fruit")
+    E_lower_as_printed_MPa: Numbers = report_field(
+        "MPa", "least modulus that can give this P on a sensor as printed, as in response.csv; null without a bound"
+    )
+    E_upper_as_printed_MPa: Numbers = report_field(
+        "MPa", "largest modulus that can give this P on a sensor as printed; null without a bound"
+    )
+    E_lower_calibrated_MPa: Numbers = report_field(
+        "MPa", "least modulus that can give this P on a calibrated unit; null without a bound"
+    )
+    E_upper_calibrated_MPa: Numbers = report_field(
+        "MPa", "largest modulus that can give this P on a calibrated unit; null without a bound"
+    )
+
+    @classmethod
+    def of(cls, table: "ReadingTable", tips: "Tips") -> Self:
+        """Return P at full travel with its bands; the first modulus of the table represents the softest fruit."""
+        bands = band_columns(table)
+        columns = force_columns(table.response, tips) | bands
+        at_full_travel: dict[str, Any] = {name: numbers(grid[:, -1]) for name, grid in columns.items()}
+        return cls(
+            x_mm=float(table.response.x[-1]),
+            P_softest=at_full_travel["P"][0],
+            **{name: at_full_travel[name][1:] for name in ("E_MPa", "P", *bands)},
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TipReport:
+    """A tip and its spring."""
+
+    name: str = report_field("", "name of the tip")
+    x_mm: float = report_field("mm", "position of the tip along the length, from the midpoint of the tips")
+    y_mm: float = report_field("mm", "position of the tip across the length, from the midpoint of the tips")
+    spring: str = report_field("", "the spring that carries the tip, `low` or `high`")
+
+    @classmethod
+    def rows(cls, tips: "Tips") -> tuple[Self, ...]:
+        """Return the tips in the order of the forces in every table."""
+        rows = zip(tips.names, tips.places_mm, tips.springs, strict=True)
+        return tuple(cls(name=name, x_mm=x, y_mm=y, spring=spring) for name, (x, y), spring in rows)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModulusReport:
+    """How well one modulus is read."""
+
+    E_MPa: float = report_field("MPa", "modulus of the fruit")
+    E_bias_percent: float = report_field(
+        "%", "largest error of the modulus read without noise, over all fruits and poses, with its sign"
+    )
+    worst: str = report_field("", "the pose with the largest error")
+    uncertainty_percent: float = report_field("%", "standard uncertainty of the modulus from all sources together")
+    sources: dict[str, float] = report_field(
+        "%", "standard uncertainty of the modulus from each source", each="SOURCE_percent"
+    )
+
+    @classmethod
+    def of(cls, row: "ModulusReading") -> Self:
+        """Return the bias and uncertainty of readings at one modulus."""
+        return cls(
+            E_MPa=row.E,
+            E_bias_percent=100.0 * row.bias.value,
+            worst=str(row.worst),
+            uncertainty_percent=100.0 * row.sources.total,
+            sources=_percent(row.sources.contributions),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingReport:
+    """How well the sensor reads the modulus, over all poses of `[reading]`."""
+
+    E_bias_percent: float | None = report_field(
+        "%",
+        "largest error of the modulus read without noise, over all fruits and poses that give a reading; "
+        "null where a level press gives none",
+    )
+    E_bias_error_percent: float | None = report_field("%", "half width of the error bar of that error")
+    uncertainty_percent: float | None = report_field(
+        "%",
+        "standard uncertainty of the modulus from all sources together, a root mean square over fruits and "
+        "poses drawn at random. It is given at the modulus where its ratio to the limit is largest",
+    )
+    sources: dict[str, float] = report_field(
+        "%",
+        "standard uncertainty of the modulus from each source: noise, drifts, springs, gains, creep, shape "
+        "and pose, thickness of the flesh, Poisson's ratio, conversion times of the channels. They hold for "
+        "a press by hand of 3 s, or for the fastest press that the read-out allows if that is longer",
+        each="SOURCE_percent",
+    )
+    method: str = report_field("", "the method that computes a modulus from the forces")
+    touch_fraction: float | None = report_field(
+        "1",
+        "travel at which the last tip touches divided by the full travel, the largest over fruits and poses",
+    )
+    noise_for_10_percent: float | None = report_field(
+        "% of full scale",
+        "noise of the forces at which the uncertainty of the modulus reaches 10 %: an upper limit for the "
+        "noise of the amplifier. Null where the other sources alone exceed 10 %",
+    )
+    refused: str | None = report_field(
+        "", "the pose that gives no reading, with the reason; null where every pose gives one"
+    )
+    moduli: tuple[ModulusReport, ...] = report_field("", "bias and uncertainty at each modulus")
+    skin_pressure: tuple[SkinPressure, ...] = report_field("", "the pressure at each modulus of `fruit.E_MPa`")
+
+    @classmethod
+    def of(cls, readings: "Readings") -> Self:
+        """Return the bias and uncertainty of readings, and the pressure on the skin."""
+        bias = readings.bias
+        uncertainty = readings.uncertainty
+        return cls(
+            E_bias_percent=None if bias is None else 100.0 * bias.value,
+            E_bias_error_percent=None if bias is None else 100.0 * bias.error,
+            uncertainty_percent=None if uncertainty is None else 100.0 * uncertainty.value,
+            sources={} if uncertainty is None else _percent(readings.worst_uncertainty.sources.contributions),
+            method=readings.method,
+            touch_fraction=readings.touch.value,
+            noise_for_10_percent=readings.noise_percent,
+            refused=readings.refused,
+            moduli=tuple(ModulusReport.of(row) for row in readings.moduli),
+            skin_pressure=readings.pressures,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperReport:
+    """The verdicts on the springs of the paper under the same contact."""
+
+    K_l_N_per_m: float = report_field("N/m", "stiffness of the paper's low spring, 753")
+    K_h_N_per_m: float = report_field("N/m", "stiffness of the paper's high spring, 17300")
+    verdicts: tuple[Verdict, ...] = report_field("", "verdicts on these springs, as in `verdicts[]`", each="KEY")
+
+    @classmethod
+    def of(cls, verdicts: tuple[Verdict, ...]) -> Self:
+        """Return the springs of the paper with their verdicts."""
+        return cls(K_l_N_per_m=1e3 * PAPER_SPRINGS.K_l, K_h_N_per_m=1e3 * PAPER_SPRINGS.K_h, verdicts=verdicts)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolveReport:
+    """How accurately a stage was solved."""
+
+    error_percent: float = report_field("%", "largest error bar of the solved numbers")
+    choice: str = report_field("", "a sentence on the method and the meshes that were chosen")
+
+
+@dataclass(frozen=True, kw_only=True)
+class AccuracyReport:
+    """The accuracy that was asked for, and what was done for it."""
+
+    tolerance: float = report_field("1", "`--tol`, the relative error allowed to both spring stiffnesses")
+    springs: SolveReport | None = report_field(
+        "", "accuracy of both spring stiffnesses; null where springs are not made, as for a line of tips"
+    )
+    contact: SolveReport = report_field("", "accuracy of the compliance s11 - s12")
+
+    @classmethod
+    def of(cls, tolerance: float, fitted: "FittedHousing | None", contact: FruitCompliance) -> Self:
+        """Return the accuracy that was required, with the largest error of springs and contact."""
+        springs = None
+        if fitted is not None:
+            stiffness = fitted.stiffness
+            springs = SolveReport(error_percent=100.0 * max(stiffness.error), choice=stiffness.info.status)
+        choice = f"{contact.info.method}: {contact.info.status}"
+        return cls(
+            tolerance=tolerance,
+            springs=springs,
+            contact=SolveReport(error_percent=100.0 * contact.error_pair, choice=choice),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelaxingModulusReport:
+    """Forces over time on a fruit of one modulus."""
+
+    E_MPa: float = report_field("MPa", "modulus of the fruit at the first instant")
+    F_N: tuple[Numbers, ...] = report_field("N", "force of each tip over time, a row for each in the order of `tips`")
+    P: Numbers = report_field("1", "force ratio over time; null where a tip is off the fruit")
+    E_apparent_MPa: Numbers = report_field(
+        "MPa", "modulus that is computed from the forces of each time as if the flesh were elastic"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelaxationReport:
+    """A level press to full travel and its hold, on flesh that relaxes; lists are over `t_s`."""
+
+    t_s: tuple[float, ...] = report_field("s", "times from the first touch")
+    stop_s: float = report_field("s", "time at which the housing stops")
+    at_s: float = report_field("s", "time at which the forces are read")
+    moves_percent: float | None = report_field(
+        "%",
+        "largest change of the apparent modulus during the hold, relative to the reading, over all moduli; "
+        "null where a tip is off the fruit",
+    )
+    moves_error_percent: float | None = report_field("%", "half width of the error bar of that change")
+    moduli: tuple[RelaxingModulusReport, ...] = report_field("", "forces over time on a fruit of each modulus")
+    moments: tuple[Moment, ...] = report_field("", "the best time of a reading")
+
+    @classmethod
+    def of(cls, over_time: "ReadingOverTime") -> Self:
+        """Return forces, P and the apparent modulus over time, and the moment at which a reading moves least."""
+        moduli = []
+        for i, E in enumerate(over_time.E.tolist()):
+            row = RelaxingModulusReport(
+                E_MPa=E,
+                F_N=tuple(numbers(row) for row in over_time.F[i].T),
+                P=numbers(over_time.P[i]),
+                E_apparent_MPa=numbers(over_time.apparent[i]),
+            )
+            moduli.append(row)
+        moves, error = numbers(100.0 * np.array([over_time.moves.value, over_time.moves.error]))
+        return cls(
+            t_s=tuple(over_time.t.tolist()),
+            stop_s=float(over_time.t[over_time.stop]),
+            at_s=float(over_time.t[over_time.at]),
+            moves_percent=moves,
+            moves_error_percent=error,
+            moduli=tuple(moduli),
+            moments=(over_time.steadiest,),
+        )
+
+
+def _percent(sources: Mapping[str, float]) -> dict[str, float]:
+    return {f"{name.removesuffix('_percent')}_percent": 100.0 * value for name, value in sources.items()}
