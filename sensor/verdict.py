@@ -14,7 +14,6 @@ Sense = Literal["at most", "at least"]
 Group = Literal["target", "print", "solid", "files"]
 Level = Literal["contact", "flexures"]
 ByTravel = Literal["pressure", "distance", "strain"]
-Need = Literal["response", "reading", "pressure", "force ratio"]
 
 READABLE = "geometry.readable"
 _NO_TOLERANCE = "none"
@@ -42,7 +41,7 @@ class VerdictRow:
     given: tuple[str, ...] = ()
     level: Level | None = None
     value_level: Level | None = None
-    needs: tuple[Need, ...] = ()
+    needs: Literal["reading"] | None = None
     by_travel: ByTravel | None = None
     mended_by: tuple[str, ...] = ()
     hint: str = ""

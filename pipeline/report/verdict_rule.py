@@ -65,4 +65,4 @@ def fails_unread(verdict: Verdict) -> bool:
     """Say whether a verdict on readings fails though its value keeps the limit: for poses that have no reading."""
     if verdict.passed is not False or verdict.value is None or not isinstance(verdict.limit, int | float):
         return False
-    return "reading" in verdict.row.needs and verdict.limit - verdict.value > (verdict.error or 0.0)
+    return verdict.row.needs == "reading" and verdict.limit - verdict.value > (verdict.error or 0.0)

@@ -29,6 +29,7 @@ from sensor.quantity import (
     unknown_name,
     validation_error,
 )
+from sensor.verdict import row_of
 
 Row = tuple[Setting, ...]
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]
@@ -236,7 +237,7 @@ def read_study(path: Path) -> Study:
 def _with_goal(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
     """Return the wanted keys with those that a search follows: its number, its verdicts, and why these fail."""
     reasons = []
-    if any(name.startswith("reading.") for name in goal.under):
+    if any(row_of(name).needs == "reading" for name in goal.under):
         reasons.append(REFUSED)
     if goal.minimise in UNCERTAINTY_KEYS:
         reasons.append(UNCERTAINTY_LIMIT)

@@ -8,7 +8,6 @@ from sensor.gone import refuse_gone_key
 from sensor.quantity import nearest, validation_error
 from sensor.verdict import row_of, verdict_rows
 
-Part = Literal["response", "reading"]
 Level = Literal["contact", "flexures", "files"]
 
 LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
@@ -67,25 +66,6 @@ def verdict_field(key: str) -> tuple[str, str]:
     table, _, rest = key.partition(".")
     name, _, field = rest.rpartition(".")
     return (name, field) if table == "verdicts" else ("", "")
-
-
-def parts_of(keys: Iterable[str], *, reads: bool, linear: bool) -> tuple[Part, ...]:
-    """Return the parts of an evaluation that must be solved for some keys of the level contact.
-
-    A design that `reads` is judged by its readings; a `linear` scene has P_max and NL by the two-spring law alone.
-    """
-    solved: dict[str, tuple[Part, ...]] = {
-        "reading": ("reading",),
-        "response": ("response",),
-        "pressure": ("reading",) if reads else ("response",),
-        "force ratio": () if linear else ("response",),
-    }
-    parts: set[Part] = set()
-    for key in keys:
-        verdict, _ = verdict_field(key)
-        for need in row_of(verdict).needs if verdict else (key.partition(".")[0],):
-            parts.update(solved.get(need, ()))
-    return tuple(sorted(parts))
 
 
 def wanted_value(report: object, key: str) -> object:

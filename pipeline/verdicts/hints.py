@@ -107,7 +107,7 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
         elif verdict.row.by_travel == "distance":  # it shrinks by as much as the travel grows
             missing = verdict.limit - verdict.value
             bound = travel - missing
-    for kind, spring in springs.springs.items():
+    for kind, spring in springs.springs.items() if verdict.row.by_travel == "strain" else ():
         printable = springs.printable[kind]
         if printable.name == verdict.name and spring.highest_strain > 0.0:  # proportional to the travel
             bound = travel * printable.strain_limit / spring.highest_strain

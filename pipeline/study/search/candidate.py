@@ -42,7 +42,7 @@ def shortfall(verdict: Verdict) -> float:
 
 def _unread(verdict: Verdict) -> float:
     """Return in which fraction of the poses [1] there is no reading, for which a verdict on readings fails."""
-    poses = re.match(r"(\d+) of (\d+) poses", verdict.reference) if "reading" in verdict.row.needs else None
+    poses = re.match(r"(\d+) of (\d+) poses", verdict.reference) if verdict.row.needs == "reading" else None
     return int(poses[1]) / int(poses[2]) if poses else 0.0
 
 

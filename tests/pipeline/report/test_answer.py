@@ -209,14 +209,20 @@ def test_no_name_and_no_number_is_cut(columns, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(
-    ("passed", "value", "unread"), [(False, 0.02, True), (False, 0.06, False), (True, 0.02, False)]
+    ("name", "passed", "value", "unread"),
+    [
+        *((f"reading.{name}", False, 0.02, True) for name in ("bias", "uncertainty", "touch", "relaxation")),
+        ("reading.bias", False, 0.06, False),
+        ("reading.bias", True, 0.02, False),
+        ("unit.uncertainty", False, 0.02, False),
+    ],
 )
-def test_reading_that_fails_within_its_limit_has_a_reason(passed, value, unread, capsys):
+def test_reading_that_fails_within_its_limit_has_a_reason(name, passed, value, unread, capsys):
     given = {"unit": "1", "limit": 0.05, "tolerance": 0.0, "reference": "3 of 68 poses have no reading"}
-    verdict = Verdict(name="reading.bias", value=value, passed=passed, **given)
+    verdict = Verdict(name=name, value=value, passed=passed, **given)
     assert fails_unread(verdict) is unread
     print_parts(verdict_parts("", [verdict]))
-    row = next(line for line in capsys.readouterr().out.splitlines() if "≤ 5 %" in line)
+    row = next(line for line in capsys.readouterr().out.splitlines() if f" {name} " in line)
     assert ("failed: " in row) is unread
 
 

@@ -313,6 +313,7 @@ def test_distribution_is_refused_before_anything_is_written(written, engine, tmp
     [
         ('under = ["P_max"]', 'under = ["P_max", "bruise"]', "optimise.under"),
         ('under = ["P_max"]', 'under = ["reading.bias"]', "optimise.under"),
+        ('under = ["P_max"]', 'under = ["reading.relaxation"]', "optimise.under"),
         ("springs.K_l_N_per_m", "verdicts.bruise.value", "optimise.minimise"),
         ('minimise = "springs.K_l_N_per_m"', "", "optimise.minimise"),  # the default is an uncertainty of readings
     ],
@@ -320,7 +321,7 @@ def test_distribution_is_refused_before_anything_is_written(written, engine, tmp
 def test_verdict_that_no_candidate_can_have_is_one_line_before_anything_is_solved(
     written, tmp_path, capsys, old, new, field
 ):
-    """The design `paper` has neither a bruise limit nor readings."""
+    """The design `paper` has no bruise limit, no readings, and flesh that does not relax."""
     assert main(["optimise", str(written(SOFTEST.replace(old, new))), "--out", str(tmp_path / "out")]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert f"{field} = " in line

@@ -10,7 +10,7 @@ from pipeline.options import load_design
 from pipeline.study import read_study
 from pipeline.study.points import point_count, points_of
 from pipeline.study.variation import Choices, Normal, Range, setting_of_cell
-from pipeline.study.wanted import level_of, parts_of, wanted_value
+from pipeline.study.wanted import level_of, wanted_value
 from sensor.design.design_file import tables_as_toml
 from sensor.design.processes import PROCESSES, process_as_table
 from sensor.quantity import InputError
@@ -262,33 +262,21 @@ def test_distributions_have_their_quantiles():
 
 
 @pytest.mark.parametrize(
-    ("key", "level", "parts"),
+    ("key", "level"),
     [
-        ("springs.K_l_N_per_m", "contact", ()),
-        ("verdicts.P_max.value", "contact", ()),
-        ("verdicts.bruise.value", "contact", ("response",)),
-        ("response.0.P.3", "contact", ("response",)),
-        ("verdicts.P_monotonic.value", "contact", ("response",)),
-        ("verdicts.geometry.tip_face.value", "contact", ("response",)),
-        ("reading.touch_fraction", "contact", ("reading",)),
-        ("verdicts.reading.bias.error", "contact", ("reading",)),
-        ("flexures.low.dimensions_mm.length", "flexures", ()),
-        ("verdicts.K_h.value", "flexures", ()),
-        ("verdicts.printable.low.passed", "contact", ()),
-        ("verdicts.printable.low.value", "flexures", ()),
-        ("deflections_mm.0", "flexures", ()),
-        ("verdicts.geometry.valid.passed", "files", ()),
-        ("passed", "files", ()),
+        *((f"verdicts.{name}.value", "contact") for name in ("P_max", "bruise", "P_monotonic", "geometry.tip_face")),
+        *((key, "contact") for key in ("springs.K_l_N_per_m", "response.0.P.3", "reading.touch_fraction")),
+        ("verdicts.reading.bias.error", "contact"),
+        ("verdicts.reading.relaxation.passed", "contact"),
+        ("verdicts.printable.low.passed", "contact"),
+        ("verdicts.printable.low.value", "flexures"),
+        *((key, "flexures") for key in ("verdicts.K_h.value", "flexures.low.dimensions_mm.length", "deflections_mm.0")),
+        *((key, "files") for key in ("verdicts.geometry.valid.passed", "passed")),
     ],
 )
-def test_key_needs_no_more_than_its_level(key, level, parts):
+def test_key_needs_no_more_than_its_level(key, level):
     assert level_of("wanted", [key]) == level
     assert level_of("wanted", [key, "springs.K_l_N_per_m"]) == level
-    assert parts_of([key], reads=False, linear=True) == parts
-    scene_is_not_linear = ("response",) if key == "verdicts.P_max.value" else parts
-    assert parts_of([key], reads=False, linear=False) == scene_is_not_linear
-    design_reads = ("reading",) if key == "verdicts.bruise.value" else parts
-    assert parts_of([key], reads=True, linear=True) == design_reads
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ def test_every_verdict_that_needs_no_solid_has_a_rule():
     """A study may ask for those that have a level."""
     ruled = [name for name, _ in RULES]
     asked = {name for row in verdict_rows() if row.level is not None for name in row.names}
-    assert set(ruled) == asked | {"reading.relaxation"}
+    assert set(ruled) == asked
     assert [name for name in ruled if ruled.count(name) > 1] == ["bruise"] * 2  # of readings, or of the hardest press
 
 
