@@ -11,6 +11,7 @@ from sensor.quantity import (
     choice,
     nearest,
     quantity,
+    unknown_name,
     validation_error,
     written_number,
 )
@@ -90,6 +91,16 @@ def test_endless_value_is_cut_in_a_message():
 )
 def test_numbers_as_people_write_them(text, number):
     assert written_number(text) == number
+
+
+@pytest.mark.parametrize(
+    ("name", "word", "closest"),
+    [("sde_mm", None, "side_mm"), ("tips.sde", "sde", "side_mm"), ("tips_y", None, "tips_x")],
+)
+def test_unknown_name_is_refused_with_the_name_most_like_its_own_part(name, word, closest):
+    error = unknown_name("key", name, ["side_mm", "tips_x"], word)
+    assert (error.field, error.value, error.bound) == (name, word or name, "one of side_mm, tips_x")
+    assert str(error).endswith(f"Did you mean {closest}?")
 
 
 def test_nearest_name_is_found_whatever_its_case():

@@ -50,6 +50,36 @@ def test_help_fits_a_window_of_80_columns(arguments, monkeypatch, capsys):
     assert [line for line in out.splitlines() if len(line) > 80] == []
 
 
+@pytest.mark.parametrize("words", ["run --nonsense -h", "run -h --nonsense", "run mango --help now"])
+def test_help_is_given_wherever_it_is_asked_for(words, capsys):
+    code, out, err = settle(words.split(), capsys)
+    assert (code, err) == (0, "")
+    assert out.startswith("usage: pipeline run ")
+
+
+@pytest.mark.parametrize(
+    ("words", "opening", "nearest"),
+    [
+        ("rnu --nl 0.05", "rnu is an unknown command", "run"),
+        ("--versoin", "--versoin is an unknown flag", "--version"),
+        ("-v", "-v is an unknown flag", "--version"),
+        ("run --jsn", "--jsn is an unknown flag", "--json"),
+        ("run --js", "--js is an unknown flag", "--json"),  # flags are not abbreviated
+        ("run --filds=1", "--filds is an unknown flag", "--fields"),
+        ("run -x", "-x is an unknown flag", None),
+        ("run mango kiwi", "'kiwi' must be a flag or its value", None),
+        ("run --nl", "--nl: expected one argument", None),
+        ("modulus a.csv --height tall", "--height: invalid number value: 'tall'", None),
+    ],
+)
+def test_words_that_no_command_takes_are_one_line(words, opening, nearest, capsys):
+    code, out, err = settle(words.split(), capsys)
+    assert (code, out, err.count("\n")) == (cli.WRONG_INPUT, "", 1)
+    assert err.startswith(f"pipeline: {opening}")
+    if nearest is not None:
+        assert err.endswith(f"Did you mean {nearest}?\n")
+
+
 @pytest.mark.parametrize(("passed", "code"), [(True, 0), (False, 1), (None, 1)])
 @pytest.mark.parametrize("command", ["run", "design"])
 def test_verdict_decides_the_exit_code_and_outputs_stay(command, passed, code, stand_in_run, capsys):

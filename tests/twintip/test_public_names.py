@@ -128,6 +128,18 @@ def test_unit_is_calibrated_and_written_as_firmware_as_by_the_commands(folder, w
     file = tmp_path / "press.csv"
     file.write_text(presses(), encoding="utf-8")
     assert twintip.read_press(report, file, calibrated) == twintip.read_press(report, file, unit)
+    assert twintip.read_press(report, file, unit) != twintip.read_press(report, file)
+
+
+def test_how_counts_are_written_is_handed_on(folder, weights, tmp_path, monkeypatch):
+    report = twintip.read_report(folder)
+    with pytest.raises(twintip.InputError) as raised:
+        twintip.calibrate(report, weights, counts_as="unsigned")  # a table without counts
+    assert raised.value.field == "--counts-as"
+    file = tmp_path / "press.csv"
+    file.write_text(presses(), encoding="utf-8")
+    monkeypatch.setattr("instrument.press.presses.readings_of", lambda *_, counts_as: [counts_as])
+    assert twintip.read_press(report, file, counts_as="offset") == ["offset"]
 
 
 def test_what_no_unit_can_be_is_refused(folder, weights):

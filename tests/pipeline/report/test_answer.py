@@ -152,6 +152,15 @@ def test_rest_of_the_verdicts_is_counted(capsys):
     assert re.findall(counts, capsys.readouterr().out) == []
 
 
+def test_headline_counts_what_failed_before_what_is_undecided(capsys):
+    undecided = dataclasses.replace(failed("geometry.wall"), passed=None)
+    result = with_verdicts(RESULT, undecided, *(failed(f"geometry.wall_{n}") for n in range(2)))
+    print_summary(result)
+    first = capsys.readouterr().out.partition("\n")[0]
+    assert first.startswith("failed  ")
+    assert first.endswith(f": of {len(result.verdicts)} verdicts 2 failed, 1 undecided")
+
+
 def test_answer_has_targets_values_springs_and_where_files_are(capsys):
     print_summary(dataclasses.replace(RESULT, options=RunOptions(out=Path("outputs/paper"))))
     text = capsys.readouterr().out

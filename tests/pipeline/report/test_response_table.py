@@ -38,6 +38,17 @@ def test_rows_go_over_modulus_and_travel_to_the_largest_of_both():
     assert table[-1]["P"] == pytest.approx(5.0, rel=1e-5)
 
 
+def test_numbers_have_as_many_digits_as_solvers_agree_on():
+    reading = RESULT.errors.reading
+    planted = replace(reading.response, P_error=np.full_like(reading.response.P, 1.23456e-5))
+    (head, *table) = csv.reader(io.StringIO(response_csv(replace(reading, response=planted), RESULT.design.tips)))
+    digits = [[len(cell.partition("e")[0].replace(".", "").strip("-0")) for cell in row] for row in table]
+    most = dict(zip(head, map(max, zip(*digits, strict=True)), strict=True))
+    assert most["P_mesh_error_percent"] == 3
+    assert {most[name] for name in head if name.startswith("E_")} == {4, 6}
+    assert most["F_l_N"] == 6
+
+
 def test_forces_are_those_of_two_springs_on_one_fruit():
     """X = C F + S F / E, solved here."""
     for row in rows()[::37]:

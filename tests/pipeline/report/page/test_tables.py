@@ -11,7 +11,8 @@ from stand_ins import result_of
 from pipeline.options import load_design
 from pipeline.reading.measurement import rise_model
 from pipeline.reading.poses import Placement
-from pipeline.report.page.tables import noise_percent, page_tables, press_reader, readings
+from pipeline.reading.read_out import LevelReading
+from pipeline.report.page.tables import noise_percent, page_tables, press_reader, ratio_reader, readings
 from pipeline.response.scene_press import scene_of
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
@@ -211,6 +212,16 @@ def test_modulus_over_its_noise(flat_page):
     by_noise = np.hypot(0.03, 0.04) * np.sqrt(15.0 / PRESS_SAMPLES)
     assert read[0].tolist() == pytest.approx([2.0, 1.0 / by_noise])
     assert np.isnan(read[1]).all()
+
+
+def test_pair_is_read_with_what_shape_and_skin_add_taken_off(flat_page):
+    F = flat_page.result.press.curve.F[1:, -1:]
+    constants = flat_page.result.read_out
+    level = tuple(LevelReading(E_MPa=E, read_MPa=1.25 * E) for E in (0.1, 10.0))
+    with_skin = dataclasses.replace(constants, level=level)
+    plain, corrected = (readings(F, ratio_reader(each), each) for each in (constants, with_skin))
+    np.testing.assert_allclose(corrected[..., 0], 0.8 * plain[..., 0], rtol=1e-12)
+    np.testing.assert_array_equal(corrected[..., 1], plain[..., 1])
 
 
 def test_noise_of_the_sliders(flat_page):
