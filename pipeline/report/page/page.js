@@ -252,7 +252,7 @@
   }
 
   /* The table under the sliders. */
-  const judged = (passes, words) => ({ outcome: passes ? "passed" : "failed", words });
+  const judged = (passes, words) => ({ outcome: passes ? PASSED : FAILED, words });
 
   function numbersOf(found) {
     const numbers = tipNames.map((name, i) => [`force on the tip ${name}`, text(found.F[i], "N"), found.F[i] > 0 ? null : judged(false, "off the fruit")]);
@@ -309,7 +309,7 @@
       made("th", { scope: "row", textContent: name }), made("td", { textContent: value }), judgedCell(verdict))));
     const verdicts = numbers.filter(([, , verdict]) => verdict);
     element("judged").textContent = verdicts.length ? "judged" : "";
-    const wrong = verdicts.filter(([, , { outcome }]) => outcome === "failed").map(([name]) => name);
+    const wrong = verdicts.filter(([, , { outcome }]) => outcome === FAILED).map(([name]) => name);
     const passed = verdicts.length === 0 ? "No number here has a limit in this design." : "Every number here that has a limit passes.";
     element("live-answer").textContent = wrong.length === 0 ? passed : `These numbers fail: ${wrong.join(", ")}.`;
     drawAll();

@@ -130,7 +130,7 @@
     const point = found();
     element("picked").value = setting.picked;
     element("point-number").textContent = setting.picked;
-    const outcome = (passed) => (passed === null ? "undecided" : passed ? "passed" : "failed");
+    const outcome = (passed) => (passed === null ? UNDECIDED : passed ? PASSED : FAILED);
     const told = (value) => (typeof value === "number" ? digits(value, 5) : typeof value === "boolean" ? outcome(value) : value ?? "none");
     const judged = (key) => {
       const [limit, passed] = ["limit", "passed"].map((field) => point[key.replace(/value$/, field)]);
