@@ -144,7 +144,7 @@ class Sensor:
         """Return what is pressed as long as no force leans."""
         return PressedSensor(design=self.design, contact=self.contact, sizing=self.sizing, springs=self.upright_springs)
 
-    @property
+    @cached_property
     def is_level(self) -> bool:
         """Return whether flat sharp tips touch a flat fruit all at once, so that the two-spring law is exact."""
         scene = self.upright.scene

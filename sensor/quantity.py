@@ -223,20 +223,22 @@ def written_number(text: str) -> float | None:
 
 def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # noqa: ANN401 - any frozen dataclass
     """Check every declared field of a frozen record but the named ones; raises InputError at the first bad one."""
-    for item in _declared(record.__class__):
+    for item, key, flag in _declared(record.__class__):
         value = getattr(record, item.name)
         may_be_left_out = value is None and item.default is None
         if item.name not in but and not may_be_left_out:
             hint = item.metadata["hint"] or record.HINT
-            key = item.metadata.get("key", item.name)
-            name = item.metadata.get("flag") or (f"{table}.{key}" if table else key)
-            _check_field(name, value, item, hint)
+            _check_field(flag or (f"{table}.{key}" if table else key), value, item, hint)
 
 
 @functools.cache
-def _declared(kind: type) -> tuple[Field[Any], ...]:
-    """Return the fields of a record type that say what they may hold, looked up once: studies check millions."""
-    return tuple(item for item in dataclasses.fields(kind) if "hint" in item.metadata)
+def _declared(kind: type) -> tuple[tuple[Field[Any], str, str], ...]:
+    """Return the fields of a record type that say what they may hold, each with its key in a file and its flag.
+
+    They are looked up once: studies check millions.
+    """
+    declared = (item for item in dataclasses.fields(kind) if "hint" in item.metadata)
+    return tuple((item, item.metadata.get("key", item.name), item.metadata.get("flag", "")) for item in declared)
 
 
 def check_choice(name: str, value: object, kind: type[Any]) -> None:

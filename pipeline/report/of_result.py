@@ -1,6 +1,7 @@
 """The report of a run: each of its keys is filled from the stages of a sensor."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
@@ -78,7 +79,8 @@ class SensorParts(Mapping[str, object]):
 
     def __init__(self, sensor: Sensor) -> None:
         """Take the sensor."""
-        self._sensor = sensor
+        self._part = cache(lambda name: OF_SENSOR[name](sensor))  # several keys of one part are asked for
+        self._verdicts = _VerdictsByName(sensor)
 
     def __contains__(self, name: object) -> bool:
         """Return whether a key needs no solid; solves nothing."""
@@ -86,7 +88,7 @@ class SensorParts(Mapping[str, object]):
 
     def __getitem__(self, name: str) -> object:
         """Return the part of a key; raises KeyError for one that needs a solid."""
-        return _VerdictsByName(self._sensor) if name == "verdicts" else OF_SENSOR[name](self._sensor)
+        return self._verdicts if name == "verdicts" else self._part(name)
 
     def __iter__(self) -> Iterator[str]:
         """Yield the keys."""
@@ -102,15 +104,16 @@ class _VerdictsByName(Mapping[str, Verdict]):
 
     def __init__(self, sensor: Sensor) -> None:
         self._sensor = sensor
+        self._verdict = cache(sensor.verdict)
 
     def __getitem__(self, name: str) -> Verdict:
-        verdict = self._sensor.verdict(name)
+        verdict = self._verdict(name)
         if verdict is None:
             raise KeyError(name)
         return verdict
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and self._sensor.verdict(name) is not None
+        return isinstance(name, str) and self._verdict(name) is not None
 
     def __iter__(self) -> Iterator[str]:
         return (verdict.name for verdict in self._sensor.verdicts)

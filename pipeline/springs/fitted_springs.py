@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -104,7 +104,7 @@ class FittedSprings(Record):
         verdicts = {name: replace(verdict, passed=None, reason=reason) for name, verdict in self.printable.items()}
         return replace(self, printable=verdicts)
 
-    @property
+    @cached_property
     def per_spring(self) -> "FittedSprings":
         """Return the springs with one tip each."""
         return replace(self, tips=self.tips.per_spring)
