@@ -147,8 +147,7 @@ class Sensor:
     @cached_property
     def is_level(self) -> bool:
         """Return whether flat sharp tips touch a flat fruit all at once, so that the two-spring law is exact."""
-        scene = self.upright.scene
-        return scene.linear and not any(scene.height_offset_mm)
+        return self.upright.scene.touches_at_once
 
     @stage("verdicts")
     def level(self) -> LevelTargets:

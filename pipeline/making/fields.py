@@ -43,7 +43,7 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
         _write_flexure(springs, folder)
     except SolveError as error:
         return (f"the fields of housing and fruit are left out: {error}",)
-    scene = scene_of(sensor.design, press.height_offsets)
+    scene = scene_of(sensor.design, press.scene.height_offset_mm)
     E = float(press.at_largest_E.E[-1])
     try:
         pressure = footprint_pressure(scene, sensor.contact, sensor.C, E, scene.press.travel_mm)

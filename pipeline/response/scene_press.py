@@ -31,8 +31,6 @@ class ScenePress(Record):
     the largest modulus of all and full travel. `curve` is over equal steps of the modulus up to E_max at six travels;
     its first modulus stands for the softest fruit there may be. `tilted` are the presses at full travel of the curve's
     first, middle and last modulus, where contact is solved on cells. Their tilt is off by its spread to either side.
-    `height_offsets` is how far each tip stands before the foremost one [mm], none where all are level. `level` says
-    that flat sharp tips touch a flat fruit all at once, so that P is one number over the travel.
     """
 
     table: SensorResponse
@@ -40,8 +38,12 @@ class ScenePress(Record):
     at_largest_E: SensorResponse
     curve: SensorResponse
     tilted: tuple[SensorResponse, ...]
-    height_offsets: tuple[float, ...]
-    level: bool
+    scene: Scene
+
+    @property
+    def level(self) -> bool:
+        """Return whether all tips touch at once, so that P is one number over the travel."""
+        return self.scene.touches_at_once
 
 
 def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: SidewaysGive | None = None) -> Scene:
@@ -91,8 +93,7 @@ def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress
         at_largest_E=scene_response(scene, contact, C, [fruit.largest_E_MPa], full_travel),
         curve=scene_response(scene, contact, C, moduli, travels(x, CURVE_TRAVELS)),
         tilted=_tilted_presses(scene, contact, C, ends_and_middle),
-        height_offsets=scene.height_offset_mm,
-        level=scene.linear and not any(scene.height_offset_mm),
+        scene=scene,
     )
 
 

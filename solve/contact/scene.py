@@ -64,6 +64,11 @@ class Scene:
         return level and self.fruit.shape == "block" and self.tips.tip_shape.is_flat
 
     @property
+    def touches_at_once(self) -> bool:
+        """Say whether all tips touch at once, so that the force ratio is one number over the travel."""
+        return self.linear and not any(self.height_offset_mm)
+
+    @property
     def mirrored(self) -> bool:
         """Say whether the contact is alike on both sides of the plane y = 0 through all tips."""
         return self.press.roll_deg == 0.0 and self.fruit.mirrored and all(y == 0.0 for _, y in self.centres)

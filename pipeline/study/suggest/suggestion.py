@@ -157,7 +157,7 @@ class Search:
             options=RunOptions(tolerance=ROUGH),
             springs_as="sized",
             known_contact=base.contact if same_contact else None,
-            known_offsets_mm=base.press.height_offsets if sags else (),
+            known_offsets_mm=base.press.scene.height_offset_mm if sags else (),
         )
 
     def _nearer(self, candidate: Candidate) -> Candidate:

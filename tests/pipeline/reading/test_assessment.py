@@ -256,9 +256,10 @@ def test_touch_is_where_the_force_of_the_last_tip_begins(tilt):
     assert outcomes(found, design)["reading.touch"] is (expected < 0.5)
 
 
-def test_flesh_of_another_law(plant):
-    """Forces that Hencky's law makes larger by 3 % under high tips alone are read as another modulus."""
-    more = np.array([1.0, 1.03, 1.0, 1.03])
+@pytest.mark.parametrize("of_high", [1.03, 0.97])
+def test_flesh_of_another_law(of_high, plant):
+    """Forces that another law changes by 3 % under high tips only are read as another modulus, whatever the sign."""
+    more = np.array([1.0, of_high, 1.0, of_high])
     design = square_design(tilt_deg=1.0)
     assert assessed(design).flesh == 0.0
     sensor = sensor_of(design)
@@ -271,8 +272,9 @@ def test_flesh_of_another_law(plant):
 
 
 @pytest.mark.parametrize("shown", [4, 2], ids=["moduli of the reading", "moduli that no reading has"])
-def test_pressure_on_the_skin(shown):
+def test_pressure_on_the_skin(shown, plant):
     """The largest force in closed form over the face of a tip, each modulus against its own limit."""
+    plant(lambda of: {"pressure_error": 0.01 * of.made.mean_pressure})
     design = square_design(tilt_deg=2.0)
     limits = dict(zip((0.5, 1.0, 2.0, 3.5), (0.5, 1.0, 2.0, 3.0), strict=True))
     some = dict(list(limits.items())[:shown])
@@ -286,6 +288,7 @@ def test_pressure_on_the_skin(shown):
     for row in rows:
         forces = sensor.in_poses([Pose(E=row.E_MPa, travel=0.6, stand=placement) for placement in placements]).F
         assert row.pressure_MPa == pytest.approx(forces.max() / design.tips.face_mm2, rel=1e-9)
+        assert row.error_MPa == pytest.approx(0.01 * row.pressure_MPa)
         assert forces[names.index(row.worst)].max() == pytest.approx(forces.max(), rel=1e-9)
         assert row.limit_MPa == limits[row.E_MPa]
         assert row.over_limit == pytest.approx(row.pressure_MPa / limits[row.E_MPa])

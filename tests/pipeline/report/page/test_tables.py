@@ -13,7 +13,6 @@ from pipeline.reading.measurement import rise_model
 from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading
 from pipeline.report.page.tables import noise_percent, page_tables, press_reader, ratio_reader, readings
-from pipeline.response.scene_press import scene_of
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_SAMPLES, Reading
@@ -31,7 +30,7 @@ SLOPE_STEP = 1e-6  # of P, for the slope of the two-spring law
 
 
 def scene_of_result(result):
-    return scene_of(result.design, result.press.height_offsets, result.springs.sideways)
+    return result.press.scene
 
 
 def random_settings(page, rng, key, side=SIDE):
