@@ -122,7 +122,7 @@ def ledge(reach):
     [
         ("min_wall", plate_with_wall, 0.3, False), ("min_wall", plate_with_wall, 0.79, False),
         ("min_wall", plate_with_wall, 0.8, True), ("min_gap", slotted, 0.2, False), ("min_gap", slotted, 0.3, True),
-        ("overhang", ledge, 0.9, True), ("overhang", ledge, 3.0, False),
+        ("overhang", ledge, 0.99, True), ("overhang", ledge, 1.01, False), ("overhang", ledge, 3.0, False),
     ],
 )  # fmt: skip
 def test_wall_gap_and_ledge_are_measured(name, make, value, passes, tmp_path):
