@@ -15,6 +15,7 @@ from pipeline.study.suggest.suggestion import Search, suggestion
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.processes import PROCESSES
+from sensor.design.reading import Reading
 from sensor.design.tips import Press
 from sensor.quantity import InputError
 
@@ -210,6 +211,9 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
         (load_design("mango"), {"geometry.tip_face"}, {"tips.dome_radius_mm", "tips.side_mm", "tips.spacing_mm",
          "press.travel_mm"}),
         (Design(), {"geometry.made"}, {"print.process", "press.travel_mm"}),
+        # readings of flat tips are too slow to try, so that no demand of theirs is lowered
+        (Design(reading=Reading()), {"reading.bias", "reading.uncertainty"}, {"tips.side_mm", "tips.spacing_mm",
+         "press.travel_mm", "reading.calibrated_by"}),
     ],
 )  # fmt: skip
 def test_keys_that_may_mend_a_verdict(design, failed, keys):
