@@ -3,7 +3,7 @@
 import dataclasses
 
 import pytest
-from stand_ins import CONTACT, result_of, sensor_of, springs_of
+from stand_ins import CONTACT, LENGTHS, result_of, sensor_of, springs_of
 
 from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.verdicts.sensor import RULES, paper_verdicts, tip_pressure
@@ -28,6 +28,14 @@ def verdicts_of(design, *, made=True):
 def test_every_run_has_the_same_verdicts_then_those_on_its_solid():
     assert [verdict.name for verdict in verdicts_of(Design())] == [*ALWAYS, "geometry.valid"]
     assert [verdict.name for verdict in verdicts_of(Design(), made=False)] == [*ALWAYS, "geometry.made"]
+
+
+def test_each_spring_is_judged_by_its_own_numbers():
+    """The stand-ins are as stiff as their targets, and their leaves have the lengths of the reference."""
+    values = {verdict.name: verdict.value for verdict in verdicts_of(Design())}
+    targets = [1e3 * K for K in springs_of(Design()).stiffnesses.stiffnesses]
+    assert [values["K_l"], values["K_h"]] == pytest.approx(targets, rel=1e-12)
+    assert (values["printable.low"], values["printable.high"]) == LENGTHS
 
 
 @pytest.mark.parametrize(("solved", "added"), [(0.03, 0.03), (float("nan"), 0.0)])
