@@ -1,7 +1,7 @@
 "use strict";
 /* What every page has: its data, words for numbers, plots that say what they lack, and buttons that copy. */
 const data = JSON.parse(document.getElementById("data").textContent);
-const [PASSED, FAILED, UNDECIDED] = document.getElementById("data").dataset.outcomes.split(" ");
+const [PASSED, FAILED, UNDECIDED] = document.body.dataset.outcomes.split(" ");
 const colours = d3.range(1, 8).map((number) => `var(--c${number})`);
 const element = (id) => document.getElementById(id);
 const digits = (value, count = 4) => String(Math.abs(value) < 1e-9 ? 0 : Number(Number(value).toPrecision(count)));
