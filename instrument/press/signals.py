@@ -8,8 +8,8 @@ from typing import NamedTuple
 from pipeline.tables.clock import Clock
 from pipeline.tables.files import place_of
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags, folded, label_parts
-from pipeline.tables.rows import Rows, WholeRows
-from pipeline.tables.table import FoundTable, TableReader, refuse_twice, shown
+from pipeline.tables.rows import Rows
+from pipeline.tables.table import FoundTable, one_table, shown
 from pipeline.tables.units import FORCE, TIME, Quantity
 from pipeline.tables.words import WORDS
 from sensor.quantity import validation_error, written_number
@@ -67,12 +67,7 @@ class Signal:
         quantities["t"] = replace(quantities["t"], words=tuple(WORDS["words"]["time"]))
         quantities |= dict.fromkeys(of_forces, Quantity(units=FORCE, default="N")) | dict.fromkeys(of_counts, COUNTS)
         example = ",".join(["t_s", *(f"{key}_N" for key in of_forces)])
-        reader = TableReader(flags.applied(quantities), (of_forces, of_counts), example, alone=True)
-        table = next(reader.tables(rows), None)
-        if table is None:
-            raise reader.no_header()
-        if isinstance(rows, WholeRows):
-            table = table.limited_to(table.columns, list(table.rows))
+        table = one_table(rows, flags.applied(quantities), (of_forces, of_counts), example)
         self._table = table
         self._say = say
         self._columns = {column.name: column for column in table.columns}
@@ -80,7 +75,6 @@ class Signal:
         keys = of_counts if self.counted else of_forces
         self.timed = not self._columns.keys().isdisjoint(of_channels)
         needed = of_channels if self.timed else ("t",)
-        refuse_twice(table, example)
         _refuse_unlike(table, (*needed, *keys), ("t",), example)
         self._force_columns = [self._columns[key] for key in keys]
         self._clocks = [Clock(table, self._columns[key], say) for key in ("t", *of_channels) if key in self._columns]

@@ -120,10 +120,9 @@ class HeaderWords:
         is_named = bool(names) and any(names.issuperset(each) for each in needed)
         return is_named and not any(is_number(row.cells[column.at]) for column in named)
 
-    def used_cells(self, header: Row, row: Row) -> list[str]:
-        """Return the cells of a row in the columns that hold numbers."""
-        measured = (column for column in self.columns(header) if self.quantities[column.name].units)
-        return [row.cells[column.at] for column in measured if column.at < len(row.cells)]
+    def measured(self, header: Row) -> list[int]:
+        """Return the indices of the columns of numbers that a row names."""
+        return [column.at for column in self.columns(header) if self.quantities[column.name].units]
 
     def columns_by_number(self, needed: Sequence[Collection[str]]) -> dict[int, Quantity]:
         """Return the columns of numbers by their index if flags tell all of one set that is needed by number."""

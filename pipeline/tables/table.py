@@ -181,45 +181,39 @@ class TableReader:
 
     def _next(self, rows: Rows, feed: Iterator[Row], last: FoundTable | None) -> FoundTable | None:
         """Return the next table after the last one; None if there is none."""
-        most = _MOST_TEXTS if isinstance(rows, WholeRows) else MOST_BANNER
+        is_stream = not isinstance(rows, WholeRows)
+        most = MOST_BANNER if is_stream else _MOST_TEXTS
         above: list[Row] = []
         at: int | None = None  # of the header
         left = 0  # of the rows of text that may follow it
+        used: Collection[int] = self._by_number  # the columns in which numbers begin a table
+        are_enough = all if self._by_number else any
         after, self._after = self._after, []
         for row in itertools.chain(after, feed):
+            cells = [row.cell(index) for index in used]
             if row.empty:
                 above.append(row)
                 continue
             if at is None and last is not None and above and above[-1].empty:
                 self._refuse_stray_numbers(rows.source, row)
             if not self._by_number and self.words.is_header(row, self.needed):
-                at, left = len(above), MOST_BELOW
+                at, left, used = len(above), MOST_BELOW, self.words.measured(row)
                 rows.keep_delimiter()
-            elif self._begins(above[at] if at is not None else None, row):
+            elif cells and are_enough(map(is_number, cells)):
                 rows.keep_delimiter()
                 return self._opened(rows, above, at, row, feed)
-            elif at is not None and not self._is_skipped(above[at], row):
+            elif at is not None and not all(map(is_missing, cells)):
                 left -= 1
                 if left < 0:
-                    at = None
+                    at, used = None, ()
                     rows.keep_delimiter(keep=False)
             above.append(row)
-            if len(above) > most or (not isinstance(rows, WholeRows) and self._has_labels(row)):
+            if len(above) > most or (is_stream and self._has_labels(row)):
                 break
         if at is not None and self.alone and not self._has_labels(above[at]):
             return self._opened(rows, above, at, Row(above[at].line, ()), iter(()))
         self._end(rows.source, above, at, last)
         return None
-
-    def _begins(self, header: Row | None, row: Row) -> bool:
-        """Return whether a row has numbers below a header, or in the columns that flags tell by number."""
-        if self._by_number:
-            return all(is_number(row.cell(index)) for index in self._by_number)
-        return header is not None and any(map(is_number, self.words.used_cells(header, row)))
-
-    def _is_skipped(self, header: Row, row: Row) -> bool:
-        """Return whether the cells of a row below a header say that they hold no numbers."""
-        return all(map(is_missing, self.words.used_cells(header, row)))
 
     def _end(self, source: str, above: list[Row], at: int | None, last: FoundTable | None) -> None:
         """Raise InputError for rows after the last table that say another unit of it, or begin a table without rows."""
@@ -263,7 +257,8 @@ class TableReader:
         header = above[at]
         self.said.hear(rows.source, above if self._by_number else above[:at])
         texts = [row for row in above[at + 1 :] if not row.empty]
-        below = [row for row in texts if not self._is_skipped(header, row)]
+        used = self.words.measured(header)
+        below = [row for row in texts if not all(is_missing(row.cell(index)) for index in used)]
         columns = self.said.columns(rows.source, header, below, first)
         if not self.alone:
             always = set(itertools.chain.from_iterable(self.needed))
@@ -381,35 +376,40 @@ def refuse_length(source: str, row: Row, columns: int) -> None:
         raise validation_error(place_of(source, row.line), len(row.cells), "cells", bound, hint)
 
 
-def refuse_twice(table: FoundTable, example: str) -> None:
+def _refuse_twice(table: FoundTable, example: str) -> None:
     """Raise InputError if two columns have one name; it shows an example of a header."""
     seen: set[str] = set()
     for column in table.columns:
         if column.name in seen:
-            place = table.place(table.header.line, column)
             hint = f"write for instance {example}, or choose one by --columns {column.name}=HEADER"
-            raise validation_error(place, column.label, "", f"the only column of {column.name}", hint)
+            raise validation_error(column.place, column.label, "", f"the only column of {column.name}", hint)
         seen.add(column.name)
+
+
+def one_table(
+    rows: Rows, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
+) -> FoundTable:
+    """Return the one table of a source, whose header names each quantity once and all of one set that is needed.
+
+    The rows of a sheet are at hand, and show its decimal sign. Raises InputError, which shows an example of a header.
+    """
+    reader = TableReader(quantities, needed, example, alone=True)
+    table = next(reader.tables(rows), None)
+    if table is None:
+        raise reader.no_header()
+    _refuse_twice(table, example)
+    return table.limited_to(table.columns, list(table.rows)) if isinstance(rows, WholeRows) else table
 
 
 def only_table(
     source: Path | str, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
 ) -> FoundTable:
-    """Return the one table of a file, whose header names each quantity once and all of one set that is needed.
-
-    Raises InputError otherwise, which shows an example of a header.
-    """
-    reader = TableReader(quantities, needed, example, alone=True)
-    sheet = single_sheet(source)
-    table = next(reader.tables(sheet), None)
-    if table is None:
-        raise reader.no_header()
-    refuse_twice(table, example)
-    rows = list(table.rows)
-    if not rows and table.left_out:
+    """Return the one table of a file like `one_table`; raises InputError if it has no rows as well."""
+    table = one_table(single_sheet(source), quantities, needed, example)
+    if not table.rows and table.left_out:
         (row, *_) = table.left_out
         bound = "a row of numbers like its header"
         raise validation_error(place_of(table.source, row.line), row.text, "", bound, "complete that line")
-    if not rows:
+    if not table.rows:
         raise validation_error(table.source, 0, "rows", "at least one row below the header", "measure the unit")
-    return table.limited_to(table.columns, rows)
+    return table
