@@ -106,10 +106,10 @@ class MeasuredDesign:
         self.report = ReportOfUnits(
             design=design,
             tips=TipReport.rows(design.tips),
-            contact=ContactReport.of(self.contact),
+            contact=ContactReport.filled(self.contact),
             compliance=self.contact,
             read_out=read_out,
-            moduli=() if readings is None else ReadingReport.of(readings).moduli,
+            moduli=() if readings is None else ReadingReport.filled(readings).moduli,
         )
 
     def forces(self, poses, factors=1.0):

@@ -30,16 +30,16 @@ from sensor.verdict import Verdict
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
 
 OF_SENSOR: dict[str, Callable[[Sensor | SensorResult], Any]] = {
-    "springs": lambda sensor: SizingReport.of(sensor.sizing, _beam_law_leaves(sensor)),
+    "springs": lambda sensor: SizingReport.filled(sensor.sizing, _beam_law_leaves(sensor)),
     "flexures": lambda sensor: {} if sensor.springs.ideal else sensor.springs.springs,
     "deflections_mm": lambda sensor: sensor.sizing.deflections(sensor.design.full_travels_mm),
-    "contact": lambda sensor: ContactReport.of(sensor.contact),
+    "contact": lambda sensor: ContactReport.filled(sensor.contact),
     "response": lambda sensor: ResponseReport.rows(
         sensor.press.table,
         sensor.design.tips,
         [force_errors_of_springs(sensor.pressed, E) for E in sensor.press.table.E.tolist()],
     ),
-    "reading": lambda sensor: None if sensor.readings is None else ReadingReport.of(sensor.readings),
+    "reading": lambda sensor: None if sensor.readings is None else ReadingReport.filled(sensor.readings),
     "level": lambda sensor: sensor.level,
 }
 """The keys that follow from stages of a sensor without a solid: a study may ask for one of them alone."""
@@ -47,21 +47,21 @@ OF_SENSOR: dict[str, Callable[[Sensor | SensorResult], Any]] = {
 OF_RESULT: dict[str, Callable[[SensorResult], Any]] = {
     "design": lambda result: result.design,
     "housing": lambda result: result.springs.housing,
-    "material": lambda result: MaterialReport.of(result.springs.process),
+    "material": lambda result: MaterialReport.filled(result.springs.process),
     "behaviour": lambda result: result.behaviour,
-    "curve": lambda result: CurveReport.of(result.errors.reading, result.design.tips),
+    "curve": lambda result: CurveReport.filled(result.errors.reading, result.design.tips),
     "tips": lambda result: TipReport.rows(result.design.tips),
     "read_out": lambda result: result.read_out,
     "verdicts": lambda result: result.verdicts,
     "remedy": lambda result: next((one.remedy for one in result.verdicts if one.remedy is not None), None),
     "errors": lambda result: _errors(result),
-    "paper": lambda result: None if result.paper is None else PaperReport.of(result.paper),
-    "accuracy": lambda result: AccuracyReport.of(result.options.tolerance, result.springs.fitted, result.contact),
+    "paper": lambda result: None if result.paper is None else PaperReport.filled(result.paper),
+    "accuracy": lambda result: AccuracyReport.filled(result.options.tolerance, result.springs.fitted, result.contact),
     "notes": lambda result: tuple(notes(result)),
     "versions": lambda _: {name: version(name) for name in PACKAGES},
     "seconds": lambda result: result.seconds.wall,
     "cpu_seconds": lambda result: result.seconds.cpu,
-    "relaxation": lambda result: None if result.over_time is None else RelaxationReport.of(result.over_time),
+    "relaxation": lambda result: None if result.over_time is None else RelaxationReport.filled(result.over_time),
     "tolerance": lambda result: result.errors.scatter if result.options.fabrication else LeftOut.LEFT_OUT,
     "key": lambda result: run_key(result.design, result.options),
 }

@@ -53,7 +53,7 @@ class SizingReport:
     )
 
     @classmethod
-    def of(cls, sizing: "SpringSizing", beam_law_leaves_mm: tuple[float, ...] | None) -> Self:
+    def filled(cls, sizing: "SpringSizing", beam_law_leaves_mm: tuple[float, ...] | None) -> Self:
         """Return the springs that were sized, with the lengths of their leaves [mm]."""
         return cls(
             K_l_N_per_m=1e3 * sizing.springs.K_l,
@@ -75,7 +75,7 @@ class MaterialReport:
     process: str = report_field("", "name of the print process")
 
     @classmethod
-    def of(cls, process: "Process") -> Self:
+    def filled(cls, process: "Process") -> Self:
         """Return the material of a process."""
         return cls(name=process.material, E_MPa=process.E_MPa, poisson=process.poisson, process=process.name)
 
@@ -115,7 +115,7 @@ class ContactReport:
     )
 
     @classmethod
-    def of(cls, contact: FruitCompliance) -> Self:
+    def filled(cls, contact: FruitCompliance) -> Self:
         """Return the compliance of the fruit with its errors and what it cost."""
         skin = None
         if contact.skin is not None:
@@ -217,7 +217,7 @@ class CurveReport:
     )
 
     @classmethod
-    def of(cls, table: "ReadingTable", tips: "Tips") -> Self:
+    def filled(cls, table: "ReadingTable", tips: "Tips") -> Self:
         """Return P at full travel with its bands; the first modulus of the table represents the softest fruit."""
         bands = band_columns(table)
         columns = force_columns(table.response, tips) | bands
@@ -260,7 +260,7 @@ class ModulusReport:
     )
 
     @classmethod
-    def of(cls, row: "ModulusReading") -> Self:
+    def filled(cls, row: "ModulusReading") -> Self:
         """Return the bias and uncertainty of readings at one modulus."""
         return cls(
             E_MPa=row.E,
@@ -310,7 +310,7 @@ class ReadingReport:
     skin_pressure: tuple[SkinPressure, ...] = report_field("", "the pressure at each modulus of `fruit.E_MPa`")
 
     @classmethod
-    def of(cls, readings: "Readings") -> Self:
+    def filled(cls, readings: "Readings") -> Self:
         """Return the bias and uncertainty of readings, and the pressure on the skin."""
         bias = readings.bias
         uncertainty = readings.uncertainty
@@ -323,7 +323,7 @@ class ReadingReport:
             touch_fraction=readings.touch.value,
             noise_for_10_percent=readings.noise_percent,
             refused=readings.refused,
-            moduli=tuple(ModulusReport.of(row) for row in readings.moduli),
+            moduli=tuple(ModulusReport.filled(row) for row in readings.moduli),
             skin_pressure=readings.pressures,
         )
 
@@ -337,7 +337,7 @@ class PaperReport:
     verdicts: tuple[Verdict, ...] = report_field("", "verdicts on these springs, as in `verdicts[]`", each="KEY")
 
     @classmethod
-    def of(cls, verdicts: tuple[Verdict, ...]) -> Self:
+    def filled(cls, verdicts: tuple[Verdict, ...]) -> Self:
         """Return the springs of the paper with their verdicts."""
         return cls(K_l_N_per_m=1e3 * PAPER_SPRINGS.K_l, K_h_N_per_m=1e3 * PAPER_SPRINGS.K_h, verdicts=verdicts)
 
@@ -361,7 +361,7 @@ class AccuracyReport:
     contact: SolveReport = report_field("", "accuracy of the compliance s11 - s12")
 
     @classmethod
-    def of(cls, tolerance: float, fitted: "FittedHousing | None", contact: FruitCompliance) -> Self:
+    def filled(cls, tolerance: float, fitted: "FittedHousing | None", contact: FruitCompliance) -> Self:
         """Return the accuracy that was required, with the largest error of springs and contact."""
         springs = None
         if fitted is not None:
@@ -404,7 +404,7 @@ class RelaxationReport:
     moments: tuple[Moment, ...] = report_field("", "the best time of a reading")
 
     @classmethod
-    def of(cls, over_time: "ReadingOverTime") -> Self:
+    def filled(cls, over_time: "ReadingOverTime") -> Self:
         """Return forces, P and the apparent modulus over time, and the moment at which a reading moves least."""
         moduli = []
         for i, E in enumerate(over_time.E.tolist()):

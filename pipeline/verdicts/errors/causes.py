@@ -63,7 +63,7 @@ class Cause:
     `scatters` marks an input known within a range, which goes either way; otherwise the model leaves the cause out.
     `calibrated` means that calibrating the printed unit takes it away. The stiffness of a spring is proportional to
     its input to the `power`. `advice` is what a user can do about it. Its note says that the reason moves a number, so
-    the reason is then a noun.
+    the reason is then a noun phrase.
     """
 
     name: str

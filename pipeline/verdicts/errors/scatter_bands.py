@@ -1,4 +1,4 @@
-"""How much prints differ before they are calibrated: bands of their numbers, whose fields are keys of report.json.
+"""How much prints differ before they are calibrated: bands of their numbers.
 
 The bands are those of a sample of prints. In each of them, every cause that scatters from print to print has a value of
 its own, common to all springs.
@@ -61,7 +61,8 @@ def _sampled_factors(causes: Sequence[Cause]) -> Floats:
     normal = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))
     factors = np.ones((2, SAMPLES))
     for cause, of_sample in zip(causes, normal.T, strict=True):
-        two_sigma = (1.0 + cause.springs[:, None]) ** (1.0 / cause.power) - 1.0  # of the input, over its nominal value
+        in_last_press = np.reshape(cause.springs, (2, -1))[:, -1:]
+        two_sigma = (1.0 + in_last_press) ** (1.0 / cause.power) - 1.0  # of the input, over its nominal value
         factors = factors * (1.0 + two_sigma * of_sample / COVERAGE) ** cause.power
     return factors
 

@@ -96,7 +96,7 @@ def test_reading_is_in_per_cent_of_the_modulus():
         pressures=(skin,),
     )
     expected = {"noise_N_percent": 3.0, "gain_percent": 4.0}
-    report = ReadingReport.of(readings)
+    report = ReadingReport.filled(readings)
     assert (report.E_bias_percent, report.E_bias_error_percent) == pytest.approx((2.0, 0.1))
     assert (report.uncertainty_percent, report.touch_fraction) == pytest.approx((5.0, 0.4))
     assert report.noise_for_10_percent == pytest.approx(math.sqrt(0.1**2 - 0.04**2))  # at a slope of 1
@@ -105,7 +105,7 @@ def test_reading_is_in_per_cent_of_the_modulus():
     assert (modulus.E_MPa, modulus.E_bias_percent, modulus.uncertainty_percent) == pytest.approx((1.5, -2.0, 5.0))
     assert (modulus.sources, modulus.worst) == (pytest.approx(expected), str(worst))
     assert as_data(report.skin_pressure) == [{"E_MPa": 1.5, "pressure_MPa": 0.05, "limit_MPa": 0.06, "worst": "level"}]
-    unread = ReadingReport.of(Readings(method="rise", touch=Estimate(0.4, 0.01)))
+    unread = ReadingReport.filled(Readings(method="rise", touch=Estimate(0.4, 0.01)))
     assert (unread.E_bias_percent, unread.uncertainty_percent, unread.sources, unread.moduli) == (None, None, {}, ())
 
 
