@@ -13,7 +13,7 @@ OWN = Path(__file__).with_name("my_printer.toml")
 def print_leaves(title: str, changes: dict[str, object]) -> None:
     """Evaluate the default design with changes, and print the leaves of both springs and the verdicts."""
     result = twintip.evaluate(twintip.load_design("paper", changes))
-    for name, spring in zip(("low", "high"), result.springs.springs, strict=True):
+    for name, spring in result.springs.springs.items():
         leaf = spring.flexure
         print(f"{title:12} {name:4} leaf {leaf.length:6.2f} x {leaf.thickness:.1f} x {leaf.depth:g} mm")
     failed = [verdict.name for verdict in result.verdicts if not verdict.passed]
