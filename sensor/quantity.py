@@ -153,6 +153,12 @@ def report_field(
     return field(**options)
 
 
+def key_of(item: Field[Any]) -> str:
+    """Return the key of a field in a file or in data: its name unless it declares another `key`."""
+    key: str = item.metadata.get("key", item.name)
+    return key
+
+
 def validation_error(name: str, value: object, unit: str, bound: str, hint: str) -> InputError:
     """Return the error for one bad value: a sentence that says what is wrong, and one that says what to do.
 
@@ -238,7 +244,7 @@ def _declared(kind: type) -> tuple[tuple[Field[Any], str, str], ...]:
     They are looked up once: studies check millions.
     """
     declared = (item for item in dataclasses.fields(kind) if "hint" in item.metadata)
-    return tuple((item, item.metadata.get("key", item.name), item.metadata.get("flag", "")) for item in declared)
+    return tuple((item, key_of(item), item.metadata.get("flag", "")) for item in declared)
 
 
 def check_choice(name: str, value: object, kind: type[Any]) -> None:

@@ -113,8 +113,11 @@ def _part(value: Any, word: str, name: str) -> object:  # noqa: ANN401 - a mappi
     elif isinstance(value, tuple):
         if _INDEX.fullmatch(word) and -len(value) <= int(word) < len(value):
             return value[int(word)]
-    elif is_dataclass(value) and word in (told := told_fields(value)):
-        return told_value(value, told[word])
+    else:
+        kind: Any = type(value)
+        declared = _fields(kind)
+        if word in declared:
+            return told_value(value, declared[word][0])
     raise KeyError(name)
 
 

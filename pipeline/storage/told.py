@@ -21,7 +21,7 @@ from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, overrid
 from pipeline.storage.plain import Plain, strict_converter
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
-from sensor.quantity import InputError
+from sensor.quantity import InputError, key_of
 
 
 def as_data(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
@@ -43,7 +43,7 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
     """Return the function with which cattrs makes JSON data of a record, its keys in the order of the fields."""
     items = fields(kind)
     unstructure = make_dict_unstructure_fn(kind, converter, **{item.name: _override(item, converter) for item in items})
-    by_key = {_key(item): item for item in items}
+    by_key = {key_of(item): item for item in items}
     if not any(item.metadata.keys() & {"left_out", "inline"} for item in items):
         return unstructure
 
@@ -72,7 +72,7 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
     items = fields(kind)
     overrides = {item.name: _override(item, converter) for item in items}
     structure = make_dict_structure_fn(kind, converter, _cattrs_forbid_extra_keys=True, **overrides)
-    needed = [_key(item) for item in items if item.metadata.get("told", True) and _is_needed(item)]
+    needed = [key_of(item) for item in items if item.metadata.get("told", True) and _is_needed(item)]
 
     def structure_complete(data: Any, of_kind: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
         if isinstance(data, Mapping):
@@ -87,7 +87,7 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
 
 def told_fields(kind: Any) -> dict[str, Field[Any]]:  # noqa: ANN401 - any record
     """Return the fields of a record by their keys, without those that are no key."""
-    return {_key(item): item for item in fields(kind) if item.metadata.get("told", True)}
+    return {key_of(item): item for item in fields(kind) if item.metadata.get("told", True)}
 
 
 def told_value(record: object, item: Field[Any]) -> Any:  # noqa: ANN401 - of any field
@@ -112,18 +112,12 @@ def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: AN
         return override(omit=True)
     times = item.metadata.get("times")
     if times is None:
-        return override(rename=item.metadata.get("key"))
+        return override(rename=key_of(item))
     return override(
-        rename=item.metadata.get("key"),
+        rename=key_of(item),
         unstruct_hook=lambda value: scaled(converter.unstructure(value), times),
         struct_hook=lambda value, kind: scaled(converter.structure(value, kind), 1.0 / times),
     )
-
-
-def _key(item: Field[Any]) -> str:
-    """Return the key of a field in data."""
-    key: str = item.metadata.get("key", item.name)
-    return key
 
 
 def _is_needed(item: Field[Any]) -> bool:

@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeVar, get_origin
 import cattrs
 from cattrs.gen import make_dict_structure_fn, override
 
-from sensor.quantity import InputError, as_float, unknown_name, validation_error
+from sensor.quantity import InputError, as_float, key_of, unknown_name, validation_error
 
 T = TypeVar("T")
 
@@ -82,15 +82,9 @@ def _truth(value: object, _: object) -> bool:
 
 def _record_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - any record
     """Return the function with which cattrs makes a record of a table."""
-    renamed = {item.name: override(rename=_key(kind, item.name)) for item in fields(kind)}
+    renamed = {item.name: override(rename=key_of(item)) for item in fields(kind)}
     structure = make_dict_structure_fn(kind, converter, _cattrs_forbid_extra_keys=True, **renamed)  # type: ignore[arg-type]
     return lambda table, of_kind: structure(check_table(table), of_kind)
-
-
-def _key(kind: Any, name: str) -> str:  # noqa: ANN401 - any record
-    """Return the key of a field in the file."""
-    key: str = kind.__dataclass_fields__[name].metadata.get("key", name)
-    return key
 
 
 def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
@@ -99,13 +93,14 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
     error = min(errors.exceptions, key=lambda one: not isinstance(one, cattrs.ForbiddenExtraKeysError))
     if isinstance(error, cattrs.ForbiddenExtraKeysError):
         unknown = min(error.extra_fields)
-        keys = [_key(kind, item.name) for item in fields(kind)]
+        keys = list(map(key_of, fields(kind)))
         return unknown_name("key", _joined(path, unknown), keys, unknown)
     hint = ""
     for note in getattr(error, "__notes__", ()):
         if isinstance(note, cattrs.AttributeValidationNote):
-            path = _joined(path, _key(kind, note.name))
-            hint = kind.__dataclass_fields__[note.name].metadata.get("hint", "")
+            item = kind.__dataclass_fields__[note.name]
+            path = _joined(path, key_of(item))
+            hint = item.metadata.get("hint", "")
         elif isinstance(note, cattrs.IterableValidationNote):
             path = _joined(path, str(note.index))
     match error:
