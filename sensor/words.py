@@ -51,15 +51,20 @@ def _beside_number(unit: str) -> str:
 
 
 def rounded(value: float, digits: int = 3, *, towards: float | None = None) -> float:
-    """Return the number of so many digits that is nearest to a value [its unit], or next to it towards a number.
+    """Return the number of so many digits that is nearest to a value [its unit], or next to it towards a number."""
+    found = value if value == 0.0 or towards is None else next_multiple(value, digits, towards)
+    return float(f"{found:.{digits}g}")
 
-    A value that is off such a number by a millionth of its last digit is that number.
+
+def next_multiple(value: float, digits: int, towards: float) -> float:
+    """Return the multiple of the last of so many digits that is next to a value towards a number [its unit].
+
+    It is a product, whose last bits may differ from the number as it is written. A value that is off a multiple by a
+    millionth of the last digit is that multiple. Raises ValueError for 0.
     """
-    if value == 0.0 or towards is None:
-        return float(f"{value:.{digits}g}")
     step = 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1)
     round_to_whole = math.ceil if towards > value else math.floor
-    return float(f"{round_to_whole(round(value / step, 6)) * step:.{digits}g}")
+    return round_to_whole(round(value / step, 6)) * step
 
 
 def round_below(value: float) -> float:

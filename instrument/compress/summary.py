@@ -2,7 +2,7 @@
 
 import math
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from rich.console import RenderableType
 
 from instrument.compress.modulus import CompressionResult
 from instrument.template import template_parts
-from sensor.words import rounded
+from sensor.words import next_multiple, rounded
 
 _MODULI = 7  # in the design's list, as in the paper's
 
@@ -74,19 +74,11 @@ def design_range(results: Sequence[CompressionResult]) -> DesignRange:
     """
     E = np.array([test.E_MPa for test in results])
     u = 0.01 * np.array([test.u_percent for test in results])
-    E_max = _two_digits(float((E * (1.0 + u)).max()), math.ceil)
-    E_min = _two_digits(float((E * (1.0 - u)).min()), math.floor)
+    # The last bits of the ends decide how a modulus half way between two numbers is rounded.
+    E_max = next_multiple(float((E * (1.0 + u)).max()), 2, math.inf)
+    E_min = next_multiple(float((E * (1.0 - u)).min()), 2, 0.0)
     moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)
     return DesignRange(E_max_MPa=rounded(E_max), E_MPa=tuple(rounded(modulus) for modulus in moduli))
-
-
-def _two_digits(value: float, whole: Callable[[float], int]) -> float:
-    """Return a positive value [any unit] rounded up or down to two digits, as a multiple of its step.
-
-    Its last bit decides how moduli between the ends are rounded that lie half way, so it is kept.
-    """
-    step = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return step * whole(round(value / step, 9))
 
 
 def result_parts(
