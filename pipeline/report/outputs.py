@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.options import run_key
 from pipeline.report.of_result import report_of_result
 from pipeline.report.page.page import page_of
 from pipeline.report.report import ListedFile, report_data
@@ -48,9 +47,10 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     design = f"# {result.options.command}\n{design_as_toml(result.design)}"
     (folder / "design.toml").write_text(design, encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
+    report = report_of_result(result)
     if result.options.look:
-        (folder / LATEST).write_text(f'latest("{run_key(result.design, result.options)}")\n', encoding="utf-8")
-    report = report_of_result(result, listed_files(folder))
+        (folder / LATEST).write_text(f'latest("{report.key}")\n', encoding="utf-8")
+    report = replace(report, files=listed_files(folder))
     if page:
         (folder / PAGE).write_text(page_of(report, result, folder), encoding="utf-8")
     data = report_data(replace(report, files=listed_files(folder)))
