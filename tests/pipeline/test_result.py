@@ -3,7 +3,12 @@
 import dataclasses
 import re
 
-from stand_ins import result_of
+import pytest
+from stand_ins import GOOD, result_of
+
+from pipeline.main_job import with_file_verdicts
+from pipeline.options import ROUGH_TOLERANCE, RunOptions
+from sensor.design.parameters import Design
 
 
 def test_result_passes_as_its_verdicts_do():
@@ -27,3 +32,19 @@ def test_notebook_shows_a_result_in_one_line():
     )
     assert len(shown) <= 80
     assert [int(word) for word in re.findall(r"\d+", shown)] == [len(rest), 1, 1]
+
+
+def test_verdicts_on_files_stand_behind_those_on_printing_and_at_the_end():
+    result = result_of()
+    sensor = dataclasses.replace(result, verdicts=tuple(one for one in result.verdicts if one.row.group != "solid"))
+    making = dataclasses.replace(GOOD, name="sideways.low", passed=False)
+    names = [verdict.name for verdict in with_file_verdicts(sensor, [GOOD], [making])]
+    behind = 1 + names.index("printable.high")
+    assert names[:behind] + names[behind + 1 : -1] == [verdict.name for verdict in sensor.verdicts]
+    assert (names[behind], names[-1]) == (GOOD.name, making.name)
+    assert with_file_verdicts(sensor, [GOOD], [making])[-1].remedy
+
+
+@pytest.mark.parametrize(("tolerance", "sentences"), [(1e-3, 0), (ROUGH_TOLERANCE, 1)])
+def test_rough_answer_says_that_it_is_one(tolerance, sentences):
+    assert len(result_of(Design(), RunOptions(tolerance=tolerance)).left_out) == sentences

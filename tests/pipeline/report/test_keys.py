@@ -24,7 +24,9 @@ def test_value_at_a_name(report):
     assert value_at({"springs": report.springs}, "springs.K_h_N_per_m") == report.springs.K_h_N_per_m
 
 
-@pytest.mark.parametrize("name", ["verdicts.none.value", "springs.none", "response.99.P", "notes.x", "flexures.mid"])
+@pytest.mark.parametrize(
+    "name", ["verdicts.none.value", "springs.none", "response.99.P", "response.-99.P", "notes.x", "flexures.mid"]
+)
 def test_name_without_a_value(name, report):
     with pytest.raises(KeyError):
         value_at(report, name)

@@ -15,7 +15,8 @@ from pipeline.reading.records import SkinPressure
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.of_result import OF_SENSOR
 from pipeline.report.outputs import write_outputs
-from pipeline.report.parts import ReadingReport
+from pipeline.report.parts import ContactReport, ReadingReport, SizingReport
+from pipeline.springs.sizing import spring_sizing
 from pipeline.springs.spring import Spring
 from pipeline.storage.told import as_data
 from sensor.design.fruit import Fruit
@@ -234,3 +235,19 @@ def test_relaxation_is_in_seconds_and_per_cent():
         np.testing.assert_allclose(np.array(row["F_N"], dtype=float), forces.T)
     for key, numbers in (("P", over_time.P), ("E_apparent_MPa", over_time.apparent)):
         np.testing.assert_array_equal(np.array([row[key] for row in report["moduli"]], dtype=float), numbers)
+
+
+def test_compliance_is_read_back_with_the_error_of_each_of_its_parts():
+    contact = dataclasses.replace(CONTACT, error_pair=1e-4, error_own=3e-4)
+    found = ContactReport.filled(contact).compliance(contact.tips)
+    assert (found.error_pair, found.error_own) == pytest.approx((1e-4, 3e-4), rel=1e-12)
+    np.testing.assert_array_equal(found.S, contact.S)
+
+
+def test_fruit_that_sized_the_springs_is_told_where_contact_has_another_one():
+    """The paper's formula is softer than the solved contact: springs follow from it, verdicts from the contact."""
+    sizing = spring_sizing(Design(), CONTACT, RunOptions(fruit_stiffness="hayes"))
+    report = SizingReport.filled(sizing, None)
+    assert report.K_m_max_N_per_m == pytest.approx(1e3 * Design().fruit.E_max_MPa * report.K_m_over_E_mm)
+    assert report.K_m_max_N_per_m != pytest.approx(1e3 * sizing.K_m_max_contact, rel=1e-3)
+    assert report.fruit_stiffness == "hayes"
