@@ -34,7 +34,7 @@ INTRODUCTION = """\
 springs are then solved in every other mount, on one mesh. Each row names, for one mount, the other mount that changes
 K_l or K_h most. Springs that a process cannot make have no row.
 
-A run does not solve other mounts. Its error bars use `LARGEST_MOUNT_CHANGES` of `pipeline/verdicts/errors/causes.py`.
+A run does not solve other mounts. Its error bars use `LARGEST_MOUNT_CHANGES` of `pipeline/errors/causes.py`.
 These are the largest changes of this section, plus a quarter. Another mesh moves a change by a tenth of it."""
 
 

@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from pipeline.errors.records import LevelTargets
+from pipeline.errors.sensor_errors import SensorErrors
+from pipeline.errors.targets import SceneTargets
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
@@ -14,9 +17,6 @@ from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.plain import Plain
 from pipeline.storage.stopwatch import Seconds
-from pipeline.verdicts.errors.sensor_errors import SensorErrors
-from pipeline.verdicts.records import LevelTargets
-from pipeline.verdicts.targets import SceneTargets
 from sensor.design.parameters import Design
 from sensor.record import Record
 from sensor.verdict import Verdict, all_passed, judge

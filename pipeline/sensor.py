@@ -5,6 +5,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from typing import Literal, TypeVar
 
+from pipeline.errors.records import LevelTargets
+from pipeline.errors.sensor_errors import SensorErrors, sensor_errors
+from pipeline.errors.targets import SceneTargets, reached_targets
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings, analyse_readings, reading_constants, tilted_presses
 from pipeline.reading.over_time import ReadingOverTime, reading_over_time, refuse_unsolvable_time
@@ -19,10 +22,7 @@ from pipeline.springs.behaviour_record import SpringBehaviour
 from pipeline.springs.fitted_springs import BeginSolid, FittedSprings, springs_for, with_sideways_give
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
-from pipeline.verdicts.errors.sensor_errors import SensorErrors, sensor_errors
-from pipeline.verdicts.records import LevelTargets
 from pipeline.verdicts.sensor import RULES, paper_verdicts
-from pipeline.verdicts.targets import SceneTargets, reached_targets
 from sensor.design.parameters import Design
 from sensor.design.tip_mount import plate_depth
 from sensor.verdict import Group, Verdict, row_of

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pipeline.errors.budget import Budgets
 from pipeline.reading.analysis import Readings
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
-from pipeline.verdicts.errors.budget import Budgets
 from sensor.design.fruit import USUAL_MODULI
 from sensor.design.parameters import Design
 from sensor.quantity import COVERAGE

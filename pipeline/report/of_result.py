@@ -5,6 +5,8 @@ from functools import cache
 from importlib.metadata import version
 from typing import Any
 
+from pipeline.errors.records import UncertaintyBudget
+from pipeline.errors.targets import force_errors_of_springs
 from pipeline.options import run_key
 from pipeline.report.notes import notes
 from pipeline.report.parts import (
@@ -23,8 +25,6 @@ from pipeline.report.report import LeftOut, ListedFile, Report
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.springs.fitted_springs import printable_leaves
-from pipeline.verdicts.records import UncertaintyBudget
-from pipeline.verdicts.targets import force_errors_of_springs
 from sensor.verdict import Verdict
 
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")

@@ -20,11 +20,11 @@ from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
 
 if TYPE_CHECKING:
+    from pipeline.errors.sensor_errors import ReadingTable
     from pipeline.reading.analysis import ModulusReading, Readings
     from pipeline.reading.over_time import ReadingOverTime
     from pipeline.springs.leaf_lengths import FittedHousing
     from pipeline.springs.sizing import SpringSizing
-    from pipeline.verdicts.errors.sensor_errors import ReadingTable
     from sensor.design.processes import Process
     from sensor.design.tips import Tips
     from solve.contact.linear_response import SensorResponse

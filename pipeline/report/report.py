@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import get_origin, get_type_hints
 
 from cad.parts.housing import Housing
+from pipeline.errors.records import LevelTargets, ScatterBands, UncertaintyBudget
 from pipeline.reading.read_out import ReadingConstants
 from pipeline.report.parts import (
     AccuracyReport,
@@ -32,7 +33,6 @@ from pipeline.springs.spring import Spring
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.storage.told import as_data, structure_hook
-from pipeline.verdicts.records import LevelTargets, ScatterBands, UncertaintyBudget
 from sensor.design.design_file import design_from_mapping
 from sensor.design.parameters import Design
 from sensor.gone import REPORT_KEYS

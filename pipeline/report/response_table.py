@@ -12,7 +12,7 @@ from sensor.design.tips import Tips
 from sensor.words import shown
 
 if TYPE_CHECKING:
-    from pipeline.verdicts.errors.sensor_errors import ReadingTable
+    from pipeline.errors.sensor_errors import ReadingTable
     from solve.contact.linear_response import SensorResponse
 
 Columns = dict[str, Floats]

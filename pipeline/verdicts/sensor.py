@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from pipeline.errors.targets import SceneTargets, force_errors_of_springs, reached_targets
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of
 from pipeline.springs.fitted_springs import FittedSprings
@@ -23,7 +24,6 @@ from pipeline.verdicts.rules import (
     touch_verdict,
     uncertainty_verdict,
 )
-from pipeline.verdicts.targets import SceneTargets, force_errors_of_springs, reached_targets
 from sensor.design.parameters import PAPER_TARGETS, Targets
 from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import PAPER_SPRINGS

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.find.fruit_range import bruise_limit
 from pipeline.options import load_design
-from pipeline.study.suggest.fruit_range import bruise_limit
 from pipeline.verdicts.hints import least_travel
 
 ROOT = Path(__file__).parents[2]

@@ -25,8 +25,8 @@ from twintip.commands.console import (
 from twintip.commands.run import named_design, settings_of
 
 if TYPE_CHECKING:
-    from pipeline.study.suggest.fruit_range import FruitRange
-    from pipeline.study.suggest.suggestion import Suggestion
+    from pipeline.find.fruit_range import FruitRange
+    from pipeline.find.suggestion import Suggestion
 
 
 def run(arguments: Namespace) -> Answer:
@@ -67,8 +67,8 @@ def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
     named = named_design(arguments)
     if arguments.fruit is None:
         return None, named
-    from pipeline.study.suggest.fruit_design import PRESETS, fruit_of, most_alike
-    from pipeline.study.suggest.fruit_range import fruit_range
+    from pipeline.find.fruit_design import PRESETS, fruit_of, most_alike
+    from pipeline.find.fruit_range import fruit_range
 
     if named != DEFAULT_DESIGN:
         hint = "give one of both: --fruit starts from the preset most like the fruit"
@@ -80,7 +80,7 @@ def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
 
 def _changes(found: "Suggestion") -> list[Json]:
     """Return a row for each key that a suggestion changes: the key, its value before and its value after."""
-    from pipeline.study.suggest.changes import value_of
+    from pipeline.find.changes import value_of
 
     changes = found.changes or {}
     return [{"key": key, "from": value_of(found.design, key), "to": value} for key, value in changes.items()]
@@ -116,8 +116,8 @@ def _found(
 
     The design is that of the preset or file that is `named`.
     """
-    from pipeline.study.suggest.fruit_design import fruit_suggestion
-    from pipeline.study.suggest.suggestion import suggestion
+    from pipeline.find.fruit_design import fruit_suggestion
+    from pipeline.find.suggestion import suggestion
 
     keep = frozenset(arguments.keep)
     with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():

@@ -184,7 +184,7 @@ def test_radii_that_are_told_change_nothing_where_the_design_names_the_same_ones
 @pytest.fixture
 def command(ball, into_the_ball, monkeypatch, tmp_path, capsys):
     """Return a function that runs `pipeline read` on a press of the ball, and returns its exit code and its answer."""
-    monkeypatch.setattr("twintip.commands.measuring.read.read_report", lambda _: ball.report)
+    monkeypatch.setattr("twintip.commands.read.read_report", lambda _: ball.report)
     lines = ["t_s,F_1_N,F_2_N,F_3_N,F_4_N"]
     lines += [",".join(f"{value:.12g}" for value in (0.01 * k, *row)) for k, row in enumerate(into_the_ball.tolist())]
     path = tmp_path / "press.csv"

@@ -22,7 +22,7 @@ from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.relaxing import timed_forces
-from twintip.commands.measuring import read
+from twintip.commands import read
 from twintip.flags import COMMANDS
 
 ARMS = ((0.25, 0.8), (0.2, 30.0))

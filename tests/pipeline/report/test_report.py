@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from stand_ins import relaxing_result, result_of
 
+from pipeline.errors.records import ScatterBands
 from pipeline.options import RunOptions
 from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import listed_files, write_outputs
 from pipeline.report.report import ListedFile, read_data, read_report, report_data, report_of
 from pipeline.storage.digests import file_digest
 from pipeline.storage.told import as_data
-from pipeline.verdicts.records import ScatterBands
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Press, Tips

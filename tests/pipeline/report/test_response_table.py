@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, K_M_OVER_E, result_of, sizing_of
 
+from pipeline.errors.budget import level_press
+from pipeline.errors.sensor_errors import reading_table
+from pipeline.errors.targets import ForceRatioCurve
 from pipeline.report.of_result import report_of_result
 from pipeline.report.response_table import force_columns, response_csv
-from pipeline.verdicts.errors.budget import level_press
-from pipeline.verdicts.errors.sensor_errors import reading_table
-from pipeline.verdicts.targets import ForceRatioCurve
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
 from sensor.theory.two_spring_law import Springs, force_ratio, fruit_stiffness

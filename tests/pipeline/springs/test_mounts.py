@@ -14,9 +14,9 @@ from cad.parts.cover import WASHER_MM
 from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
 from mesh.housing.sweep import flexure_mesh
+from pipeline.errors.causes import LARGEST_MOUNT_CHANGES
 from pipeline.springs.leaf_lengths import COARSE, DEFAULT
 from pipeline.springs.mounts import COARSE_SCALE, mount_layers
-from pipeline.verdicts.errors.causes import LARGEST_MOUNT_CHANGES
 from sensor.design.parameters import Design, Print
 from solve.elasticity import vector_basis
 from solve.housing.clamped_half import REDUCED

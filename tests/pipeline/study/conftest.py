@@ -1,4 +1,4 @@
-"""Studies that are solved in this process, studies in processes that cannot outlive a test, and a study file."""
+"""Studies in processes that cannot outlive a test."""
 
 import os
 import select
@@ -6,66 +6,12 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import Executor, Future
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import pytest
 from browser import open_page, opened_browser  # noqa: F401 - fixtures
 from deadline import DEADLINE_S
-
-from pipeline.study import workers
-from pipeline.study.workers import Engine
-
-
-class InProcess(Executor):
-    """Runs what it is given at once."""
-
-    def submit(self, fn, /, *args, **kwargs):
-        """Return a future that has ended."""
-        future: Future[Any] = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except Exception as error:  # noqa: BLE001 - a future keeps whatever was raised
-            future.set_exception(error)
-        return future
-
-
-@pytest.fixture(scope="session")
-def engine():
-    return Engine(open=InProcess, close=Executor.shutdown, workers=1, lost=(ConnectionError,))
-
-
-@pytest.fixture
-def in_process(engine, monkeypatch):
-    """Let commands solve in this process."""
-    monkeypatch.setattr(workers, "chosen_engine", lambda _processes, _scheduler: nullcontext(engine))
-
-
-LAW = """
-base = "paper"
-samples = 8
-seed = 7
-wanted = ["springs.K_l_N_per_m", "springs.K_h_N_per_m"]
-[vary]
-"targets.P_max" = { from = 3, to = 8 }
-"""
-"""A study of one scene of contact."""
-
-
-@pytest.fixture
-def written(tmp_path):
-    """Write a study file, of some text with replacements."""
-
-    def write(text=LAW, **replaced):
-        for old, new in replaced.items():
-            text = text.replace(old, new)
-        path = tmp_path / "springs.toml"
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return write
 
 
 def wait_until(holds):

@@ -25,7 +25,7 @@ from sensor.machine_error import MachineError
 from sensor.quantity import InputError
 from sensor.theory.two_spring_law import size_springs
 from twintip.cli import main
-from twintip.commands.studying import study as command
+from twintip.commands import study as command
 
 TASKS = [
     ("contact", 8, 1, {1}),

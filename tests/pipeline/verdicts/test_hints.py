@@ -6,8 +6,8 @@ from string import Formatter
 import pytest
 from stand_ins import GOOD, result_of, springs_of
 
+from pipeline.find.changes import MOVES, sweeps
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions, load_design
-from pipeline.study.suggest.changes import MOVES, sweeps
 from pipeline.verdicts.hints import CONTACT_SIZES, PARTS, SEARCH, hint, shorter_travel, tolerance_hint, with_hints
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 from stand_ins import CONTACT, K_M_OVER_E, LENGTHS, sensor_of, solved, springs_of
 
+from pipeline.errors.targets import ForceRatioCurve, SceneTargets
 from pipeline.springs.spring import Spring
 from pipeline.verdicts.rules import (
     NL_verdict,
@@ -16,7 +17,6 @@ from pipeline.verdicts.rules import (
     printable_verdict,
     stiffness_verdict,
 )
-from pipeline.verdicts.targets import ForceRatioCurve, SceneTargets
 from sensor.design.parameters import PAPER_SPRINGS, PAPER_TARGETS, Design, Targets
 from sensor.theory.two_spring_law import Springs, curve_shares, force_ratio, size_springs
 from sensor.verdict import row_of

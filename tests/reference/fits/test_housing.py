@@ -11,8 +11,8 @@ from scipy.optimize import curve_fit
 
 from cad.parts.layout import housing_for
 from mesh.housing.sweep import flexure_mesh
+from pipeline.errors.causes import FRAME_FRACTIONS
 from pipeline.springs.leaf_lengths import COARSE, DEFAULT, MESH_PAIRS, coarse_lift
-from pipeline.verdicts.errors.causes import FRAME_FRACTIONS
 from sensor.design.parameters import Design, Print
 from sensor.design.processes import PROCESSES
 from solve.housing.stiffness import STRAIN_ERROR_SHARE, tip_compliance

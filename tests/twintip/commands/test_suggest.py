@@ -7,10 +7,10 @@ from contextlib import nullcontext
 
 import pytest
 
+from pipeline.find import fruit_design
+from pipeline.find import suggestion as room
+from pipeline.find.suggestion import Suggestion
 from pipeline.options import load_design
-from pipeline.study.suggest import fruit_design
-from pipeline.study.suggest import suggestion as room
-from pipeline.study.suggest.suggestion import Suggestion
 from sensor.design.design_file import design_as_toml
 from sensor.quantity import Estimate
 from sensor.verdict import judge

@@ -10,11 +10,9 @@ from types import SimpleNamespace
 import pytest
 
 from mesh.session import MeshError
-from pipeline.options import DEFAULT_TOLERANCE, RunOptions, load_design
-from pipeline.response.contact import fruit_compliance
-from pipeline.storage.folder import OutputError
-from pipeline.study import optimise, read_study
-from pipeline.study.optimise import (
+from pipeline.find import optimise, proof
+from pipeline.find.candidate import MARGIN, Candidate
+from pipeline.find.optimise import (
     MOST_RUNS,
     candidate_of,
     is_base,
@@ -23,8 +21,10 @@ from pipeline.study.optimise import (
     search,
     value_of_run,
 )
-from pipeline.study.search import proof
-from pipeline.study.search.candidate import MARGIN, Candidate
+from pipeline.options import DEFAULT_TOLERANCE, RunOptions, load_design
+from pipeline.response.contact import fruit_compliance
+from pipeline.storage.folder import OutputError
+from pipeline.study import read_study
 from pipeline.study.store import study_store
 from pipeline.study.study_file import UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT
 from pipeline.study.tasks import PointResult

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from cad.files.export_error import ExportError
 from mesh.session import MeshError
 from pipeline import run
+from pipeline.find.candidate import Candidate
 from pipeline.options import RunOptions
 from pipeline.result import SensorResult
 from pipeline.storage.folder import OutputError
-from pipeline.study.search.candidate import Candidate
 from sensor.design.parameters import Design
 from sensor.quantity import InputError
 from solve.linear import SolveError

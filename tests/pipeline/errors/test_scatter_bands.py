@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from stand_ins import K_M_OVER_E, PETG, sensor_of, springs_of
 
+from pipeline.errors.budget import level_press
+from pipeline.errors.causes import CALIBRATED
+from pipeline.errors.scatter_bands import scatter_bands
 from pipeline.response.scene_press import curve_moduli, scene_of
-from pipeline.verdicts.errors.budget import level_press
-from pipeline.verdicts.errors.causes import CALIBRATED
-from pipeline.verdicts.errors.scatter_bands import scatter_bands
 from sensor.design.parameters import Design, Targets
 from sensor.theory.two_spring_law import force_ratio, nonlinearity
 

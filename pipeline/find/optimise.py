@@ -12,14 +12,14 @@ from typing import Any, Literal
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
+from pipeline.find.candidate import REFUSED_COST, Candidate
+from pipeline.find.proof import Proof, first_proved
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions
 from pipeline.report.keys import value_at
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
 from pipeline.study.execute import solve_missing
 from pipeline.study.page import refuse_page
-from pipeline.study.search.candidate import REFUSED_COST, Candidate
-from pipeline.study.search.proof import Proof, first_proved
 from pipeline.study.store import StudyStore, settings_text, study_store
 from pipeline.study.study_file import REFUSED, UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT, Study, front_number
 from pipeline.study.tasks import PointResult

@@ -3,9 +3,9 @@
 from argparse import Namespace
 from pathlib import Path
 
-from pipeline.study.optimise import Place, is_base, places, prove, refuse_occupied, search, value_of_run
+from pipeline.find.optimise import Place, is_base, places, prove, refuse_occupied, search, value_of_run
+from pipeline.find.proof import Proof
 from pipeline.study.page import BEST, write_page
-from pipeline.study.search.proof import Proof
 from pipeline.study.store import stored_study
 from pipeline.study.study_file import Study, read_study
 from pipeline.study.workers import chosen_engine, shown_progress

@@ -6,11 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.options import RunOptions
-from pipeline.reading.analysis import ModulusReading, Readings
-from pipeline.reading.pressed_sensor import PressedSensor
-from pipeline.response.scene_press import ScenePress
-from pipeline.verdicts.errors.budget import (
+from pipeline.errors.budget import (
     Budgets,
     LevelPress,
     level_press,
@@ -18,10 +14,14 @@ from pipeline.verdicts.errors.budget import (
     total_errors,
     uncertainty_budgets,
 )
-from pipeline.verdicts.errors.causes import after_calibration
-from pipeline.verdicts.errors.scatter_bands import scatter_bands
-from pipeline.verdicts.records import ScatterBands
-from pipeline.verdicts.targets import ForceRatioCurve, SceneTargets, characteristic, force_errors_of_springs
+from pipeline.errors.causes import after_calibration
+from pipeline.errors.records import ScatterBands
+from pipeline.errors.scatter_bands import scatter_bands
+from pipeline.errors.targets import ForceRatioCurve, SceneTargets, characteristic, force_errors_of_springs
+from pipeline.options import RunOptions
+from pipeline.reading.analysis import ModulusReading, Readings
+from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.response.scene_press import ScenePress
 from sensor.arrays import Floats
 from sensor.record import Record
 from solve.contact.linear_response import SensorResponse

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, sensor_of, sizing_of, springs_of
 
+from pipeline.errors.targets import SceneTargets, reached_targets
 from pipeline.response.scene_press import ScenePress, press_scene, scene_of
 from pipeline.verdicts.rules import NL_verdict, P_max_verdict
-from pipeline.verdicts.targets import SceneTargets, reached_targets
 from sensor.design.parameters import Design, Targets
 from sensor.design.tips import Press
 from sensor.verdict import Verdict

@@ -5,15 +5,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pipeline import run
+from pipeline.find.candidate import Candidate
+from pipeline.find.changes import Changes, change_design, in_words, size, sweeps, value_of
+from pipeline.find.proof import UNSOLVED, Proof, first_proved
 from pipeline.options import RunOptions
 from pipeline.response.scene_press import TRAVELS, scene_of
 from pipeline.response.unit_scene import unit_scene
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.storage.stopwatch import Progress, silent
-from pipeline.study.search.candidate import Candidate
-from pipeline.study.search.proof import UNSOLVED, Proof, first_proved
-from pipeline.study.suggest.changes import Changes, change_design, in_words, size, sweeps, value_of
 from pipeline.verdicts.hints import least_travel, shorter_travel, tolerance_hint
 from pipeline.verdicts.rules import displacement_verdict
 from sensor.design.parameters import Design

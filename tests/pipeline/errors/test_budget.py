@@ -13,18 +13,18 @@ from scenes import SPHERE
 from scipy.optimize import brentq
 from stand_ins import CONTACT, ERRORS, K_M_OVER_E, LENGTHS, sizing_of, springs_of
 
-from pipeline.response.scene_press import curve_moduli, scene_of
-from pipeline.springs.fitted_springs import GRAVITY
-from pipeline.verdicts.errors.budget import (
+from pipeline.errors.budget import (
     budget_of,
     level_press,
     relative_change,
     total_errors,
     uncertainty_budgets,
 )
-from pipeline.verdicts.errors.causes import LARGEST_MOUNT_CHANGES, after_calibration, all_causes
+from pipeline.errors.causes import LARGEST_MOUNT_CHANGES, after_calibration, all_causes
+from pipeline.errors.targets import SceneTargets, characteristic
+from pipeline.response.scene_press import curve_moduli, scene_of
+from pipeline.springs.fitted_springs import GRAVITY
 from pipeline.verdicts.rules import NL_verdict, P_max_verdict
-from pipeline.verdicts.targets import SceneTargets, characteristic
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print, Targets
 from sensor.design.reading import Reading
@@ -432,7 +432,7 @@ def test_numbers_of_a_solved_scene():
 
 def test_bound_of_mounts_is_the_largest_change_of_its_page_with_a_margin_of_a_quarter():
     """Rounded up to 1e-4; the two digits of the page hide up to 5e-5 of a change."""
-    page = (Path(__file__).parents[4] / "docs" / "measurements.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "measurements.md").read_text(encoding="utf-8")
     largest = re.search(r"^- largest by any other mount: K_l (\S+) %, K_h (\S+) %$", page, re.MULTILINE)
     margin = np.abs(LARGEST_MOUNT_CHANGES) - 1.25 * 0.01 * np.array(largest.groups(), dtype=float)
     assert margin.min() >= 0.0

@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import ndtri
 
+from pipeline.errors.budget import LevelPress
+from pipeline.errors.causes import Cause, known_springs
+from pipeline.errors.records import Interval, ScatterBands
+from pipeline.errors.targets import characteristic
 from pipeline.reading.pressed_sensor import PressedSensor
-from pipeline.verdicts.errors.budget import LevelPress
-from pipeline.verdicts.errors.causes import Cause, known_springs
-from pipeline.verdicts.records import Interval, ScatterBands
-from pipeline.verdicts.targets import characteristic
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE
 from sensor.theory.two_spring_law import curve_nonlinearity

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from pipeline.study.search.candidate import MARGIN, Candidate, shortfall
+from pipeline.find.candidate import MARGIN, Candidate, shortfall
 from sensor.verdict import Verdict
 
 

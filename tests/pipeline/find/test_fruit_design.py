@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from instrument.compress.bodies import Ellipsoid
+from pipeline.find import fruit_design as room
+from pipeline.find import proof
+from pipeline.find.changes import change_design
+from pipeline.find.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_alike, scaled_changes
+from pipeline.find.fruit_range import FruitRange, bruise_limit, fruit_range
 from pipeline.options import load_design
-from pipeline.study.search import proof
-from pipeline.study.suggest import fruit_design as room
-from pipeline.study.suggest.changes import change_design
-from pipeline.study.suggest.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_alike, scaled_changes
-from pipeline.study.suggest.fruit_range import FruitRange, bruise_limit, fruit_range
 from pipeline.verdicts.hints import least_travel
 from sensor.quantity import Estimate, InputError
 from sensor.verdict import Verdict

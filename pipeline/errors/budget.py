@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.errors.causes import NO_CAUSE, POSE, Cause, all_causes
+from pipeline.errors.records import Contribution, UncertaintyBudget
+from pipeline.errors.targets import SceneTargets, characteristic
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress
-from pipeline.verdicts.errors.causes import NO_CAUSE, POSE, Cause, all_causes
-from pipeline.verdicts.records import Contribution, UncertaintyBudget
-from pipeline.verdicts.targets import SceneTargets, characteristic
 from sensor.arrays import Floats
 from sensor.record import Record
 from sensor.theory.two_spring_law import Definition, curve_nonlinearity

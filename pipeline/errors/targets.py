@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.errors.records import LevelTargets
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, spring_fractions
-from pipeline.verdicts.records import LevelTargets
 from sensor.arrays import Floats
 from sensor.design.parameters import Targets
 from sensor.quantity import Estimate

@@ -13,11 +13,11 @@ import numpy as np
 
 from cad.parts.housing import ENGRAVED_MM
 from cad.parts.pin import tip_accuracy_mm
+from pipeline.errors.targets import LEAST_TRAVEL, characteristic
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.behaviour import stiffening
 from pipeline.springs.fitted_springs import tip_height_offsets
-from pipeline.verdicts.targets import LEAST_TRAVEL, characteristic
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.design.processes import Process

@@ -5,13 +5,12 @@ import dataclasses
 import pytest
 from stand_ins import GOOD, result_of
 
+from pipeline.find import changes, proof
+from pipeline.find import suggestion as room
+from pipeline.find.changes import change_design, size, sweeps
+from pipeline.find.suggestion import Search, suggestion
 from pipeline.options import RunOptions, load_design, setting_text
 from pipeline.sensor import Sensor
-from pipeline.study.search import proof
-from pipeline.study.suggest import changes
-from pipeline.study.suggest import suggestion as room
-from pipeline.study.suggest.changes import change_design, size, sweeps
-from pipeline.study.suggest.suggestion import Search, suggestion
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.processes import PROCESSES

@@ -7,15 +7,15 @@ sizes, the bruise limit, how far off centre a hand is, what can be printed.
 
 import math
 
+from pipeline.find.candidate import Candidate
+from pipeline.find.changes import Changes, change_design, in_words, value_of
+from pipeline.find.fruit_range import Ends, FruitRange, bruise_limit
+from pipeline.find.proof import first_proved
+from pipeline.find.suggestion import Suggestion
 from pipeline.options import RunOptions, load_design
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.storage.stopwatch import Progress, silent
-from pipeline.study.search.candidate import Candidate
-from pipeline.study.search.proof import first_proved
-from pipeline.study.suggest.changes import Changes, change_design, in_words, value_of
-from pipeline.study.suggest.fruit_range import Ends, FruitRange, bruise_limit
-from pipeline.study.suggest.suggestion import Suggestion
 from pipeline.verdicts.hints import least_travel
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading

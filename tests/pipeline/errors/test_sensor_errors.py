@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pipeline.errors.sensor_errors import table_of_readings
+from pipeline.errors.targets import ForceRatioCurve
 from pipeline.reading.analysis import ModulusReading
 from pipeline.reading.poses import Placement
 from pipeline.reading.uncertainty import UncertaintySources
-from pipeline.verdicts.errors.sensor_errors import table_of_readings
-from pipeline.verdicts.targets import ForceRatioCurve
 from sensor.quantity import Estimate
 from sensor.theory.two_spring_law import Springs
 

@@ -1,1 +1,0 @@
-"""The nearest design that passes, proved by a run."""

@@ -1,1 +1,0 @@
-"""Commands for what was measured: compression tests, a printed unit, its readings."""

@@ -1,1 +1,0 @@
-"""Commands for studies: many designs around one, and the best of them."""
