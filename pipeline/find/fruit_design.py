@@ -31,6 +31,7 @@ TOLERANCE = 0.01  # of the springs whose contact is good enough for the bars of 
 _LEAST_SPACING_MM = 4.0
 _BEYOND_SIDE_MM = 0.5  # between two neighbouring tips, as in the preset
 _OF_DEPTH = 0.6  # by which the corners of the piece of fruit lie below its top
+_OF_THINNEST = 0.9  # the same for the roundest fruit with the thinnest flesh, whose corners must lie on it too
 _HALF_MM = 0.5
 _DOME_STEP_MM = 0.1
 _SPACING_STEP_MM = 0.05
@@ -93,7 +94,7 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     depth = _nearest(preset_fruit.depth_mm * length_ratio, _HALF_MM)
     if fruit.thickness_mm is not None and preset_range.thickness_mm is not None:
         depth = _same_position_in_range(fruit.thickness_mm, preset_fruit.depth_mm, preset_range.thickness_mm)
-    widest_side = _widest_piece(math.fsum(1.0 / radius for radius in radii) / len(radii), depth)
+    widest_side = min(_widest_piece(radii[0], radii[1], _OF_DEPTH * depth), _widest_piece_met(fruit, depth))
     return {
         "fruit.thickness_mm": depth,
         "fruit.radius_mm": radii[0],
@@ -120,11 +121,25 @@ def _middle_modulus(fruit: FruitRange) -> float:
     return math.sqrt(fruit.E_min_MPa * fruit.E_max_MPa)
 
 
-def _widest_piece(curvature: float, depth: float) -> float:
-    """Return the side of a square piece of a ball [mm; 1/mm] whose corners lie well above its base, and on the ball."""
-    radius = 1.0 / curvature
-    fall = _OF_DEPTH * min(depth, radius)
-    return math.sqrt(2.0 * (2.0 * radius * fall - fall**2))
+def _widest_piece(radius: float, radius_across: float, fall: float) -> float:
+    """Return the side of a square piece of an ellipsoid [mm] whose corners lie a `fall` [mm] below its apex, or less.
+
+    The principal radii [mm] are those along the sides. A corner (h, h) lies (1 - fall / R)^2 = 1 - h^2 / R^2 - h^2 /
+    (R R_across) below the apex, as `Fruit.fall_mm` has it. Corners beyond 0.6 R are not on the cap of the fruit.
+    """
+    level = (1.0 - min(fall / radius, _OF_DEPTH)) ** 2
+    return 2.0 * radius * math.sqrt((1.0 - level) / (1.0 + radius / radius_across))
+
+
+def _widest_piece_met(fruit: FruitRange, depth: float) -> float:
+    """Return the side of a piece whose corners lie on every fruit that occurs, at any azimuth [mm].
+
+    The worst is the roundest fruit with the thinnest flesh [mm], `depth` where no range is known. Its most curved
+    section may lie along a diagonal, where a corner falls as deep as that of a ball.
+    """
+    roundest = min(radius for ends in fruit.radii_mm for radius in ends)
+    thinnest = depth if fruit.thickness_mm is None else fruit.thickness_mm[0]
+    return _widest_piece(roundest, roundest, _OF_THINNEST * thinnest)
 
 
 def _same_position_in_range(ends: Ends, of_preset: float, ends_of_preset: Ends) -> float:

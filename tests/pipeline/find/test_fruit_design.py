@@ -14,6 +14,7 @@ from pipeline.find.changes import change_design
 from pipeline.find.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_alike, scaled_changes
 from pipeline.find.fruit_range import FruitRange, bruise_limit, fruit_range
 from pipeline.options import load_design
+from pipeline.reading.poses import refuse_unsolvable_poses
 from pipeline.verdicts.hints import least_travel
 from sensor.quantity import Estimate, InputError
 from sensor.verdict import Verdict
@@ -45,6 +46,24 @@ def test_wrong_fruit_is_refused(text, field):
     with pytest.raises(InputError) as refused:
         fruit_range(text)
     assert refused.value.field == field
+
+
+@pytest.mark.parametrize("across", [1.0, 1.5, 2.0, 3.0])
+@pytest.mark.parametrize("radius", [16.0, 31.0, 45.0])
+def test_fruit_of_any_shape_makes_a_design_whose_corners_lie_on_the_fruit(radius, across):
+    ends = (0.9 * radius, 1.1 * radius)
+    oblong = FruitRange(
+        radius_mm=ends,
+        radius_across_mm=(across * ends[0], across * ends[1]),
+        thickness_mm=(0.5 * radius, radius),
+        E_min_MPa=0.6,
+        E_max_MPa=3.0,
+    )
+    preset = load_design(most_alike(oblong))
+    design = change_design(preset, scaled_changes(oblong, preset))
+    half = 0.5 * design.fruit.length_mm, 0.5 * design.fruit.width_mm
+    assert design.fruit.fall_mm(*half) < 0.65 * design.fruit.depth_mm
+    refuse_unsolvable_poses(design)  # the roundest fruit with the thinnest flesh
 
 
 def test_fruit_from_compression_tests_has_their_error_bars(tmp_path):
