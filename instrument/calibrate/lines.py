@@ -33,7 +33,6 @@ _UNLIKELY = 1e-4  # probability by which some row of a table without a fault is 
 _LEAST_WIDTH = 0.1  # range of x of the other rows, over the range of all
 _BEYOND_SCATTER = 3.0  # deviations: of straight lines a bend is found in three of a thousand
 _LEAST_RESIDUAL = 0.01  # of the span of a line: less moves a slope by less than its bar
-_TABULATED = 15  # degrees of freedom
 
 
 class LackOfFit(NamedTuple):
@@ -126,7 +125,7 @@ def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None 
     points = _PointsOfLine.centred(x, shown, last_digits)
     bend = points.bend(len(set((x if levels is None else levels).tolist())))
     freedom = len(x) - 2
-    scatter = _tabulated(freedom) / COVERAGE * float(np.linalg.norm(points.left)) / freedom**0.5
+    scatter = student(freedom) / COVERAGE * float(np.linalg.norm(points.left)) / freedom**0.5
     by_rounding = ROUNDED * float(last_digits.min())
     error = float(np.hypot(bend.scatter if bend.excess else scatter, by_rounding)) / (points.width * points.span)
     if bend.excess:
@@ -138,11 +137,6 @@ def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None 
         span=float(np.ptp(shown)),
         suspect=points.suspect(),
     )
-
-
-def _tabulated(freedom: int) -> float:
-    """Return Student's t to the digits of printed tables, which end at 15 degrees of freedom."""
-    return round(student(freedom), 2) if freedom <= _TABULATED else COVERAGE
 
 
 class _PointsOfLine(NamedTuple):

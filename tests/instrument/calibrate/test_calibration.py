@@ -169,10 +169,10 @@ def test_dial_that_hides_the_scatter_widens_the_spring(paper, calibrate):
 
 
 def test_spring_of_few_rows_is_wider_by_student_s_t(paper, calibrate):
-    """Residuals 1, -2, 1 um: three rows leave one degree of freedom, whose t is 12.71; 2 sigma hold 95 %."""
+    """Residuals 1, -2, 1 um: three rows leave one degree of freedom, whose t is tan(0.475 pi); 2 sigma hold 95 %."""
     K, relative = low_spring(calibrate, paper.report, ["0,0.001000", "50,0.498000", "100,1.001000"])
     deviation = np.sqrt(6e-6) / (np.sqrt(2.0) * 50.0 * GRAM)
-    assert relative == pytest.approx(12.71 / 2.0 * deviation * K, rel=1e-4)
+    assert relative == pytest.approx(np.tan(0.475 * np.pi) / 2.0 * deviation * K, rel=1e-6)
 
 
 BAD = {
@@ -231,7 +231,9 @@ def test_channels_tell_what_comes_back_otherwise_and_what_drifts(paper, calibrat
         loads = np.array(LOADS) * GRAM
         shown = 1000.0 * np.array(LOADS) + np.array([0, 0, 0, (60, -100)[tip], (20, -40)[tip]])
         slope, zero = np.polyfit(loads, shown, 1)
-        left = np.linalg.norm(shown - zero - slope * loads) / np.sqrt(3.0) * 3.18 / 2.0
+        left = (
+            np.linalg.norm(shown - zero - slope * loads) / np.sqrt(3.0) * 3.182446 / 2.0
+        )  # Student's t of three degrees of freedom
         of_slope = np.hypot(left, 1e-3 / np.sqrt(12.0)) / np.linalg.norm(loads - loads.mean()) / slope
         by_return = 0.5 * 0.01 * found.channels.hysteresis_percent[tip] / np.sqrt(3.0)
         assert found.unit.gain_percent[tip] == pytest.approx(100.0 * np.hypot(of_slope, by_return), rel=1e-6), name
