@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from instrument.press.fruit_reading import UNCERTAIN, FruitReading, flags_of_modulus, half_width
+from instrument.press.fruit_reading import UNCERTAIN, FruitReading, flags_of_modulus
+from instrument.press.half_width import Deviations, half_width
 from instrument.press.hold import held_moduli
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.one_time import Timing
@@ -47,8 +48,10 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
     press_s = press.duration_s
     E = sensor.corrected(found.E, press_s)
     by_unit = sensor.channels_in(timing.deviation, press_s).of_press([found.slopes])
-    bend = sensor.steepness(E) * sensor.by_bends(found.slopes.channel_bends, found.slopes.spring_bends)
-    u = half_width(sensor, E, [found.noise, *by_unit.values(), *_by_shape(sensor, found.slopes)]) + bend
+    bend = sensor.by_bends(found.slopes.channel_bends, found.slopes.spring_bends)
+    deviations = Deviations.with_unit([found.noise], by_unit, _by_shape(sensor, found.slopes))
+    parts = half_width(sensor, E, deviations, bend)
+    u = parts.of_one_press
     tilt, direction = _pose(sensor, law, seated)
     forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
     flags = flags_of_modulus(sensor, E, u, forces, tilt)
@@ -76,13 +79,14 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
         samples=found.samples,
         noise=noise,
-        bend=bend,
+        bend=parts.bend,
         offset=None if sensor.report.read_out.is_pair else -found.offset,
         offset_u=None if sensor.report.read_out.is_pair else offset_u,
         lines_left_out=press.lines_left_out,
         others=beside.others,
         relaxation=beside.relaxation,
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
+        parts=parts,
     )
 
 

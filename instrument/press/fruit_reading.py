@@ -1,14 +1,13 @@
 """One reading of a fruit: the modulus with its uncertainty, how the sensor stood, and what speaks against it."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
+from instrument.press.half_width import HalfWidth
 from instrument.press.measuring import MeasuringUnit
-from pipeline.reading.uncertainty import by_heat
 from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
-from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field
+from sensor.quantity import COVERAGE, Estimate, report_field
 from sensor.words import with_bar
 
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
@@ -192,6 +191,9 @@ class FruitReading:
     zero_left_of_touch: float | None = report_field(
         "1", "`zero_left_N` divided by the least force of a touch", left_out=True, default=None
     )
+    parts: HalfWidth | None = report_field(
+        "1", "the parts of `u`, of a press that several of a fruit share or not", told=False, default=None
+    )
 
     @property
     def left(self) -> float | None:
@@ -230,15 +232,3 @@ def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, 
         "beyond_scale": scale is not None and scale.firmness_of(E) is None,
     }
     return [flag for flag, holds in causes.items() if holds]
-
-
-def half_width(sensor: MeasuringUnit, E: float, deviations: Sequence[float]) -> float:
-    """Return the half width that holds 95 % of a reading of E [MPa], as a fraction of it [1].
-
-    `deviations` are standard deviations [1] of what is read by noise and by the unit. E moves by the steepness of its
-    level readings for each of them. Fruit, poses and the temperature of the leaves add to them. An error of the contact
-    model may lie anywhere within its bound (JCGM 100:2008, 4.3.7).
-    """
-    of_read = math.hypot(*deviations, BOUNDED * sensor.model_error)
-    of_heat = by_heat(sensor.report.read_out.signal).values()
-    return COVERAGE * math.hypot(sensor.steepness(E) * of_read, *of_heat, *sensor.by_fruit(E))

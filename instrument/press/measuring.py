@@ -240,23 +240,37 @@ class MeasuringUnit:
             hint = "run the design again; where that does not help, press.travel_mm is too short for a rise"
             raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
 
-    def by_fruit(self, E: float) -> list[float]:
-        """Return what fruit and poses leave open of a modulus [MPa], each one standard deviation [1].
+    def by_fruit(self, E: float) -> dict[str, float]:
+        """Return what fruit and poses leave open of a modulus [MPa] by each source, one standard deviation [1].
 
         They are those of the error analysis of the design: its other sources are of the unit. Without one the sensor is
         level in the middle of the fruit, and Poisson's ratio is left.
         """
         rows = self.report.moduli
         if not rows:
-            fruit = self.report.design.fruit
-            return [fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)]  # a spread is two deviations
-        keys = [f"{name}_percent" for name in OF_FRUIT]
-        if not all(row.sources.keys() >= set(keys) for row in rows):
-            bound = f"with {', '.join(keys)}"
+            fruit = self.report.design.fruit  # a spread is two deviations
+            return {"poisson": fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)}
+        keys = {name: f"{name}_percent" for name in OF_FRUIT}
+        if not all(row.sources.keys() >= set(keys.values()) for row in rows):
+            bound = f"with {', '.join(keys.values())}"
             raise validation_error("reading.moduli.sources", None, "", bound, "run the design again")
         logs = np.log([row.E_MPa for row in rows])
-        percent = [[row.sources[key] for row in rows] for key in keys]
-        return [0.01 * float(np.interp(math.log(E), logs, each)) for each in percent]
+        percent = {name: [row.sources[key] for row in rows] for name, key in keys.items()}
+        return {name: 0.01 * float(np.interp(math.log(E), logs, each)) for name, each in percent.items()}
+
+    def by_uneven(self, _: float) -> list[float]:
+        """Return what uneven skin and flesh leave open of a modulus [MPa], each one standard deviation [1].
+
+        They differ from press to press of a fruit.
+        """
+        return []
+
+    def by_form(self, _: float) -> list[float]:
+        """Return what the form of the tips leaves open of a modulus [MPa], each one standard deviation [1].
+
+        It is the same in all presses of the unit.
+        """
+        return []
 
     def reduced(self, E: float) -> float:
         """Return E / (1 - nu^2) [MPa] of a modulus [MPa] at the Poisson's ratio of the design."""

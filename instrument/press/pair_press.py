@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from instrument.press.fruit_reading import FruitReading, flags_of_forces, flags_of_modulus, half_width
+from instrument.press.fruit_reading import FruitReading, flags_of_forces, flags_of_modulus
+from instrument.press.half_width import Deviations, half_width
 from instrument.press.measuring import MeasuringUnit
 from sensor.arrays import Floats
 from sensor.theory.contrast_law import ReadingError, ReadingSlopes, contrast_slopes
@@ -31,7 +32,8 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
         for each in (np.multiply(slopes.forces, forces), np.array(slopes.springs))
     )
     bend = sensor.by_bends(channels, springs)
-    u = half_width(sensor, E, [by_noise, by_tilt, *by_unit.values()]) + sensor.steepness(E) * bend
+    parts = half_width(sensor, E, Deviations.with_unit([by_noise, by_tilt], by_unit), bend)
+    u = parts.of_one_press
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
@@ -40,6 +42,7 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
         ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
         bend=bend,
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
+        parts=parts,
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from measured_units import read_press, with_exact_tips
 
-from instrument.press.fruit_reading import half_width
+from instrument.press.half_width import Deviations, half_width
 from instrument.press.pair_press import single_reading
 from instrument.press.ripeness import ripeness_classes
 from pipeline.response.scene_press import scene_of
@@ -19,6 +19,7 @@ from solve.contact.domes.law import dome_forces
 from solve.contact.poses import Pose, Stand
 
 TRAVELS = np.linspace(0.0, 0.5, 41)[1:]  # [mm] of the square
+READ_OFF = Deviations(of_press=[0.01])
 
 
 def pressed(ball, E, **pose):
@@ -115,7 +116,7 @@ def test_what_fruit_and_poses_leave_open_is_that_of_the_design(ball):
     for factor in (1.0, 0.0):
         scaled = [replace(row, sources={key: factor * one for key, one in row.sources.items()}) for row in rows]
         report = replace(sensor.report, moduli=tuple(scaled))
-        u.append(half_width(replace(sensor, report=report), 1.0, [0.01]))
+        u.append(half_width(replace(sensor, report=report), 1.0, READ_OFF).of_one_press)
     assert np.sqrt(u[0] ** 2 - u[1] ** 2) == pytest.approx(2.0 * 0.02 * math.sqrt(5.0), rel=1e-9)
 
 
@@ -123,7 +124,7 @@ def test_sources_that_an_old_report_lacks_are_asked_for(ball):
     sensor = ball.measuring()
     old = replace(sensor.report.moduli[0], sources={"pose_percent": 1.0})
     with pytest.raises(InputError):
-        half_width(replace(sensor, report=replace(sensor.report, moduli=(old,))), 1.0, [0.01])
+        half_width(replace(sensor, report=replace(sensor.report, moduli=(old,))), 1.0, READ_OFF)
 
 
 def test_spread_of_poisson_s_ratio_is_in_the_uncertainty_of_E(paper):
@@ -132,5 +133,5 @@ def test_spread_of_poisson_s_ratio_is_in_the_uncertainty_of_E(paper):
     u = []
     for spread in (0.05, 0.0):
         design = replace(paper.design, fruit=replace(paper.design.fruit, poisson=0.4, poisson_spread=spread))
-        u.append(half_width(replace(sensor, report=replace(sensor.report, design=design)), 1.0, [0.01]))
+        u.append(half_width(replace(sensor, report=replace(sensor.report, design=design)), 1.0, READ_OFF).of_one_press)
     assert u[0] == pytest.approx(math.hypot(u[1], 2.0 * 0.4 * 0.05 / (1.0 - 0.4**2)))
