@@ -1,22 +1,29 @@
 """The documents are true of the tree: links lead somewhere, generated pages are up to date, rooms exist."""
 
 import re
+import sys
+import threading
 from pathlib import Path
 
 import pytest
 from scripts import loaded_script
 
+from pipeline.storage import workers
 from sensor.design.design_file import TABLE_TYPES
 from sensor.design.processes import PROCESSES
 from sensor.design.tip_mount import pad_height
 from solve.contact.scene import STEEPEST_DEG
+from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 PACKAGES = ("sensor", "cad", "mesh", "solve", "pipeline", "instrument", "twintip")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", flags=re.MULTILINE)
-SOURCE = re.compile(r"`((?:sensor|cad|mesh|solve|pipeline|twintip|tests|docs|designs)/[\w/.-]+)`")
+SOURCE = re.compile(
+    r"`((?:sensor|cad|mesh|solve|pipeline|instrument|twintip|tests|docs|designs|reference|benchmarks|examples)/[\w/.-]+)`"
+)
+NAME_IN_FILE = re.compile(r"`([A-Za-z_][\w.]*)` (?:of|in|beside) `([\w/-]+\.\w+)`")
 ROW = re.compile(r"^\| (`[a-z_/`, ]+) \|", flags=re.MULTILINE)
 MACHINE = re.compile(r"(?<![\w.:/-])/(?:work|tmp|home|root|usr|opt|var|mnt|media|Users)\b|[A-Z]:\\")
 GENERATOR = loaded_script(ROOT / "docs" / "pages.py")
@@ -53,11 +60,26 @@ def missing_sources(text):
     return [path for path in SOURCE.findall(text) if not (ROOT / path).exists()]
 
 
+def named_in_files(text):
+    """Return the names with their files, in the order of a text that says `NAME` of `FILE`."""
+    return NAME_IN_FILE.findall(" ".join(text.split()))
+
+
+def missing_names(text):
+    """Return the names that a text says are in a file of the tree, and that are not in it."""
+    return [
+        (name, file)
+        for name, file in named_in_files(text)
+        if (ROOT / file).exists() and not re.search(rf"\b{name.rpartition('.')[2]}\b", text_of(ROOT / file))
+    ]
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_page_is_true_of_the_tree(page):
     assert broken_links(page) == []
     assert machine_paths(text_of(page)) == []
     assert missing_sources(text_of(page)) == []
+    assert missing_names(text_of(page)) == []
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page.parent.name == "docs"], ids=lambda page: page.name)
@@ -104,3 +126,33 @@ def test_table_of_the_architecture_has_every_folder():
     folders = {path.parent.relative_to(ROOT) for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
     rooms = {folder.as_posix() for folder in folders if len(folder.parts) == 2}
     assert named - set(PACKAGES) == rooms
+
+
+@pytest.mark.slow
+def test_walk_of_the_architecture_is_the_order_of_a_run(tmp_path, monkeypatch):
+    """On one core, where this process makes the solids too; nothing is remembered, so that every stage is solved."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(workers, "available_cores", lambda: 1)
+    section = text_of(ARCHITECTURE).partition("\n## From `--nl 0.05`")[2].partition("\n## ")[0]
+    walk = [(str(ROOT / file), name) for name, file in named_in_files(section)]
+    asked = set(walk)
+    calls = []
+
+    def profile(frame, event, _):
+        call = (frame.f_code.co_filename, frame.f_code.co_qualname)
+        if event == "call" and call in asked:
+            calls.append(call)
+
+    threading.setprofile(profile)
+    sys.setprofile(profile)
+    try:
+        code = main(["run", "--nl", "0.05", "--out", str(tmp_path / "run"), "--json"])
+    finally:
+        sys.setprofile(None)
+        threading.setprofile(None)
+    assert code == 0
+    remaining = iter(calls)
+    missing = [step for step in walk if step not in remaining]  # each step is looked for behind the one before
+    assert len(walk) >= 20
+    assert missing == []
+    assert (tmp_path / "run" / "housing.step").exists()
