@@ -59,7 +59,7 @@ def shown_forces(travels):
     shown = []
     for travel in travels:
         c, h = springs.ahead(PERIOD_S)  # a spring of stiffness K / c whose dome stands back by h
-        pressing.sensor = replace(pressing.sensor, K=springs.K / c)
+        pressing.give = c / springs.K
         pressing.fruit = replace(FRUIT, heights=tuple(-h))
         pressing.nearest = nearest + h
         with patch.object(ellipsoid_presses, "Grids", GridsOverStone):

@@ -5,10 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import j0
+from skfem import Basis, ElementQuad2, ElementVector, LinearForm, MeshQuad, asm, condense, solve
 from stored_presses import STORED
 
-from reference.ellipsoid_presses import Fruit, Sensor, hertz_error, press, square
+from reference.ellipsoid_presses import Fruit, Layer, Pressing, Sensor, hertz_error, press, press_over_time, square
+from reference.layered_solids import of_revolution
 
+LEVEL = Fruit(E=1.0, R1=45.0, R2=100.0)
 OTHERS = STORED["presses"]
 
 
@@ -79,3 +83,140 @@ def test_a_higher_dome_and_a_drifting_tilt_are_felt():
     drifting = press(square(), level, travels, drift=(0.005, 0.0))[-1]
     assert drifting[1] > even[1]
     assert drifting[3] < even[3]
+
+
+def alone(K=1e9, dome_radius=10.0, **form):
+    return Sensor(dome_radius=dome_radius, positions=np.zeros((1, 2)), K=np.array([K]), **form)
+
+
+@pytest.mark.parametrize(
+    ("uneven", "even"),
+    [
+        ({"bumps": lambda x, y: 0.0 * x * y}, {}),
+        ({"bumps": lambda x, y: -0.5 * (x**2 / 60.0 + y**2 / 90.0)}, {"R1": 180.0 / 7.0, "R2": 900.0 / 19.0}),
+        ({"bumps": lambda x, y: 0.02 * x - 0.01 * y}, {"tilt": 1.281044, "tilt_azimuth": -26.56505}),
+        ({"bumps": lambda x, y: 0.0 * x * y + 0.3}, {}),
+        ({"softness": (2.0,) * 4}, {"layer": Layer(1e-6, 1.0), "softness": (2.0,) * 4}),
+        ({"layer": Layer(2.0, 1.0)}, {}),
+        ({"yields": 100.0}, {}),
+    ],
+)
+def test_a_height_map_or_flesh_that_changes_nothing_else(uneven, even):
+    """Paraboloids, tilts and heights of the skin are known by other fields; touches are found to 0.5 um of height."""
+    ours, theirs = (press(square(), replace(LEVEL, **one), [0.3, 0.7]) for one in (uneven, even))
+    assert ours == pytest.approx(theirs, rel=2e-3)
+
+
+def test_a_form_of_the_dome_that_makes_it_another_sphere():
+    """R - sqrt(R^2 - s^2) of 10 mm less that of 8 mm."""
+    pointed = alone(form=lambda s: (10.0 - np.sqrt(100.0 - s**2)) - (8.0 - np.sqrt(64.0 - s**2)))
+    ours, theirs = (press(dome, LEVEL, [0.1, 0.3]) for dome in (pointed, alone(dome_radius=8.0)))
+    assert ours == pytest.approx(theirs, rel=5e-4)  # as `hertz_error` says: their grids differ
+
+
+def test_soft_flesh_under_a_dome_alone_is_soft_flesh():
+    ours, theirs = press(alone(), replace(LEVEL, softness=(2.0,)), [0.3]), press(alone(), replace(LEVEL, E=0.5), [0.3])
+    assert ours == pytest.approx(theirs, rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("poisson", "softness"), [(0.3, 1.25), (0.3, 2.0), (0.45, 1.25), (0.45, 2.0)])
+def test_a_bruise_gives_way_as_a_soft_hemisphere_of_solids(poisson, softness):
+    """A pressure on a disc of 1 mm over a bruise of 5 mm.
+
+    The solids' own edge at 120 mm moves both depths by 1 %, and little their difference.
+    """
+    radius, edge = 5.0, 120.0
+    lines = np.concatenate([np.linspace(0, 1, 7)[:-1], np.linspace(1, 6, 31)[:-1], np.geomspace(6, edge, 20)])
+    mesh = MeshQuad.init_tensor(lines, -lines[::-1])
+    basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=6)
+    inside = np.hypot(*basis.global_coordinates()) < radius
+    top = mesh.facets_satisfying(lambda x: (np.abs(x[1]) < 1e-9) & (x[0] < 1.0 + 1e-9))
+    load = asm(LinearForm(lambda v, w: -2.0 * w.x[0] * v[1]), basis.boundary(top))
+    held = np.concatenate([basis.get_dofs(lambda x: x[1] < 1e-6 - edge).all(),
+                           basis.get_dofs(lambda x: x[0] < 1e-9).all("u^1")])  # fmt: skip
+    depths = []
+    for modulus in (np.ones_like(inside, dtype=float), np.where(inside, 1.0 / softness, 1.0)):
+        stiffness = asm(of_revolution, basis, modulus=modulus, poisson=poisson)
+        depths.append(load @ solve(*condense(stiffness, load, D=np.unique(held))))
+    own, constant = replace(LEVEL, poisson=poisson, softness=(softness,), soft_radius=(radius,)).own[:, 0]
+    compliance = (1.0 - poisson**2) / math.pi
+    expected = own * depths[0] + constant * compliance
+    # 3 % of the constant are 0.6 % of the depth
+    assert depths[1] == pytest.approx(expected, abs=0.03 * abs(constant) * compliance)
+
+
+def test_a_layer_on_stone_gives_way_as_published():
+    """K. L. Johnson, Contact Mechanics (1985), section 5.8, by its transform; then its far field, and that of two."""
+    t = np.array([0.01, 0.3, 1.0, 3.0])
+    k = 3.0 - 4.0 * 0.3
+    stone = (2.0 * k * np.sinh(2.0 * t) - 4.0 * t) / (2.0 * k * np.cosh(2.0 * t) + 4.0 * t**2 + 1.0 + k**2)
+    assert Layer(1.0, 1e-9).compliance(t) == pytest.approx(stone, rel=1e-6)
+    for stiffness in (0.5, 2.0):
+        layer = Layer(2.0, stiffness)
+        assert layer.compliance(np.array([0.0, 20.0])) == pytest.approx([stiffness, 1.0])
+        waves = np.linspace(0.0, 15.0, 40001)
+        at = np.trapezoid((layer.compliance(waves) - 1.0) * j0(1.5 * waves), waves) / (2.0 * stiffness)
+        assert layer.rest(3.0) == pytest.approx(at, rel=1e-4)
+        assert 60.0 * layer.rest(60.0) + 1.0 / stiffness == pytest.approx(1.0, rel=0.01)
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 2.0])
+def test_a_dome_feels_a_thick_layer_and_less_of_a_thin_one(stiffness):
+    """Contacts have a radius of 1.3 mm; flesh 400 mm below has a part of 0.3 % in the depth."""
+    forces = [press(alone(), replace(LEVEL, layer=Layer(h, stiffness)), [0.2])[0, 0] for h in (400.0, 2.0, 0.3)]
+    layers, flesh = (press(alone(), replace(LEVEL, E=E), [0.2])[0, 0] for E in (stiffness, 1.0))
+    assert forces[0] == pytest.approx(layers, rel=0.005)
+    shares = [math.log(force / flesh) / math.log(layers / flesh) for force in forces]
+    assert shares[0] > shares[1] > shares[2] > 0.0
+
+
+def test_flesh_that_yields_carries_at_most_its_pressure():
+    """Where a contact yields whole, its force is its area times the pressure; Hertz's mean is 2 / 3 of his peak."""
+    dome = alone()
+    elastic = Pressing(dome, LEVEL)
+    force = elastic.forces(0.2)[0]
+    peak = 1.5 * force / elastic.area[0]
+    assert press(dome, replace(LEVEL, yields=1.02 * peak), [0.2])[0, 0] == pytest.approx(force, rel=1e-3)
+    early = press(dome, replace(LEVEL, yields=0.8 * peak), [0.2])[0, 0]
+    soft = Pressing(dome, replace(LEVEL, yields=0.2 * peak))
+    late = soft.forces(0.2)[0]
+    assert late < early < force
+    assert late == pytest.approx(0.2 * peak * soft.area[0], rel=0.05)
+
+
+def test_a_dome_on_flesh_that_relaxes_answers_as_lee_and_radok_say():
+    """On a ramp the depth grows with t, n with t^(3/2); then it is held. One arm of 0.4 and 0.7 s."""
+    share, tau = 0.4, 0.7
+    times = np.concatenate([np.linspace(0.0, 1.0, 61), [1.5, 3.0]])
+    depths = 0.3 * np.minimum(times, 1.0)
+    depths[0] = 1e-5
+    found = press_over_time(alone(), LEVEL, depths, times, [(share, tau)])[:, 0]
+    elastic = press(alone(), LEVEL, [0.3])[0, 0]
+    u = np.linspace(0.0, 1.0, 20001)
+    for at in (40, 60, 61, 62):
+        t, ramp = times[at], min(times[at], 1.0) * u
+        n = elastic * min(t, 1.0) ** 1.5
+        lag = np.trapezoid(elastic * ramp**1.5 * np.exp((ramp - t) / tau), ramp) / tau
+        lag += n * (1.0 - math.exp((min(t, 1.0) - t) / tau))
+        assert found[at] == pytest.approx(n - share * lag, rel=2e-3)
+
+
+def test_a_dome_on_a_spring_sinks_on_in_a_pause():
+    """Long after, the flesh has lost its share for good: its force is that of flesh of the modulus that remains."""
+    times, travels = [0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 40.0], [0.01, 0.3, 0.6, 0.6, 0.6, 0.6, 0.6]
+    found = press_over_time(alone(K=1.0), LEVEL, travels, times, [(0.5, 1.0)])[:, 0]
+    assert found[-1] == pytest.approx(press(alone(K=1.0), replace(LEVEL, E=0.5), [0.6])[0, 0], rel=1e-3)
+    assert found[2] > found[3] > found[-1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tip", [0, 1])
+def test_a_bruise_lessens_the_force_of_its_dome_and_of_no_other(tip):
+    """Others carry more, for the flesh about them sinks less."""
+    softness, radius = np.ones(4), np.full(4, math.inf)
+    softness[tip], radius[tip] = 2.0, 6.0
+    bruised = replace(LEVEL, softness=tuple(softness), soft_radius=tuple(radius))
+    ratio = press(square(), bruised, [0.8])[0] / press(square(), LEVEL, [0.8])[0]
+    assert ratio[tip] < 1.0
+    assert (np.delete(ratio, tip) > 1.0).all()
