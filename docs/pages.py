@@ -18,9 +18,10 @@ from instrument.press.fruit_reading import FruitReading  # noqa: E402
 from pipeline.report.explain.entries import entries  # noqa: E402
 from pipeline.report.keys import report_keys  # noqa: E402
 from sensor.design.design_file import TABLE_TYPES, value_as_toml  # noqa: E402
+from sensor.design.fruits import FRUITS, RANGES  # noqa: E402
 from sensor.design.processes import PROCESSES, Process  # noqa: E402
 
-PAGES = ("design-file.md", "words.md", "report-json.md", "read-a-fruit.md", "modulus.md")
+PAGES = ("design-file.md", "words.md", "report-json.md", "read-a-fruit.md", "modulus.md", "presets.md")
 _TABLE = re.compile(r"(<!-- (\w+): (.+) -->\n)(?:\|.*\n)*")
 
 Rows = Iterator[tuple[str, ...]]
@@ -64,6 +65,18 @@ def processes(asked: str) -> Rows:
     for item in numbers:
         values = (getattr(process, item.name) for process in PROCESSES.values())
         yield f"`{item.name}`", *("-" if value is None else f"{value:g}" for value in values), item.metadata["meaning"]
+
+
+def fruits(asked: str) -> Rows:
+    """Yield the ranges of all fruits, or the sources of each."""
+    if asked == "sources":
+        yield "fruit", "source"
+        for fruit in FRUITS.values():
+            yield fruit.name, "; ".join(f"`{key}`: {text}" for key, text in fruit.sources)
+        return
+    yield "fruit", *(f"`{key}`" for key in RANGES)
+    for fruit in FRUITS.values():
+        yield fruit.name, *(" to ".join(f"{end:g}" for end in getattr(fruit, key)) for key in RANGES)
 
 
 def sources_of(key: str) -> str:
@@ -110,6 +123,7 @@ def keys_of_answer(command: str) -> Rows:
 TABLES: dict[str, Callable[[str], Rows]] = {
     "design": design_keys,
     "processes": processes,
+    "fruits": fruits,
     "words": words,
     "keys": keys_of_report,
     "answer": keys_of_answer,

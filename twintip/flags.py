@@ -89,7 +89,7 @@ def _add_suggest(parser: ArgumentParser) -> None:
     _add_design(parser)
     words = (
         "find a sensor for this fruit from the preset most like it: 'radius 26, E 0.3 to 2' [mm, MPa], "
-        "kiwi or another preset, or a .json file"
+        "the name of a fruit, as pear, or a .json file"
     )
     add("--fruit", metavar="TEXT|NAME|FILE.json", help=f"{words} of pipeline modulus --json")
     add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")

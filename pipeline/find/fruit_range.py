@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from sensor.design.fruits import FRUITS
 from sensor.input_file import read_bytes
-from sensor.quantity import LENGTH, MODULUS, check_fields, quantity, validation_error, written_number
+from sensor.quantity import LENGTH, MODULUS, check_fields, nearest, quantity, validation_error, written_number
 from sensor.words import rounded
 
 BRUISE_MPA = 0.1  # of flesh of 1 MPa: an assumption, as the exponent; apple flesh of 3.5 MPa fails at 0.29
@@ -17,7 +18,7 @@ BRUISE_EXPONENT = 0.85
 BALL_SPREAD = 0.2  # of the radius of a ball: no fruit is one
 _FORM = (
     "as in 'radius 26, E 0.3 to 2' or 'radius 24 to 31 by 40 to 51, flesh 14 to 27, E 0.3 to 2' [mm, MPa]. It may also "
-    "be a file of pipeline modulus --json that ends in .json, or the name of a fruit that has a preset, as kiwi"
+    "be a file of pipeline modulus --json that ends in .json, or the name of a fruit, as pear"
 )
 _NUMBER = r"(\S+?)"
 _RANGE = rf"{_NUMBER} to {_NUMBER}"
@@ -76,12 +77,14 @@ class FruitRange:
 
 
 def fruit_range(text: str) -> FruitRange:
-    """Return the fruits that a text or a file of `pipeline modulus --json` describes; raises InputError.
+    """Return the fruits of a name, or that a text or a file of `pipeline modulus --json` describes.
 
-    The name of a fruit that has a preset, which the error offers too, is not for here: `pipeline suggest` takes it.
+    Raises InputError.
     """
     if text.endswith(".json"):
         return _measured_range(Path(text))
+    if text.isalpha():
+        text = _words_of(text)
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
     found = ball or any_shape
     numbers = [] if found is None else [written_number(word) for word in found.groups()]
@@ -97,6 +100,14 @@ def fruit_range(text: str) -> FruitRange:
         E_min_MPa=softest,
         E_max_MPa=firmest,
     )
+
+
+def _words_of(name: str) -> str:
+    """Return the ranges of a fruit in words; raises InputError for a fruit that is not in the table."""
+    if name not in FRUITS:
+        hint = f"did you mean {nearest(name, tuple(FRUITS))}? Or measure it, as in 'radius 26, E 0.3 to 2' [mm, MPa]"
+        raise validation_error("--fruit", name, "", f"one of {', '.join(FRUITS)}", hint)
+    return FRUITS[name].in_words
 
 
 def _measured_range(path: Path) -> FruitRange:

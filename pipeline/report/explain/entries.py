@@ -9,6 +9,7 @@ from pathlib import Path
 
 from cad.parts.housing import TILT_DEG
 from pipeline.report.keys import ReportKey, report_key
+from sensor.design.fruits import FRUITS, NamedFruit
 from sensor.design.printability import SHORTEST_LEAF
 from sensor.design.reading import LARGEST_TOUCH_FRACTION
 from sensor.gone import refuse_gone, refuse_gone_key
@@ -88,7 +89,7 @@ def _sentence(key: ReportKey) -> str:
 
 
 def entry_of(name: str) -> Entry:
-    """Return the entry of a name, or of a key of report.json.
+    """Return the entry of a name, of a key of report.json, or of a fruit.
 
     Raises InputError for a name that nothing explains, with one that is near it.
     """
@@ -106,8 +107,18 @@ def entry_of(name: str) -> Entry:
         return Entry(
             name=name, meaning=_sentence(key), formula="", source=source, is_verdict=False, key=name, unit=key.unit
         )
+    if name in FRUITS:
+        return _of_fruit(FRUITS[name])
+    by_lower_case |= {fruit: fruit for fruit in FRUITS}
     near = difflib.get_close_matches(name.lower(), by_lower_case, n=1)
     hint = f"Did you mean {by_lower_case[near[0]]}? " if near else ""
-    bound = "a verdict, a symbol or a key of report.json"
+    bound = "a verdict, a symbol, a fruit or a key of report.json"
     msg = f"NAME = {name!r} must be {bound}. {hint}`pipeline explain` lists them all."
     raise InputError(msg, field="NAME", value=name, bound=bound)
+
+
+def _of_fruit(fruit: NamedFruit) -> Entry:
+    """Return the entry of a fruit, with the source of each of its ranges."""
+    meaning = f"A fruit of {fruit.in_words} [mm, MPa]. `pipeline suggest --fruit {fruit.name}` finds a sensor for it."
+    source = "; ".join(f"{key}: {text}" for key, text in fruit.sources)
+    return Entry(name=fruit.name, meaning=meaning, formula="", source=source, is_verdict=False)

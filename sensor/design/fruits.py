@@ -1,0 +1,49 @@
+"""Fruits by their names, from fruits.toml: where a sensor presses them, and how firm they are."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from sensor.input_file import read_toml
+from sensor.quantity import LENGTH, MODULUS, Sourced, quantity, validation_error
+
+_ENDS = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedFruit(Sourced):
+    """A fruit: its principal radii where it is pressed and the flesh under them [mm], ripe to unripe flesh [MPa].
+
+    All are from and to. Raises InputError for what is no range, and for a number without a source.
+    """
+
+    LABEL: ClassVar[str] = "fruit"
+
+    radius_mm: tuple[float, ...] = quantity("mm", LENGTH, meaning="the smaller principal radius of the cheek")
+    radius_across_mm: tuple[float, ...] = quantity("mm", LENGTH, meaning="the other principal radius")
+    thickness_mm: tuple[float, ...] = quantity("mm", LENGTH, meaning="flesh over stone, core or hollow")
+    E_MPa: tuple[float, ...] = quantity("MPa", MODULUS, meaning="modulus of ripe and of unripe flesh")
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that are no ends of a range."""
+        super().__post_init__()
+        for key in RANGES:
+            ends = getattr(self, key)
+            if len(ends) != _ENDS or ends[0] >= ends[1]:
+                name = f"fruit {self.name}.{key}"
+                raise validation_error(name, list(ends), "", "two numbers that rise", self.HINT)
+
+    @property
+    def in_words(self) -> str:
+        """Return the ranges as `pipeline suggest --fruit` takes them."""
+        radius, across, flesh, E = (f"{least:g} to {most:g}" for least, most in map(self._ends, RANGES))
+        return f"radius {radius} by {across}, flesh {flesh}, E {E}"
+
+    def _ends(self, key: str) -> tuple[float, float]:
+        least, most = getattr(self, key)
+        return least, most
+
+
+RANGES = ("radius_mm", "radius_across_mm", "thickness_mm", "E_MPa")
+
+FRUITS = NamedFruit.from_tables(read_toml(Path(__file__).with_name("fruits.toml"), "fruits"))

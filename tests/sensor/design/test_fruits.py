@@ -1,0 +1,55 @@
+"""Every fruit of the table is one that a sensor can be asked for, and each of its ranges has a source."""
+
+import pytest
+
+from pipeline.find.changes import change_design
+from pipeline.find.fruit_design import most_alike, scaled_changes
+from pipeline.find.fruit_range import fruit_range
+from pipeline.options import load_design
+from sensor.design.fruits import FRUITS, NamedFruit
+from sensor.quantity import InputError
+
+TABLE = {
+    "radius_mm": [20.0, 30.0],
+    "radius_across_mm": [30.0, 40.0],
+    "thickness_mm": [10.0, 20.0],
+    "E_MPa": [0.5, 2.0],
+    "sources": dict.fromkeys(("radius_mm", "radius_across_mm", "thickness_mm", "E_MPa"), "measured here"),
+}
+
+
+@pytest.mark.parametrize("name", FRUITS)
+def test_a_fruit_of_the_table_is_a_range_from_which_a_design_is_scaled(name):
+    fruit, asked = FRUITS[name], fruit_range(name)
+    assert (asked.radii_mm, asked.thickness_mm) == ((fruit.radius_mm, fruit.radius_across_mm), fruit.thickness_mm)
+    assert (asked.E_min_MPa, asked.E_max_MPa) == fruit.E_MPa
+    assert fruit.radius_mm[0] <= fruit.radius_across_mm[0]
+    preset = load_design(most_alike(asked))
+    change_design(preset, scaled_changes(asked, preset))
+
+
+def test_the_table_has_the_fruits_of_the_presets_and_as_many_more():
+    assert {"apple", "avocado", "kiwi", "mango", "peach", "tomato"} < FRUITS.keys()
+    assert len(FRUITS) >= 12
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "field"),
+    [
+        ("radius_mm", [30.0, 20.0], "radius_mm"),
+        ("thickness_mm", [10.0], "thickness_mm"),
+        ("E_MPa", [0.0, 2.0], "E_MPa"),
+        ("E_MPa", [0.5, 1.0, 2.0], "E_MPa"),
+        ("sources", {"radius_mm": "measured here"}, "E_MPa"),
+        ("mass_g", 3.0, "mass_g"),
+    ],
+)
+def test_a_wrong_fruit_is_refused_by_its_key(key, value, field):
+    with pytest.raises(InputError) as refused:
+        NamedFruit.from_table("guava", {**TABLE, key: value})
+    assert refused.value.field.startswith(f"fruit guava.{field}")
+
+
+def test_a_fruit_that_is_not_in_the_table_is_refused_with_one_that_is_like_it():
+    with pytest.raises(InputError, match="pear"):
+        fruit_range("paer")
