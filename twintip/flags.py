@@ -186,6 +186,10 @@ def _add_read(parser: ArgumentParser) -> None:
     add("--units", metavar="NAME=UNIT,...", help="units where FILE.csv gives none, as in t=ms,F_l=mN")
     _add_counts(parser)
     add("--each", action="store_true", help="a reading of the press so far for each sample")
+    words = (
+        "one reading for each N presses, those of one fruit; 0: for all (default: one a press, or by a column fruit)"
+    )
+    add("--fruit-presses", metavar="N", type=int, help=words)
     add("--c-header", metavar="FILE.h", type=Path, help="write the read-out of this unit in C99")
     add("--micropython", metavar="FILE.py", type=Path, help="write the read-out of this unit in MicroPython")
     _add_force(parser)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from instrument.press import press_core
+from instrument.press.fruit_of_presses import chi_square_limit, own_constants
 from instrument.press.fruit_reading import AT_THE_EDGE
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.press_core import Unit
@@ -51,7 +52,14 @@ def header_text(sensor: MeasuringUnit) -> str:
 
     Raises InputError where the design has fruit.relaxation.
     """
-    return render_template("firmware/firmware.h.j2", _single, **_about(sensor), **_constants(sensor))
+    return render_template(
+        "firmware/firmware.h.j2",
+        _single,
+        most_presses=press_core.MOST_PRESSES,
+        much_less_certain=press_core.MUCH_LESS_CERTAIN,
+        **_about(sensor),
+        **_constants(sensor),
+    )
 
 
 def module_text(sensor: MeasuringUnit) -> str:
@@ -111,6 +119,8 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         **_contrast_constants(sensor, sensor.rise_law),
         **spike_constants(sensor),
         **_seating_constants(sensor),
+        **own_constants(sensor),
+        "chi_squares": [chi_square_limit(presses) for presses in range(2, press_core.MOST_PRESSES + 1)],
     }
 
 

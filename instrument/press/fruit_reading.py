@@ -34,7 +34,7 @@ def _zero_text(reading: "FruitReading") -> str:
     return f"leaves a zero of up to {left} {ZERO_AFTER_S:g} s after its lift"
 
 
-def _firmness_text(firmness: Estimate) -> str:
+def firmness_text(firmness: Estimate) -> str:
     """Return what another instrument would show, with the half width that holds 95 % of fruit."""
     value = with_bar(firmness.value, COVERAGE * firmness.error, firmness.unit, in_percent=True)
     return f"firmness {value} (95 %)"
@@ -52,7 +52,7 @@ def _noise_data(reading: "FruitReading") -> Plain:
     return {key: None if part is None else 100.0 * part for key, part in parts.items()}
 
 
-def _firmness_data(firmness: Estimate) -> Plain:
+def firmness_data(firmness: Estimate) -> Plain:
     """Return what another instrument would show, under a key with its unit."""
     return {f"firmness_{firmness.unit}": firmness.value, "firmness_u_percent": COVERAGE * firmness.percent}
 
@@ -158,10 +158,10 @@ class FruitReading:
         "N or MPa, %",
         "the number of the other instrument, by the scale of the unit, and the half width that holds 95 % of fruit",
         key="`firmness_N` or `firmness_MPa`, `firmness_u_percent`",
-        inline=lambda it: _firmness_data(it.firmness),
+        inline=lambda it: firmness_data(it.firmness),
         left_out=True,
         default=None,
-        line=lambda it: _firmness_text(it.firmness),
+        line=lambda it: firmness_text(it.firmness),
     )
     others: dict[str, float] = report_field(
         "MPa",
@@ -191,6 +191,7 @@ class FruitReading:
     zero_left_of_touch: float | None = report_field(
         "1", "`zero_left_N` divided by the least force of a touch", left_out=True, default=None
     )
+    fruit: str = report_field("", "the fruit of the press, where the file names it", told=False, default="")
     parts: HalfWidth | None = report_field(
         "1", "the parts of `u`, of a press that several of a fruit share or not", told=False, default=None
     )
@@ -222,13 +223,22 @@ def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
 
 def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, tilt: float | None = None) -> list[str]:
     """Return what is wrong with a reading E [MPa] +- u [1] of forces [N], at a tilt [deg] if it is known."""
-    least, largest = sensor.range_MPa
-    scale = sensor.unit.scale
+    of_E = causes_of_modulus(sensor, E, u)
     causes = {
-        "out_of_range": not least * (1.0 - AT_THE_EDGE) <= E <= largest * (1.0 + AT_THE_EDGE),
+        "out_of_range": of_E.pop("out_of_range"),
         "tilt_beyond_design": tilt is not None and tilt > sensor.steepest_deg,
         "press_over_bruise_limit": sensor.bruises(forces, E),
+        **of_E,
+    }
+    return [flag for flag, holds in causes.items() if holds]
+
+
+def causes_of_modulus(sensor: MeasuringUnit, E: float, u: float) -> dict[str, bool]:
+    """Return by their flags which causes hold that follow from E [MPa] and its half width u [1] alone."""
+    least, largest = sensor.range_MPa
+    scale = sensor.unit.scale
+    return {
+        "out_of_range": not least * (1.0 - AT_THE_EDGE) <= E <= largest * (1.0 + AT_THE_EDGE),
         "uncertain": u > UNCERTAIN,
         "beyond_scale": scale is not None and scale.firmness_of(E) is None,
     }
-    return [flag for flag, holds in causes.items() if holds]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from instrument.press.measuring import MeasuringUnit
 from pipeline.reading.uncertainty import by_heat
@@ -52,6 +52,22 @@ class HalfWidth:
     def of_one_press(self) -> float:
         """Return the half width of a single press [1]."""
         return math.hypot(self.of_press, self.either, self.alike) + self.bend
+
+    @property
+    def that_may_differ(self) -> float:
+        """Return the part that may differ from press to press of a fruit [1]."""
+        return math.hypot(self.of_press, self.either)
+
+    @property
+    def that_may_be_alike(self) -> float:
+        """Return the part that may be the same in all presses of a fruit, but for the bend [1]."""
+        return math.hypot(self.either, self.alike)
+
+    def widened_to(self, u: float) -> "HalfWidth":
+        """Return the half widths of a press whose own one is `u` [1], by one of its samples."""
+        if u <= self.of_one_press:
+            return self
+        return replace(self, of_press=math.sqrt((u - self.bend) ** 2 - self.that_may_be_alike**2))
 
 
 def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: float = 0.0) -> HalfWidth:

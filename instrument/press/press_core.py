@@ -19,6 +19,10 @@ NOT_TARED = 16  # no counts of the free sensor were given before
 FEW_SAMPLES = 32  # a press of too few samples with all tips on the fruit
 NO_RISE = 64  # a press that hardly rises after the last tip touched
 TOO_FAST = 128  # a press so fast that the times of the channels leave E open by 2 %, and more
+PRESSES_DISAGREE = 256  # presses of a fruit that differ by more than each of them may be off
+
+MOST_PRESSES = 8  # of a fruit that are kept
+MUCH_LESS_CERTAIN = 2.0  # times the deviation of the most certain press: beyond, a press of a fruit does not count
 
 
 class Unit:
@@ -73,6 +77,9 @@ class Unit:
     per_offset: float
     by_skin: float
     rounds: int
+    own_logs: list[float]  # logarithms of moduli
+    own_deviations: list[float]  # of ln E there, by what may differ between presses of a fruit, without noise
+    chi_squares: list[float]  # that few fruit exceed, of two presses, of three, and so on
 
     def __init__(self, constants: dict[str, object]) -> None:
         """Take all constants by their names."""
@@ -225,6 +232,7 @@ class Rising:
         self.unit = unit
         self.least = least
         self.deepest = 0.0  # largest whole force [N]
+        self.noise = 0.0  # of ln E, one standard deviation, of the last reading
         self.begin_sums()
         self.keep()
 
@@ -330,6 +338,7 @@ class Rising:
             by_times += (by_force * rising_steps[tip]) ** 2
         if math.sqrt(variance * spread) > unit.largest_noise * abs(falling):
             return None, 0.0, NO_RISE
+        self.noise = math.sqrt(variance * spread) / abs(falling)
         too_fast = unit.time_deviation * math.sqrt(by_times) > unit.largest_by_time * abs(falling)
         return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
 
@@ -503,6 +512,7 @@ class UnitPress:
         self.over = False  # whether the tips were lifted after a press that noise does not end
         self.firm = 0  # samples in a row in which all tips touched firmly
         self.left_out = 0  # samples that contradict the press, and do not count
+        self.noise = 0.0  # of ln E, one standard deviation, as it was read
         self.row = Touch(unit, self.take, self.drop)
         self.forces: Sequence[float] = [0.0] * unit.size  # of the sample before [N]
         self.number = 0
@@ -614,8 +624,84 @@ class UnitPress:
                 E, offset, flags = self.rising[load].read(whole=not load)
         if E is None:
             return None, None, flags
+        self.noise = self.rising[load].noise
         E, reduced, outside = unit.judged(unit.corrected(E))
         return E, reduced, outside | flags
+
+
+def own_deviation(logs: list[float], deviations: list[float], E: float, noise: float) -> float:
+    """Return the deviation of ln E of a press by what may differ between presses of a fruit, and by its noise.
+
+    The deviations without noise are straight between logarithms of moduli, and level beyond.
+    """
+    at = min(max(math.log(E), logs[0]), logs[-1])
+    row = 1
+    while row < len(logs) - 1 and logs[row] < at:
+        row += 1
+    share = (at - logs[row - 1]) / (logs[row] - logs[row - 1])
+    of_fruit = deviations[row - 1] + share * (deviations[row] - deviations[row - 1])
+    return math.sqrt(of_fruit * of_fruit + noise * noise)
+
+
+def middle_of(logs: list[float]) -> float:
+    """Return the middle of logarithms of moduli: the median of the means of all pairs, each with itself too.
+
+    J. L. Hodges and E. L. Lehmann, Ann. Math. Stat. 34 (1963) 598. Of two it is their mean. Of four and more a single
+    press, however far off, moves it by no more than the others differ.
+    """
+    means = sorted(0.5 * (logs[one] + logs[other]) for one in range(len(logs)) for other in range(one + 1))
+    half = len(means) // 2
+    return means[half] if len(means) % 2 else 0.5 * (means[half - 1] + means[half])
+
+
+def scatter_of(logs: list[float]) -> float:
+    """Return the standard deviation of at least two logarithms of moduli from press to press [1]."""
+    mean = sum(logs) / len(logs)
+    return math.sqrt(sum((log - mean) ** 2 for log in logs) / (len(logs) - 1))
+
+
+def that_count(deviations: list[float]) -> list[int]:
+    """Return which presses of a fruit count, by their deviations [1]: not those that are much less certain."""
+    most = MUCH_LESS_CERTAIN * min(deviations)
+    return [press for press, deviation in enumerate(deviations) if deviation <= most]
+
+
+def disagree(logs: list[float], deviations: list[float], limit: float) -> bool:
+    """Return whether logarithms of moduli differ by more than their deviations [1] allow, by a limit of chi square."""
+    weights = [1.0 / (deviation * deviation) for deviation in deviations]
+    mean = dot(weights, logs) / sum(weights)
+    return sum(weight * (log - mean) ** 2 for weight, log in zip(weights, logs)) > limit
+
+
+class UnitFruit:
+    """The last presses of one fruit, and what they read together."""
+
+    def __init__(self, unit: Unit) -> None:
+        """Begin a fruit."""
+        self.unit = unit
+        self.logs: list[float] = []
+        self.deviations: list[float] = []
+
+    def add(self, E: float | None, noise: float) -> None:
+        """Take the reading of a press in: E [MPa] and the noise of ln E; a press without a modulus is none."""
+        if E is None:
+            return
+        self.logs = [*self.logs[1 - MOST_PRESSES :], math.log(E)]
+        own = own_deviation(self.unit.own_logs, self.unit.own_deviations, E, noise)
+        self.deviations = [*self.deviations[1 - MOST_PRESSES :], own]
+
+    def read(self) -> tuple[float | None, float | None, float, int]:
+        """Return E, E / (1 - nu^2) [MPa], the scatter of ln E from press to press and flags; no scatter of one."""
+        if not self.logs:
+            return None, None, 0.0, LIFT_OFF
+        count = that_count(self.deviations)
+        logs = [self.logs[press] for press in count]
+        E, reduced, flags = self.unit.judged(math.exp(middle_of(logs)))
+        if len(logs) == 1:
+            return E, reduced, 0.0, flags
+        if disagree(logs, [self.deviations[press] for press in count], self.unit.chi_squares[len(logs) - 2]):
+            flags |= PRESSES_DISAGREE
+        return E, reduced, scatter_of(logs), flags
 
 
 def readings_of(

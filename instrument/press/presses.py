@@ -64,7 +64,7 @@ def readings_of(
         if every_sample or press.is_firm(sensor.least_forces, timing.lag):
             shown = True
             zero = (None, None) if every_sample else zero_left(sensor, press)
-            yield replace(reading, t=float(t), zero_left=zero[0], zero_left_of_touch=zero[1])
+            yield replace(reading, t=float(t), fruit=press.fruit, zero_left=zero[0], zero_left_of_touch=zero[1])
         else:
             hardly = replace(reading, t=float(t))
     if not shown:
@@ -82,7 +82,7 @@ def _in_newtons(
         channels = sample.forces if tare is None else sensor.unit.forces_of_counts(sample.forces, tare)
         forces = sensor.forces_of_channels(channels)
         refuse_out_of_scale(sensor, forces, partial(signal.place, sample))
-        yield Sample(sample.line, sample.t, tuple(forces.tolist()))
+        yield sample._replace(forces=tuple(forces.tolist()), times=())
 
 
 def zero_left(sensor: MeasuringUnit, press: PressSamples) -> tuple[float | None, float | None]:

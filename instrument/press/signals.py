@@ -21,13 +21,14 @@ _OF_CHANNELS = r"(f|counts|t) ([lh]|[0-9]+)"  # what headers call those of any s
 class Sample(NamedTuple):
     """One line of a signal: its number, time [s], and forces in the order of the tips [N].
 
-    `times` are those of each channel [s], none where all have the one time.
+    `times` are those of each channel [s], none where all have the one time. `fruit` is what the file calls the fruit.
     """
 
     line: int
     t: float
     forces: tuple[float, ...]
     times: tuple[float, ...] = ()
+    fruit: str = ""
 
 
 def force_keys(tips: int) -> tuple[str, ...]:
@@ -49,7 +50,7 @@ def time_keys(tips: int) -> tuple[str, ...]:
 class Signal:
     """A signal that is read as its lines come; `notes` say which units were assumed, `understood` what is read.
 
-    A time for each channel may stand in place of the one time of a line.
+    A time for each channel may stand in place of the one time of a line. A column may name the fruit, `names_fruit`.
 
     Where its header names counts, `counted`, its samples have those in place of forces. `say` hears which lines are
     left out, and where a clock begins anew.
@@ -65,6 +66,7 @@ class Signal:
         of_forces, of_counts, of_channels = force_keys(tips), count_keys(tips), time_keys(tips)
         quantities = {name: Quantity(units=TIME, default="s", by_clock=True) for name in ("t", *of_channels)}
         quantities["t"] = replace(quantities["t"], words=tuple(WORDS["words"]["time"]))
+        quantities["fruit"] = Quantity(units={})
         quantities |= dict.fromkeys(of_forces, Quantity(units=FORCE, default="N")) | dict.fromkeys(of_counts, COUNTS)
         example = ",".join(["t_s", *(f"{key}_N" for key in of_forces)])
         table = one_table(rows, flags.applied(quantities), (of_forces, of_counts), example)
@@ -75,7 +77,8 @@ class Signal:
         keys = of_counts if self.counted else of_forces
         self.timed = not self._columns.keys().isdisjoint(of_channels)
         needed = of_channels if self.timed else ("t",)
-        _refuse_unlike(table, (*needed, *keys), ("t",), example)
+        _refuse_unlike(table, (*needed, *keys), ("t", "fruit"), example)
+        self.names_fruit = "fruit" in self._columns
         self._force_columns = [self._columns[key] for key in keys]
         self._clocks = [Clock(table, self._columns[key], say) for key in ("t", *of_channels) if key in self._columns]
         self.understood = replace(table, rows=iter(()), left_out=[], skipped=[]).understood
@@ -90,7 +93,8 @@ class Signal:
             times = [clock.seconds(row, rises=self.timed) for clock in self._clocks]
             forces = tuple(table.number(row, column) for column in self._force_columns)
             count += 1
-            yield Sample(row.line, times[0], forces, tuple(times[-len(forces) :]) if self.timed else ())
+            fruit = self._columns["fruit"].cell(row) if self.names_fruit else ""
+            yield Sample(row.line, times[0], forces, tuple(times[-len(forces) :]) if self.timed else (), fruit)
         self._say_left_out()
         if count == 0:
             bound = "at least one line of numbers below the header"

@@ -34,6 +34,7 @@ class PressSamples:
     `channels` (samples, channels) [N] are the forces of the `tips` first. Behind them there may be those with which
     elastic flesh would answer. `t` (samples,) [s] are their times, `touched_s` that of the touch of the first tip, all
     nan if they are not known. `lines_left_out` are lines of samples that contradict the press, at most some of them.
+    `fruit` is what its samples call the fruit.
     """
 
     channels: Floats
@@ -41,6 +42,7 @@ class PressSamples:
     t: Floats
     touched_s: float
     lines_left_out: tuple[int, ...] = ()
+    fruit: str = ""
 
     @classmethod
     def of_forces(cls, forces: Floats) -> "PressSamples":
@@ -157,11 +159,20 @@ class _Touch:
         self._waiting: dict[int, Sample] = {}  # by their numbers
         self._taken: list[Sample] = []
         self._lines_left_out: list[int] = []
+        self._fruit: str | None = None
         self._t = array("d")
         self._channels = array("d")
 
     def add(self, sample: Sample) -> Iterator[PressSamples]:
-        """Take a sample with all tips on the fruit; yield the press until there if it is growing."""
+        """Take a sample with all tips on the fruit; yield the press until there if it is growing.
+
+        Raises InputError for one of another fruit than those before.
+        """
+        if self._fruit not in (None, sample.fruit):
+            name = f"{self._source}, line {sample.line}: fruit"
+            bound = f"{self._fruit!r} to the end of its press"
+            raise validation_error(name, sample.fruit, "", bound, "lift the sensor between two fruits")
+        self._fruit = sample.fruit
         self._waiting[self._row.number + 1] = sample
         self._row.add(sample.forces)
         yield from self._passed_on()
@@ -215,4 +226,5 @@ class _Touch:
             t=np.array(self._t),
             touched_s=self._contact.touched_s,
             lines_left_out=tuple(self._lines_left_out[:MOST_NAMED]),
+            fruit=self._fruit or "",
         )

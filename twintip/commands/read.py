@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from instrument.press.count_codes import refuse_without_counts
+from instrument.press.fruit_of_presses import FRUIT_LINE, FruitAnswer, fruits_of
 from instrument.press.fruit_reading import LINE, FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.pair_press import single_reading
@@ -40,6 +41,24 @@ _REFUSALS = (
         applies=lambda arguments, _: arguments.signal is not None,
         bound="left out beside FILE.csv",
         hint="read one of the two",
+    ),
+    _Refusal(
+        flags=("--fruit-presses",),
+        applies=lambda arguments, _: arguments.signal is None,
+        bound="left out without FILE.csv",
+        hint="read a file of presses, or leave it out",
+    ),
+    _Refusal(
+        flags=("--fruit-presses",),
+        applies=lambda arguments, _: arguments.fruit_presses < 0,
+        bound="at least 0",
+        hint="0 takes all presses of the file as those of one fruit",
+    ),
+    _Refusal(
+        flags=("--each",),
+        applies=lambda arguments, _: arguments.fruit_presses is not None,
+        bound="left out beside --fruit-presses",
+        hint="read presses as they grow, or fruits",
     ),
     _Refusal(
         flags=("--radius",),
@@ -77,10 +96,10 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     if reads:
         _print_assumptions(arguments, sensor)
         code = FAILED
-        for reading in _readings(arguments, sensor):
-            code = code if reading.E is None else PASSED
+        for told in _readings(arguments, sensor):
+            code = code if told.E is None else PASSED
             of_stream = arguments.signal is not None
-            yield Answer(code=code, data=as_data(reading), text=as_line(reading, LINE), of_stream=of_stream)
+            yield Answer(code=code, data=as_data(told), text=_text_of(told), of_stream=of_stream)
     files = [path for flag, file in firmware.items() for path in write_files(file, flag, force=arguments.force)]
     yield Answer(code=code, files=files)
 
@@ -144,8 +163,15 @@ def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Pat
     return files
 
 
-def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitReading]:
-    """Yield the reading of the moment of `--forces`, or of each press of a file or of the standard input."""
+def _text_of(told: FruitReading | FruitAnswer) -> str:
+    """Return the line of a reading, or that of a fruit with one below it for each press."""
+    if isinstance(told, FruitReading):
+        return as_line(told, LINE)
+    return "\n".join([as_line(told, FRUIT_LINE), *(f"  {as_line(press, LINE)}" for press in told.presses)])
+
+
+def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitReading | FruitAnswer]:
+    """Yield the reading of the moment of `--forces`, or of each press or fruit of a file or of the standard input."""
     tips = sensor.report.tips
     if arguments.signal is None:
         refuse_without_counts(arguments.counts_as, "--forces")
@@ -168,4 +194,12 @@ def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitRead
         print_error("note: no time for each channel, and no [readout]: all channels of a line are taken as at once")
     if not signal.counted:
         refuse_without_counts(arguments.counts_as, signal.source)
-    yield from readings_of(sensor, signal, every_sample=arguments.each, counts_as=arguments.counts_as)
+    if signal.names_fruit and arguments.fruit_presses is not None:
+        bound = f"left out beside the column fruit of {signal.source}"
+        raise validation_error("--fruit-presses", arguments.fruit_presses, "", bound, "the column says which are one")
+    readings = readings_of(sensor, signal, every_sample=arguments.each, counts_as=arguments.counts_as)
+    of_fruit = arguments.fruit_presses is not None or (signal.names_fruit and not arguments.each)
+    if not of_fruit:
+        yield from readings
+        return
+    yield from fruits_of(sensor, readings, arguments.fruit_presses or 0, named=signal.names_fruit)

@@ -12,12 +12,16 @@ from measured_units import MeasuredDesign, printed_by_header, read_log, read_pre
 
 from instrument.firmware.firmware import module_text
 from instrument.press import press_core
+from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import flags_of_forces
 from instrument.press.press_core import Unit
 from solve.contact.poses import Pose, Stand
 
 AGREES = 1e-5
-IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise", "too_fast")
+IN_FIRMWARE = (
+    *("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise", "too_fast"),
+    "presses_disagree",
+)
 """Flags of firmware, from bit 0 on: programs of users know them by number."""
 FACTORS = {"mango": (1.19, 1.11, 1.15, 1.12), "paper": (1.19, 1.11)}
 MAIN = """
@@ -41,14 +45,27 @@ PRESS = {
     "AFTER": f"const twintip_reading found = twintip_end(&press);\n{PRINT}",
 }
 
+FRUIT = {
+    "BEFORE": "twintip_press press;\n twintip_one_fruit fruit = {0};\n twintip_begin(&press);",
+    "EACH": """if (f[0] == f[0]) { twintip_add(&press, f); continue; }
+        const twintip_reading each = twintip_end(&press);
+        twintip_fruit_add(&fruit, &each);
+        twintip_begin(&press);
+        const twintip_fruit_reading found = twintip_fruit_read(&fruit);
+        printf("%.9g %.9g %.9g %u %u\\n", (double)found.E, (double)found.E_reduced, (double)found.scatter,
+               (unsigned)found.flags, (unsigned)found.presses);""",
+    "AFTER": "",
+}
+"""Reads presses, each with a row of no numbers behind it, and tells the fruit after each of them."""
+
 
 @pytest.fixture
 def in_c(tmp_path):
     """Return a function that compiles the firmware of a unit and returns what it prints of a press of forces."""
 
-    def run(sensor, rows):
+    def run(sensor, rows, words=PRESS):
         program = MAIN
-        for word, code in PRESS.items():
+        for word, code in words.items():
             program = program.replace(word, code)
         return printed_by_header(tmp_path, sensor, program, np.asarray(rows, dtype=np.float32))
 
@@ -108,6 +125,39 @@ def test_press_of_a_square_agrees_sample_for_sample(samples, mango, rng, tmp_pat
         assert reduced == pytest.approx(expected * higher.reduced(1.0), rel=AGREES)
         flags.add(bit)
     assert 0 in flags
+
+
+@pytest.mark.parametrize("wide", [0.02, 0.25])
+def test_fruit_of_one_to_ten_presses_agrees(wide, mango, rng, tmp_path, in_c):
+    """Presses of moduli that scatter; firmware keeps the last eight. The third tells nothing."""
+    sensor = mango.measuring(FACTORS["mango"])
+    travel = mango.design.press.travel_mm
+    fruit = module_of(tmp_path, sensor)
+    one_fruit = fruit["Fruit"]()
+    rows, presses, expected, by_module = [], [], [], []
+    for number, E in enumerate(np.exp(wide * rng.normal(size=10)).tolist()):
+        steps = np.linspace(0.1, 1.0, 2 if number == 2 else 60) * travel
+        forces = mango.forces([Pose(E=E, travel=at) for at in steps.tolist()], FACTORS["mango"])
+        forces = (forces + rng.normal(size=forces.shape) * sensor.noises).astype(np.float32)
+        rows += [forces, np.full((1, 4), math.nan)]
+        presses.append(read_log(sensor, forces))
+        kept = [each for each in presses if each.E is not None][-8:]
+        expected.append(fruit_answer(sensor, kept, "1"))
+        each = fruit["Press"]()
+        for row in forces.astype(float).tolist():
+            each.add(row)
+        one_fruit.add(each.read()[0], each.noise)
+        by_module.append(one_fruit.read())
+    by_c = in_c(sensor, np.concatenate(rows), FRUIT).tolist()
+    for told, module, (E, reduced, scatter, flags, counted) in zip(expected, by_module, by_c, strict=True):
+        assert module == (
+            *(pytest.approx(told.E, rel=1e-9), pytest.approx(told.reduced, rel=1e-9)),
+            *(pytest.approx(told.scatter or 0.0, rel=1e-9), bits(told.flags)),
+        )
+        assert (E, reduced) == (pytest.approx(told.E, rel=AGREES), pytest.approx(told.reduced, rel=AGREES))
+        assert scatter == pytest.approx(told.scatter or 0.0, abs=AGREES)
+        assert (flags, counted) == (bits(told.flags), told.counted)
+    assert (expected[-1].counted, "presses_disagree" in expected[-1].flags) == (8, wide > 0.1)
 
 
 def test_of_two_touches_firmware_reads_the_deeper_one(mango, tmp_path, in_c):

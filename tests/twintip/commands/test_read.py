@@ -168,6 +168,7 @@ def test_firmware_is_written_and_not_over_another_file(paper, capsys, tmp_path):
         ["--forces", "0.2,0.5", "--unit", "nowhere.toml"],
         ["--forces", "0.2,0.5", "--classes", "ripe:0.8"],
         ["--forces", "0.2,0.5", "--radius", "47,110"],
+        ["--forces", "0.2,0.5", "--fruit-presses", "2"],
     ],
     ids=" ".join,
 )
@@ -248,6 +249,69 @@ def test_press_of_a_board_reads_alike(paper, capsys, monkeypatch, written):
             out, err = capsys.readouterr()
             assert json.loads(out)["E_MPa"] == pytest.approx(2.5, rel=1e-6)
             assert sum("F_l = " in line for line in err.splitlines()) == 1
+
+
+def presses_of_fruits(paper, moduli, names=""):
+    """Return a file of presses of fruit of these moduli, with lifts between, and with names of the fruit if given."""
+    header, _ = rows_of(paper.press(1.0))
+    lines = [header + ",fruit" * bool(names)]
+    for number, E in enumerate(moduli):
+        for row in (*rows_of(paper.press(E))[1], "0,0,0", "0,0,0"):
+            t = 0.02 * len(lines)
+            lines.append(",".join([f"{t}", row.partition(",")[2], *names[number : number + 1]]))
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("names", "words", "fruits"),
+    [
+        ("", ["--fruit-presses", "0"], [("1", [1.0, 1.1, 2.2, 2.0, 1.5])]),
+        ("", ["--fruit-presses", "2"], [("1", [1.0, 1.1]), ("2", [2.2, 2.0]), ("3", [1.5])]),
+        ("", ["--fruit-presses", "1"], [(f"{k + 1}", [E]) for k, E in enumerate((1.0, 1.1, 2.2, 2.0, 1.5))]),
+        ("aabbc", [], [("a", [1.0, 1.1]), ("b", [2.2, 2.0]), ("c", [1.5])]),
+    ],
+)
+def test_presses_of_a_fruit_are_answered_once(names, words, fruits, paper, capsys, monkeypatch, written):
+    text = presses_of_fruits(paper, [1.0, 1.1, 2.2, 2.0, 1.5], names)
+    assert main(["read", paper.folder, "--json", written(text), *words]) == 0
+    out = capsys.readouterr().out
+    told = [json.loads(line) for line in out.splitlines()]
+    for fruit, (name, moduli) in zip(told, fruits, strict=True):
+        assert fruit.keys() >= {"E_MPa", "u_percent", "u_alike_percent", "scatter_percent", "flags", "class"}
+        assert (fruit["fruit"], fruit["counted"]) == (name, len(moduli))
+        assert [press["E_MPa"] for press in fruit["presses"]] == pytest.approx(moduli, rel=1e-6)
+        assert ("few_presses" in fruit["flags"]) is (len(moduli) == 1 and words != ["--fruit-presses", "1"])
+        assert ("presses_disagree" in fruit["flags"]) is (len(moduli) > 1)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    assert main(["read", paper.folder, "-", "--json", *words]) == 0
+    assert capsys.readouterr().out == out
+    assert main(["read", paper.folder, written(text), *words]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == len(fruits) + 5
+
+
+@pytest.mark.parametrize(
+    ("names", "words", "field"),
+    [
+        ("", ["--fruit-presses", "-1"], "--fruit-presses = "),
+        ("", ["--fruit-presses", "2", "--each"], "--each = "),
+        ("a", ["--fruit-presses", "2"], "--fruit-presses = "),
+        ("ab", [], "line 21: fruit = "),
+    ],
+)
+def test_presses_that_cannot_be_those_of_a_fruit_are_refused(names, words, field, paper, capsys, written):
+    """Also the samples of one press that name two fruits."""
+    header, *rows = presses_of_fruits(paper, [1.0], names[:1]).splitlines()
+    text = [header, *rows[:19], *(row.replace("a", names[-1:]) for row in rows[19:])]
+    assert main(["read", paper.folder, written("\n".join(text)), *words]) == 2
+    assert field in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_a_column_of_fruit_leaves_each_sample_as_it_is(paper, capsys, written):
+    answers = []
+    for names in ("", "a"):
+        assert main(["read", paper.folder, written(presses_of_fruits(paper, [1.0], names)), "--json", "--each"]) == 0
+        answers.append(capsys.readouterr().out)
+    assert answers[0] == answers[1]
 
 
 @pytest.mark.parametrize(("order", "code"), [("good", 0), ("bad", 1), ("good bad", 0), ("bad good", 0)])

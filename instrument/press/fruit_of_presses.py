@@ -1,0 +1,239 @@
+"""A fruit that is read by several presses: one modulus, and what their scatter tells of its uncertainty.
+
+A press cannot see what is local: a soft spot below one tip, or an uneven skin. Presses that are turned by 90 degrees
+exchange low and high tips, so that a soft spot moves them in opposite directions.
+
+The modulus is the middle of Hodges and Lehmann of ln E (`press_core.middle_of`). It takes no scale, so that firmware
+has the same one. The deviation s between n presses has n - 1 degrees of freedom. What the presses say of themselves,
+v, is known by half of it or so, which is worth two (JCGM 100:2008, G.4.2). Both together are
+(2 v^2 + (n - 1) s^2) / (n + 1), with the factor of Student for n + 1. Where the presses disagree, v is wrong, and s is
+left alone with its n - 1. What is alike in all presses is added, and no number of presses lowers it.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from instrument.press import press_core
+from instrument.press.fruit_reading import (
+    FruitReading,
+    causes_of_modulus,
+    firmness_data,
+    firmness_text,
+)
+from instrument.press.measuring import MeasuringUnit
+from sensor.quantity import COVERAGE, Estimate, report_field
+from sensor.words import with_bar
+
+FALSE_ALARMS = 0.01
+"""Of fruits whose presses have normal errors as large as they say, the share that is told to disagree."""
+PRIOR_FREEDOM = 2
+"""Degrees of freedom of what a press says of itself: half of the square of 1 over its relative error, 0.5."""
+HOLDS = 0.975
+"""Below so much of a distribution lies the upper end of 95 %."""
+LEAST_OWN = 0.01
+"""Of ln E, one standard deviation, a judgement: no two presses of a fruit are more alike."""
+OWN_ROWS = 8
+
+HINTS = {
+    "presses_disagree": "press this place again in a pair, one press turned by 90 degrees; where pairs disagree, the "
+    "flesh or the skin is uneven there: press elsewhere, or sort the fruit out",
+    "few_presses": "press again, turned by 90 degrees about the way of the press",
+}
+"""What to do about a flag of a fruit; the first one that holds is told."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FruitAnswer:
+    """What several presses tell of one fruit: E [MPa] and its half width `u` [1], both None if no press has one.
+
+    `alike` and `scatter` are fractions [1]. Each field is a key of the answer.
+    """
+
+    fruit: str = report_field("", "the fruit, by its column or by its number", line=lambda it: f"fruit {it.fruit}")
+    presses: tuple[FruitReading, ...] = report_field(
+        "",
+        "its presses, each with the keys of a press. Turn the sensor by 90 degrees between them: low tips then stand "
+        "where high ones stood, and a soft spot moves both readings apart",
+        line=lambda it: f"{it.counted} of {len(it.presses)} presses",
+    )
+    counted: int = report_field("1", "how many presses count in E; one that is much less certain does not")
+    E: float | None = report_field(
+        "MPa",
+        "the middle of the moduli of its presses",
+        key="E_MPa",
+        default=None,
+        line=lambda it: f"E {with_bar(it.E, it.u * it.E, 'MPa', in_percent=True)} (95 %)",
+        absent="no modulus",
+    )
+    reduced: float | None = report_field("MPa", "as of a press", key="E_over_1_minus_nu2_MPa", default=None)
+    u: float | None = report_field(
+        "%", "half width that holds the true E in 95 of 100 fruits", key="u_percent", times=100.0, default=None
+    )
+    alike: float | None = report_field(
+        "%",
+        "the part of `u_percent` that may be the same in all presses, which no number of presses lowers",
+        key="u_alike_percent",
+        times=100.0,
+        default=None,
+        line=lambda it: f"of it alike in all presses {100.0 * it.alike:.2g} %",
+    )
+    scatter: float | None = report_field(
+        "%",
+        "standard deviation of E from press to press; none of one press",
+        key="scatter_percent",
+        times=100.0,
+        default=None,
+        line=lambda it: f"scatter {100.0 * it.scatter:.2g} %",
+    )
+    ripeness: str | None = report_field(
+        "", "as of a press", key="class", default=None, line=lambda it: f"class {it.ripeness}"
+    )
+    firmness: Estimate | None = report_field(
+        "N or MPa, %",
+        "as of a press",
+        key="`firmness_N` or `firmness_MPa`, `firmness_u_percent`",
+        inline=lambda it: firmness_data(it.firmness),
+        left_out=True,
+        default=None,
+        line=lambda it: firmness_text(it.firmness),
+    )
+    flags: tuple[str, ...] = report_field(
+        "",
+        "what speaks against the answer: flags of the fruit, and those of its presses",
+        default=(),
+        line=lambda it: f"flags: {', '.join(it.flags)}",
+    )
+    hint: str | None = report_field(
+        "", "what to do about it", left_out=True, default=None, line=lambda it: f"hint: {it.hint}"
+    )
+
+
+FRUIT_LINE = ("fruit", "presses", "E", "alike", "scatter", "firmness", "ripeness", "flags", "hint")
+"""The fields of a fruit on the screen."""
+
+
+def chi_square_limit(presses: int) -> float:
+    """Return the sum of squares that presses of a fruit exceed as seldom as `FALSE_ALARMS` [1]."""
+    from scipy.special import chdtri  # it is slow to import, and a press alone does without
+
+    return float(chdtri(presses - 1, FALSE_ALARMS))
+
+
+def own_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
+    """Return what may differ between presses of a fruit over ln E, without the noise of a press.
+
+    They are those constants of `press_core.Unit`: uneven skin and flesh, the pose, and the zeros and times of a press
+    of the design.
+    """
+    least, largest = sensor.range_MPa
+    moduli = np.geomspace(least, max(largest, 1.01 * least), OWN_ROWS)
+    rows = sensor.report.moduli
+    logs = [math.log(row.E_MPa) for row in rows]
+    deviations = []
+    for E in moduli.tolist():
+        of_press = list(sensor.by_uneven(E))
+        for source in ("pose", "zero_drift", "times"):
+            percent = [row.sources.get(f"{source}_percent", 0.0) for row in rows]
+            of_press += [0.01 * float(np.interp(math.log(E), logs, percent))] if rows else []
+        deviations.append(max(math.hypot(*of_press), LEAST_OWN))
+    return {"own_logs": np.log(moduli).tolist(), "own_deviations": deviations}
+
+
+def fruits_of(
+    sensor: MeasuringUnit, readings: Iterable[FruitReading], presses: int, *, named: bool = False
+) -> Iterator[FruitAnswer]:
+    """Yield one answer for each so many presses as they end, 0 for all of them, or for each fruit that is `named`."""
+    number = 0
+    row: list[FruitReading] = []
+    for reading in readings:
+        if named and row and reading.fruit != row[0].fruit:
+            yield fruit_answer(sensor, row, row[0].fruit)
+            row = []
+        row.append(reading)
+        if len(row) == presses:
+            number += 1
+            yield fruit_answer(sensor, row, str(number), presses)
+            row = []
+    if row:
+        yield fruit_answer(sensor, row, row[0].fruit if named else str(number + 1), presses)
+
+
+def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: str, asked: int = 0) -> FruitAnswer:
+    """Return what presses tell of one fruit together; `asked` is how many it should have, 0 for more than one."""
+    read = [press for press in presses if press.E is not None]
+    own = _own_deviations(sensor, read)
+    counted = [read[press] for press in press_core.that_count(own)] if read else []
+    causes = {"few_presses": len(counted) < (asked or 2)}
+    answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted))
+    if counted:
+        logs = [math.log(press.E) for press in counted if press.E is not None]
+        E = math.exp(press_core.middle_of(logs))
+        parts = [press.parts.widened_to(press.u) for press in counted if press.parts and press.u is not None]
+        u = parts[0].of_one_press
+        alike = _mean_square([part.that_may_be_alike for part in parts])
+        bend = math.fsum(part.bend for part in parts) / len(parts)
+        scatter = None
+        if len(counted) > 1:
+            scatter = press_core.scatter_of(logs)
+            # A press may be less certain than firmware knows, as by unknown times of its channels.
+            by_parts = [part.that_may_differ / COVERAGE for part in parts]
+            allowed = list(map(max, by_parts, _own_deviations(sensor, counted)))
+            disagree = causes["presses_disagree"] = press_core.disagree(logs, allowed, chi_square_limit(len(logs)))
+            said = _mean_square([part.of_press / COVERAGE for part in parts])
+            u = math.hypot(_by_scatter(scatter, said, len(logs), disagree=disagree), alike) + bend
+        causes |= causes_of_modulus(sensor, E, u)
+        answer = replace(
+            answer,
+            E=E,
+            reduced=sensor.reduced(E),
+            u=u,
+            alike=alike + bend,
+            scatter=scatter,
+            ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
+            firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
+        )
+    of_fruit = [flag for flag, holds in causes.items() if holds]
+    # A press outside of the range or of the scale does not speak against a fruit inside it.
+    of_presses = dict.fromkeys(flag for press in presses for flag in press.flags if flag not in causes)
+    hint = next((told for flag, told in HINTS.items() if flag in of_fruit), None)
+    return replace(answer, flags=(*of_fruit, *of_presses), hint=hint)
+
+
+def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list[float]:
+    """Return the deviations of ln E by which presses may differ [1], as firmware takes them: by noise and design."""
+    table = own_constants(sensor)
+    logs, own = table["own_logs"], table["own_deviations"]
+    return [
+        press_core.own_deviation(logs, own, press.E, (press.noise or 0.0) / COVERAGE)
+        for press in read
+        if press.E is not None
+    ]
+
+
+def _mean_square(values: Sequence[float]) -> float:
+    return math.sqrt(math.fsum(value**2 for value in values) / len(values))
+
+
+def _student(freedom: int) -> float:
+    """Return the factor of Student with which a deviation holds 95 %."""
+    from scipy.special import stdtrit  # as above
+
+    return float(stdtrit(freedom, HOLDS))
+
+
+def _by_scatter(scatter: float, said: float, presses: int, *, disagree: bool) -> float:
+    """Return the half width [1] that a scatter of presses [1] leaves of their middle.
+
+    `said` is the deviation that they say of themselves. It counts as `PRIOR_FREEDOM` presses more. Where the presses
+    disagree, the scatter alone does, if it leaves more.
+    """
+    freedom = presses - 1
+    both = freedom + PRIOR_FREEDOM
+    deviation = math.sqrt((PRIOR_FREEDOM * said**2 + freedom * scatter**2) / both)
+    half = _student(both) * deviation
+    if disagree:
+        half = max(half, _student(freedom) * scatter)
+    return half / math.sqrt(presses)

@@ -1,0 +1,186 @@
+"""A fruit of several presses: its middle, its bar, when its presses disagree, and which presses are one fruit."""
+
+import math
+from dataclasses import replace
+from itertools import combinations_with_replacement
+from statistics import median, stdev
+
+import numpy as np
+import pytest
+from measured_units import read_press
+from scipy import stats
+from scipy.optimize import root
+
+from instrument.press import press_core
+from instrument.press.fruit_of_presses import FALSE_ALARMS, fruit_answer, fruits_of, own_constants
+from instrument.press.fruit_reading import FruitReading
+from instrument.press.half_width import HalfWidth
+from instrument.press.measuring import MeasuringUnit
+
+OWN, ALIKE = 0.12, 0.05  # half widths; by its design a press of `ball` may differ by less
+
+
+def press(E, own=OWN, alike=ALIKE, **more):
+    parts = HalfWidth(of_press=own, either=0.0, alike=alike)
+    return FruitReading(**{"E": E, "u": parts.of_one_press, "parts": parts, **more})
+
+
+def answer(sensor, moduli, **more):
+    return fruit_answer(sensor, [press(E, **more) for E in moduli], "1")
+
+
+def by_definition(moduli):
+    """Return the middle of moduli by its definition in logarithms."""
+    pairs = combinations_with_replacement(map(math.log, moduli), 2)
+    return math.exp(median(0.5 * (one + other) for one, other in pairs))
+
+
+@pytest.mark.parametrize(
+    "moduli", [(1.3,), (1.0, 1.2), (1.0, 1.1, 1.2), (1.0, 0.97, 1.1, 1.01), (1.0, 1.05, 1.02, 0.7, 1.01, 1.03)]
+)
+def test_modulus_is_the_middle_of_hodges_and_lehmann(moduli, ball):
+    found = answer(ball.measuring(), moduli)
+    assert pytest.approx(by_definition(moduli), rel=1e-12) == found.E
+    assert found.reduced == pytest.approx(ball.measuring().reduced(found.E))
+
+
+def test_a_single_press_far_off_hardly_moves_the_middle_of_four():
+    logs = [0.0, 0.01, -0.01]
+    assert [press_core.middle_of([*logs, off]) for off in (1.0, 100.0)] == [pytest.approx(0.0, abs=0.01)] * 2
+
+
+@pytest.mark.parametrize("presses", range(2, 9))
+@pytest.mark.parametrize(("step", "disagree"), [(0.01, False), (0.3, True)])
+def test_bar_is_that_of_scatter_and_of_what_presses_say(step, disagree, presses, ball):
+    """Of the two deviations together with Student's factor, or of the scatter alone; what is alike stays."""
+    logs = [step * (index % 3) for index in range(presses)]
+    found = answer(ball.measuring(), np.exp(logs))
+    scatter, free = stdev(logs), presses - 1
+    both = math.sqrt((2.0 * (0.5 * OWN) ** 2 + free * scatter**2) / (free + 2))
+    factor, deviation = (stats.t.ppf(0.975, free), scatter) if disagree else (stats.t.ppf(0.975, free + 2), both)
+    assert found.u == pytest.approx(math.hypot(factor * deviation / math.sqrt(presses), ALIKE))
+    assert (found.scatter, found.alike) == (pytest.approx(scatter), pytest.approx(ALIKE))
+    assert ("presses_disagree" in found.flags, found.hint is not None) == (disagree, disagree)
+
+
+@pytest.mark.parametrize("part", ["alike", "either"])
+def test_no_number_of_presses_lowers_what_may_be_the_same_in_all(part, ball):
+    parts = replace(HalfWidth(of_press=0.001, either=0.0, alike=0.0, bend=0.01), **{part: 0.1})
+    presses = [press(1.0, u=parts.of_one_press, parts=parts)] * 8
+    found = fruit_answer(ball.measuring(), presses, "1")
+    assert 0.11 < found.u == pytest.approx(0.11, rel=1e-3)
+
+
+@pytest.mark.parametrize("wider", [0.0, 0.3])
+def test_one_press_has_its_own_bar(wider, ball):
+    alone = press(1.0, flags=("one_sample",) if wider else ())
+    alone = replace(alone, u=alone.u + wider)
+    found = fruit_answer(ball.measuring(), [alone], "1")
+    assert (found.E, found.u) == (pytest.approx(1.0), pytest.approx(alone.u))
+    assert (found.scatter, found.flags) == (None, ("few_presses", *alone.flags))
+
+
+@pytest.mark.parametrize("presses", [2, 3, 4, 8])
+@pytest.mark.parametrize("over", [0.5, 1.0, 1.5])
+def test_bars_hold_the_modulus_and_false_alarms_are_as_many_as_told(over, presses, ball, rng):
+    """Presses with normal errors, `over` times as large as they say; only as large are alarms counted."""
+    sensor, fruits = ball.measuring(), 800
+    found = [answer(sensor, np.exp(0.5 * over * OWN * rng.normal(size=presses)), alike=1e-9) for _ in range(fruits)]
+    inside = sum(abs(math.log(each.E)) <= each.u for each in found)
+    alarms = sum("presses_disagree" in each.flags for each in found)
+    least = 0.95 if over <= 1.0 else 0.93
+    assert inside >= stats.binom.ppf(0.001, fruits, least)
+    if over == 1.0:
+        assert stats.binom.ppf(0.001, fruits, FALSE_ALARMS) <= alarms <= stats.binom.ppf(0.999, fruits, FALSE_ALARMS)
+
+
+@pytest.mark.parametrize("moduli", [(1.0, 2.0), (1.0, 1.02, 2.0), (0.6, 1.2, 2.4, 1.1)])
+def test_presses_of_different_fruit_disagree_and_all_are_listed(moduli, ball):
+    found = answer(ball.measuring(), moduli)
+    assert "presses_disagree" in found.flags
+    assert [each.E for each in found.presses] == list(moduli)
+
+
+@pytest.mark.parametrize(("noise", "counted"), [(0.02, 3), (0.5, 2)])
+def test_a_press_that_is_much_less_certain_does_not_count(noise, counted, ball):
+    sensor = ball.measuring()
+    own = max(own_constants(sensor)["own_deviations"])
+    presses = [press(E, noise=2.0 * own) for E in (1.0, 1.01)]
+    found = fruit_answer(sensor, [*presses, press(1.3, own=noise, noise=noise)], "1", 3)
+    assert found.counted == counted
+    assert ("few_presses" in found.flags) is (counted < 3)
+
+
+def test_presses_without_a_modulus_are_told_and_do_not_count(ball):
+    none = FruitReading(flags=("no_rise",))
+    found = fruit_answer(ball.measuring(), [none, press(1.0), press(1.01)], "1", 3)
+    assert (found.counted, set(found.flags)) == (2, {"few_presses", "no_rise"})
+    nothing = fruit_answer(ball.measuring(), [none, none], "1")
+    assert (nothing.E, nothing.u, set(nothing.flags)) == (None, None, {"few_presses", "no_rise"})
+
+
+@pytest.mark.parametrize(
+    ("names", "presses", "named", "fruits"),
+    [
+        ("-----", 2, False, [("1", 2), ("2", 2), ("3", 1)]),
+        ("----", 2, False, [("1", 2), ("2", 2)]),
+        ("---", 0, False, [("1", 3)]),
+        ("--", 1, False, [("1", 1), ("2", 1)]),
+        ("aabbb", 0, True, [("a", 2), ("b", 3)]),
+        ("aba", 0, True, [("a", 1), ("b", 1), ("a", 1)]),
+    ],
+)
+def test_presses_are_taken_as_those_of_one_fruit(names, presses, named, fruits, ball):
+    told = fruits_of(ball.measuring(), [press(1.0, fruit=name) for name in names], presses, named=named)
+    assert [(each.fruit, len(each.presses)) for each in told] == fruits
+
+
+def test_an_answer_waits_for_no_press_of_the_next_fruit(ball):
+    """Of a stream: after as many presses as asked for."""
+
+    def stream():
+        yield press(1.0)
+        yield press(1.0)
+        raise AssertionError
+
+    assert next(fruits_of(ball.measuring(), stream(), 2)).counted == 2
+
+
+def bruised_press(measured, E, tip, share):
+    """Return the forces [N] of a level press on flesh that has a share of its modulus below one tip.
+
+    Spheres of Hertz on a half-space that joins them: K. L. Johnson, Contact Mechanics, 1985, 4.2 and 3.2.
+    """
+    tips, fruit = measured.design.tips, measured.design.fruit
+    places = np.array(tips.places_mm)
+    curvature = 1.0 / tips.dome_radius_mm + np.mean(1.0 / np.array(fruit.radii_mm))
+    reduced = E / (1.0 - fruit.poisson**2) * np.where(np.arange(4) == tip, share, 1.0)
+    apart = np.linalg.norm(places[:, None] - places, axis=2)
+    far = (1.0 - fruit.poisson**2) / (np.pi * E) * np.divide(1.0, apart, where=apart > 0.0, out=np.zeros_like(apart))
+    rows, F = [], np.full(4, 0.01)
+    for travel in np.linspace(0.05, 1.0, 25) * measured.design.press.travel_mm:
+
+        def missed(F, travel=travel):
+            sink = np.cbrt(9.0 * curvature * F**2 / (16.0 * reduced**2))
+            return F / measured.K + sink + far @ F - travel
+
+        F = np.abs(root(missed, F).x)
+        rows.append(F)
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("turns", [(0, 1), (0, 1, 2)])
+@pytest.mark.parametrize("tip", [0, 1])
+@pytest.mark.parametrize("E", [0.6, 2.5])
+def test_turned_presses_find_a_soft_spot(E, tip, turns, mango, monkeypatch):
+    """A soft spot moves a press and one turned by 90 degrees apart: beyond what an uneven skin of 8 % would."""
+    monkeypatch.setattr(MeasuringUnit, "by_uneven", lambda *_: [0.08])
+    sensor = mango.measuring()
+    sound = read_press(sensor, bruised_press(mango, E, 0, 1.0))
+    presses = [read_press(sensor, bruised_press(mango, E, (tip + turn) % 4, 0.5)) for turn in turns]
+    low, high = (math.log(presses[place].E / sound.E) for place in ((0, 1) if tip == 0 else (1, 0)))
+    assert (low > 0.08, high < -0.25) == (True, True)
+    found = fruit_answer(sensor, presses, "1")
+    assert "presses_disagree" in found.flags
+    assert abs(sound.E / found.E - 1.0) < found.u
+    assert "presses_disagree" not in fruit_answer(sensor, [sound] * len(turns), "1").flags
