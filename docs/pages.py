@@ -13,6 +13,7 @@ DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS.parent))
 
 
+from instrument.calibrate.calibration import Calibration  # noqa: E402
 from instrument.compress.modulus import CompressionResult  # noqa: E402
 from instrument.press.fruit_reading import FruitReading  # noqa: E402
 from pipeline.report.explain.entries import entries  # noqa: E402
@@ -114,7 +115,8 @@ def keys_of_report(asked: str) -> Rows:
 def keys_of_answer(command: str) -> Rows:
     """Yield the keys that a command prints."""
     yield "key of `--json`", "unit", "meaning"
-    for item in dataclasses.fields({"read": FruitReading, "modulus": CompressionResult}[command]):
+    answers = {"calibrate": Calibration, "modulus": CompressionResult, "read": FruitReading}
+    for item in dataclasses.fields(answers[command]):
         key = item.metadata.get("key", item.name)
         if item.metadata.get("told", True):  # a field with several keys writes them itself
             yield key if "`" in key else f"`{key}`", item.metadata["unit"], item.metadata["meaning"]

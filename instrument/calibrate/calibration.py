@@ -34,13 +34,15 @@ from instrument.press.printed_unit import (
 )
 from instrument.press.signals import COUNTS, count_keys
 from pipeline.report.report import Report
+from pipeline.storage.plain import Plain
+from pipeline.storage.told import as_data
 from pipeline.tables.files import place_of
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
 from pipeline.tables.words import WORDS
 from sensor.design.reading import Reading
-from sensor.quantity import BOUNDED, COVERAGE, Estimate, InputError, validation_error
+from sensor.quantity import BOUNDED, COVERAGE, Estimate, InputError, report_field, validation_error
 from sensor.theory.contrast_law import ReadingError
 from sensor.turns import in_turn
 from sensor.verdict import Verdict
@@ -58,31 +60,84 @@ UNLIKE_DESIGN = 3.0
 KNOWN_WELL_PERCENT = 0.5
 """Of a stiffness, what holds 95 %: a dial hides as much, which is what a plate is for."""
 _EXAMPLE = "tip,weight_g,deflection_mm"
+_BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_per_N")
+
+
+def _unit_data(calibration: "Calibration") -> Plain:
+    """Return what the answer tells of the springs of the unit; unit.toml has all of it."""
+    unit = as_data(calibration.unit)
+    return {key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)}
+
+
+def _trims_data(calibration: "Calibration") -> Plain:
+    """Return the trim of each tip by its name; there are none where no housing is made."""
+    trims = zip(calibration.unit.tips, calibration.trims, strict=False)
+    return {"trims": [{"tip": tip, "leaf_longer_mm": longer} for tip, longer in trims]}
+
+
+def _channels_data(calibration: "Calibration") -> Plain:
+    """Return the channels, with the standard deviations of the unit, in which a plate has its say."""
+    return {"channels": {**as_data(calibration.channels), "gain_percent": [*calibration.unit.gain_percent]}}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
     """A unit with what it shows, whether it meets the targets of its design, and how to trim it where it does not.
 
-    `nominal` are the stiffnesses of the design [N/mm]. `trims` are by how much longer leaves must be to have them [mm],
-    for each tip, None where its error holds its target. `assumed` is what was taken for granted, `error_by` says what
-    the errors of the table count. `scale` is that of the unit, where fruit was pressed with it; `channels` are what
-    counts told, None where none were given. `weighing` is when weights were read, and how springs creep; `stiffened`
-    the stiffness in a press of `press_s` [s] over that of the weighing [1].
+    Each field but the last two is a key of the answer. `nominal` are the stiffnesses of the design [N/mm]. `trims` are
+    by how much longer leaves must be to have them [mm], for each tip, None where its error holds its target. `assumed`
+    is what was taken for granted, `error_by` says what the errors of the table count.
     """
 
-    unit: PrintedUnit
-    nominal: tuple[float, ...]
-    table: tuple[UnitRow, ...]
-    verdicts: list[Verdict]
-    trims: list[float | None]
-    assumed: list[str]
-    error_by: str
-    weighing: Weighing
-    stiffened: float
-    press_s: float
-    scale: ScaleFit | None = None
-    channels: ChannelCalibration | None = None
+    unit: PrintedUnit = report_field(
+        "",
+        "the springs of the unit, as in unit.toml; null where all lines are straight",
+        key="`tips`, `method`, `K_N_per_m`, `K_percent`, `force_bend`, `force_bend_per_N`, `deflection_bend`, "
+        "`deflection_bend_per_N`",
+        inline=_unit_data,
+    )
+    nominal: tuple[float, ...] = report_field(
+        "N/m", "stiffness of each spring in the design", key="design_K_N_per_m", times=1e3
+    )
+    weighing: Weighing = report_field(
+        "",
+        "time from the hanging of a weight to its reading; whose creep it is, `unit` or `process`; growth of the "
+        "deflection in a decade of time, and its standard deviation",
+        key="`weighed_after_s`, `creep_of`, `creep_per_decade`, `creep_error`",
+        inline=lambda it: as_data(it.weighing),
+    )
+    press_s: float = report_field("s", "duration of a press")
+    stiffened: float = report_field("1", "stiffness in a press over that under a weight", key="K_press_over_weighed")
+    table: tuple[UnitRow, ...] = report_field(
+        "",
+        "for moduli over the range of the design: force of each tip, P, half width of the error bar of E, and error of "
+        "E with the stiffnesses of the design",
+    )
+    verdicts: list[Verdict] = report_field(
+        "", "whether the unit meets the targets of its design, as in [report.json](report-json.md#verdicts)"
+    )
+    trims: list[float | None] = report_field(
+        "",
+        "for each tip, by how much longer its leaves must be for the stiffness of the design; null where the error of "
+        "K holds it",
+        inline=_trims_data,
+    )
+    channels: ChannelCalibration | None = report_field(
+        "",
+        "slopes, zeros, gain, bend, crosstalk, hysteresis and drift of the channels; left out without counts",
+        inline=_channels_data,
+        left_out=True,
+        default=None,
+    )
+    scale: ScaleFit | None = report_field(
+        "",
+        "the scale as in unit.toml, how many fruit it is of, and the error of a fruit that is left out, one standard "
+        "deviation, by each curve; left out without `--fruit`",
+        left_out=True,
+        default=None,
+    )
+    assumed: list[str] = report_field("", "what was taken for granted", told=False)
+    error_by: str = report_field("", "what the errors of the table count", told=False)
 
 
 @in_turn

@@ -19,7 +19,7 @@ from pipeline.tables.files import place_of
 from pipeline.tables.measured_table import MeasuredTable
 from sensor.arrays import Floats
 from sensor.design.reading import WEIGHED_AFTER_S
-from sensor.quantity import COVERAGE, Estimate, validation_error
+from sensor.quantity import COVERAGE, Estimate, report_field, validation_error
 from sensor.theory.creep import CreepLaw
 
 LEAST_RATIO = 1.5
@@ -42,11 +42,15 @@ class Weighing:
     table determined the creep; else it is that of the process.
     """
 
-    forces: Floats
-    after_s: float
-    creep: CreepLaw
-    own: bool
-    note: str = ""
+    forces: Floats = report_field("N", "weights as of one time", told=False)
+    after_s: float = report_field("s", "time from the hanging of a weight to its reading", key="weighed_after_s")
+    own: bool = report_field("", "whose creep it is", inline=lambda it: {"creep_of": "unit" if it.own else "process"})
+    creep: CreepLaw = report_field(
+        "1",
+        "growth of the deflection in a decade of time, and its standard deviation",
+        inline=lambda it: {"creep_per_decade": it.creep.per_decade, "creep_error": it.creep.error},
+    )
+    note: str = report_field("", "why the creep of the table was not taken", told=False, default="")
 
 
 def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:

@@ -22,12 +22,13 @@ from instrument.press.fruit_scale import FruitScale
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.signals import Sample, force_keys
 from instrument.press.touches import presses_of
+from pipeline.storage.told import as_data
 from pipeline.tables.files import place_of
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, MODULUS, TIME, Quantity
 from sensor.arrays import Floats
-from sensor.quantity import validation_error
+from sensor.quantity import report_field, validation_error
 
 FEWEST_FRUIT = 6
 PARAMETERS = 2  # of the freedom of a band: those of a power
@@ -38,9 +39,13 @@ _ROUND_OFF = 1e-9  # of a logarithm
 class ScaleFit:
     """A scale, how many fruit it is of, and the error of fruit that was left out by each curve [1], one deviation."""
 
-    scale: FruitScale
-    fruit: int
-    left_out: Mapping[str, float]
+    scale: FruitScale = report_field("", "the curve with its band", inline=lambda fit: as_data(fit.scale))
+    fruit: int = report_field("1", "how many fruit it is of")
+    left_out: Mapping[str, float] = report_field(
+        "%",
+        "error of a fruit that is left out, one standard deviation, by each curve",
+        inline=lambda fit: {"left_out": {f"{curve}_percent": 100.0 * error for curve, error in fit.left_out.items()}},
+    )
 
 
 class _Points(NamedTuple):

@@ -13,7 +13,7 @@ from pipeline.report.report import Report
 from pipeline.tables.files import place_of
 from pipeline.tables.measured_table import MeasuredTable
 from sensor.arrays import Floats
-from sensor.quantity import BOUNDED, COVERAGE, Estimate, validation_error
+from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, validation_error
 
 LEAST_ERROR = 1e-4
 """Of a stiffness: no dial and no weight is better."""
@@ -41,7 +41,7 @@ class ChannelCalibration:
     zero_counts: Floats
     saturation: int
     gain_percent: tuple[float, ...]
-    lacks_of_fit: tuple[LackOfFit, ...]
+    lacks_of_fit: tuple[LackOfFit, ...] = report_field("", "errors by bent lines, which the unit has", told=False)
     bend_percent: tuple[float, ...]
     crosstalk_percent: tuple[float, ...]
     hysteresis_percent: tuple[float, ...]

@@ -81,4 +81,7 @@ def test_commands_end_as_they_should(printed, monkeypatch, capsys):
     assert reading["E_MPa"] == pytest.approx(1.5, rel=0.01 * reading["u_percent"])
     assert reading["class"] == "turning"
     assert {key for key in reading if f"`{key}`" not in PAGE} == set()
+    for measured in ("weights.csv --fruit fruit.csv", "counts.csv"):
+        assert main(f"calibrate outputs/paper {measured} --json".split()) == 1
+        assert {key for key in json.loads(capsys.readouterr().out) if f"`{key}`" not in PAGE} == set()
     assert (printed / "unit.h").is_file()

@@ -3,7 +3,7 @@
 from argparse import Namespace
 from dataclasses import replace
 
-from instrument.calibrate.calibration import Calibration, calibrate_unit, measured_print, modulus_of_coupon
+from instrument.calibrate.calibration import calibrate_unit, measured_print, modulus_of_coupon
 from instrument.calibrate.fruit_presses import measured_fruit
 from instrument.calibrate.plate import measured_plate
 from instrument.press.printed_unit import check_weighed_after, unit_as_toml
@@ -13,7 +13,6 @@ from instrument.template import template_parts
 from pipeline.report.report import Report, read_report
 from pipeline.report.verdict_table import verdict_parts
 from pipeline.storage.files import write_files
-from pipeline.storage.plain import to_plain
 from pipeline.storage.told import as_data
 from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable
@@ -24,7 +23,6 @@ from twintip.commands.console import FAILED, PASSED, Answer, print_error
 
 NAMES = ("tip", "coupon", "force", "deflection", "t", "travel", "fruit", "firmness", "E")
 """What the columns of its tables hold, beside forces and counts."""
-_BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_per_N")
 
 
 def run(arguments: Namespace) -> Answer:
@@ -74,7 +72,7 @@ def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, fla
     parts = template_parts("calibrate/calibration.txt.j2", failed=passed is False, **vars(calibration))
     return Answer(
         code=PASSED if passed else FAILED,
-        data=_data(calibration),
+        data=as_data(calibration),
         parts=[*parts, *verdict_parts("the unit against its design", calibration.verdicts)],
     )
 
@@ -84,31 +82,3 @@ def _tell_tables(*tables: MeasuredTable | None) -> None:
     for table in tables:
         if table is not None:
             print_error(f"note: {table.understood}")
-
-
-def _data(calibration: Calibration) -> dict[str, object]:
-    """Return a calibration as the data of `--json`; each key ends in its unit."""
-    unit = to_plain(calibration.unit)
-    trims = zip(unit["tips"], calibration.trims, strict=False)  # there are no trims where no housing is made
-    data: dict[str, object] = {
-        **{key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)},
-        "design_K_N_per_m": [1e3 * K for K in calibration.nominal],
-        "weighed_after_s": calibration.weighing.after_s,
-        "creep_of": "unit" if calibration.weighing.own else "process",
-        "creep_per_decade": calibration.weighing.creep.per_decade,
-        "creep_error": calibration.weighing.creep.error,
-        "press_s": calibration.press_s,
-        "K_press_over_weighed": calibration.stiffened,
-        "table": as_data(calibration.table),
-        "verdicts": as_data(calibration.verdicts),
-        "trims": [{"tip": tip, "leaf_longer_mm": longer} for tip, longer in trims],
-    }
-    if calibration.channels is not None:
-        channels = to_plain(calibration.channels)
-        del channels["lacks_of_fit"]  # which the unit has
-        data["channels"] = {**channels, "gain_percent": unit["gain_percent"]}
-    fit = calibration.scale
-    if fit is not None:
-        left_out = {f"{curve}_percent": 100.0 * error for curve, error in fit.left_out.items()}
-        data["scale"] = {**to_plain(fit.scale), "fruit": fit.fruit, "left_out": left_out}
-    return data
