@@ -15,6 +15,7 @@ sys.path.insert(0, str(DOCS.parent))
 
 from instrument.calibrate.calibration import Calibration  # noqa: E402
 from instrument.compress.modulus import CompressionResult  # noqa: E402
+from instrument.press.fruit_of_presses import FruitAnswer  # noqa: E402
 from instrument.press.fruit_reading import FruitReading  # noqa: E402
 from pipeline.report.explain.entries import entries  # noqa: E402
 from pipeline.report.keys import report_keys  # noqa: E402
@@ -113,9 +114,9 @@ def keys_of_report(asked: str) -> Rows:
 
 
 def keys_of_answer(command: str) -> Rows:
-    """Yield the keys that a command prints."""
+    """Yield the keys that a command prints, `fruit` those of a fruit of several presses."""
     yield "key of `--json`", "unit", "meaning"
-    answers = {"calibrate": Calibration, "modulus": CompressionResult, "read": FruitReading}
+    answers = {"calibrate": Calibration, "modulus": CompressionResult, "read": FruitReading, "fruit": FruitAnswer}
     for item in dataclasses.fields(answers[command]):
         key = item.metadata.get("key", item.name)
         if item.metadata.get("told", True):  # a field with several keys writes them itself

@@ -95,6 +95,7 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         springs=read_out.springs,
         signal=read_out.signal,
         fastest_s=read_out.fastest_s,
+        turn_deg=sensor.tips.tip_layout.turn_deg,
         folder=shlex.quote(read_out.folder),
         seats=sensor.seats,
         probe=PROBE,

@@ -1,7 +1,7 @@
 """A fruit that is read by several presses: one modulus, and what their scatter tells of its uncertainty.
 
-A press cannot see what is local: a soft spot below one tip, or an uneven skin. Presses that are turned by 90 degrees
-exchange low and high tips, so that a soft spot moves them in opposite directions.
+A press cannot see what is local: a soft spot below one tip, or an uneven skin. Presses that are turned so that low
+tips stand where high ones stood (`Layout.turn_deg`) are moved by a soft spot in opposite directions.
 
 The modulus is the middle of Hodges and Lehmann of ln E (`press_core.middle_of`). It takes no scale, so that firmware
 has the same one. The deviation s between n presses has n - 1 degrees of freedom. What the presses say of themselves,
@@ -37,12 +37,16 @@ LEAST_OWN = 0.01
 """Of ln E, one standard deviation, a judgement: no two presses of a fruit are more alike."""
 OWN_ROWS = 8
 
-HINTS = {
-    "presses_disagree": "press this place again in a pair, one press turned by 90 degrees; where pairs disagree, the "
-    "flesh or the skin is uneven there: press elsewhere, or sort the fruit out",
-    "few_presses": "press again, turned by 90 degrees about the way of the press",
+PRESS_AGAIN = {
+    "presses_disagree": "press this place again in a pair, {turn}; where pairs disagree too, the fruit is uneven there",
+    "few_presses": "press again, {turn}",
 }
-"""What to do about a flag of a fruit; the first one that holds is told."""
+"""What to do about a flag of a fruit, by how the sensor is turned; the first one that holds is told."""
+TURN = {
+    True: "the second press turned by {turn:g} degrees",
+    False: "the second press one spacing farther along the tips",
+}
+"""How to exchange low and high tips between two presses, by whether a turn does."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,11 +59,16 @@ class FruitAnswer:
     fruit: str = report_field("", "the fruit, by its column or by its number", line=lambda it: f"fruit {it.fruit}")
     presses: tuple[FruitReading, ...] = report_field(
         "",
-        "its presses, each with the keys of a press. Turn the sensor by 90 degrees between them: low tips then stand "
-        "where high ones stood, and a soft spot moves both readings apart",
+        "its presses, each with the keys of a press",
         line=lambda it: f"{it.counted} of {len(it.presses)} presses",
     )
     counted: int = report_field("1", "how many presses count in E; one that is much less certain does not")
+    turn: float | None = report_field(
+        "deg",
+        "by how much to turn the sensor between presses. Low tips then stand where high ones stood, and a soft spot "
+        "moves the readings apart; null for a line, which is moved by its spacing instead",
+        key="turned_deg",
+    )
     E: float | None = report_field(
         "MPa",
         "the middle of the moduli of its presses",
@@ -166,8 +175,9 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     read = [press for press in presses if press.E is not None]
     own = _own_deviations(sensor, read)
     counted = [read[press] for press in press_core.that_count(own)] if read else []
+    turn = sensor.report.design.tips.tip_layout.turn_deg
     causes = {"few_presses": len(counted) < (asked or 2)}
-    answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted))
+    answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn or None)
     if counted:
         logs = [math.log(press.E) for press in counted if press.E is not None]
         E = math.exp(press_core.middle_of(logs))
@@ -198,7 +208,8 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     of_fruit = [flag for flag, holds in causes.items() if holds]
     # A press outside of the range or of the scale does not speak against a fruit inside it.
     of_presses = dict.fromkeys(flag for press in presses for flag in press.flags if flag not in causes)
-    hint = next((told for flag, told in HINTS.items() if flag in of_fruit), None)
+    again = next((told for flag, told in PRESS_AGAIN.items() if flag in of_fruit), None)
+    hint = None if again is None else again.format(turn=TURN[turn > 0.0].format(turn=turn))
     return replace(answer, flags=(*of_fruit, *of_presses), hint=hint)
 
 

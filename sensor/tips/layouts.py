@@ -28,7 +28,8 @@ class Layout:
     `orders` are the orders of low and high springs that a user may choose from, in letters; a single one needs no
     choice. `outer` are the indices of the tips that `tips.outer_mm` lets stand out. `plates` is the number of equal
     plates, 2 back to back, 0 where no housing is drawn. A wide stance of the two leaves of a flexure,
-    `leaf_separation_mm`, keeps the tip from tilting; a thin plate's more than another's.
+    `leaf_separation_mm`, keeps the tip from tilting; a thin plate's more than another's. `turn_deg` is the turn about
+    the press that puts low tips where high ones stood, 0 where none does.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Layout:
     leaf_separation_mm: float = 14.0
     shuttle_width_mm: float = 6.0
     top_bar_mm: float = 6.0
+    turn_deg: float = 0.0
 
     @property
     def is_pair(self) -> bool:
@@ -78,7 +80,7 @@ class Layout:
         return max(across) - min(across)
 
 
-PAIR = Layout(name="pair", positions=(Position(-0.5, 0.0), Position(0.5, 0.0)), orders=("LH",))
+PAIR = Layout(name="pair", positions=(Position(-0.5, 0.0), Position(0.5, 0.0)), orders=("LH",), turn_deg=180.0)
 LINE = Layout(
     name="line",
     positions=(Position(-1.0, 0.0), Position(0.0, 0.0), Position(1.0, 0.0)),
@@ -94,6 +96,7 @@ SQUARE = Layout(
     leaf_separation_mm=20.0,
     shuttle_width_mm=3.0,
     top_bar_mm=6.5,  # a pad on it has room for marks and dowels
+    turn_deg=90.0,
 )
 LAYOUTS = {layout.name: layout for layout in (PAIR, LINE, SQUARE)}
 ORDERS = tuple(order for layout in LAYOUTS.values() if layout.has_choice_of_order for order in layout.orders)

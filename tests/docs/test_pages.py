@@ -102,7 +102,14 @@ def test_every_generated_table_stands_on_a_page():
     told = dict.fromkeys(re.findall(r"<!-- (\w+: .+?) -->\n\| ", text))
     asked = {f"design: {name}" for name in TABLE_TYPES} | {"fruits: numbers", "fruits: sources"}
     asked |= {"processes: numbers", "processes: sources"}
-    asked |= {"words: verdicts", "words: symbols", "answer: calibrate", "answer: read", "answer: modulus"}
+    asked |= {
+        "words: verdicts",
+        "words: symbols",
+        "answer: calibrate",
+        "answer: read",
+        "answer: fruit",
+        "answer: modulus",
+    }
     assert {comment for comment in told if not comment.startswith("keys: ")} == asked
 
 
