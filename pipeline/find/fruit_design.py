@@ -143,9 +143,16 @@ def _widest_piece_met(fruit: FruitRange, depth: float) -> float:
 
 
 def _same_position_in_range(ends: Ends, of_preset: float, ends_of_preset: Ends) -> float:
-    """Return the length that lies within its ends as that of the preset does, to three digits [mm]."""
+    """Return the length that lies within its ends as that of the preset does, to three digits [mm].
+
+    Where that of the preset lies beyond an end, it lies beyond the same end by as much of its length.
+    """
     least, most = ends_of_preset
-    fraction = math.log(of_preset / least) / math.log(most / least) if least < most else 0.5
+    if of_preset <= least:
+        return rounded(ends[0] * of_preset / least)
+    if of_preset >= most:
+        return rounded(ends[1] * of_preset / most)
+    fraction = math.log(of_preset / least) / math.log(most / least)
     return rounded(ends[0] * (ends[1] / ends[0]) ** fraction)
 
 

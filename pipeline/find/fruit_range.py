@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sensor.design.fruits import FRUITS
+from sensor.design.fruits import FRUITS, ranges_in_words
 from sensor.input_file import read_bytes
 from sensor.quantity import LENGTH, MODULUS, check_fields, nearest, quantity, validation_error, written_number
 from sensor.words import rounded
@@ -23,8 +23,10 @@ _FORM = (
 _NUMBER = r"(\S+?)"
 _RANGE = rf"{_NUMBER} to {_NUMBER}"
 _BALL = re.compile(rf"\s*radius {_NUMBER}(?: mm)?, E {_RANGE}(?: MPa)?\s*")
-_ANY_SHAPE = re.compile(rf"\s*radius {_RANGE} by {_RANGE}(?: mm)?, flesh {_RANGE}(?: mm)?, E {_RANGE}(?: MPa)?\s*")
+_FLESH = rf"(?:, flesh {_RANGE}(?: mm)?)?"
+_ANY_SHAPE = re.compile(rf"\s*radius {_RANGE} by {_RANGE}(?: mm)?{_FLESH}, E {_RANGE}(?: MPa)?\s*")
 
+_RADII = 4
 Ends = tuple[float, float]
 """From and to."""
 
@@ -75,6 +77,14 @@ class FruitRange:
         _, *between, _ = np.geomspace(self.E_min_MPa, self.E_max_MPa, 4).tolist()
         return (self.E_min_MPa, *(rounded(E, 2) for E in between), self.E_max_MPa)
 
+    @property
+    def in_words(self) -> str:
+        """Return the fruit as `fruit_range` reads it."""
+        E = (self.E_min_MPa, self.E_max_MPa)
+        if not isinstance(self.radius_mm, tuple):
+            return f"radius {self.radius_mm:g}, E {E[0]:g} to {E[1]:g}"
+        return ranges_in_words(*self.radii_mm, self.thickness_mm, E)
+
 
 def fruit_range(text: str) -> FruitRange:
     """Return the fruits of a name, or that a text or a file of `pipeline modulus --json` describes.
@@ -87,7 +97,8 @@ def fruit_range(text: str) -> FruitRange:
         text = _words_of(text)
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
     found = ball or any_shape
-    numbers = [] if found is None else [written_number(word) for word in found.groups()]
+    words = [] if found is None else [word for word in found.groups() if word is not None]
+    numbers = [written_number(word) for word in words]
     if not numbers or None in numbers:
         raise validation_error("--fruit", text, "", _FORM, "write all numbers")
     *lengths, softest, firmest = (number for number in numbers if number is not None)
@@ -96,7 +107,7 @@ def fruit_range(text: str) -> FruitRange:
     return FruitRange(
         radius_mm=(lengths[0], lengths[1]),
         radius_across_mm=(lengths[2], lengths[3]),
-        thickness_mm=(lengths[4], lengths[5]),
+        thickness_mm=(lengths[4], lengths[5]) if len(lengths) > _RADII else None,
         E_min_MPa=softest,
         E_max_MPa=firmest,
     )

@@ -1,5 +1,6 @@
 """Fruits by their names, from fruits.toml: where a sensor presses them, and how firm they are."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -36,12 +37,22 @@ class NamedFruit(Sourced):
     @property
     def in_words(self) -> str:
         """Return the ranges as `pipeline suggest --fruit` takes them."""
-        radius, across, flesh, E = (f"{least:g} to {most:g}" for least, most in map(self._ends, RANGES))
-        return f"radius {radius} by {across}, flesh {flesh}, E {E}"
+        return ranges_in_words(self.radius_mm, self.radius_across_mm, self.thickness_mm, self.E_MPa)
 
-    def _ends(self, key: str) -> tuple[float, float]:
-        least, most = getattr(self, key)
-        return least, most
+
+def ranges_in_words(
+    radius_mm: Sequence[float],
+    radius_across_mm: Sequence[float],
+    thickness_mm: Sequence[float] | None,
+    E_MPa: Sequence[float],
+) -> str:
+    """Return ranges as `pipeline suggest --fruit` takes them, from and to; flesh may be of unknown thickness."""
+    flesh = "" if thickness_mm is None else f", flesh {_ends(thickness_mm)}"
+    return f"radius {_ends(radius_mm)} by {_ends(radius_across_mm)}{flesh}, E {_ends(E_MPa)}"
+
+
+def _ends(ends: Sequence[float]) -> str:
+    return " to ".join(f"{end:g}" for end in ends)
 
 
 RANGES = ("radius_mm", "radius_across_mm", "thickness_mm", "E_MPa")

@@ -35,9 +35,11 @@ def run(arguments: Namespace) -> Answer:
     settings = settings_of(arguments)
     design = load_design(named, settings)
     _refuse_flags(arguments)
-    found = _found(arguments, design, fruit, named, frozenset(settings))
+    found, nearest_fruit = _found(arguments, design, fruit, named, frozenset(settings))
     changes = _changes(found)
     lines = _lines(found, changes)
+    if fruit is not None and found.changes is None:
+        lines.append(_nearest_text(nearest_fruit, named))
     command = None
     if found.changes is not None:
         command = _command(named, settings, changes)
@@ -52,6 +54,8 @@ def run(arguments: Namespace) -> Answer:
         "changes": changes,
         "command": command,
         "reason": found.reason,
+        "preset": None if fruit is None else named,
+        "nearest_fruit": None if nearest_fruit is None else nearest_fruit.in_words,
         "tried": found.tried,
         "runs": found.runs,
         "verdicts": [dataclasses.asdict(verdict) for verdict in found.verdicts],
@@ -111,21 +115,35 @@ def _refuse_flags(arguments: Namespace) -> None:
 
 def _found(
     arguments: Namespace, design: Design, fruit: "FruitRange | None", named: str, given: frozenset[str]
-) -> "Suggestion":
+) -> "tuple[Suggestion, FruitRange | None]":
     """Return the suggestion for a design, or for a fruit, which leaves the keys that are `given` as they are.
 
-    The design is that of the preset or file that is `named`.
+    The design is that of the preset or file that is `named`. Where nothing is found for a fruit, the nearest fruit that
+    has a sensor is returned too, if there is one.
     """
+    from pipeline.find.demand import nearest_demand
     from pipeline.find.fruit_design import fruit_suggestion
     from pipeline.find.suggestion import suggestion
 
     keep = frozenset(arguments.keep)
     with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
         if fruit is None:
-            return suggestion(design, RunOptions(), keep, progress)
+            return suggestion(design, RunOptions(), keep, progress), None
         progress(f"starts from the preset {named} in the size of the fruit")
-        name = design.name if arguments.out is None else arguments.out.stem
-        return fruit_suggestion(fruit, dataclasses.replace(design, name=name), keep | given, progress)
+        preset = dataclasses.replace(design, name=design.name if arguments.out is None else arguments.out.stem)
+        found = fruit_suggestion(fruit, preset, keep | given, progress)
+        if found.changes is not None:
+            return found, None
+        failed = [verdict for verdict in found.verdicts if verdict.passed is not True]
+        return found, nearest_demand(fruit, failed, preset, keep | given, progress)
+
+
+def _nearest_text(nearest_fruit: "FruitRange | None", named: str) -> str:
+    """Return which fruit has a sensor where the one that was asked for has none."""
+    if nearest_fruit is None:
+        return f"nor was one found for narrower ranges, from the preset {named}"
+    command = shlex.join(["pipeline", "suggest", "--fruit", nearest_fruit.in_words])
+    return f"from the preset {named}, a sensor passes for narrower ranges: {command}"
 
 
 def _lines(found: "Suggestion", changes: list[Json]) -> list[str]:

@@ -7,8 +7,9 @@ from contextlib import nullcontext
 
 import pytest
 
-from pipeline.find import fruit_design
+from pipeline.find import demand, fruit_design
 from pipeline.find import suggestion as room
+from pipeline.find.fruit_range import fruit_range
 from pipeline.find.suggestion import Suggestion
 from pipeline.options import load_design
 from sensor.design.design_file import design_as_toml
@@ -83,6 +84,7 @@ def fruits(monkeypatch):
         return Suggestion(design=preset, changes=None, verdicts=(failed,), reason="none found")
 
     monkeypatch.setattr(fruit_design, "fruit_suggestion", stand_in)
+    monkeypatch.setattr(demand, "nearest_demand", lambda *_: fruit_range("radius 27, E 0.4 to 2"))
     return asked
 
 
@@ -96,6 +98,20 @@ def test_fruit_starts_from_the_preset_most_like_it_and_is_told_what_it_lacks(fru
     assert (preset.name, preset.reading.tilt_deg, keep) == ("ball", 3.0, {"reading.tilt_deg"})
     line = capsys.readouterr().out.splitlines()[1]
     assert re.findall(r"[\d.]+", line.partition(": ")[2])[:3] == ["5.190", "0.080", "5"]
+
+
+@pytest.mark.usefixtures("fruits")
+def test_nearest_fruit_that_has_a_sensor_is_told_with_its_command(monkeypatch, capsys):
+    asked = ["suggest", "--fruit", "radius 26, E 0.3 to 2"]
+    assert main([*asked, "--json"]) == 1
+    data = json.loads(capsys.readouterr().out)
+    assert (data["preset"], data["nearest_fruit"], data["passes"]) == ("peach", "radius 27, E 0.4 to 2", False)
+    assert main(asked) == 1
+    command = capsys.readouterr().out.splitlines()[-1].partition(": ")[2]
+    assert shlex.split(command) == ["pipeline", "suggest", "--fruit", data["nearest_fruit"]]
+    monkeypatch.setattr(demand, "nearest_demand", lambda *_: None)
+    assert main([*asked, "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["nearest_fruit"] is None
 
 
 @pytest.mark.usefixtures("fruits")

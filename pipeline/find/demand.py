@@ -1,0 +1,79 @@
+"""The nearest demand that passes: a fruit whose ranges are a little narrower where a sensor for all of it fails."""
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+
+from pipeline.find.fruit_design import fruit_suggestion
+from pipeline.find.fruit_range import Ends, FruitRange
+from pipeline.storage.stopwatch import Progress, silent
+from sensor.design.parameters import Design
+from sensor.verdict import Verdict
+from sensor.words import rounded
+
+MOST_ROUNDS = 6
+EASED = 0.12  # of the logarithm of a range, that a round takes from each of its ends
+
+OF_SHAPE = ("reading.bias", "reading.touch", "geometry.tip_face")
+"""Verdicts that fail because cheeks and flesh differ too much."""
+
+OF_SOFTEST = ("bruise", "printable.low", "printable.high", "K_l", "K_h")
+"""Verdicts that fail because the softest flesh bears too little, or needs springs that are too soft to print."""
+
+
+def nearest_demand(
+    fruit: FruitRange,
+    failed: Collection[Verdict],
+    preset: Design,
+    fixed: frozenset[str] = frozenset(),
+    progress: Progress = silent,
+) -> FruitRange | None:
+    """Return the fruit nearest to one for which a design passes, where none passes for that one; None in six rounds.
+
+    `failed` are the verdicts that fail for the whole fruit. Each round narrows the ranges that failing verdicts depend
+    on, from the ends they fail at. Raises as `fruit_suggestion`.
+    """
+    asked = fruit
+    for _ in range(MOST_ROUNDS):
+        fruit = eased(fruit, asked, failed)
+        progress(f"tries {fruit.in_words}")
+        found = fruit_suggestion(fruit, preset, fixed)
+        if found.changes is not None:
+            return fruit
+        failed = [verdict for verdict in found.verdicts if verdict.passed is not True]
+    return None
+
+
+def eased(fruit: FruitRange, asked: FruitRange, failed: Collection[Verdict]) -> FruitRange:
+    """Return a fruit with ranges that are narrower by a step of those `asked`, where verdicts failed.
+
+    An uncertainty over the least of its limits is that of the softest flesh, any other that of the firmest.
+    """
+    names = {verdict.name for verdict in failed}
+    limits = {verdict.limit for verdict in failed if verdict.name == "reading.uncertainty"}
+    at_softest = bool(names.intersection(OF_SOFTEST)) or _LEAST_LIMIT in limits
+    at_firmest = bool(limits - {_LEAST_LIMIT})
+    of_shape = bool(names.intersection(OF_SHAPE)) or not (at_softest or at_firmest)
+    step = (asked.E_max_MPa / asked.E_min_MPa) ** EASED
+    if of_shape:
+        radius, across = (_narrower(ends, of) for ends, of in zip(fruit.radii_mm, asked.radii_mm, strict=True))
+        flesh = fruit.thickness_mm
+        if flesh is not None and asked.thickness_mm is not None:
+            flesh = _narrower(flesh, asked.thickness_mm)
+        fruit = replace(fruit, radius_mm=radius, radius_across_mm=across, thickness_mm=flesh)
+    return replace(
+        fruit,
+        E_min_MPa=rounded(fruit.E_min_MPa * step) if at_softest else fruit.E_min_MPa,
+        E_max_MPa=rounded(fruit.E_max_MPa / step) if at_firmest else fruit.E_max_MPa,
+    )
+
+
+_LEAST_LIMIT = 0.05
+"""Limit of the standard uncertainty of the softest flesh, in every preset of a fruit [1]."""
+
+
+def _narrower(ends: Ends, asked: Ends) -> Ends:
+    """Return ends nearer to their middle by a step of the range that was asked for, never past it."""
+    step = (asked[1] / asked[0]) ** EASED
+    middle = math.sqrt(ends[0] * ends[1])
+    return rounded(min(ends[0] * step, middle)), rounded(max(ends[1] / step, middle))

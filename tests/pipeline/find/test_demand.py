@@ -1,0 +1,72 @@
+"""Where no sensor is found for a fruit, the ranges that failing verdicts depend on become narrower, step by step."""
+
+import math
+
+import pytest
+
+from pipeline.find import demand
+from pipeline.find.demand import EASED, MOST_ROUNDS, eased, nearest_demand
+from pipeline.find.fruit_range import fruit_range
+from pipeline.find.suggestion import Suggestion
+from pipeline.options import load_design
+from sensor.quantity import Estimate
+from sensor.verdict import judge
+
+FRUIT = fruit_range("radius 23 to 57 by 33 to 80, flesh 14 to 30, E 0.4 to 3.5")
+MANGO = load_design("mango")
+BIAS = judge("reading.bias", Estimate(0.08, 0.001), "", limit=0.05)
+SOFT, FIRM = (judge("reading.uncertainty", Estimate(0.12, 0.001), "", limit=limit) for limit in (0.05, 0.10))
+STEP = math.log(3.5 / 0.4) * EASED
+
+
+def logs(fruit):
+    return [
+        [math.log(end) for end in ends]
+        for ends in (*fruit.radii_mm, fruit.thickness_mm, (fruit.E_min_MPa, fruit.E_max_MPa))
+    ]
+
+
+@pytest.mark.parametrize(
+    ("failed", "of_shape", "at_softest", "at_firmest"),
+    [
+        ((BIAS,), 1, 0, 0),
+        ((SOFT,), 0, 1, 0),
+        ((FIRM,), 0, 0, 1),
+        ((judge("printable.low", None, "", limit="4 to 120"),), 0, 1, 0),
+        ((BIAS, FIRM), 1, 0, 1),
+        ((), 1, 0, 0),
+    ],
+)
+def test_a_round_takes_a_step_from_the_ends_at_which_verdicts_fail(failed, of_shape, at_softest, at_firmest):
+    before, after = logs(FRUIT), logs(eased(FRUIT, FRUIT, failed))
+    for one, other in zip(before[:3], after[:3], strict=True):
+        step = of_shape * EASED * (one[1] - one[0])
+        assert other == pytest.approx([one[0] + step, one[1] - step], abs=5e-3)  # rounded to three digits
+    assert after[3] == pytest.approx([before[3][0] + at_softest * STEP, before[3][1] - at_firmest * STEP], abs=5e-3)
+
+
+def test_ranges_never_turn_round():
+    fruit = FRUIT
+    for _ in range(10):
+        fruit = eased(fruit, FRUIT, (BIAS,))
+    for least, most in logs(fruit)[:3]:
+        assert least <= most
+        assert most - least < 5e-3
+
+
+@pytest.mark.parametrize("passes_in_round", [1, 3, MOST_ROUNDS, MOST_ROUNDS + 1])
+def test_the_first_fruit_for_which_a_design_passes_is_returned(passes_in_round, monkeypatch):
+    tried = []
+
+    def found(fruit, preset, fixed):
+        assert (preset, fixed) == (MANGO, {"tips.side_mm"})
+        tried.append(fruit)
+        passes = len(tried) == passes_in_round
+        return Suggestion(design=preset, changes={} if passes else None, verdicts=(FIRM,))
+
+    monkeypatch.setattr(demand, "fruit_suggestion", found)
+    fruit = nearest_demand(FRUIT, [FIRM], MANGO, frozenset({"tips.side_mm"}))
+    assert fruit == (tried[-1] if passes_in_round <= MOST_ROUNDS else None)
+    assert [round(math.log(3.5 / one.E_max_MPa) / STEP) for one in tried] == list(range(1, len(tried) + 1))
+    assert len(tried) == min(passes_in_round, MOST_ROUNDS)
+    assert fruit_range(tried[0].in_words) == tried[0]
