@@ -27,7 +27,10 @@ TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
 DEFAULT_TOLERANCE = 1e-3  # what the verdicts on K_l and K_h allow: with more they stay undecided
 ROUGH_TOLERANCE = 0.02  # from here on both springs and the contact are solved on one coarse mesh
 CONTACT_FRACTION = 0.25  # of the tolerance: the contact is cheap, so the springs, the dear part, may use up the rest
-_BESIDE_CONTACT = ("E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation")
+_BESIDE_CONTACT = (
+    *("E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation"),
+    *("roughness_mm", "roughness_wave_mm", "flesh_scatter_percent"),
+)
 BESIDE_CONTACT: dict[str, dict[str, Any]] = {
     "fruit": {key: getattr(Fruit(), key) for key in _BESIDE_CONTACT},
     "tips": {"gap_mm": 0.0, "socket": "none"},

@@ -173,9 +173,16 @@ _OF_0_2 = (
 """Keys that 0.2 wrote, or digested as if it had: table, key, value, and the keys of which it stood behind the last."""
 
 
+_SINCE_0_2 = ("fruit.roughness_mm", "fruit.roughness_wave_mm", "fruit.flesh_scatter_percent", "reading.presses")
+"""Keys that came later, which 0.2 wrote into no design."""
+
+
 def digest_of_0_2(design: Design) -> str:
     """Return the sha256 that version 0.2 wrote into the units of a design: that of its whole text."""
     tables = design_as_mapping(design, derived=True)
+    for name in _SINCE_0_2:
+        table, key = name.split(".")
+        tables.get(table, {}).pop(key, None)
     for table, key, value, before in _OF_0_2:
         if table in tables:
             items = list(tables[table].items())

@@ -10,8 +10,9 @@ from pipeline.reading.measurement import RiseModel, rise_model, seated_level_rea
 from pipeline.reading.poses import Placement, occurring, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, Presses
 from pipeline.reading.read_out import LevelReading, ReadingConstants
-from pipeline.reading.records import SkinPressure
+from pipeline.reading.records import SkinPressure, UnevenFruit
 from pipeline.reading.uncertainty import Channels, UncertaintySources, by_heat, designed_channels, uncertainty_sources
+from pipeline.reading.uneven import uneven_fruit
 from pipeline.response.scene_press import ScenePress
 from pipeline.storage.plain import first_largest
 from sensor.arrays import Flags, Floats, rows_of
@@ -37,7 +38,8 @@ class ModulusReading:
     """What is read at one modulus [MPa]: the largest error over all poses [1] and where it is, and its uncertainty.
 
     `reach` is the error [1] of the pose whose bar reaches farthest, which may be another pose. `sources` are those of a
-    fruit and a pose that are drawn from all that occur; `uncertainty_limit` [1] is the limit of all together.
+    fruit and a pose that are drawn from all that occur; `uncertainty_limit` [1] is the limit of all together. `uneven`
+    is what the same fruits add if they are uneven; None if it is unknown.
     """
 
     E: float
@@ -46,6 +48,7 @@ class ModulusReading:
     reach: Estimate
     sources: UncertaintySources
     uncertainty_limit: float
+    uneven: UnevenFruit | None = None
 
     @property
     def over_limit(self) -> float:
@@ -60,10 +63,9 @@ class Readings(Record):
     `touch` is the travel at which all tips touch over the whole one [1], the largest over all poses. `refused` says in
     how many poses there is no reading, and why; None if there always is one. Bias and uncertainty are those of the
     others. `level` are the readings of level presses, by which all are corrected. `full_scale` is the largest force of
-    each channel over all poses [N], (tips,). `pressures` are those on the skin at each modulus. `heights` is the change
-    of E per height contrast of the tips, which is counted as a saddle of the skin [1/mm]. `flesh` is the change of E to
-    either side if the flesh under domes obeys the law of Hencky or of Storakers [1]. `face_mm` is the width that the
-    face of a dome needs to hold the contact in every pose, 0 for other tips.
+    each channel over all poses [N], (tips,). `pressures` are those on the skin at each modulus. `flesh` is the change
+    of E to either side if the flesh under domes obeys the law of Hencky or of Storakers [1]. `face_mm` is the width
+    that the face of a dome needs to hold the contact in every pose, 0 for other tips.
     """
 
     method: str
@@ -73,7 +75,6 @@ class Readings(Record):
     refused: str | None = None
     full_scale: tuple[float, ...] | None = None
     pressures: tuple[SkinPressure, ...] = ()
-    heights: float = 0.0
     flesh: float = 0.0
     face_mm: float = 0.0
 
@@ -105,6 +106,12 @@ class Readings(Record):
             return None
         widest = self.worst_uncertainty
         return Estimate(widest.sources.total, widest.reach.error * widest.sources.total)
+
+    @property
+    def uneven(self) -> UnevenFruit | None:
+        """Return what uneven skin and flesh add at the modulus where it is most; None if it is unknown."""
+        known = [row.uneven for row in self.moduli if row.uneven is not None]
+        return max(known, key=lambda uneven: uneven.one_press_percent, default=None)
 
     @property
     def noise_percent(self) -> float | None:
@@ -141,7 +148,6 @@ def analyse_readings(sensor: PressedSensor) -> Readings | None:
         analysis,
         moduli=_by_modulus(sensor, model, presses, channels, found),
         full_scale=tuple(presses.full_scale.tolist()),
-        heights=max(abs(each.slopes.offset) for row in found for each in row if each is not None),
         flesh=max(map(model.change, presses.F[:, 0], presses.flesh[:, 0])) if presses.flesh.any() else 0.0,
     )
 
@@ -175,6 +181,7 @@ def _by_modulus(
             reach=Estimate(float(bias[farthest]), float(bar[farthest])),
             sources=uncertainty_sources(of_drawn, channels, RISE_TRAVELS, others),
             uncertainty_limit=reading.uncertainty_limit_at(E, design.fruit.E_MPa),
+            uneven=uneven_fruit(design, model, [presses.F[i, place] for place in drawn if found[i][place] is not None]),
         )
         rows.append(row)
     return tuple(rows)

@@ -15,7 +15,16 @@ from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_S
 from sensor.theory.contrast_law import ReadingError
-from sensor.theory.contrast_rise import Rise, RiseLaw, RiseReading, read_rise, rise_modulus, rise_of
+from sensor.theory.contrast_rise import (
+    Rise,
+    RiseLaw,
+    RiseReading,
+    UnevenSlopes,
+    read_rise,
+    rise_modulus,
+    rise_of,
+    uneven_slopes,
+)
 from solve.contact.linear_response import linear_response, travels
 
 LEVEL_MODULI = 9
@@ -47,6 +56,10 @@ class RiseModel:
     def change(self, press: Floats, more: Floats) -> float:
         """Return the size of the relative change of the modulus [1] if the forces of a press change by `more` [N]."""
         return abs(self.modulus(press + more) / self.modulus(press) - 1.0)
+
+    def uneven(self, press: Floats, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
+        """Return what uneven skin and flesh do to the modulus of a press, as `uneven_slopes`; raises RiseError."""
+        return uneven_slopes(self.law, self._rise(press), wave_numbers, relative_radius)
 
     def _rise(self, press: Floats, least_forces: Floats | float = 0.0) -> Rise:
         return rise_of(press, press.shape[1], least_forces, t=times_by_hand(len(press)))

@@ -22,6 +22,23 @@ class SkinPressure:
 
 
 @dataclass(frozen=True, kw_only=True)
+class UnevenFruit:
+    """What uneven skin and flesh add to the uncertainty of a modulus, beside the instrument's own on an even fruit."""
+
+    skin_percent: float = report_field(
+        "%", "standard uncertainty of one press by waves of the skin, `fruit.roughness_mm` high"
+    )
+    flesh_percent: float = report_field(
+        "%", "standard uncertainty of one press by flesh that differs from tip to tip, `fruit.flesh_scatter_percent`"
+    )
+    one_press_percent: float = report_field("%", "standard uncertainty of one press by both together")
+    presses: float = report_field("1", "number of presses of a fruit in the design, `reading.presses`")
+    presses_percent: float = report_field(
+        "%", "standard uncertainty of the mean of so many presses by both: that of one over the root of their number"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Moment:
     """The moment at which a reading moves least at one speed of the press."""
 

@@ -117,10 +117,13 @@ def _of_the_reading(design: Design, readings: Readings) -> Iterator[Note]:
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     if readings.moduli:
         yield _noise(readings)
-    if readings.heights > 0.0:
+    uneven = readings.uneven
+    if uneven is not None:
+        one, several = (COVERAGE * each for each in (uneven.one_press_percent, uneven.presses_percent))
         yield Note(
-            5.0 * readings.heights,
-            f"Press smooth skin: a bump of 0.05 mm under one kind of tips moves E by {5.0 * readings.heights:.2g} %.",
+            one,
+            f"Press {uneven.presses:g} places of a fruit: uneven skin and flesh move E by {one:.2g} % in one press, by "
+            f"{several:.2g} % in their mean (95 %).",
         )
     if design.tips.dome_radius_mm is not None:
         yield Note(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from pipeline.reading.read_out import Matrix
-from pipeline.reading.records import Moment, SkinPressure
+from pipeline.reading.records import Moment, SkinPressure, UnevenFruit
 from pipeline.report.response_table import band_columns, force_columns, numbers
 from sensor.arrays import Floats, rows_of
 from sensor.quantity import report_field
@@ -258,6 +258,9 @@ class ModulusReport:
     sources: dict[str, float] = report_field(
         "%", "standard uncertainty of the modulus from each source", each="SOURCE_percent"
     )
+    fruit: UnevenFruit | None = report_field(
+        "", "what uneven skin and flesh add at this modulus", default=None, left_out=True
+    )
 
     @classmethod
     def filled(cls, row: "ModulusReading") -> Self:
@@ -268,6 +271,7 @@ class ModulusReport:
             worst=str(row.worst),
             uncertainty_percent=100.0 * row.sources.total,
             sources=_percent(row.sources.contributions),
+            fruit=row.uneven,
         )
 
 
@@ -308,6 +312,13 @@ class ReadingReport:
     )
     moduli: tuple[ModulusReport, ...] = report_field("", "bias and uncertainty at each modulus")
     skin_pressure: tuple[SkinPressure, ...] = report_field("", "the pressure at each modulus of `fruit.E_MPa`")
+    fruit: UnevenFruit | None = report_field(
+        "",
+        "what uneven skin and flesh add to `uncertainty_percent`, which is that on an even fruit; given at the modulus "
+        "where it is most. Reports before 0.3 do not have it",
+        default=None,
+        left_out=True,
+    )
 
     @classmethod
     def filled(cls, readings: "Readings") -> Self:
@@ -325,6 +336,7 @@ class ReadingReport:
             refused=readings.refused,
             moduli=tuple(ModulusReport.filled(row) for row in readings.moduli),
             skin_pressure=readings.pressures,
+            fruit=readings.uneven,
         )
 
 

@@ -9,7 +9,7 @@ import functools
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from pipeline.options import CONTACT_FRACTION, contact_scene
+from pipeline.options import BESIDE_CONTACT, CONTACT_FRACTION, contact_scene
 from pipeline.response.contact import contact_compliance
 from pipeline.storage.cache import cached
 from pipeline.storage.plain import Plain
@@ -23,6 +23,7 @@ Record = TypeVar("Record", Fruit, Tips)
 
 _DIGITS = 12  # of a ratio: scenes that differ by round-off are one
 _SCENES_KEPT = 256
+_SAME_FOR_ALL = {*BESIDE_CONTACT["fruit"], *BESIDE_CONTACT["tips"]}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,11 +49,11 @@ def unit_scene(design: Design) -> UnitScene:
 
 
 def _over(scale: float, record: Record) -> Record:
-    """Return a record with every length over a scale [mm]."""
+    """Return a record with every length over a scale [mm] that its contact depends on."""
     lengths: Plain = {}
     for item in dataclasses.fields(record):
         value = getattr(record, item.name)
-        if item.name.endswith("_mm") and value is not None:
+        if item.name.endswith("_mm") and value is not None and item.name not in _SAME_FOR_ALL:
             lengths[item.name] = float(f"{value / scale:.{_DIGITS}g}")
     return replace(record, **lengths)
 

@@ -14,6 +14,10 @@ from sensor.theory.relaxation import FORM, Relaxation
 
 _SPREAD = Bounds(at_least=0.0, at_most=0.5)
 _ANGLE = Bounds(at_least=-180.0, at_most=180.0)
+_UNEVEN = Bounds(at_least=0.0, at_most=1.0)
+_WAVE = Bounds(at_least=0.1, at_most=100.0)
+_SCATTER = Bounds(at_least=0.0, at_most=50.0)
+_ENDS = 2
 _BLOCK_PLAN_MM = 20.0  # of the paper's block, along and across the tips
 USUAL_MODULI = Bounds(at_least=0.1, at_most=12.0)
 """Moduli that fruit mostly have [MPa]: beyond, a person is asked to look at the units again."""
@@ -166,6 +170,30 @@ class Fruit:
         hint="leave it out where it was not measured",
         meaning="Poisson's ratio of the skin; by default that of the flesh",
     )
+    roughness_mm: float = quantity(
+        "mm",
+        _UNEVEN,
+        default=0.016,
+        hint="a smooth peel has 0.01 to 0.02",
+        meaning="root mean square of the heights of the skin in waves of `roughness_wave_mm`. A smooth pomegranate has "
+        "0.014 (Ra 0.011, three weeks later 0.024), a smooth apple peel some 0.02; a russet one has 2.5 times as much",
+    )
+    roughness_wave_mm: tuple[float, ...] = quantity(
+        "mm",
+        _WAVE,
+        default=(2.0, 8.0),
+        hint="list the shortest and the longest wave",
+        meaning="shortest and longest wave of the uneven skin; all waves between them have an equal share. Shorter "
+        "ones average out under a dome, and longer ones are the shape of the fruit. The default is a judgement",
+    )
+    flesh_scatter_percent: float = quantity(
+        "%",
+        _SCATTER,
+        default=5.0,
+        hint="take 5 where it was not measured",
+        meaning="scatter of the modulus of the flesh from tip to tip, one standard deviation. The default is a "
+        "judgement: places some millimetres apart differ less than two cheeks of a fruit",
+    )
 
     def __post_init__(self) -> None:
         """Check each field, that the radii belong to the shape, and that the piece lies on the curved fruit."""
@@ -178,6 +206,7 @@ class Fruit:
                 object.__setattr__(self, key, size)
         self._check_azimuth()
         self._check_bruise_limits()
+        self._check_waves()
         if self.relaxation is not None:
             Relaxation(self.relaxation)
         if self.radius_mm is not None:
@@ -216,6 +245,14 @@ class Fruit:
             raise validation_error(
                 "fruit.bruise_limit_MPa", list(limits), "MPa", bound, "list as many limits as moduli"
             )
+
+    def _check_waves(self) -> None:
+        """Refuse waves that are not given as the shortest and the longest."""
+        waves = self.roughness_wave_mm
+        if not (len(waves) == _ENDS and waves[0] <= waves[1]):
+            bound = "two numbers, from and to"
+            name = "fruit.roughness_wave_mm"
+            raise validation_error(name, list(waves), "mm", bound, "list the smaller number first")
 
     def _check_skin(self) -> None:
         """Refuse half a description of a skin, one that is no thin layer, and one that is softer than its flesh."""

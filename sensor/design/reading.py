@@ -16,6 +16,7 @@ _SHARE = Bounds(at_least=0.0, at_most=0.5)
 _PERCENT = Bounds(at_least=0.0, at_most=50.0)
 _FORCE = Bounds(at_least=0.0, at_most=10.0)
 _LIMIT = Bounds(at_least=1e-3, at_most=1.0)
+_PRESSES = Bounds(at_least=1.0, at_most=100.0)
 
 _ENDS = 2
 RANGES = ("radius_mm", "radius_across_mm", "thickness_mm")
@@ -151,6 +152,13 @@ class Reading:
         meaning="time from the first touch at which a reading is taken on flesh that relaxes; by default the end of "
         "the travel",
     )
+    presses: float = quantity(
+        "1",
+        _PRESSES,
+        default=3.0,
+        hint="three presses, each at another place, are usual",
+        meaning="number of presses, each at another place, that are read as one fruit",
+    )
 
     def __post_init__(self) -> None:
         """Check each field, and that ranges rise."""
@@ -166,6 +174,9 @@ class Reading:
                 raise validation_error(
                     name, list(span), "mm", "two numbers, from and to", "list the smaller number first"
                 )
+        if self.presses != int(self.presses):
+            bound = "a whole number"
+            raise validation_error("reading.presses", self.presses, "", bound, "count the presses of one fruit")
 
     @property
     def least_uncertainty_limit(self) -> float:

@@ -72,6 +72,7 @@ import numpy as np
 from sensor.arrays import Floats, rows_of
 from sensor.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, smallest_root
 from sensor.theory.hertz import hertz_factor
+from sensor.theory.uneven_skin import felt_heights
 
 FEWEST = 5  # samples with all tips on the fruit, below which a covariance means nothing
 LARGEST_TOUCH_FORCE = 0.7  # of the whole force: where the last tip touches later, too little of a rise is left
@@ -366,6 +367,18 @@ class RiseSlopes:
         return relative_radius * (self.hertz / 3.0 + self.body)
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class UnevenSlopes:
+    """By which fraction of E a reading moves with what differs from tip to tip of an uneven fruit.
+
+    `heights` (waves, tips) [1/mm] are over the height of each wave of the skin at the middle of a contact. `flesh`
+    (tips,) [1] are over the relative change of the modulus of the flesh that a tip indents itself.
+    """
+
+    heights: Floats
+    flesh: Floats
+
+
 @dataclass(frozen=True, kw_only=True)
 class RiseReading:
     """What a press tells: the modulus E [MPa], and the offset gamma [mm], the contrast of gaps that is not in the law.
@@ -419,6 +432,24 @@ def rise_modulus(law: RiseLaw, rise: Rise) -> float:
     _refuse_few_samples(rise)
     _refuse_short_rise(rise, np.zeros(1))
     return _solve(law, rise.moments).E
+
+
+def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
+    """Return what uneven skin and flesh do to the modulus of a press of one channel for each tip; raises RiseError.
+
+    `wave_numbers` (waves,) are in [1/mm]. The contact of a dome of R* = `relative_radius` [mm] has the radius
+    sqrt(R* d), with d its indentation. It is 0 for a flat tip: its face touches whole, and its height is an offset.
+    """
+    _refuse_few_samples(rise)
+    E, offset, of_S = _solve(law, rise.moments)
+    root = _Root(law, rise, E, offset, law.S(of_S), rise.forces.shape[1])
+    weights = law.contrast.arrays[0]
+    contact_radius = np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
+    heights = [weights * rise.rise_and_mean(felt_heights(k, contact_radius)) for k in wave_numbers]
+    return UnevenSlopes(
+        heights=np.array([root.moved_with_saddle(*each) for each in heights]),
+        flesh=root.moved_with_saddle(*root.own_flesh),
+    )
 
 
 def moduli_without(law: RiseLaw, rise: Rise, several: int = 1) -> Iterator[float]:
@@ -515,6 +546,8 @@ class _Root:
         self.hertz = two_thirds @ domes
         self.flesh = F @ (self._weights @ S) * z**3
         self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0  # as E = z^(-3)
+        # A dome indents its own flesh by Hertz's law, which has E^(-2/3); a flat tip does so as its force over E.
+        self.own_flesh = self._dome * two_thirds if law.contrast.hertz else self._weights * np.diag(S) * z**3 * F
         self.per_offset = F @ (self._weights @ law.per_offset(offset)) * z**3
 
     @property

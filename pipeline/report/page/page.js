@@ -148,12 +148,13 @@
     const points = read.flatMap((row) => [
       { E: row.E_MPa, y: Math.abs(row.E_bias_percent), what: "bias, worst pose", worst: row.worst },
       { E: row.E_MPa, y: data.coverage * row.uncertainty_percent, what: "uncertainty, 95 %", worst: "all sources together" },
+      { E: row.E_MPa, y: row.fruit ? data.coverage * row.fruit.one_press_percent : NaN, what: "uneven fruit, one press", worst: "skin and flesh that differ from tip to tip, 95 %" },
     ]).filter((one) => Number.isFinite(one.y));
     need(points.length, "no modulus is read in every pose");
     const own = Math.abs(errorOf(at(), setting.E));
     return {
       x: { label: "modulus of the fruit E [MPa]" }, y: { label: "error of the modulus read [%]", zero: true },
-      color: { domain: ["bias, worst pose", "uncertainty, 95 %"], range: [colours[0], colours[1]], legend: true },
+      color: { domain: ["bias, worst pose", "uncertainty, 95 %", "uneven fruit, one press"], range: colours.slice(0, 3), legend: true },
       marks: here([
         Plot.ruleY([100 * asked.bias_limit], { stroke: colours[0], strokeDasharray: "5 3" }),
         Plot.line(report.design.fruit.E_MPa.map((E) => ({ E, y: 100 * uncertaintyLimitAt(asked, E) })), { x: "E", y: "y", stroke: colours[1], strokeDasharray: "5 3" }),

@@ -10,6 +10,7 @@ from stand_ins import CONTACT, relaxing_result, result_of, sensor_of, solved, sp
 from pipeline.options import load_design, preset_names
 from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.reading.poses import Placement
+from pipeline.reading.records import UnevenFruit
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.notes import notes
 from pipeline.report.verdict_table import WIDTH
@@ -129,7 +130,7 @@ def test_weight_of_a_sensor_that_is_held_sideways():
 
 
 def test_each_is_one_sentence_that_fits_a_line():
-    for result in (result_of(), read_result(moduli=(read_at(0.1),), heights=0.5, flesh=0.031), relaxing_result()):
+    for result in (result_of(), read_result(moduli=(read_at(0.1),), flesh=0.031), relaxing_result()):
         for line in notes(result):
             assert re.fullmatch(r"[A-Z][^.]*(\.\S[^.]*)*\.", line), line
             assert len(line) <= WIDTH - len("- "), line
@@ -156,17 +157,15 @@ def read_result(**changes):
 
 
 def test_notes_of_a_reading():
-    """The slope of ln(1 - nu^2) is 2 nu / (1 - nu^2); 0.05 mm of contrast times 100 % are five times the slope."""
-    result = read_result(heights=0.5, flesh=0.031)
+    """The slope of ln(1 - nu^2) is 2 nu / (1 - nu^2); what holds 95 % is two standard deviations."""
+    result = read_result(moduli=(read_at(0.1),), flesh=0.031)
     fruit = result.design.fruit
-    assert rounded(2.5)[0] in numbers_of(note(result, "Press smooth skin"))
+    assert numbers_of(note(result, "Press 3 places")) == [3.0, 26.0, 15.0, 95.0]
     assert numbers_of(note(result, "Allow")) == rounded(3.1)
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     assert numbers_of(note(result, "Set fruit.poisson")) == rounded(fruit.poisson, fruit.poisson_spread, moved)
     quiet = notes(read_result())
-    assert not [
-        line for line in quiet if line.startswith(("Press smooth", "Allow", "Keep the noise", "Calibrate better"))
-    ]
+    assert not [line for line in quiet if line.startswith(("Press 3", "Allow", "Keep the noise", "Calibrate better"))]
 
 
 def read_at(limit):
@@ -176,7 +175,10 @@ def read_at(limit):
     )
     placement = Placement()
     none = Estimate(0.0, 0.0)
-    return ModulusReading(E=1.5, bias=none, worst=placement, reach=none, sources=sources, uncertainty_limit=limit)
+    uneven = UnevenFruit(skin_percent=5.0, flesh_percent=12.0, one_press_percent=13.0, presses=3.0, presses_percent=7.5)
+    return ModulusReading(
+        E=1.5, bias=none, worst=placement, reach=none, sources=sources, uncertainty_limit=limit, uneven=uneven
+    )
 
 
 def test_noise_is_told_by_the_limit_of_the_design():

@@ -90,6 +90,13 @@ def read_on(reading, fruit=None, tips=DOMES):
             for bad in ([53.0, 42.0], [42.0], [42.0, 50.0, 53.0], [], 42.0, [0.0, 42.0], ["a", 42.0])
         ),
         *((read_on(RADII, fruit), "reading.radius_mm") for fruit in ({}, SPHERE)),
+        *(
+            ({"fruit": {"roughness_wave_mm": bad}}, "fruit.roughness_wave_mm")
+            for bad in ([8.0, 2.0], [2.0], [2.0, 4.0, 8.0], [], 4.0, [0.0, 4.0], ["a", 4.0])
+        ),
+        *(({"fruit": {"roughness_mm": bad}}, "fruit.roughness_mm") for bad in (-0.01, 1.5, "a")),
+        *(({"fruit": {"flesh_scatter_percent": bad}}, "fruit.flesh_scatter_percent") for bad in (-1.0, 51.0)),
+        *((read_on({"presses": bad}), "reading.presses") for bad in (0, 2.5, 101)),
         (read_on({"thickness_mm": [8.0, 20.0]}, {}), "reading.thickness_mm"),
         (read_on({"thickness_mm": [8.0, 20.0]}, tips=SQUARE), "reading.thickness_mm"),
         *(
