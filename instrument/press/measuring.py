@@ -258,12 +258,17 @@ class MeasuringUnit:
         percent = {name: [row.sources[key] for row in rows] for name, key in keys.items()}
         return {name: 0.01 * float(np.interp(math.log(E), logs, each)) for name, each in percent.items()}
 
-    def by_uneven(self, _: float) -> list[float]:
+    def by_uneven(self, E: float) -> list[float]:
         """Return what uneven skin and flesh leave open of a modulus [MPa], each one standard deviation [1].
 
-        They differ from press to press of a fruit.
+        They differ from press to press of a fruit. A report of an older version knows of none.
         """
-        return []
+        rows = [row for row in self.report.moduli if row.fruit is not None]
+        if not rows:
+            return []
+        logs = np.log([row.E_MPa for row in rows])
+        percent = [[row.fruit.skin_percent, row.fruit.flesh_percent] for row in rows]
+        return [0.01 * float(np.interp(math.log(E), logs, each)) for each in zip(*percent, strict=True)]
 
     def by_form(self, _: float) -> list[float]:
         """Return what the form of the tips leaves open of a modulus [MPa], each one standard deviation [1].

@@ -10,6 +10,7 @@ from measured_units import read_press, with_exact_tips
 from instrument.press.half_width import Deviations, half_width
 from instrument.press.pair_press import single_reading
 from instrument.press.ripeness import ripeness_classes
+from pipeline.reading.records import UnevenFruit
 from pipeline.response.scene_press import scene_of
 from sensor.quantity import InputError
 from sensor.theory.contrast_rise import read_rise, rise_of
@@ -118,6 +119,23 @@ def test_what_fruit_and_poses_leave_open_is_that_of_the_design(ball):
         report = replace(sensor.report, moduli=tuple(scaled))
         u.append(half_width(replace(sensor, report=report), 1.0, READ_OFF).of_one_press)
     assert np.sqrt(u[0] ** 2 - u[1] ** 2) == pytest.approx(2.0 * 0.02 * math.sqrt(5.0), rel=1e-9)
+
+
+def test_uneven_skin_and_flesh_differ_from_press_to_press(ball):
+    """Both between moduli along the logarithm; a report of an older version knows of none."""
+    sensor = ball.measuring()
+    none = UnevenFruit(skin_percent=0.0, flesh_percent=0.0, one_press_percent=0.0, presses=3.0, presses_percent=0.0)
+    rows = []
+    for E, percent in ((0.5, 1.0), (2.0, 3.0)):
+        fruit = replace(none, skin_percent=3.0 * percent, flesh_percent=4.0 * percent)
+        rows.append(replace(sensor.report.moduli[0], E_MPa=E, fruit=fruit))
+    widths = []
+    for moduli in (rows, [replace(row, fruit=none) for row in rows], [replace(row, fruit=None) for row in rows]):
+        widths.append(half_width(replace(sensor, report=replace(sensor.report, moduli=tuple(moduli))), 1.0, READ_OFF))
+    uneven, even, old = widths
+    assert uneven.of_press == pytest.approx(math.hypot(even.of_press, 2.0 * 0.02 * 5.0))
+    assert (uneven.either, uneven.alike) == (even.either, even.alike)
+    assert old == even
 
 
 def test_sources_that_an_old_report_lacks_are_asked_for(ball):
