@@ -1,0 +1,83 @@
+"""What uneven skin and flesh add to a reading, over the radius and the spacing of the domes of a preset.
+
+`python -m benchmarks.uneven` (a minute) writes a section of docs/measurements.md.
+"""
+
+import sys
+from dataclasses import replace
+
+from benchmarks.harness import section, write_section
+from pipeline.options import load_design
+from pipeline.sensor import Sensor
+from sensor.quantity import InputError
+from solve.linear import SolveError
+
+DESIGN = "mango"
+RADII = (7.0, 9.8, 14.0)
+SPACINGS = (6.3, 9.0, 12.0)
+TRAVELS = (1.13, 1.6)
+BETWEEN = 0.5  # [mm] between the plates of two tips: their pads
+PIECE = {6.3: 24.0, 9.0: 26.0, 12.0: 30.0}  # [mm] of fruit that is modelled
+HEADS = [
+    *("dome mm", "spacing mm", "travel mm", "skin %", "flesh %", "one press %", "three presses %"),
+    *("instrument %", "pressure / limit", "bias %", "last touch"),
+]
+INTRODUCTION = """\
+`python -m benchmarks.uneven` writes this table. It changes the domes of `mango`, their spacing and the travel, and
+keeps its springs. The face of a dome is as wide as its contact needs. The columns give the largest value over all
+moduli, as standard uncertainties: of one press by skin, by flesh and by both, of the mean of three presses, and of the
+instrument on even fruit. The pressure on the skin is over its limit, so above 1 it bruises. The last touch is that of
+the travel; its limit is 0.5.
+
+Wider domes do not help: they indent the flesh less, so that the same heights are a larger part of a press. Narrower
+domes, more travel and more spacing help, but the first two bruise the fruit, and spacing costs bias. So more presses
+cost least."""
+
+
+def row_of(radius: float, spacing: float, travel: float) -> list[str]:
+    """Return the row of a dome of a radius, of a spacing and of a travel [mm]."""
+    design = load_design(DESIGN)
+    cells = [f"{radius:g}", f"{spacing:g}", f"{travel:g}"]
+    try:
+        wide = replace(
+            design,
+            tips=replace(
+                design.tips, dome_radius_mm=radius, side_mm=min(1.9 * radius, spacing - BETWEEN), spacing_mm=spacing
+            ),
+            press=replace(design.press, travel_mm=travel),
+            fruit=replace(design.fruit, length_mm=PIECE[spacing], width_mm=PIECE[spacing]),
+        )
+        readings = Sensor(design=wide, springs_as="sized").readings
+    except (InputError, SolveError) as error:
+        print(error)
+        return [*cells, *("-" for _ in HEADS[3:])]
+    if readings is None or not readings.moduli:
+        return [*cells, *("-" for _ in HEADS[3:])]
+    uneven = [row.uneven for row in readings.moduli if row.uneven is not None]
+    numbers = (
+        max(each.skin_percent for each in uneven),
+        max(each.flesh_percent for each in uneven),
+        max(each.one_press_percent for each in uneven),
+        max(each.presses_percent for each in uneven),
+        100.0 * max(row.sources.total for row in readings.moduli),
+        max(pressure.over_limit for pressure in readings.pressures),
+        100.0 * (readings.bias.value if readings.bias else 0.0),
+        readings.touch.value,
+    )
+    return [*cells, *(f"{number:.2g}" for number in numbers)]
+
+
+def main() -> int:
+    """Write and print the table."""
+    rows = []
+    for radius in RADII:
+        for spacing in SPACINGS:
+            for travel in TRAVELS:
+                rows.append(row_of(radius, spacing, travel))
+                print(rows[-1], flush=True)
+    write_section("Uneven skin and flesh", INTRODUCTION, [section("Domes of mango", HEADS, rows)])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
