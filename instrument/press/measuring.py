@@ -263,11 +263,11 @@ class MeasuringUnit:
 
         They differ from press to press of a fruit. A report of an older version knows of none.
         """
-        rows = [row for row in self.report.moduli if row.fruit is not None]
+        rows = [(row.E_MPa, row.fruit) for row in self.report.moduli if row.fruit is not None]
         if not rows:
             return []
-        logs = np.log([row.E_MPa for row in rows])
-        percent = [[row.fruit.skin_percent, row.fruit.flesh_percent] for row in rows]
+        logs = np.log([E_of_row for E_of_row, _ in rows])
+        percent = [[fruit.skin_percent, fruit.flesh_percent] for _, fruit in rows]
         return [0.01 * float(np.interp(math.log(E), logs, each)) for each in zip(*percent, strict=True)]
 
     def by_form(self, _: float) -> list[float]:
