@@ -243,6 +243,12 @@ def test_size_of_an_effect_of_another_design(design, number, effect, size, rel):
     assert size_of(getattr(budgets_of(design), number), effect) == pytest.approx(size, rel=rel)
 
 
+def test_reason_of_creep_has_its_times_and_its_growth():
+    """A press of 3 s, a weight read after 30 s, and the 2.5 % a decade of PETG."""
+    (creep,) = (effect for effect in budgets_of(Design()).K_l.model if effect.effect == "creep")
+    assert re.findall(r"[\d.]+", creep.reason) == ["3", "30", "2.5"]
+
+
 def test_flat_tips_that_slide_give_sideways():
     """P of springs that are softer by what a force along the normal moves them down the slope."""
     slope = math.tan(math.asin(4.0 / 35.0))

@@ -1,12 +1,14 @@
 """Planted designs that fail are mended by the nearest change, which a run proves, or nothing is suggested."""
 
 import dataclasses
+import math
 
 import pytest
 from stand_ins import GOOD, result_of
 
 from pipeline.find import changes, proof
 from pipeline.find import suggestion as room
+from pipeline.find.candidate import Candidate
 from pipeline.find.changes import change_design, size, sweeps
 from pipeline.find.suggestion import Search, suggestion
 from pipeline.options import RunOptions, load_design, setting_text
@@ -15,7 +17,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.processes import PROCESSES
 from sensor.design.reading import Reading
-from sensor.design.tips import Press
+from sensor.design.tips import Press, Tips
 from sensor.quantity import InputError
 
 BRUISED = Design(fruit=Fruit(bruise_limit_MPa=1.2))
@@ -210,6 +212,14 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
         (load_design("mango"), {"geometry.tip_face"}, {"tips.dome_radius_mm", "tips.side_mm", "tips.spacing_mm",
          "press.travel_mm"}),
         (Design(), {"geometry.made"}, {"print.process", "press.travel_mm"}),
+        # back to what the two-spring law holds for: a level press, sharp flat faces, springs that the targets size
+        (Design(tips=Tips(fillet_mm=0.1, socket="pin"), press=Press(tilt_deg=1.0, roll_deg=0.5, attitude="down")),
+         {"P_monotonic"}, {"press.tilt_deg", "press.roll_deg", "press.attitude", "press.travel_mm", "tips.fillet_mm",
+         "tips.side_mm", "tips.spacing_mm"}),
+        (Design(tips=Tips(shape="sphere", socket="pin")), {"P_monotonic"}, {"press.travel_mm", "tips.shape",
+         "tips.side_mm", "tips.spacing_mm"}),
+        (GIVEN, {"P_monotonic"}, {"press.travel_mm", "springs.K_l_N_per_m", "springs.K_h_N_per_m", "tips.side_mm",
+         "tips.spacing_mm"}),
         # readings of flat tips are too slow to try, so that no demand of theirs is lowered
         (Design(reading=Reading()), {"reading.bias", "reading.uncertainty"}, {"tips.side_mm", "tips.spacing_mm",
          "press.travel_mm", "reading.calibrated_by"}),
@@ -217,6 +227,39 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
 )  # fmt: skip
 def test_keys_that_may_mend_a_verdict(design, failed, keys):
     assert {key for sweep in sweeps(design, failed, on_cells=False) for change in sweep for key in change} == keys
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"press.travel_mm": 0.3}, (1, 0, math.log(2.0))),
+        ({"springs.K_h_N_per_m": 34600.0, "press.travel_mm": 0.6}, (2, 0, math.log(2.0))),
+        ({"springs.K_l_N_per_m": None, "print.process": "sla-resin"}, (2, 0, 2.0)),  # no ratio: each counts as 1
+        ({"press.tilt_deg": 1.0}, (1, 0, 1.0)),  # from 0
+        ({"reading.tilt_deg": None}, (1, 1, 1.0)),  # a demand
+    ],
+)
+def test_size_of_changes(changes, expected):
+    assert size(GIVEN, changes) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("beyond", ["refused", "fails"])
+def test_change_that_passes_at_one_value_only_keeps_it(beyond, monkeypatch):
+    """Every value on the way back to that of the base, and the rounded one, is no design, or one that fails."""
+    failed = search_of(BRUISED).trial({}).failed
+    search = search_of(BRUISED, TIPS)
+    passing = []
+
+    def trial(changes):
+        passing.append(changes)
+        if changes == passing[0]:
+            return Candidate(changes=changes, verdicts=())
+        bad = Candidate(changes=changes, verdicts=failed)
+        return bad if beyond == "fails" else None
+
+    monkeypatch.setattr(search, "trial", trial)
+    assert [one.changes for one in search.passing(failed)] == [{"press.travel_mm": 0.3}]
+    assert len(passing) > 2
 
 
 def test_candidate_that_its_run_refutes_is_not_suggested(monkeypatch):

@@ -30,6 +30,7 @@ def test_study_file_is_read(written):
     [
         ("samples", "sampels", "sampels", "sampels"),
         ('"targets.P_max"', '"targets.P_mx"', "vary.targets.P_mx", "targets.P_mx"),
+        ('"targets.P_max" = { from = 3, to = 8 }', "", "vary", "{}"),
         ("springs.K_l_N_per_m", "behaviour.modes.0.frequency_Hz", "behaviour.modes", None),
         ("springs.K_l_N_per_m", "verdicts.geometry.tips.passed", "verdicts.geometry.tips", None),
         ('"targets.P_max"', '"print.leaves"', "print.leaves", None),

@@ -15,7 +15,7 @@ import pytest
 from pipeline.study import read_study, run_study
 from pipeline.study.store import STORE, stored_study
 from pipeline.study.table import export_table
-from pipeline.study.workers import MOST_PROCESSES, Engine, completed_items, process_engine
+from pipeline.study.workers import MOST_PROCESSES, Engine, chosen_engine, completed_items, process_engine
 from sensor.quantity import InputError
 
 POINTS = 8
@@ -67,6 +67,12 @@ def test_number_of_processes_has_bounds(count):
     with pytest.raises(InputError) as refused, process_engine(count):
         pass
     assert (refused.value.field, refused.value.value) == ("--processes", count)
+
+
+def test_cluster_has_its_own_processes():
+    with pytest.raises(InputError) as refused, chosen_engine(2, "tcp://127.0.0.1:8786"):
+        pass
+    assert (refused.value.field, refused.value.value) == ("--processes", 2)
 
 
 def test_task_that_kills_its_worker_is_lost_and_no_other():
