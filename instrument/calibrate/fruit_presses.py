@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from instrument.calibrate.lines import student
 from instrument.press.contrast_press import AT_ONCE, press_reading
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.fruit_scale import FruitScale
@@ -29,6 +28,7 @@ from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, MODULUS, TIME, Quantity
 from sensor.arrays import Floats
 from sensor.quantity import report_field, validation_error
+from sensor.theory.student import student
 
 FEWEST_FRUIT = 6
 PARAMETERS = 2  # of the freedom of a band: those of a power

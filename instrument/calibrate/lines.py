@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate
+from sensor.theory.student import student
 
 FEWEST = 3
 """Points of a line whose scatter is known."""
@@ -108,11 +108,6 @@ class Line:
         if self.suspect is None or self.suspect.residual <= max(self.suspect.likely, least):
             return None
         return self.suspect
-
-
-def student(freedom: int, holds: float = 0.975) -> float:
-    """Return the deviation below which Student's t lies with a probability, here at the upper end of 95 %."""
-    return float(stdtrit(freedom, holds))
 
 
 def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None = None) -> Line:

@@ -25,14 +25,13 @@ from instrument.press.fruit_reading import (
 )
 from instrument.press.measuring import MeasuringUnit
 from sensor.quantity import COVERAGE, Estimate, report_field
+from sensor.theory.student import student
 from sensor.words import with_bar
 
 FALSE_ALARMS = 0.01
 """Of fruits whose presses have normal errors as large as they say, the share that is told to disagree."""
 PRIOR_FREEDOM = 2
 """Degrees of freedom of what a press says of itself: half of the square of 1 over its relative error, 0.5."""
-HOLDS = 0.975
-"""Below so much of a distribution lies the upper end of 95 %."""
 LEAST_OWN = 0.01
 """Of ln E, one standard deviation, a judgement: no two presses of a fruit are more alike."""
 OWN_ROWS = 8
@@ -228,13 +227,6 @@ def _mean_square(values: Sequence[float]) -> float:
     return math.sqrt(math.fsum(value**2 for value in values) / len(values))
 
 
-def _student(freedom: int) -> float:
-    """Return the factor of Student with which a deviation holds 95 %."""
-    from scipy.special import stdtrit  # as above
-
-    return float(stdtrit(freedom, HOLDS))
-
-
 def _by_scatter(scatter: float, said: float, presses: int, *, disagree: bool) -> float:
     """Return the half width [1] that a scatter of presses [1] leaves of their middle.
 
@@ -244,7 +236,7 @@ def _by_scatter(scatter: float, said: float, presses: int, *, disagree: bool) ->
     freedom = presses - 1
     both = freedom + PRIOR_FREEDOM
     deviation = math.sqrt((PRIOR_FREEDOM * said**2 + freedom * scatter**2) / both)
-    half = _student(both) * deviation
+    half = student(both) * deviation
     if disagree:
-        half = max(half, _student(freedom) * scatter)
+        half = max(half, student(freedom) * scatter)
     return half / math.sqrt(presses)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import t as student_t
 
-from instrument.calibrate.lines import fitted, student
+from instrument.calibrate.lines import fitted
 from sensor.quantity import COVERAGE
+from sensor.theory.student import student
 
 ROUNDED = 1.0 / np.sqrt(12.0)
 FINE, COARSE = 1e-6, 1e-3
