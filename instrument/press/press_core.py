@@ -686,9 +686,11 @@ class UnitFruit:
         """Take the reading of a press in: E [MPa] and the noise of ln E; a press without a modulus is none."""
         if E is None:
             return
-        self.logs = [*self.logs[1 - MOST_PRESSES :], math.log(E)]
+        self.logs = self.logs[1 - MOST_PRESSES :]
+        self.logs.append(math.log(E))
         own = own_deviation(self.unit.own_logs, self.unit.own_deviations, E, noise)
-        self.deviations = [*self.deviations[1 - MOST_PRESSES :], own]
+        self.deviations = self.deviations[1 - MOST_PRESSES :]
+        self.deviations.append(own)
 
     def read(self) -> tuple[float | None, float | None, float, int]:
         """Return E, E / (1 - nu^2) [MPa], the scatter of ln E from press to press and flags; no scatter of one."""
