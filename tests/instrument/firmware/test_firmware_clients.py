@@ -1,6 +1,7 @@
 """Firmware as its users build it: strict C and C++, microcontrollers in emulators, the MicroPython interpreter."""
 
 import re
+import runpy
 import shutil
 import subprocess
 from dataclasses import replace
@@ -56,6 +57,13 @@ press = unit.Press()
 for row in {rows}:
     press.add(row)
 print(press.read()[0])
+"""
+FRUIT_IN_PYTHON = """
+import unit
+fruit = unit.Fruit()
+for number in range(10):
+    fruit.add(1.0 + 0.03 * number * number, 0.01)
+    print(*fruit.read())
 """
 DEMONSTRATION = """
 import sys, unit
@@ -117,6 +125,17 @@ def test_micropython_reads_what_the_command_reads(press, tmp_path):
     rows = forces.astype(float).tolist()
     E = float(said_by_micropython(tmp_path, sensor, IN_PYTHON.format(rows=rows)))
     assert pytest.approx(E, rel=1e-9) == read_log(sensor, forces).E
+
+
+def test_interpreter_reads_a_fruit_of_one_to_ten_presses(press, tmp_path):
+    """As the module in Python does."""
+    sensor, _ = press
+    lines = said_by_micropython(tmp_path, sensor, FRUIT_IN_PYTHON).splitlines()
+    fruit = runpy.run_path(str(tmp_path / "unit.py"))["Fruit"]()
+    for number, line in enumerate(lines):
+        fruit.add(1.0 + 0.03 * number * number, 0.01)
+        assert list(map(float, line.split())) == pytest.approx(fruit.read(), rel=1e-9)
+    assert len(lines) == 10
 
 
 def test_demonstration_reads_recorded_counts(press, tmp_path):
