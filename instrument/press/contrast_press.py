@@ -14,6 +14,7 @@ from instrument.press.half_width import Deviations, half_width
 from instrument.press.hold import held_moduli
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.one_time import Timing
+from instrument.press.pace import LARGEST_BY_PACE, pace_shift
 from instrument.press.pair_press import ratio_modulus_and_noise
 from instrument.press.seating import Seated, seated_reading
 from instrument.press.touches import PressSamples
@@ -58,9 +59,14 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
     # If the reading moves by more than its half width where one sample is left out, that may be a bad one.
     shift = _shift_by_one(sensor, law, seated, timing.lag, press_s)
     wider = u + shift if shift > u else u
+    by_pace = pace_shift(sensor, press, seated)
+    uneven = by_pace > LARGEST_BY_PACE
+    if uneven:
+        wider += by_pace
     causes = {
         "uncertain": u <= UNCERTAIN < wider,
-        "one_sample": wider > u,
+        "one_sample": shift > u,
+        "uneven_pace": uneven,
         "read_outs_disagree": beside.disagrees,
         "too_fast": by_unit["times"] > LARGEST_BY_TIME,
     }
