@@ -134,7 +134,7 @@ class Fruit:
         default=None,
         hint="apple flesh fails at 0.29",
         meaning=(
-            "pressure under a tip at which the fruit bruises, for apple 0.29, or a list with one for each of "
+            "mean pressure under a tip at which the fruit bruises, for apple 0.29, or a list with one for each of "
             "`E_MPa`. If it is set, the verdict `bruise` judges the pressure"
         ),
     )
