@@ -303,7 +303,7 @@ class Pressing:
         r = self.sensor.dome_radius
         dx = x - self.sensor.positions[:, 0, None, None]
         dy = y - self.sensor.positions[:, 1, None, None]
-        dome = r - np.sqrt(r**2 - dx**2 - dy**2)
+        dome = r - np.sqrt(np.maximum(r**2 - dx**2 - dy**2, 0.0))
         if self.sensor.form is not None:
             dome = dome - self.sensor.form(np.hypot(dx, dy))
         k = self.fruit.curvature
