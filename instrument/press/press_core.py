@@ -122,12 +122,7 @@ class Unit:
             return read
         if len(logs) == 1:
             return read * math.exp(shifts[0])
-        at = math.log(read)
-        row = 1
-        while row < len(logs) - 1 and logs[row] < at:
-            row += 1
-        share = min(max((at - logs[row - 1]) / (logs[row] - logs[row - 1]), 0.0), 1.0)
-        return read * math.exp(shifts[row - 1] + share * (shifts[row] - shifts[row - 1]))
+        return read * math.exp(between(logs, shifts, math.log(read)))
 
     def fruit_on(self, offset: float) -> list[float]:
         """Return how the fruit moves the contrast by forces, times E [1/mm], if its saddle makes an offset [mm].
@@ -177,6 +172,15 @@ class Unit:
 def dot(weights: list[float], values: list[float]) -> float:
     """Return the sum of products."""
     return sum(weight * value for weight, value in zip(weights, values))
+
+
+def between(places: list[float], values: list[float], at: float) -> float:
+    """Return a value at a place on straight lines between values at places that rise, level beyond both ends."""
+    row = 1
+    while row < len(places) - 1 and places[row] < at:
+        row += 1
+    share = min(max((at - places[row - 1]) / (places[row] - places[row - 1]), 0.0), 1.0)
+    return values[row - 1] + share * (values[row] - values[row - 1])
 
 
 def root(rigid: float, dome: float, body: float) -> float | None:
@@ -634,12 +638,7 @@ def own_deviation(logs: list[float], deviations: list[float], E: float, noise: f
 
     The deviations without noise are straight between logarithms of moduli, and level beyond.
     """
-    at = min(max(math.log(E), logs[0]), logs[-1])
-    row = 1
-    while row < len(logs) - 1 and logs[row] < at:
-        row += 1
-    share = (at - logs[row - 1]) / (logs[row] - logs[row - 1])
-    of_fruit = deviations[row - 1] + share * (deviations[row] - deviations[row - 1])
+    of_fruit = between(logs, deviations, math.log(E))
     return math.sqrt(of_fruit * of_fruit + noise * noise)
 
 
