@@ -139,13 +139,11 @@ def own_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
     least, largest = sensor.range_MPa
     moduli = np.geomspace(least, max(largest, 1.01 * least), OWN_ROWS)
     rows = sensor.report.moduli
-    logs = [math.log(row.E_MPa) for row in rows]
     deviations = []
     for E in moduli.tolist():
         of_press = list(sensor.by_uneven(E))
-        for source in ("pose", "zero_drift", "times"):
-            percent = [row.sources.get(f"{source}_percent", 0.0) for row in rows]
-            of_press += [0.01 * float(np.interp(math.log(E), logs, percent))] if rows else []
+        for source in ("pose", "zero_drift", "times") if rows else ():
+            of_press.append(sensor.between_moduli(E, [row.sources.get(f"{source}_percent", 0.0) for row in rows]))
         deviations.append(max(math.hypot(*of_press), LEAST_OWN))
     return {"own_logs": np.log(moduli).tolist(), "own_deviations": deviations}
 
@@ -173,7 +171,8 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     """Return what presses tell of one fruit together; `asked` is how many it should have, 0 for more than one."""
     read = [press for press in presses if press.E is not None]
     own = _own_deviations(sensor, read)
-    counted = [read[press] for press in press_core.that_count(own)] if read else []
+    that_count = press_core.that_count(own) if read else []
+    counted = [read[press] for press in that_count]
     turn = sensor.report.design.tips.tip_layout.turn_deg
     causes = {"few_presses": len(counted) < (asked or 2)}
     answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn or None)
@@ -189,7 +188,7 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
             scatter = press_core.scatter_of(logs)
             # A press may be less certain than firmware knows, as by unknown times of its channels.
             by_parts = [part.that_may_differ / COVERAGE for part in parts]
-            allowed = list(map(max, by_parts, _own_deviations(sensor, counted)))
+            allowed = list(map(max, by_parts, [own[press] for press in that_count]))
             disagree = causes["presses_disagree"] = press_core.disagree(logs, allowed, chi_square_limit(len(logs)))
             said = _mean_square([part.of_press / COVERAGE for part in parts])
             u = math.hypot(_by_scatter(scatter, said, len(logs), disagree=disagree), alike) + bend

@@ -254,28 +254,23 @@ class MeasuringUnit:
         if not all(row.sources.keys() >= set(keys.values()) for row in rows):
             bound = f"with {', '.join(keys.values())}"
             raise validation_error("reading.moduli.sources", None, "", bound, "run the design again")
-        logs = np.log([row.E_MPa for row in rows])
-        percent = {name: [row.sources[key] for row in rows] for name, key in keys.items()}
-        return {name: 0.01 * float(np.interp(math.log(E), logs, each)) for name, each in percent.items()}
+        return {name: self.between_moduli(E, [row.sources[key] for row in rows]) for name, key in keys.items()}
 
     def by_uneven(self, E: float) -> list[float]:
         """Return what uneven skin and flesh leave open of a modulus [MPa], each one standard deviation [1].
 
         They differ from press to press of a fruit. A report of an older version knows of none.
         """
-        rows = [(row.E_MPa, row.fruit) for row in self.report.moduli if row.fruit is not None]
-        if not rows:
+        uneven = [row.fruit for row in self.report.moduli if row.fruit is not None]
+        if not uneven:
             return []
-        logs = np.log([E_of_row for E_of_row, _ in rows])
-        percent = [[fruit.skin_percent, fruit.flesh_percent] for _, fruit in rows]
-        return [0.01 * float(np.interp(math.log(E), logs, each)) for each in zip(*percent, strict=True)]
+        skin, flesh = [fruit.skin_percent for fruit in uneven], [fruit.flesh_percent for fruit in uneven]
+        return [self.between_moduli(E, skin), self.between_moduli(E, flesh)]
 
-    def by_form(self, _: float) -> list[float]:
-        """Return what the form of the tips leaves open of a modulus [MPa], each one standard deviation [1].
-
-        It is the same in all presses of the unit.
-        """
-        return []
+    def between_moduli(self, E: float, percent: Sequence[float]) -> float:
+        """Return at a modulus [MPa], as a fraction [1], what the error analysis has at each of its moduli [%]."""
+        logs = np.log([row.E_MPa for row in self.report.moduli])
+        return 0.01 * float(np.interp(math.log(E), logs, percent))
 
     def reduced(self, E: float) -> float:
         """Return E / (1 - nu^2) [MPa] of a modulus [MPa] at the Poisson's ratio of the design."""
