@@ -8,6 +8,7 @@ from pipeline.find.fruit_design import fruit_suggestion
 from pipeline.find.fruit_range import Ends, FruitRange
 from pipeline.storage.stopwatch import Progress, silent
 from sensor.design.parameters import Design
+from sensor.design.reading import Reading
 from sensor.verdict import Verdict
 from sensor.words import rounded
 
@@ -35,7 +36,7 @@ def nearest_demand(
     """
     asked = fruit
     for _ in range(MOST_ROUNDS):
-        fruit = eased(fruit, asked, failed)
+        fruit = eased(fruit, asked, failed, preset)
         progress(f"tries {fruit.in_words}")
         found = fruit_suggestion(fruit, preset, fixed)
         if found.changes is not None:
@@ -44,15 +45,18 @@ def nearest_demand(
     return None
 
 
-def eased(fruit: FruitRange, asked: FruitRange, failed: Collection[Verdict]) -> FruitRange:
+def eased(fruit: FruitRange, asked: FruitRange, failed: Collection[Verdict], preset: Design) -> FruitRange:
     """Return a fruit with ranges that are narrower by a step of those `asked`, where verdicts failed.
 
-    An uncertainty over the least of its limits is that of the softest flesh, any other that of the firmest.
+    An uncertainty over the limit that the preset has for the softest flesh is taken for that of the softest, any other
+    for that of the firmest; both, where the preset has one limit for all.
     """
     names = {verdict.name for verdict in failed}
-    limits = {verdict.limit for verdict in failed if verdict.name == "reading.uncertainty"}
-    at_softest = bool(names.intersection(OF_SOFTEST)) or _LEAST_LIMIT in limits
-    at_firmest = bool(limits - {_LEAST_LIMIT})
+    over = {verdict.limit for verdict in failed if verdict.name == "reading.uncertainty"}
+    limit_at = (preset.reading or Reading()).uncertainty_limit_at
+    softest, firmest = (limit_at(end(preset.fruit.E_MPa), preset.fruit.E_MPa) for end in (min, max))
+    at_softest = bool(names.intersection(OF_SOFTEST)) or softest in over
+    at_firmest = bool(over - {softest}) or firmest in over
     of_shape = bool(names.intersection(OF_SHAPE)) or not (at_softest or at_firmest)
     step = (asked.E_max_MPa / asked.E_min_MPa) ** EASED
     if of_shape:
@@ -66,10 +70,6 @@ def eased(fruit: FruitRange, asked: FruitRange, failed: Collection[Verdict]) -> 
         E_min_MPa=rounded(fruit.E_min_MPa * step) if at_softest else fruit.E_min_MPa,
         E_max_MPa=rounded(fruit.E_max_MPa / step) if at_firmest else fruit.E_max_MPa,
     )
-
-
-_LEAST_LIMIT = 0.05
-"""Limit of the standard uncertainty of the softest flesh, in every preset of a fruit [1]."""
 
 
 def _narrower(ends: Ends, asked: Ends) -> Ends:

@@ -94,7 +94,7 @@ def fruit_range(text: str) -> FruitRange:
     if text.endswith(".json"):
         return _measured_range(Path(text))
     if text.isalpha():
-        text = _words_of(text)
+        return _named_range(text)
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
     found = ball or any_shape
     words = [] if found is None else [word for word in found.groups() if word is not None]
@@ -113,12 +113,19 @@ def fruit_range(text: str) -> FruitRange:
     )
 
 
-def _words_of(name: str) -> str:
-    """Return the ranges of a fruit in words; raises InputError for a fruit that is not in the table."""
+def _named_range(name: str) -> FruitRange:
+    """Return the ranges of a fruit of the table; raises InputError for one that is not in it."""
     if name not in FRUITS:
         hint = f"did you mean {nearest(name, tuple(FRUITS))}? Or measure it, as in 'radius 26, E 0.3 to 2' [mm, MPa]"
         raise validation_error("--fruit", name, "", f"one of {', '.join(FRUITS)}", hint)
-    return FRUITS[name].in_words
+    fruit = FRUITS[name]
+    return FruitRange(
+        radius_mm=fruit.radius_mm,
+        radius_across_mm=fruit.radius_across_mm,
+        thickness_mm=fruit.thickness_mm,
+        E_min_MPa=fruit.E_MPa[0],
+        E_max_MPa=fruit.E_MPa[1],
+    )
 
 
 def _measured_range(path: Path) -> FruitRange:

@@ -20,10 +20,10 @@ class NamedFruit(Sourced):
 
     LABEL: ClassVar[str] = "fruit"
 
-    radius_mm: tuple[float, ...] = quantity("mm", LENGTH, meaning="the smaller principal radius of the cheek")
-    radius_across_mm: tuple[float, ...] = quantity("mm", LENGTH, meaning="the other principal radius")
-    thickness_mm: tuple[float, ...] = quantity("mm", LENGTH, meaning="flesh over stone, core or hollow")
-    E_MPa: tuple[float, ...] = quantity("MPa", MODULUS, meaning="modulus of ripe and of unripe flesh")
+    radius_mm: tuple[float, float] = quantity("mm", LENGTH, meaning="the smaller principal radius of the cheek")
+    radius_across_mm: tuple[float, float] = quantity("mm", LENGTH, meaning="the other principal radius")
+    thickness_mm: tuple[float, float] = quantity("mm", LENGTH, meaning="flesh over stone, core or hollow")
+    E_MPa: tuple[float, float] = quantity("MPa", MODULUS, meaning="modulus of ripe and of unripe flesh")
 
     def __post_init__(self) -> None:
         """Refuse numbers that are no ends of a range."""
