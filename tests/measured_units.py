@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from deadline import DEADLINE_S
 
 from cad.parts.housing import Housing
 from instrument.firmware.firmware import header_text
@@ -35,6 +34,7 @@ from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, Stand, pose_forces
 from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
+from tests.deadline import DEADLINE_S
 
 C_FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
 READ_IN_C = """

@@ -2,12 +2,16 @@
 
 import itertools
 import json
+import os
 import shutil
 import stat
+import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+from deadline import DEADLINE_S
 
 from benchmarks import calculix as calculix_module
 from benchmarks import contact, flexure, peers, unilateral
@@ -24,6 +28,8 @@ from sensor.quantity import InputError
 from solve.housing.stiffness import tip_compliance
 from solve.linear import SolveError
 
+ROOT = Path(__file__).parents[2]
+ALONE = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
 FRUIT, TIPS = Fruit(), Tips()
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
 
@@ -140,3 +146,11 @@ def test_a_peer_that_lies_or_crashes_has_no_number(answer, tmp_path, monkeypatch
 def test_a_peer_that_answers_well_is_heard(tmp_path, monkeypatch):
     answer = peer_says({"cpu": 1e-4, "dofs": 3, "steps": [GOOD]}, tmp_path, monkeypatch)
     assert (answer.dofs, answer.results[0].forces) == (3, GOOD["forces"])
+
+
+@pytest.mark.parametrize("name", ["cheeks", "one_press"])
+def test_benchmark_that_takes_units_of_the_tests_starts_as_the_pages_say(name):
+    """From the root of the project, where no test has put its own folder on the path."""
+    command = [sys.executable, "-m", f"benchmarks.{name}", "--help"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, check=False, timeout=DEADLINE_S, env=ALONE)
+    assert done.returncode == 0
