@@ -106,8 +106,8 @@ class Fruit:
     The side of the sensor at `tilt_azimuth` is lower by a `tilt` [deg]; the apex lies at `apex` [mm]. `heights` (tips,)
     [mm] is by how much each dome stands out before its place. `bumps` are heights added to the skin [mm] at x, y [mm].
 
-    `softness` (tips,) is the modulus over that of the flesh under each dome, within a hemisphere of `soft_radius`
-    (tips,) [mm]. Flesh yields at a pressure `yields` [MPa].
+    `softness` (tips,) is the modulus of the fruit over that of the flesh under each dome, within a hemisphere of
+    `soft_radius` (tips,) [mm]. Flesh yields at a pressure `yields` [MPa].
     """
 
     E: float
