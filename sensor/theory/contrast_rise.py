@@ -62,7 +62,7 @@ filter, must be thinned out before. mm, N, MPa.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -71,6 +71,7 @@ import numpy as np
 
 from sensor.arrays import Floats, rows_of
 from sensor.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, smallest_root
+from sensor.theory.dome_form import felt_cap
 from sensor.theory.hertz import hertz_factor
 from sensor.theory.uneven_skin import felt_heights
 
@@ -450,6 +451,26 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
         heights=np.array([root.moved_with_saddle(*each) for each in heights]),
         flesh=root.moved_with_saddle(*root.own_flesh),
     )
+
+
+def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
+    """Return by which fraction of E a reading moves with the form of domes that are all alike; raises RiseError.
+
+    The first slope is over the relative change of their radius [1], the others over the height of a cap of each radius
+    [1/mm]. Flesh over its depth is taken as a half-space, as far as contacts move apart with the radius.
+    """
+    _refuse_few_samples(rise)
+    E, offset, of_S = _solve(law, rise.moments)
+    root = _Root(law, rise, E, offset, law.S(of_S), rise.forces.shape[1])
+    relative = domes.relative_radius
+    # A dome that is rounder than the law has it is one whose law is too flat: the signs of a change of the law turn.
+    by_hertz = relative / domes.dome_radius / 3.0 * root.hertz
+    by_distance = -relative * domes.mean_curvature * root.flesh
+    weights = law.contrast.arrays[0]
+    contact_radius = np.sqrt(relative * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
+    caps = [rise.rise_and_mean(felt_cap(radius, contact_radius)) @ weights for radius in cap_radii]
+    moved = [root.moved_with_saddle(*each) for each in (by_hertz + by_distance, *caps)]
+    return np.array(moved)
 
 
 def moduli_without(law: RiseLaw, rise: Rise, several: int = 1) -> Iterator[float]:
