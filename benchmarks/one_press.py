@@ -52,7 +52,8 @@ class Bench:
         measured = MeasuredDesign(name)
         self.design = measured.design
         unit = measured.measuring(percent=1.0, gain_percent=0.1)
-        self.unit = replace(unit, unit=replace(unit.unit, calibrated_by=self.design.reading.calibrated_by))
+        by = "plate" if self.design.reading.on_plate else "weights"
+        self.unit = replace(unit, unit=replace(unit.unit, calibrated_by=by))
         self.sensor = sensor_of(measured.design, measured.K)
         self.rng = np.random.default_rng(seed)
 

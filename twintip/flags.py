@@ -163,6 +163,11 @@ def _add_calibrate(parser: ArgumentParser) -> None:
     add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
     pressed = "travel_mm and the counts of each channel: a press on a hard flat plate, all tips on it"
     add("--plate", metavar="PLATE.csv", type=Path, help=f"calibrate deflections, of the columns {pressed}")
+    on_ball = "presses on a ball of rubber, a file as pipeline read takes"
+    add("--ball", metavar="PRESSES.csv", type=Path, help=f"correct readings for the form of the domes, by {on_ball}")
+    add("--ball-modulus", metavar="MPA", type=number, help="modulus of the ball by pipeline modulus [MPa]")
+    add("--ball-radius", metavar="MM", type=number, help="radius of the ball [mm]")
+    add("--ball-modulus-error", metavar="PERCENT", type=number, help="one standard deviation of its modulus [%%]")
     add("--columns", metavar="NAME=HEADER,...", help="headers or numbers of columns, as in force=Gewicht,counts_l=4")
     add("--units", metavar="NAME=UNIT,...", help="units where a table gives none, as in force=g,deflection=um")
     _add_counts(parser)

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from cad.parts.coupon import modulus_factor
+from instrument.calibrate.ball import PressedBall, correction_by_ball
 from instrument.calibrate.creep import Weighing, weighing
 from instrument.calibrate.fruit_presses import ScaleFit, scale_of_presses
 from instrument.calibrate.lines import LackOfFit, Line
@@ -55,6 +56,7 @@ _WEIGHED = {
 _SINCE = Quantity(units=TIME, default="s", most=WEIGHED_AFTER.at_most or math.inf)
 """Since a weight was hung: a column of its own, which the clock of a serial monitor is not."""
 WITHOUT_PLATE = "the design expects a press on a hard plate: without --plate firm flesh is read with a larger error"
+WITHOUT_BALL = "the design expects presses on a reference ball: without --ball the form of the domes moves all readings"
 UNLIKE_DESIGN = 3.0
 """Times the stiffness of a design, or a part of it: a print is off by less."""
 KNOWN_WELL_PERCENT = 0.5
@@ -66,7 +68,8 @@ _BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_
 def _unit_data(calibration: "Calibration") -> Plain:
     """Return what the answer tells of the springs of the unit; unit.toml has all of it."""
     unit = as_data(calibration.unit)
-    return {key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)}
+    told = {key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)}
+    return told if calibration.unit.ball is None else {**told, "ball": unit["ball"]}
 
 
 def _trims_data(calibration: "Calibration") -> Plain:
@@ -212,11 +215,13 @@ def calibrate_unit(
     fruit: MeasuredTable | None = None,
     plate: MeasuredTable | None = None,
     after_s: float | None = None,
+    ball: PressedBall | None = None,
 ) -> Calibration:
     """Return the calibration of a unit, with the scale of `fruit` that was pressed with it, as `measured_fruit` has it.
 
     `plate` is a press on a hard plate, as `measured_plate` has it. Each weight was read `after_s` [s] after it was
-    hung, where the table has no times. Raises InputError, also for springs that read nothing.
+    hung, where the table has no times. Presses on a `ball` correct all readings.
+    Raises InputError, also for springs that read nothing.
     """
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighed = weighing(table, report, after_s)
@@ -232,11 +237,16 @@ def calibrate_unit(
     if plate is not None:
         pressed = _on_plate(plate, table, channels, springs, report)
         assumed += _worse_on_plate(pressed, springs, names, plate)
-    elif (report.design.reading or Reading()).calibrated_by == "plate":
+    elif (report.design.reading or Reading()).on_plate:
         assumed = [WITHOUT_PLATE, *assumed]
     assumed += _bent(table, report, deflections, channels)
     unit = _printed_unit(report, weighed, deflections, channels, pressed)
     sensor = MeasuringUnit(report=report, unit=unit)
+    if ball is None and (report.design.reading or Reading()).calibrated_by == "ball":
+        assumed = [WITHOUT_BALL, *assumed]
+    if ball is not None:
+        unit = replace(unit, ball=correction_by_ball(ball, sensor))
+        sensor = MeasuringUnit(report=report, unit=unit)
     nominal = designed.unit.stiffnesses
     try:
         scale = None if fruit is None else scale_of_presses(fruit, sensor)

@@ -50,6 +50,7 @@ def error_sources(sensor: MeasuringUnit) -> str:
         "the springs": True,
         "their creep": sensor.creep.exponent != 0.0,
         "deflections": unit.calibrated_by == "plate",
+        "presses on a ball": unit.ball is not None,
         "bent lines": unit.force_bend is not None or unit.deflection_bend is not None,
     }
     *most, last = (words for words, is_one in sources.items() if is_one)
@@ -68,7 +69,8 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
             with_design = nominal.corrected(read_exactly(nominal, press).E) / E - 1.0
         slopes = read_exactly(sensor, press).slopes
         bend = sensor.by_bends(slopes.channel_bends, slopes.spring_bends)
-        u = sensor.steepness(E) * (COVERAGE * math.hypot(*_by_unit(sensor, slopes)) + bend)
+        by_ball = [] if sensor.unit.ball is None else sensor.by_form(E)
+        u = sensor.steepness(E) * (COVERAGE * math.hypot(*_by_unit(sensor, slopes), *by_ball) + bend)
         rows.append(UnitRow(E=E, forces=tuple(press[-1].tolist()), P=high / low, u=u, with_design=with_design))
     return tuple(rows)
 

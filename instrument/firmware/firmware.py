@@ -116,7 +116,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "least_E": least * (1.0 - AT_THE_EDGE),
         "largest_E": largest * (1.0 + AT_THE_EDGE),
         "reduced": sensor.reduced(1.0),
-        **_level(sensor.report.read_out.level_readings, sensor.press_over_weighed()),
+        **_level(sensor.report.read_out.level_readings, sensor.press_over_weighed(), sensor.ball_factor),
         **_contrast_constants(sensor, sensor.rise_law),
         **spike_constants(sensor),
         **_seating_constants(sensor),
@@ -134,8 +134,8 @@ def _inputs(sensor: MeasuringUnit) -> list[int]:
     return [*signal.conversion_order, *range(len(sensor.report.tips), count)]
 
 
-def _level(rows: Sequence[LevelReading], stiffened: float) -> dict[str, object]:
-    """Return level readings as logarithms, and the factor of one row.
+def _level(rows: Sequence[LevelReading], stiffened: float, by_ball: float) -> dict[str, object]:
+    """Return level readings as logarithms, and the factor of one row, with that of a reference ball.
 
     Springs that are stiffer in a press of the design than in the weighing, `stiffened` [1], read as much too little.
     """
@@ -144,8 +144,8 @@ def _level(rows: Sequence[LevelReading], stiffened: float) -> dict[str, object]:
     by_creep = math.log(stiffened)
     return {
         "level_logs": [math.log(row.read_MPa) - by_creep for row in rows],
-        "level_shifts": [math.log(row.E_MPa / row.read_MPa) + by_creep for row in rows],
-        "level_factor": stiffened * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
+        "level_shifts": [math.log(row.E_MPa / row.read_MPa) + by_creep + math.log(by_ball) for row in rows],
+        "level_factor": by_ball * stiffened * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
     }
 
 

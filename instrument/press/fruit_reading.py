@@ -192,6 +192,7 @@ class FruitReading:
         "1", "`zero_left_N` divided by the least force of a touch", left_out=True, default=None
     )
     fruit: str = report_field("", "the fruit of the press, where the file names it", told=False, default="")
+    press_s: float | None = report_field("s", "duration of the press, None if it is unknown", told=False, default=None)
     parts: HalfWidth | None = report_field(
         "1", "the parts of `u`, of a press that several of a fruit share or not", told=False, default=None
     )

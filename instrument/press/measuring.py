@@ -13,14 +13,14 @@ from instrument.press.printed_unit import PrintedUnit, nominal_unit, read_unit, 
 from instrument.press.ripeness import RipenessClasses, ripeness_classes
 from pipeline.reading.read_out import correct_reading
 from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolling_domes
-from pipeline.reading.uncertainty import OF_FRUIT, Channels, designed_channels
+from pipeline.reading.uncertainty import OF_DRIFT, OF_FRUIT, Channels, SlopesOnBall, designed_channels
 from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats
 from sensor.design.reading import Reading
 from sensor.quantity import BOUNDED, validation_error
 from sensor.theory.contrast_law import Matrix, ratio_modulus, stiffened_compliance
 from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
-from sensor.theory.creep import CreepLaw
+from sensor.theory.creep import EFFECTIVE, CreepLaw
 from solve.contact.domes.large_strain import large_strain
 
 PAIR_TILT_DEG = 2.0  # beyond it a press of a pair is told to be crooked, where the design names no tilt
@@ -122,13 +122,22 @@ class MeasuringUnit:
         read_out = self.report.read_out
         full_scale = np.array(read_out.full_scale_N)
         designed = designed_channels(self.report.design.reading or Reading(), full_scale, read_out.signal)
+        gains = {"gain": 0.01 * np.array(self.unit.gain_percent)}
+        on_ball = None
+        if self.unit.ball is not None:
+            slopes = (self.unit.ball.spring_slopes, self.unit.ball.gain_slopes)
+            on_ball = SlopesOnBall(*map(np.array, slopes))
+            # `gain_percent` holds the drift, which is another one on the ball.
+            drift = np.minimum(0.01 * BOUNDED * np.array(read_out.channels.gain_drift_percent), gains["gain"])
+            gains = {"gain": np.sqrt(gains["gain"] ** 2 - drift**2), OF_DRIFT: drift}
         return replace(
             designed,
-            gains={"gain": 0.01 * np.array(self.unit.gain_percent)},
+            gains=gains,
             springs=0.01 * np.array(self.unit.K_percent),
             time_s=0.0,
             on_plate=self.unit.calibrated_by == "plate",
-            creep=self.creep.deviation(self.unit.weighed_after_s, self.report.design.press_s),
+            creep=self._creep_deviation(self.report.design.press_s),
+            on_ball=on_ball,
         )
 
     def channels_in(self, time_s: float, press_s: float | None) -> Channels:
@@ -137,7 +146,21 @@ class MeasuringUnit:
         `time_s` [s] is the standard deviation of the time of each channel.
         """
         press_s = press_s or self.report.design.press_s
-        return replace(self.channels, time_s=time_s, creep=self.creep.deviation(self.unit.weighed_after_s, press_s))
+        return replace(self.channels, time_s=time_s, creep=self._creep_deviation(press_s))
+
+    def _creep_deviation(self, press_s: float) -> float:
+        """Return the standard deviation of all stiffnesses in a press of a duration [s] by the creep of leaves [1].
+
+        Presses on a ball show what springs of their duration do, in place of weights.
+        """
+        ball = self.unit.ball
+        known_after = self.unit.weighed_after_s if ball is None else EFFECTIVE * ball.press_s
+        return self.creep.deviation(known_after, press_s)
+
+    def on_ball(self, radius_mm: float) -> "MeasuringUnit":
+        """Return the unit as it reads a ball of a radius [mm], before a ball corrects it."""
+        report = replace(self.report, design=self.report.design.elastic)
+        return replace(self, report=report, unit=replace(self.unit, ball=None), radii_mm=(radius_mm, radius_mm))
 
     @cached_property
     def noises(self) -> Floats:
@@ -206,15 +229,24 @@ class MeasuringUnit:
         """Return the standard deviation of how far one tip of a pair leads by the tilts of its design [mm]."""
         return BOUNDED * math.tan(math.radians(self.steepest_deg)) * self.report.design.tips.spacing_mm
 
+    @property
+    def ball_factor(self) -> float:
+        """Return the factor of all readings by a reference ball [1], 1 without one."""
+        return 1.0 if self.unit.ball is None else self.unit.ball.factor
+
     def corrected(self, read: float, press_s: float | None = None) -> float:
         """Return the modulus [MPa] that a press of a level sensor reads as `read` [MPa].
 
-        Forces are scaled by weights, and larger in a press of a duration [s], or of that of the design.
+        Forces are scaled by weights, and larger in a press of a duration [s], or of that of the design. A reference
+        ball corrects the result.
         """
-        return correct_reading(self.press_over_weighed(press_s) * read, self.report.read_out.level_readings)
+        return self.ball_factor * correct_reading(
+            self.press_over_weighed(press_s) * read, self.report.read_out.level_readings
+        )
 
     def read_as(self, E: float) -> float:
         """Return as which modulus [MPa] a press of a level sensor reads E [MPa], before it is corrected."""
+        E /= self.ball_factor
         level = self.report.read_out.level_readings
         if not level:
             return E / self.press_over_weighed()
@@ -271,6 +303,20 @@ class MeasuringUnit:
         """Return at a modulus [MPa], as a fraction [1], what the error analysis has at each of its moduli [%]."""
         logs = np.log([row.E_MPa for row in self.report.moduli])
         return 0.01 * float(np.interp(math.log(E), logs, percent))
+
+    def by_form(self, E: float) -> list[float]:
+        """Return what the form of the tips leaves open of a modulus [MPa], each one standard deviation [1].
+
+        It is the same in all presses of the unit. A report of an older version knows of none. A ball leaves its own
+        error, and what the form moves otherwise than on the ball.
+        """
+        of_moduli = [row.form_percent for row in self.report.moduli if row.form_percent]
+        of_form = [self.between_moduli(E, percent) for percent in zip(*of_moduli, strict=True)]
+        ball = self.unit.ball
+        if ball is None:
+            return of_form
+        left = [each - 0.01 * shown for each, shown in zip(of_form, ball.form_percent, strict=bool(of_form))]
+        return [*left, 0.01 * ball.percent]
 
     def reduced(self, E: float) -> float:
         """Return E / (1 - nu^2) [MPa] of a modulus [MPa] at the Poisson's ratio of the design."""

@@ -4,16 +4,17 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from instrument.press.fruit_scale import FruitScale
+from instrument.press.reference_ball import BallCorrection
 from pipeline.report.report import Report
 from pipeline.storage.plain import from_plain, to_plain
 from sensor.design.design_file import design_as_mapping, tables_as_toml
 from sensor.design.parameters import Design
-from sensor.design.reading import CALIBRATED_BY, WEIGHED_AFTER_S, Reading
+from sensor.design.reading import WEIGHED_AFTER_S, Reading
 from sensor.input_file import read_toml
 from sensor.quantity import BOUNDED, Bounds, InputError, check_fields, choice, quantity, validation_error
 from sensor.theory.creep import CreepLaw
@@ -55,7 +56,7 @@ class PrintedUnit:
 
     `force_bend` is the error of the slope by which counts tell a force, over the slope [1], at no force, and
     `force_bend_per_N` its change with the force. `deflection_bend` is that of the compliances, 1 / K. They are None
-    where all lines are straight.
+    where all lines are straight. `ball` is the correction by a reference ball, None without one.
     """
 
     design: str
@@ -69,7 +70,7 @@ class PrintedUnit:
     newtons_per_count: tuple[tuple[float, ...], ...] = ()
     zero_counts: tuple[float, ...] = ()
     saturation_counts: int = 0
-    calibrated_by: str = choice(CALIBRATED_BY, default="weights", hint=_HINT)
+    calibrated_by: str = choice(("weights", "plate"), default="weights", hint=_HINT)
     classes: str = ""
     weighed_after_s: float = quantity("s", WEIGHED_AFTER, default=WEIGHED_AFTER_S, hint=_HINT)
     creep_per_decade: float | None = quantity("1", _CREEP, default=None, hint=_HINT)
@@ -78,6 +79,7 @@ class PrintedUnit:
     force_bend_per_N: tuple[float, ...] | None = quantity("1/N", _BEND, default=None, hint=_HINT)
     deflection_bend: tuple[float, ...] | None = quantity("1", _BEND, default=None, hint=_HINT)
     deflection_bend_per_N: tuple[float, ...] | None = quantity("1/N", _BEND, default=None, hint=_HINT)
+    ball: BallCorrection | None = None
     scale: FruitScale | None = None
 
     def __post_init__(self) -> None:
@@ -173,7 +175,10 @@ _OF_0_2 = (
 """Keys that 0.2 wrote, or digested as if it had: table, key, value, and the keys of which it stood behind the last."""
 
 
-_SINCE_0_2 = ("fruit.roughness_mm", "fruit.roughness_wave_mm", "fruit.flesh_scatter_percent", "reading.presses")
+_SINCE_0_2 = (
+    *("fruit.roughness_mm", "fruit.roughness_wave_mm", "fruit.flesh_scatter_percent"),
+    *("reading.presses", "reading.ball_percent"),
+)
 """Keys that came later, which 0.2 wrote into no design."""
 
 
@@ -252,7 +257,7 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
     try:
         unit = from_plain(PrintedUnit, tables, "unit")
     except ValueError as error:
-        for cause in getattr(error.__cause__, "exceptions", ()):
+        for cause in _causes(error.__cause__):
             if isinstance(cause, InputError):
                 raise cause from error
         bound = f"a unit.toml of pipeline calibrate ({str(error).splitlines()[0]})"
@@ -265,14 +270,29 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
     return unit
 
 
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    """Yield the errors of which an error is made, also those of a table in it."""
+    for cause in getattr(error, "exceptions", ()):
+        yield cause
+        yield from _causes(cause)
+
+
 def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
-    """Raise InputError for a unit of another design than that of a report."""
+    """Raise InputError for a unit of another design than that of a report, and for a ball that it does not take."""
     digest = design_digest(report.design)
     digests = (digest, digest_of_0_2(report.design))
     if unit.design_sha256 not in digests or unit.tips != tuple(tip.name for tip in report.tips):
         bound = f"the unit of design {report.design.name!r} as it is in this folder"
         hint = f"its digest begins {digest[:12]}; calibrate against it"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
+    if unit.ball is not None and not report.design.takes_ball:
+        bound = "left out but for domes in a line or a square, on flesh without a skin"
+        raise validation_error("unit.ball", unit.ball.factor, "", bound, "calibrate the unit")
+    for key in ("spring_slopes", "gain_slopes") if unit.ball else ():
+        slopes = getattr(unit.ball, key)
+        if len(slopes) != len(unit.tips):
+            name, bound = f"unit.ball.{key}", f"a list of {len(unit.tips)} numbers, one for each tip"
+            raise validation_error(name, list(slopes), "", bound, _HINT)
 
 
 def unit_as_toml(unit: PrintedUnit) -> str:

@@ -121,8 +121,9 @@ def _wider_limit(key: str, design: Design, _on_cells: bool) -> list[Sweep]:
     return _scaled(design, key, LARGER[:5]) if design.tips.tip_shape.obeys_hertz else []
 
 
-def _plate(_design: Design, _on_cells: bool) -> list[Sweep]:
-    return [[{"reading.calibrated_by": "plate"}]]
+def _calibrations(design: Design, _on_cells: bool) -> list[Sweep]:
+    """Return better calibrations: a plate, and a ball for what it shows."""
+    return [[{"reading.calibrated_by": by}] for by in ("plate", *(["ball"] if design.takes_ball else []))]
 
 
 def _close_tips(design: Design, on_cells: bool) -> list[Sweep]:
@@ -145,7 +146,7 @@ MOVES: Mapping[str, Callable[[Design, bool], list[Sweep]]] = {
     "reading.tilt_deg": _less_tilt,
     "reading.bias_limit": partial(_wider_limit, "reading.bias_limit"),
     "reading.uncertainty_limit": partial(_wider_limit, "reading.uncertainty_limit"),
-    "reading.calibrated_by": _plate,
+    "reading.calibrated_by": _calibrations,
     "tips.spacing_mm": _close_tips,
 }
 """The changes that a row of a verdict may name in `mended_by`, made for a design; `True` where contact is on cells."""

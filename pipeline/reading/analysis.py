@@ -6,12 +6,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.reading.form import moved_by_form, of_middle
 from pipeline.reading.measurement import RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, occurring, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, Presses
 from pipeline.reading.read_out import LevelReading, ReadingConstants
 from pipeline.reading.records import SkinPressure, UnevenFruit
-from pipeline.reading.uncertainty import Channels, UncertaintySources, by_heat, designed_channels, uncertainty_sources
+from pipeline.reading.uncertainty import (
+    Channels,
+    SlopesOnBall,
+    UncertaintySources,
+    by_heat,
+    designed_channels,
+    uncertainty_sources,
+)
 from pipeline.reading.uneven import uneven_fruit
 from pipeline.response.scene_press import ScenePress
 from pipeline.storage.plain import first_largest
@@ -39,7 +47,8 @@ class ModulusReading:
 
     `reach` is the error [1] of the pose whose bar reaches farthest, which may be another pose. `sources` are those of a
     fruit and a pose that are drawn from all that occur; `uncertainty_limit` [1] is the limit of all together. `uneven`
-    is what the same fruits add if they are uneven; None if it is unknown.
+    is what the same fruits add if they are uneven; None if it is unknown. `form` are the moves of E [1] by one standard
+    deviation of each error of the form of domes, before a ball.
     """
 
     E: float
@@ -49,6 +58,7 @@ class ModulusReading:
     sources: UncertaintySources
     uncertainty_limit: float
     uneven: UnevenFruit | None = None
+    form: tuple[float, ...] = ()
 
     @property
     def over_limit(self) -> float:
@@ -164,27 +174,55 @@ def _by_modulus(
     by_pose = uncertainty_by_pose(biases, placements).tolist()
     by_thickness = uncertainty_by_thickness(biases, placements).tolist()
     drawn = [0, *(place for place, each in enumerate(placements) if each.is_drawn)]
+    drawn_presses = [
+        [forces[place] for place in drawn if row[place] is not None]
+        for forces, row in zip(presses.F, found, strict=True)
+    ]
+    of_drawn = [[each for each in (row[place] for place in drawn) if each is not None] for row in found]
+    forms = [np.array([moved_by_form(design, model, press) for press in each]) for each in drawn_presses]
+    shown_by_ball: Floats | float = 0.0
+    ball: dict[str, float] = {}
+    if reading.calibrated_by == "ball":
+        shown_by_ball = of_middle(presses.moduli, np.array([each.mean(axis=0) for each in forms]))
+        channels = replace(channels, on_ball=_slopes_on_ball(presses.moduli, of_drawn))
+        ball = {"ball": 0.01 * reading.ball_percent}
     rows = []
     for i, (E, bias, bar) in enumerate(zip(presses.moduli, np.nan_to_num(biases), bars, strict=True)):
         worst, farthest = _largest(bias), _largest(np.abs(bias) + bar)
         others = {
             **by_heat(sensor.signal),
+            **_by_form(forms[i] - shown_by_ball),
+            **ball,
             "pose": by_pose[i],
             "thickness": by_thickness[i],
             "poisson": uncertainty_by_poisson(design, model, presses.F[i, 0]),
         }
-        of_drawn = [each for each in (found[i][place] for place in drawn) if each is not None]
         row = ModulusReading(
             E=E,
             bias=Estimate(float(bias[worst]), float(bar[worst])),
             worst=placements[worst],
             reach=Estimate(float(bias[farthest]), float(bar[farthest])),
-            sources=uncertainty_sources(of_drawn, channels, RISE_TRAVELS, others),
+            sources=uncertainty_sources(of_drawn[i], channels, RISE_TRAVELS, others),
             uncertainty_limit=reading.uncertainty_limit_at(E, design.fruit.E_MPa),
-            uneven=uneven_fruit(design, model, [presses.F[i, place] for place in drawn if found[i][place] is not None]),
+            uneven=uneven_fruit(design, model, drawn_presses[i]),
+            form=tuple(forms[i].mean(axis=0).tolist()),
         )
         rows.append(row)
     return tuple(rows)
+
+
+def _by_form(left: Floats) -> dict[str, float]:
+    """Return the standard uncertainty by the form of domes [1], of what it moves readings (presses, errors) [1]."""
+    return {"dome_form": float(np.sqrt(np.square(left).sum(axis=1).mean()))} if left.size else {}
+
+
+def _slopes_on_ball(moduli: Sequence[float], of_drawn: Sequence[Sequence[RiseReading]]) -> SlopesOnBall:
+    """Return the slopes on a ball of the middle of moduli [MPa], by the readings that are drawn at each of them."""
+    springs, gains = (
+        np.array([np.mean([getattr(each.slopes, name) for each in row], axis=0) for row in of_drawn])
+        for name in ("springs", "gains")
+    )
+    return SlopesOnBall(springs=of_middle(moduli, springs), gains=of_middle(moduli, gains))
 
 
 def _read(model: RiseModel, presses: Presses, channels: Channels, side_mm: float) -> tuple[FoundReadings, str | None]:

@@ -19,7 +19,9 @@ from sensor.theory.contrast_rise import (
     Rise,
     RiseLaw,
     RiseReading,
+    RollingDomes,
     UnevenSlopes,
+    form_slopes,
     read_rise,
     rise_modulus,
     rise_of,
@@ -60,6 +62,10 @@ class RiseModel:
     def uneven(self, press: Floats, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
         """Return what uneven skin and flesh do to the modulus of a press, as `uneven_slopes`; raises RiseError."""
         return uneven_slopes(self.law, self._rise(press), wave_numbers, relative_radius)
+
+    def form(self, press: Floats, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
+        """Return what the form of its domes does to the modulus of a press, as `form_slopes`; raises RiseError."""
+        return form_slopes(self.law, self._rise(press), domes, cap_radii)
 
     def _rise(self, press: Floats, least_forces: Floats | float = 0.0) -> Rise:
         return rise_of(press, press.shape[1], least_forces, t=times_by_hand(len(press)))

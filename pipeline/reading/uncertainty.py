@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,10 +20,12 @@ from sensor.design.signal_path import SignalPath
 from sensor.quantity import BOUNDED
 from sensor.theory.contrast_law import ReadingSlopes
 from sensor.theory.contrast_rise import RiseReading, RiseSlopes
-from sensor.theory.creep import NO_CREEP, CreepLaw
+from sensor.theory.creep import EFFECTIVE, NO_CREEP, CreepLaw
 
 OF_NOISE = ("noise_percent", "noise_N", "readout_noise", "quantisation")
 """Sources that are independent from sample to sample."""
+OF_DRIFT = "gain_drift"
+"""The source of gains that move with the temperature."""
 OF_FRUIT = ("pose", "thickness", "poisson")
 """Sources that are the same whatever the unit: shape of the fruit and pose, flesh over the stone, Poisson's ratio."""
 
@@ -65,6 +68,16 @@ class UncertaintySources:
         return None if others >= limit else math.sqrt(limit**2 - others**2) / self.noise_slope
 
 
+class SlopesOnBall(NamedTuple):
+    """The slopes of ln E over springs and gains, (tips,), with which presses on a reference ball showed a unit.
+
+    All readings are corrected by those presses. So of an error that stays in the unit the difference of slopes is left.
+    """
+
+    springs: Floats
+    gains: Floats
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channels:
     """The errors of the channels and springs of a design or of a unit, one standard deviation of each, all (tips,).
@@ -73,6 +86,7 @@ class Channels:
     drifts within `zero_drift` [N], a bound. `gains` [1] are by their causes, `springs` [1] are stiffnesses, `time_s` is
     the time of each channel. Channels that were calibrated `on_plate` show deflections. `creep` [1] is common to all
     stiffnesses in a press of leaves that creep. Deflections are read right, and all forces have the same error.
+    `on_ball` is None without a reference ball.
     """
 
     full_scale: Floats
@@ -83,6 +97,7 @@ class Channels:
     time_s: float
     on_plate: bool
     creep: float
+    on_ball: SlopesOnBall | None = None
 
     @property
     def noises(self) -> Floats:
@@ -120,11 +135,16 @@ class Channels:
 
     def of_springs_and_gains(self, springs: Floats, gains: Floats) -> dict[str, float]:
         """Return the uncertainty of a modulus [1] by springs and channels, of its slopes over both [1]."""
+        left_springs, left_gains = springs, gains
+        if self.on_ball is not None:
+            left_springs, left_gains = springs - self.on_ball.springs, gains - self.on_ball.gains
         # If a channel shows a deflection, the force of a spring that is stiffer than known is larger too.
-        sources: Sources = {"stiffness": (self.springs, springs + gains if self.on_plate else springs)}
+        sources: Sources = {"stiffness": (self.springs, left_springs + left_gains if self.on_plate else left_springs)}
         if self.creep:
             sources["creep"] = (self.creep, np.ones(1))
-        return sizes(sources | {cause: (deviation, gains) for cause, deviation in self.gains.items()})
+        # What drifts with the temperature is another one on the ball.
+        by_gain = {cause: (each, gains if cause == OF_DRIFT else left_gains) for cause, each in self.gains.items()}
+        return sizes(sources | by_gain)
 
 
 def designed_channels(
@@ -147,8 +167,9 @@ def designed_channels(
         gains={"gain": 0.01 * reading.gain_percent * tips},
         springs=0.01 * reading.stiffness_percent * tips,
         time_s=0.0,
-        on_plate=reading.calibrated_by == "plate",
-        creep=creep.deviation(WEIGHED_AFTER_S, press_s),
+        on_plate=reading.on_plate,
+        # Presses on a ball last as long as those on fruit: what a weight tells of creep drops out.
+        creep=creep.deviation(EFFECTIVE * press_s if reading.calibrated_by == "ball" else WEIGHED_AFTER_S, press_s),
     )
     if signal is None:
         return by_reading
@@ -156,7 +177,7 @@ def designed_channels(
         by_reading,
         noise={"readout_noise": np.array(signal.noise_N), "quantisation": np.array(signal.rounding_N)},
         zero_drift=np.array(signal.zero_drift_N),
-        gains={**by_reading.gains, "gain_drift": BOUNDED * 0.01 * np.array(signal.gain_drift_percent)},
+        gains={**by_reading.gains, OF_DRIFT: BOUNDED * 0.01 * np.array(signal.gain_drift_percent)},
         time_s=BOUNDED * 1e-3 * signal.time_error_ms * PRESS_S / press_s,
     )
 

@@ -261,6 +261,13 @@ class ModulusReport:
     fruit: UnevenFruit | None = report_field(
         "", "what uneven skin and flesh add at this modulus", default=None, left_out=True
     )
+    form_percent: tuple[float, ...] = report_field(
+        "%",
+        "move of E by one standard deviation of the form of the domes, with its sign: of their radius, then of caps of "
+        "each radius. It is that before a reference ball; reports before 0.3 do not have it",
+        default=(),
+        left_out=True,
+    )
 
     @classmethod
     def filled(cls, row: "ModulusReading") -> Self:
@@ -272,6 +279,7 @@ class ModulusReport:
             uncertainty_percent=100.0 * row.sources.total,
             sources=_percent(row.sources.contributions),
             fruit=row.uneven,
+            form_percent=tuple(100.0 * each for each in row.form),
         )
 
 

@@ -221,6 +221,7 @@ class Design:
         self._check_keys_without_effect()
         self._check_ranges_of_reading()
         self._check_time()
+        self._check_ball()
         self._check_readout()
 
     def _check_process(self) -> None:
@@ -365,6 +366,28 @@ class Design:
                 "printer.E_per_K", None, "1/K", "given beside [readout]", "a plastic usually has 0.003"
             )
 
+    def _check_ball(self) -> None:
+        """Refuse a reference ball for a sensor that it does not show."""
+        if self.reading is not None and self.reading.calibrated_by == "ball" and not self.takes_ball:
+            bound = "weights or plate: a ball shows domes in a line or a square, on flesh without a skin"
+            raise validation_error("reading.calibrated_by", "ball", "", bound, "choose plate")
+
+    @property
+    def takes_ball(self) -> bool:
+        """Say whether presses on a reference ball, which has no skin, show what those on fruit would."""
+        domes = self.tips.dome_radius_mm is not None and not self.tips.tip_layout.takes_targets
+        return domes and self.fruit.skin_mm is None
+
+    @property
+    def elastic(self) -> "Design":
+        """Return the design on flesh that does not relax, as a reference ball does not."""
+        return dataclasses.replace(
+            self,
+            fruit=dataclasses.replace(self.fruit, relaxation=None),
+            press=dataclasses.replace(self.press, speed_mm_per_s=None, hold_s=None),
+            reading=None if self.reading is None else dataclasses.replace(self.reading, at_s=None),
+        )
+
     def _check_time(self) -> None:
         """Refuse keys of time without flesh that relaxes, such flesh without them, and a reading outside the hold."""
         at = None if self.reading is None else self.reading.at_s
@@ -426,7 +449,10 @@ class Design:
 
         It is not read out: the channels are those of all tips.
         """
-        return dataclasses.replace(self, tips=self.tips.per_spring, readout=None)
+        reading = self.reading
+        if reading is not None and reading.calibrated_by == "ball":  # which a pair does not take
+            reading = dataclasses.replace(reading, calibrated_by="plate")
+        return dataclasses.replace(self, tips=self.tips.per_spring, readout=None, reading=reading)
 
     @property
     def has_paper_scene(self) -> bool:

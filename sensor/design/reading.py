@@ -27,7 +27,7 @@ PRESS_S = 3.0
 """Duration of a press by hand [s], over which the times of channels are counted."""
 WEIGHED_AFTER_S = 30.0
 """Time after which the deflection under a weight is read [s], where nobody says."""
-CALIBRATED_BY = ("weights", "plate")
+CALIBRATED_BY = ("weights", "plate", "ball")
 LEAST_OVER_NOISE = 4.0  # standard deviations: a tip with less force on it counts as off the fruit
 LEAST_OF_SCALE = 0.01  # of the largest force of its tip: a zero that is off by less is no touch
 
@@ -128,7 +128,16 @@ class Reading:
     calibrated_by: str | None = choice(
         CALIBRATED_BY,
         default=None,
-        meaning="weights calibrate the force of each channel; a press on a hard plate also calibrates its deflection",
+        meaning="weights calibrate the force of each channel; a press on a hard plate also calibrates its deflection; "
+        "`ball` is a plate, and presses on a ball of known modulus, which calibrate the form of domes",
+    )
+    ball_percent: float = quantity(
+        "%",
+        _PERCENT,
+        default=2.0,
+        hint="pipeline modulus tells that of a ball",
+        meaning="standard uncertainty of what a reference ball tells, by its modulus and the presses on it; it is the "
+        'same in all readings of a unit (`calibrated_by = "ball"`). The default is a judgement',
     )
     bias_limit: float = quantity(
         "1",
@@ -177,6 +186,11 @@ class Reading:
         if self.presses != int(self.presses):
             bound = "a whole number"
             raise validation_error("reading.presses", self.presses, "", bound, "count the presses of one fruit")
+
+    @property
+    def on_plate(self) -> bool:
+        """Say whether a hard plate calibrates the unit, alone or with a ball."""
+        return self.calibrated_by in ("plate", "ball")
 
     @property
     def least_uncertainty_limit(self) -> float:

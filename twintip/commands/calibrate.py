@@ -3,6 +3,7 @@
 from argparse import Namespace
 from dataclasses import replace
 
+from instrument.calibrate.ball import PressedBall, reference_ball
 from instrument.calibrate.calibration import calibrate_unit, measured_print, modulus_of_coupon
 from instrument.calibrate.fruit_presses import measured_fruit
 from instrument.calibrate.plate import measured_plate
@@ -41,7 +42,7 @@ def run(arguments: Namespace) -> Answer:
 
 def _answer_coupon(arguments: Namespace, report: Report, table: MeasuredTable) -> Answer:
     """Return the modulus of a coupon; raises InputError for a flag that asks for a unit."""
-    for flag in ("--out", "--fruit", "--plate", "--after"):
+    for flag in ("--out", "--fruit", "--plate", "--after", "--ball"):
         value = getattr(arguments, flag[2:])
         if value is not None:
             bound = "left out for a coupon, which tells a modulus and no unit"
@@ -61,7 +62,7 @@ def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, fla
     """Calibrate a unit, and write it where `--out` says."""
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
     plate = None if arguments.plate is None else measured_plate(arguments.plate, report, flags, arguments.counts_as)
-    calibration = calibrate_unit(report, table, fruit, plate, arguments.after)
+    calibration = calibrate_unit(report, table, fruit, plate, arguments.after, _ball(arguments))
     if arguments.out is not None:
         unit = replace(calibration.unit, classes=arguments.classes)
         write_files({arguments.out: unit_as_toml(unit).encode()}, "--out", force=arguments.force)
@@ -75,6 +76,17 @@ def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, fla
         data=as_data(calibration),
         parts=[*parts, *verdict_parts("the unit against its design", calibration.verdicts)],
     )
+
+
+def _ball(arguments: Namespace) -> PressedBall | None:
+    """Return the ball and its presses, None without one; raises InputError for a ball that is not told whole."""
+    numbers = (arguments.ball_modulus, arguments.ball_radius, arguments.ball_modulus_error)
+    if arguments.ball is not None:
+        return PressedBall(source=arguments.ball, ball=reference_ball(*numbers), counts_as=arguments.counts_as)
+    for flag, value in zip(("--ball-modulus", "--ball-radius", "--ball-modulus-error"), numbers, strict=True):
+        if value is not None:
+            raise validation_error(flag, value, "", "left out without --ball", "give the presses on the ball")
+    return None
 
 
 def _tell_tables(*tables: MeasuredTable | None) -> None:

@@ -21,7 +21,7 @@ CHECKED = 50  # fruit that each set is tried on
 SCALE = FruitScale(unit="N", curve="power", percent=10.0, E_MPa=(0.5, 2.0), firmness=(10.0, 30.0))
 
 
-SKIN = {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0}
+SKIN = {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0, "reading.calibrated_by": "plate"}
 
 
 @pytest.fixture

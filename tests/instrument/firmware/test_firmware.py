@@ -15,6 +15,7 @@ from instrument.press import press_core
 from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import flags_of_forces
 from instrument.press.press_core import Unit
+from instrument.press.reference_ball import BallCorrection
 from solve.contact.poses import Pose, Stand
 
 AGREES = 1e-5
@@ -225,6 +226,35 @@ def test_radii_that_are_told_are_in_the_firmware(mango, tmp_path, in_c):
     assert abs(expected / both(plain, rows, tmp_path)[0][0] - 1.0) > 0.01
     assert module == (pytest.approx(expected, rel=1e-9), bit)
     assert in_c(sensor, rows)[-1, 0] == pytest.approx(expected, rel=AGREES)
+
+
+@pytest.mark.parametrize("creep", [0.0, 0.025])
+@pytest.mark.parametrize("level_rows", [1, 9])
+def test_factor_of_a_ball_is_in_the_firmware(level_rows, creep, mango, tmp_path, in_c):
+    """With any number of level readings, and springs that creep between weights and presses."""
+    sensor = mango.measuring()
+    read_out = replace(sensor.report.read_out, rise_level=sensor.report.read_out.rise_level[:level_rows])
+    unit = replace(sensor.unit, creep_per_decade=creep, creep_error=0.4 * creep)
+    plain = replace(sensor, unit=unit, report=replace(sensor.report, read_out=read_out))
+    ball = BallCorrection(
+        factor=1.13,
+        percent=2.0,
+        E_MPa=1.3,
+        radius_mm=40.0,
+        press_s=3.0,
+        spring_slopes=(0.0,) * 4,
+        gain_slopes=(0.0,) * 4,
+        form_percent=(0.0,) * 3,
+    )
+    corrected = replace(plain, unit=replace(unit, ball=ball))
+    travels = (np.linspace(0.1, 1.0, 30) * mango.design.press.travel_mm).tolist()
+    rows = mango.forces([Pose(E=1.0, travel=x) for x in travels]).astype(np.float32)
+    (told, bit), module = both(corrected, rows, tmp_path)
+    expected = 1.13 * both(plain, rows, tmp_path)[1][0]
+    assert module == (pytest.approx(expected, rel=1e-9), bit)
+    assert in_c(corrected, rows)[-1, 0] == pytest.approx(expected, rel=AGREES)
+    if not creep:  # firmware takes the duration of the design's press, the command that of the log
+        assert told == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.study

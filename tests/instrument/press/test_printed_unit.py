@@ -12,6 +12,7 @@ from instrument.press.printed_unit import (
     read_unit,
     unit_as_toml,
 )
+from instrument.press.reference_ball import BallCorrection
 from instrument.press.ripeness import ripeness_classes
 from pipeline.options import load_design
 from sensor.design.parameters import Design
@@ -55,6 +56,64 @@ def test_unit_comes_back_as_it_was_written(unit, paper, tmp_path):
     assert read_unit(path, paper.report) == unit
 
 
+BALL = BallCorrection(
+    factor=1.07,
+    percent=2.1,
+    E_MPa=1.3,
+    radius_mm=40.0,
+    press_s=2.5,
+    spring_slopes=(0.1, -0.2, 0.1, -0.2),
+    gain_slopes=(0.5, 0.6, 0.5, 0.6),
+    form_percent=(4.0, -7.0, -4.0),
+)
+
+
+def test_unit_with_a_ball_comes_back_as_it_was_written(mango, tmp_path):
+    path = tmp_path / "unit.toml"
+    unit = replace(nominal_unit(mango.report), ball=BALL)
+    path.write_text(unit_as_toml(unit), encoding="utf-8")
+    assert read_unit(path, mango.report) == unit
+
+
+def test_unit_without_a_ball_has_no_key_of_one(mango, tmp_path):
+    """It is written as before there were balls, and read as one without."""
+    text = unit_as_toml(nominal_unit(mango.report))
+    assert "ball" not in text
+    path = tmp_path / "unit.toml"
+    path.write_text(text, encoding="utf-8")
+    assert read_unit(path, mango.report).ball is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "field"),
+    [
+        ({"factor": 0.0}, "factor"),
+        ({"factor": 2.1}, "factor"),
+        ({"percent": -1.0}, "percent"),
+        ({"E_MPa": 0.0}, "E_MPa"),
+        ({"radius_mm": 0.1}, "radius_mm"),
+        ({"press_s": 0.0}, "press_s"),
+        ({"factor": float("nan")}, "factor"),
+    ],
+)
+def test_damaged_ball_is_refused_by_its_field(changed, field, mango, refused):
+    text = unit_as_toml(replace(nominal_unit(mango.report), ball=BALL))
+    ((key, value),) = changed.items()
+    damaged = text.replace(f"{key} = {getattr(BALL, key)}", f"{key} = {value}")
+    assert damaged != text
+    assert refused(damaged, mango.report) == f"unit.ball.{field}"
+
+
+@pytest.mark.parametrize("key", ["spring_slopes", "gain_slopes"])
+def test_ball_of_another_number_of_tips_is_refused(key, mango, refused):
+    unit = replace(nominal_unit(mango.report), ball=replace(BALL, **{key: (0.1, 0.2)}))
+    assert refused(unit_as_toml(unit), mango.report) == f"unit.ball.{key}"
+
+
+def test_ball_of_a_design_that_takes_none_is_refused(unit, paper, refused):
+    assert refused(unit_as_toml(replace(unit, ball=BALL)), paper.report) == "unit.ball"
+
+
 def test_unit_of_version_0_1_that_tells_heights_is_read(unit, paper, tmp_path):
     path = tmp_path / "unit.toml"
     heights = "height_mm = [0.0, 0.01]\nheight_error_mm = [1e-6, 1e-6]\n"
@@ -74,7 +133,10 @@ def test_nominal_unit_is_as_uncertain_as_its_process_prints(paper):
     ("design", "digest"),
     [
         (Design(), "9279a9d7514dd03c4597188a5314cbb2346e47512d3ce2b7fa0b8f3eff27bc00"),
-        (load_design("mango"), "bda5b9192e0873d0effa44eaf3cbb47724167bb5609b0bbb2e50389f3abd6bd0"),
+        (
+            load_design("mango", {"reading.calibrated_by": "plate"}),
+            "bda5b9192e0873d0effa44eaf3cbb47724167bb5609b0bbb2e50389f3abd6bd0",
+        ),
         (
             load_design(MY_FRUIT),
             "7b532037446524a254668104b34048b186c82b7c544a30ed7361a6118cd37634",

@@ -127,7 +127,7 @@ def test_contact_under_a_skin_that_is_not_solved_is_refused(design, settings):
 
 def dome_forces(contact, E):
     """Return the forces of the domes of the mango's sensor, level and tilted [N], and how far each may be off."""
-    design = load_design("mango", {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0})
+    design = load_design("mango", {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0, "reading.calibrated_by": "plate"})
     C = spring_compliance(*design.tips.each(0.15, 1.6))
     poses = [Pose(E=E, travel=0.5, stand=Stand(tilt_deg=tilt)) for tilt in ((0.0, 0.0), (2.0, 1.0))]
     found = pose_forces(scene_of(design), contact, C, poses)

@@ -140,6 +140,39 @@ def test_a_time_that_has_no_place_is_refused(table, paper, capsys, written):
     assert capsys.readouterr().err.splitlines()[-1].startswith("pipeline: --after = ")
 
 
+@pytest.mark.parametrize(
+    ("flags", "field"),
+    [
+        (["--ball", "{press}"], "--ball-modulus"),
+        (["--ball", "{press}", "--ball-modulus", "1.5"], "--ball-radius"),
+        (["--ball", "{press}", "--ball-modulus", "1.5", "--ball-radius", "40"], "--ball-modulus-error"),
+        (["--ball-modulus", "1.5"], "--ball-modulus"),
+        (["--ball-radius", "40"], "--ball-radius"),
+        (["--ball-modulus-error", "2"], "--ball-modulus-error"),
+        (
+            ["--ball", "{press}", "--ball-modulus", "1.5", "--ball-radius", "40", "--ball-modulus-error", "2"],
+            "--ball",
+        ),
+    ],
+)
+def test_ball_that_is_not_told_whole_or_has_no_domes_writes_nothing(flags, field, paper, capsys, tmp_path, written):
+    """The last one is told whole, but a pair of flat tips takes none."""
+    unit, weights = tmp_path / "unit.toml", written(paper.weights(1.2))
+    press = written(paper.press(1.0), "press.csv")
+    words = ["calibrate", paper.folder, weights, "--out", str(unit), *(flag.format(press=press) for flag in flags)]
+    assert main(words) == 2
+    err = capsys.readouterr().err.splitlines()
+    assert err[-1].startswith(f"pipeline: {field} ")
+    assert len(err) == 1
+    assert not unit.exists()
+
+
+def test_ball_is_refused_beside_a_coupon(paper, capsys, written):
+    coupon = written("coupon,weight_g,deflection_mm\nlow,10,0.1\nlow,20,0.2\nlow,30,0.3\n")
+    assert main(["calibrate", paper.folder, coupon, "--ball", "press.csv"]) == 2
+    assert capsys.readouterr().err.startswith("pipeline: --ball = ")
+
+
 def test_firmware_is_written_and_not_over_another_file(paper, capsys, tmp_path):
     header, module = tmp_path / "unit.h", tmp_path / "unit.py"
     words = ["read", paper.folder, "--c-header", str(header), "--micropython", str(module)]

@@ -1,0 +1,164 @@
+"""A reference ball: presses on rubber of a known modulus show what the form of the domes makes of every reading.
+
+The ball is taken as elastic: its rubber is not thought to relax.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from instrument.press.fruit_reading import FruitReading
+from instrument.press.measuring import MeasuringUnit
+from instrument.press.presses import readings_of
+from instrument.press.reference_ball import BallCorrection
+from instrument.press.signals import Signal
+from pipeline.reading.form import moved_by_form
+from pipeline.reading.measurement import RiseModel
+from pipeline.tables import rows
+from sensor.arrays import Floats, rows_of
+from sensor.design.reading import PRESS_SAMPLES
+from sensor.quantity import COVERAGE, Bounds, InputError, validation_error
+from sensor.theory.contrast_law import ReadingError
+from sensor.theory.contrast_rise import RiseReading, read_rise, rise_of
+from sensor.theory.student import student
+from solve.contact.linear_response import travels
+from solve.contact.relaxing import elastic_forces
+from solve.linear import SolveError
+
+FEWEST_PRESSES = 3
+MODULUS = Bounds(above=0.0, at_most=1e4)
+RADIUS = Bounds(at_least=1.0, at_most=1e4)
+ERROR = Bounds(above=0.0, at_most=50.0)
+FACTOR = Bounds(at_least=0.5, at_most=2.0)
+RUBBER_POISSON = 0.5
+DEEP = 3.0
+"""Of the spacing of the tips: in a smaller ball they would feel its far side. A judgement."""
+MAY_STAND = {"press_over_bruise_limit", "out_of_range"}
+"""Flags that say nothing against a press on a ball: it does not bruise, and a form that is off may read so."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReferenceBall:
+    """A ball: its modulus [MPa] with one standard deviation [%], its radius [mm], and Poisson's ratio."""
+
+    E_MPa: float
+    radius_mm: float
+    percent: float
+    poisson: float = RUBBER_POISSON
+
+
+def reference_ball(E_MPa: float | None, radius_mm: float | None, percent: float | None) -> ReferenceBall:
+    """Return a ball of the flags of a command; raises InputError for one that is missing or out of its bounds."""
+    hint = "pipeline modulus tells the modulus and its error"
+    numbers = []
+    for flag, value, unit, bounds in (
+        ("--ball-modulus", E_MPa, "MPa", MODULUS),
+        ("--ball-radius", radius_mm, "mm", RADIUS),
+        ("--ball-modulus-error", percent, "%", ERROR),
+    ):
+        if value is None or not bounds.hold(value):
+            raise validation_error(flag, value, unit, f"given with --ball, {bounds}", hint)
+        numbers.append(value)
+    return ReferenceBall(E_MPa=numbers[0], radius_mm=numbers[1], percent=numbers[2])
+
+
+@dataclass(frozen=True, kw_only=True)
+class PressedBall:
+    """A ball and the file of presses on it; `counts_as` is as in `signed_counts`."""
+
+    source: Path
+    ball: ReferenceBall
+    counts_as: str | None = None
+
+
+def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> BallCorrection:
+    """Return the correction of a unit by a file of its presses on a ball; raises InputError where they tell none."""
+    source, ball = pressed.source, pressed.ball
+    design = sensor.report.design
+    if not design.takes_ball:
+        bound = "left out but for domes in a line or a square, on flesh without a skin"
+        raise validation_error("--ball", str(source), "", bound, "leave it out")
+    least_radius = DEEP * design.tips.spacing_mm
+    if not ball.radius_mm >= least_radius:
+        bound = f"at least {least_radius:g} mm, {DEEP:g} times tips.spacing_mm"
+        raise validation_error("--ball-radius", ball.radius_mm, "mm", bound, "take a larger ball")
+    per_rubber = _as_fruit(ball, sensor) / ball.E_MPa
+    least, largest = (E / per_rubber for E in sensor.range_MPa)
+    if not least <= ball.E_MPa <= largest:
+        bound = f"from {least:.3g} to {largest:.3g} MPa, as firm as the fruit of the design"
+        raise validation_error("--ball-modulus", ball.E_MPa, "MPa", bound, "take another ball")
+    signal = Signal(rows.rows_of(source), len(sensor.report.tips))
+    return correction_of(
+        readings_of(sensor.on_ball(ball.radius_mm), signal, counts_as=pressed.counts_as), ball, sensor, str(source)
+    )
+
+
+def correction_of(
+    readings: Iterable[FruitReading], ball: ReferenceBall, sensor: MeasuringUnit, source: str
+) -> BallCorrection:
+    """Return the correction of a unit by its readings on a ball, of a source; raises InputError where they tell none.
+
+    A ball is deep, and the unit reads it as a fruit of the depth of its design. So the median of the presses is
+    compared with what a press on deep flesh reads.
+    """
+    presses = [each for each in readings if each.E is not None and MAY_STAND.issuperset(each.flags)]
+    if len(presses) < FEWEST_PRESSES:
+        bound = f"at least {FEWEST_PRESSES} presses with a modulus and without flags"
+        raise validation_error(source, len(presses), "presses", bound, "press the ball again; pipeline read tells")
+    on_ball = sensor.on_ball(ball.radius_mm)
+    E = _as_fruit(ball, sensor)
+    forces, found = deep_press(on_ball, E)
+    read = np.array([each.E for each in presses])
+    factor = on_ball.corrected(found.E) / float(np.median(read))
+    if not FACTOR.hold(factor):
+        hint = "check the unit of the modulus, and the springs"
+        name = f"{source}: E of the ball over E read"
+        raise validation_error(name, float(f"{factor:.3g}"), "", str(FACTOR), hint)
+    # A median of normal scatter has pi / 2 times the variance of a mean.
+    scatter = float(np.log(read).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(read))
+    durations = [each.press_s for each in presses if each.press_s is not None]
+    return BallCorrection(
+        factor=factor,
+        percent=math.hypot(ball.percent, 100.0 * scatter * student(len(read) - 1) / COVERAGE),
+        E_MPa=E,
+        radius_mm=ball.radius_mm,
+        press_s=float(np.median(durations)) if durations else on_ball.report.design.press_s,
+        spring_slopes=found.slopes.springs,
+        gain_slopes=found.slopes.gains,
+        form_percent=_form_percent(on_ball, forces),
+    )
+
+
+def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
+    """Return the forces of a level press on a ball, (samples, tips) [N], and their reading before it is corrected.
+
+    The ball presses as flesh of a modulus E [MPa], deep under its skin; there is no noise. Raises InputError where the
+    springs are too far from the design.
+    """
+    domes, law = on_ball.domes, on_ball.rise_law
+    assert domes is not None  # noqa: S101 - a design that takes a ball has them
+    deep = replace(law.contrast, S=rows_of(domes.S()))
+    x = min(deep.gaps) + travels(on_ball.report.design.press.travel_mm, PRESS_SAMPLES)
+    try:
+        forces = elastic_forces(deep, np.full(len(x), on_ball.read_as(E)), x)
+        tips = forces.shape[1]
+        return forces, read_rise(law, rise_of(forces, tips, on_ball.least_forces), np.zeros(tips))
+    except (SolveError, ReadingError) as error:
+        msg = f"--ball: a level press at {E:.3g} MPa: must have a modulus; the springs are too far from the design"
+        raise InputError(msg) from error
+
+
+def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
+    """Return what each error of the form of domes moves a press on a ball [%], one standard deviation."""
+    model = RiseModel(law=on_ball.rise_law)
+    curvature = 1.0 / on_ball.radii_mm[0] if on_ball.radii_mm else 0.0
+    moved = moved_by_form(on_ball.report.design, model, forces, (curvature, curvature))
+    return tuple((100.0 * moved).tolist())
+
+
+def _as_fruit(ball: ReferenceBall, sensor: MeasuringUnit) -> float:
+    """Return the modulus of a fruit that presses as a ball does [MPa]: of both, a press feels E / (1 - nu^2)."""
+    return ball.E_MPa / (1.0 - ball.poisson**2) / sensor.reduced(1.0)

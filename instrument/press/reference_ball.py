@@ -1,0 +1,37 @@
+"""What presses on a ball of known modulus say of a unit: one factor of all its readings."""
+
+from dataclasses import dataclass
+
+from sensor.quantity import Bounds, check_fields, quantity
+
+_HINT = "take the numbers that pipeline calibrate wrote"
+_FACTOR = Bounds(at_least=0.5, at_most=2.0)
+_MODULUS = Bounds(above=0.0, at_most=1e4)
+_RADIUS = Bounds(at_least=1.0, at_most=1e4)
+_TIME = Bounds(above=0.0, at_most=1e4)
+_ERROR = Bounds(at_least=0.0, at_most=50.0)
+_SLOPE = Bounds(at_least=-1e3, at_most=1e3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BallCorrection:
+    """The factor by which readings of a unit are corrected, and its standard deviation, the same in all readings.
+
+    `E_MPa` is the modulus of a fruit that the unit presses as it pressed the ball, which had a radius. A press on it
+    lasted `press_s`, from the first touch to the deepest point. The slopes (tips,) are by which fraction of E springs
+    and gains moved the readings on the ball. `form_percent` is what one standard deviation of each error of the form of
+    the domes moved them, as in `reading.moduli` of a report. Of these errors all readings are corrected alike.
+    """
+
+    factor: float = quantity("1", _FACTOR, hint=_HINT)
+    percent: float = quantity("%", _ERROR, hint=_HINT)
+    E_MPa: float = quantity("MPa", _MODULUS, hint=_HINT)
+    radius_mm: float = quantity("mm", _RADIUS, hint=_HINT)
+    press_s: float = quantity("s", _TIME, hint=_HINT)
+    spring_slopes: tuple[float, ...] = quantity("1", _SLOPE, hint=_HINT)
+    gain_slopes: tuple[float, ...] = quantity("1", _SLOPE, hint=_HINT)
+    form_percent: tuple[float, ...] = quantity("%", _SLOPE, hint=_HINT)
+
+    def __post_init__(self) -> None:
+        """Check each field."""
+        check_fields(self, "unit.ball")
