@@ -1,0 +1,113 @@
+"""Units whose domes are off as their process makes them, before and after a reference ball, by independent presses.
+
+`python -m benchmarks.dome_form [DESIGN] [--count 60] [--seed 1]` prints how many readings are inside their bars. Each
+unit has another radius of its domes and another cap on them, alike under all tips. Forces are those of boundary
+elements, which share nothing with the law. Springs are known, and forces have no noise.
+"""
+
+import argparse
+import math
+import sys
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.harness import table
+from benchmarks.one_press import Bench
+from cad.parts.pin import tip_accuracy_mm
+from instrument.calibrate.ball import ReferenceBall, correction_of
+from instrument.press.measuring import MeasuringUnit
+from reference.ellipsoid_presses import Fruit, Sensor
+from sensor.theory.dome_form import CAPS
+
+BALL_RADIUS = 40.0  # mm
+RUBBER = 0.5  # Poisson's ratio
+HANDS = ((0.0, 0.0), (1.0, 40.0), (1.5, 200.0))  # tilts of the presses on the ball, and where they point to [deg]
+NEAR = 0.02  # of E, on a fruit of the radius of the ball
+HEADS = ["presses", "inside the bar", "rms error %", "farthest, in bars"]
+
+
+class Unit:
+    """A bench whose domes are off in radius and in their caps."""
+
+    def __init__(self, bench: Bench) -> None:
+        """Draw the form, by half the accuracy of the process as one standard deviation of outlines."""
+        design, rng = bench.design, bench.rng
+        outline = 0.5 * tip_accuracy_mm(design.tips, design.process)
+        radius = bench.sensor.dome_radius
+        rim = radius - math.sqrt(radius**2 - min(0.5 * design.tips.side_mm, radius) ** 2)
+        cap, height = float(rng.choice(CAPS)), float(rng.normal(0.0, outline))
+        self.bench = bench
+        self.sensor: Sensor = replace(
+            bench.sensor,
+            dome_radius=radius * (1.0 + rng.normal(0.0, outline / rim)),
+            form=lambda r: height * np.maximum(1.0 - np.square(r / cap), 0.0) ** 2,
+        )
+
+    def error(self, fruit: Fruit, by: MeasuringUnit) -> tuple[float, float]:
+        """Return the error and the bar of a reading of a fruit by a unit [1]."""
+        self.bench.unit = by
+        found = self.bench.read(fruit, self.sensor)
+        return (math.inf, 0.0) if found.E is None or found.u is None else (found.E / fruit.E - 1.0, found.u)
+
+    def with_ball(self, known: MeasuringUnit, E: float) -> MeasuringUnit:
+        """Return the unit as it is corrected by a ball that presses as flesh of a modulus [MPa]."""
+        rubber = E * (1.0 - RUBBER**2) / (1.0 - self.bench.design.fruit.poisson**2)
+        ball = ReferenceBall(E_MPa=rubber, radius_mm=BALL_RADIUS, percent=0.0, poisson=RUBBER)
+        self.bench.unit = known.on_ball(BALL_RADIUS)
+        read = [
+            self.bench.read(
+                Fruit(E=rubber, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER, tilt=tilt, tilt_azimuth=azimuth),
+                self.sensor,
+            )
+            for tilt, azimuth in HANDS
+        ]
+        correction = correction_of(read, ball, known, "the ball")
+        return replace(known, unit=replace(known.unit, ball=correction))
+
+
+def row_of(name: str, found: list[tuple[float, float]], limit: float | None = None) -> list[str]:
+    """Return a row of errors and bars; a limit takes the place of the bars."""
+    errors = np.abs([error for error, _ in found])
+    bars = np.array([bar if limit is None else limit for _, bar in found])
+    inside = f"{int((errors <= bars).sum())} of {len(found)}"
+    return [name, inside, f"{100.0 * math.sqrt(np.square(errors).mean()):.2g}", f"{(errors / bars).max():.2g}"]
+
+
+def main() -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("design", nargs="?", default="mango")
+    parser.add_argument("--count", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    bench = Bench(arguments.design, arguments.seed)
+    # The skin and the flesh of these fruits are even: bars of uneven ones would hide what the domes do.
+    rows_of_report = tuple(replace(row, fruit=None) for row in bench.unit.report.moduli)
+    known = replace(bench.unit, report=replace(bench.unit.report, moduli=rows_of_report))
+    least, largest = known.range_MPa
+    middle = math.sqrt(least * largest)
+    rows: dict[str, list[tuple[float, float]]] = {}
+    for _ in range(arguments.count):
+        unit = Unit(bench)
+        drawn = bench.drawn()
+        after = unit.with_ball(known, middle)
+        of_ball = Fruit(E=middle, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=bench.design.fruit.poisson)
+        told = replace(after, radii_mm=(BALL_RADIUS, BALL_RADIUS))
+        rows.setdefault("before a ball", []).append(unit.error(drawn, known))
+        rows.setdefault("after a ball, fruits of the design", []).append(unit.error(drawn, after))
+        rows.setdefault("after a ball, fruit as round, as firm", []).append(unit.error(of_ball, told))
+        for E in (least, largest):
+            name = f"after a ball, fruit as round, {E:g} MPa"
+            rows.setdefault(name, []).append(unit.error(replace(of_ball, E=E), told))
+    cells = []
+    for name, found in rows.items():
+        cells.append(row_of(name, found))
+        if "as round" in name:
+            cells.append(row_of(f"{name}, within {100.0 * NEAR:g} %", found, NEAR))
+    print(table(HEADS, cells))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
