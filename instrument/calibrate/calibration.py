@@ -94,9 +94,10 @@ class Calibration:
 
     unit: PrintedUnit = report_field(
         "",
-        "the springs of the unit, as in unit.toml; null where all lines are straight",
+        "the springs of the unit, as in unit.toml; null where all lines are straight. `ball` is its correction by a "
+        "reference ball, left out without one",
         key="`tips`, `method`, `K_N_per_m`, `K_percent`, `force_bend`, `force_bend_per_N`, `deflection_bend`, "
-        "`deflection_bend_per_N`",
+        "`deflection_bend_per_N`, `ball`",
         inline=_unit_data,
     )
     nominal: tuple[float, ...] = report_field(
