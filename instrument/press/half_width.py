@@ -88,6 +88,8 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
     return HalfWidth(
         of_press=together(deviations.of_press, *sensor.by_uneven(E)),
         either=together(deviations.either, pose),
-        alike=together([*deviations.alike, BOUNDED * sensor.model_error], *of_heat, *of_fruit.values()),
+        alike=together(
+            [*deviations.alike, BOUNDED * sensor.model_error], *of_heat, *of_fruit.values(), *sensor.by_form(E)
+        ),
         bend=steepness * bend,
     )

@@ -18,7 +18,7 @@ from deadline import DEADLINE_S
 from measured_units import MeasuredDesign, elastic, printed_by_header, random_pose
 
 from instrument.calibrate import plate as room
-from instrument.calibrate.calibration import WITHOUT_PLATE
+from instrument.calibrate.calibration import WITHOUT_BALL, WITHOUT_PLATE
 from instrument.firmware.firmware import module_text
 from instrument.press.count_codes import signed_counts
 from instrument.press.measuring import MeasuringUnit
@@ -259,11 +259,11 @@ def test_what_is_left_of_a_deflection_is_what_a_print_s_modulus_leaves_of_the_fl
     assert left[::2] == pytest.approx([0.01, 0.01])  # no dial is better
 
 
-def test_a_unit_without_the_plate_of_its_design_is_told_so(mango, ball, rng, calibrate):
+def test_a_unit_without_the_plate_or_the_ball_of_its_design_is_told_so(mango, ball, rng, calibrate):
     electronics = Electronics(mango, rng)
     table = weights(mango, 1.0, electronics)
-    assert calibrate(mango.report, table).assumed == [WITHOUT_PLATE]
-    assert calibrate(mango.report, table, plate_press(mango, 1.0, electronics)).assumed == []
+    assert calibrate(mango.report, table).assumed == [WITHOUT_BALL, WITHOUT_PLATE]
+    assert calibrate(mango.report, table, plate_press(mango, 1.0, electronics)).assumed == [WITHOUT_BALL]
     assert calibrate(ball.report, weights(ball, 1.0, Electronics(ball, rng))).assumed == []
 
 

@@ -180,7 +180,7 @@ def test_the_bar_of_a_press_that_hangs_on_one_sample_holds_the_reading_without_i
     hanging = 0
     for _ in range(12):
         rows = hand.press(14)
-        rows[rows.sum(axis=1).argmax() - 1, 1] *= 1.05
+        rows[rows.sum(axis=1).argmax() - 1, 1] *= 1.1
         reading = read_press(sensor, rows)
         if "one_sample" not in reading.flags:
             continue
