@@ -3,7 +3,7 @@
 `python -m benchmarks.cheeks DESIGN [--by solids|elements] [--count 27] [--seed 1] [--skip 0]` prints a table row
 by row. It exits with 1 where the error of a reading is more than 6 % or than twice its bar. Forces have no noise, and
 springs are as designed. Forces are from solids at finite strain over a stone (`reference/pressed_solids.py`, some
-75 CPU seconds each), or from boundary elements on a half-space (`reference/ellipsoid_presses.py`, a second each).
+75 CPU seconds each), or from boundary elements on a half-space (`solve/presses`, a second each).
 """
 
 import argparse
@@ -17,8 +17,9 @@ from scipy.interpolate import CubicSpline
 
 from instrument.press.contrast_press import press_reading
 from instrument.press.touches import PressSamples
-from reference import ellipsoid_presses, pressed_solids
-from reference.ellipsoid_presses import Fruit, Sensor
+from reference import pressed_solids
+from solve.presses import pressing
+from solve.presses.bodies import EllipsoidFruit, SprungDomes
 from tests.measured_units import MeasuredDesign
 
 SOLVED = 10  # samples of a press
@@ -31,7 +32,7 @@ HEADS = "  E MPa    R1    R2 azimuth  tilt flesh   read  error %  bar %  gamma m
 class DrawnPress:
     """A fruit under a sensor, the thickness of its flesh [mm], and the drift of the slope in the press, (2,) [rad]."""
 
-    fruit: Fruit
+    fruit: EllipsoidFruit
     thickness: float
     drift: np.ndarray
 
@@ -39,7 +40,7 @@ class DrawnPress:
 def sensor_of(design, K):
     """Return the sensor of a design with springs K [N/mm]."""
     positions = np.array([(position.x, position.y) for position in design.tips.places_mm])
-    return Sensor(dome_radius=design.tips.dome_radius_mm, positions=positions, K=K)
+    return SprungDomes(dome_radius=design.tips.dome_radius_mm, positions=positions, K=K)
 
 
 def in_disc(rng, radius):
@@ -52,7 +53,7 @@ def drawn_press(design, rng):
     """Return a press on a random fruit of a design's ranges; moduli are drawn evenly by their logarithm."""
     asked = design.reading
     tilt = in_disc(rng, asked.tilt_deg)
-    fruit = Fruit(
+    fruit = EllipsoidFruit(
         E=math.exp(rng.uniform(*np.log([min(design.fruit.E_MPa), design.fruit.E_max_MPa]))),
         R1=rng.uniform(*asked.radius_mm),
         R2=rng.uniform(*asked.radius_across_mm),
@@ -72,7 +73,7 @@ def press_forces(by, design, sensor, drawn):
         piece = pressed_solids.Piece(plan=design.fruit.length_mm, thickness=drawn.thickness)
         forces = pressed_solids.press(sensor, drawn.fruit, travels, piece, drift=drawn.drift)
     else:
-        forces = ellipsoid_presses.press(sensor, drawn.fruit, travels, drift=drawn.drift)
+        forces = pressing.press(sensor, drawn.fruit, travels, drift=drawn.drift)
     touching = (forces > 0.0).all(axis=1)
     # F^(2/3) is nearly straight in the travel
     between = CubicSpline(travels[touching], forces[touching] ** (2.0 / 3.0))

@@ -17,8 +17,8 @@ from benchmarks.one_press import Bench
 from cad.parts.pin import tip_accuracy_mm
 from instrument.calibrate.ball import ReferenceBall, correction_of
 from instrument.press.measuring import MeasuringUnit
-from reference.ellipsoid_presses import Fruit, Sensor
 from sensor.theory.dome_form import CAPS
+from solve.presses.bodies import EllipsoidFruit, SprungDomes
 
 BALL_RADIUS = 40.0  # mm
 RUBBER = 0.5  # Poisson's ratio
@@ -38,13 +38,13 @@ class Unit:
         rim = radius - math.sqrt(radius**2 - min(0.5 * design.tips.side_mm, radius) ** 2)
         cap, height = float(rng.choice(CAPS)), float(rng.normal(0.0, outline))
         self.bench = bench
-        self.sensor: Sensor = replace(
+        self.sensor: SprungDomes = replace(
             bench.sensor,
             dome_radius=radius * (1.0 + rng.normal(0.0, outline / rim)),
             form=lambda r: height * np.maximum(1.0 - np.square(r / cap), 0.0) ** 2,
         )
 
-    def error(self, fruit: Fruit, by: MeasuringUnit) -> tuple[float, float]:
+    def error(self, fruit: EllipsoidFruit, by: MeasuringUnit) -> tuple[float, float]:
         """Return the error and the bar of a reading of a fruit by a unit [1]."""
         self.bench.unit = by
         found = self.bench.read(fruit, self.sensor)
@@ -57,7 +57,9 @@ class Unit:
         self.bench.unit = known.on_ball(BALL_RADIUS)
         read = [
             self.bench.read(
-                Fruit(E=rubber, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER, tilt=tilt, tilt_azimuth=azimuth),
+                EllipsoidFruit(
+                    E=rubber, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER, tilt=tilt, tilt_azimuth=azimuth
+                ),
                 self.sensor,
             )
             for tilt, azimuth in HANDS
@@ -92,7 +94,7 @@ def main() -> int:
         unit = Unit(bench)
         drawn = bench.drawn()
         after = unit.with_ball(known, middle)
-        of_ball = Fruit(E=middle, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=bench.design.fruit.poisson)
+        of_ball = EllipsoidFruit(E=middle, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=bench.design.fruit.poisson)
         told = replace(after, radii_mm=(BALL_RADIUS, BALL_RADIUS))
         rows.setdefault("before a ball", []).append(unit.error(drawn, known))
         rows.setdefault("after a ball, fruits of the design", []).append(unit.error(drawn, after))

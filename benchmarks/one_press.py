@@ -20,7 +20,11 @@ from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.touches import PressSamples
-from reference.ellipsoid_presses import Fruit, Layer, Pressing, Sensor, press, press_over_time
+from solve.presses.bodies import EllipsoidFruit as Fruit
+from solve.presses.bodies import OuterLayer as Layer
+from solve.presses.bodies import SprungDomes as Sensor
+from solve.presses.over_time import press_over_time
+from solve.presses.pressing import Pressing, press
 from tests.measured_units import MeasuredDesign
 
 MODULI = (0.7, 2.5)  # MPa, well inside the range of the mango

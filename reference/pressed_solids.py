@@ -3,7 +3,7 @@
 Nothing of a law of contact is in them. They have curved tetrahedra of second order, neo-Hooke in the tensor form, and
 springs as unknowns beside the nodes. The skin is held out of the spheres themselves at points of its faces. Domes move
 along the axis of the sensor alone, and the sensor is pressed along it. Sensors and fruits are those of
-`ellipsoid_presses`.
+`solve/presses`.
 
 **One mesh for all presses.** It is a box, finest under four places. Eight mirror images of a part make it, so that it
 treats all domes alike. Bent, its top is the skin of the ellipsoid, and the places lie where the domes first touch. Its
@@ -32,9 +32,10 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet, RefTri
 
 from mesh.session import element_nodes, gmsh_session, used_nodes
-from reference.ellipsoid_presses import Fruit, Sensor, Slope
 from reference.flesh_elements import EDGES, flesh, shapes
 from sensor.arrays import Floats, Ints
+from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from solve.presses.pressing import Slope
 
 Place = tuple[Floats, Floats]  # the axis up the sensor (3,), and the centres of the domes (tips, 3) [mm]
 State = tuple[Floats, Floats]  # unknowns, and pressures at the points of the faces
@@ -71,7 +72,7 @@ class Piece:
     size: float = SIZE
 
 
-def rise_of_skin(fruit: Fruit, x: Floats, y: Floats) -> Floats:
+def rise_of_skin(fruit: EllipsoidFruit, x: Floats, y: Floats) -> Floats:
     """Return how far the ellipsoid lies over the plane through its apex [mm], at most 0."""
     angle = np.radians(fruit.azimuth)
     along = x * np.cos(angle) + y * np.sin(angle)
@@ -86,7 +87,7 @@ class Stand:
     at that touch.
     """
 
-    def __init__(self, sensor: Sensor, fruit: Fruit) -> None:
+    def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit) -> None:
         """Find where each dome first touches, by minimising its way down to the skin."""
         self.sensor, self.fruit = sensor, fruit
         self.first = 0.0
@@ -146,7 +147,7 @@ def box(size: float) -> tuple[Floats, Ints, Ints]:
     return x, solid, faces
 
 
-def bent(x: Floats, fruit: Fruit, piece: Piece, feet: Floats) -> Floats:
+def bent(x: Floats, fruit: EllipsoidFruit, piece: Piece, feet: Floats) -> Floats:
     """Return the nodes (n, 3) [mm] of a box as those of a piece of a fruit, its places at feet (4, 2).
 
     The plan is stretched to that of the piece, its places are moved to the feet, and columns end at the skin.
@@ -210,7 +211,7 @@ numbers_of = functools.lru_cache(maxsize=4)(Numbers)
 class Pressed:
     """A sensor of four domes on a piece of a fruit, pressed farther and farther."""
 
-    def __init__(self, sensor: Sensor, fruit: Fruit, piece: Piece | None = None) -> None:
+    def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, piece: Piece | None = None) -> None:
         """Bend the box to the fruit, and take slopes and volumes of its elements and of the faces near its places."""
         piece = piece or Piece()
         self.sensor, self.fruit, self.stand = sensor, fruit, Stand(sensor, fruit)
@@ -329,15 +330,15 @@ class Pressed:
         return unknown, np.maximum(pressure, 0.0)
 
 
-def rising_travels(sensor: Sensor, fruit: Fruit, travel: float, samples: int = 10) -> Floats:
+def rising_travels(sensor: SprungDomes, fruit: EllipsoidFruit, travel: float, samples: int = 10) -> Floats:
     """Return travels [mm] from a little after the last dome touches to the whole travel."""
     late = Stand(sensor, fruit).late.max()
     return np.linspace(late + 0.05 * (travel - late), travel, samples)
 
 
 def press(
-    sensor: Sensor,
-    fruit: Fruit,
+    sensor: SprungDomes,
+    fruit: EllipsoidFruit,
     travels: Sequence[float] | Floats,
     piece: Piece | None = None,
     drift: Slope = (0.0, 0.0),

@@ -13,11 +13,13 @@ import numpy as np
 from maxwell_springs import MaxwellSprings, weighed_stiffness
 from scipy.special import j0
 
-from reference import ellipsoid_presses
-from reference.ellipsoid_presses import Fruit, Grids, Pressing, Sensor
+from solve.presses import pressing as presses
+from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from solve.presses.grids import Grids
+from solve.presses.pressing import Pressing
 
 FOLDER = Path(__file__).parents[1] / "docs" / "examples"
-FRUIT = Fruit(E=1.5, R1=35.0, R2=35.0, tilt=0.3, tilt_azimuth=30.0, apex=(0.2, -0.1))
+FRUIT = EllipsoidFruit(E=1.5, R1=35.0, R2=35.0, tilt=0.3, tilt_azimuth=30.0, apex=(0.2, -0.1))
 STONE_MM = 12.0  # below the skin
 WEIGHED = np.array([0.1725, 1.74, 0.1725, 1.738])  # [N/mm] stiffnesses of the unit of weights.csv after 30 s
 COUNTS_PER_N = np.array(
@@ -54,7 +56,7 @@ def shown_forces(travels):
     """Return the forces [N] that the weighed springs show at travels [mm] from the first touch, (samples, tips)."""
     corners = 3.0 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     springs = MaxwellSprings(WEIGHED * WEIGHED[0] / weighed_stiffness(WEIGHED)[0])
-    pressing = Pressing(Sensor(dome_radius=10.0, positions=corners, K=springs.K), FRUIT)
+    pressing = Pressing(SprungDomes(dome_radius=10.0, positions=corners, K=springs.K), FRUIT)
     nearest = pressing.nearest
     shown = []
     for travel in travels:
@@ -62,7 +64,7 @@ def shown_forces(travels):
         pressing.give = c / springs.K
         pressing.fruit = replace(FRUIT, heights=tuple(-h))
         pressing.nearest = nearest + h
-        with patch.object(ellipsoid_presses, "Grids", GridsOverStone):
+        with patch.object(presses, "Grids", GridsOverStone):
             F = pressing.forces(travel + nearest.min() - pressing.nearest.min())
         springs.end(PERIOD_S, c * F / springs.K + h)
         shown.append(WEIGHED * springs.d)

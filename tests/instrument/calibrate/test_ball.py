@@ -16,9 +16,10 @@ from instrument.calibrate.ball import (
     reference_ball,
 )
 from instrument.press.fruit_reading import FruitReading
-from reference.ellipsoid_presses import Fruit, Sensor, press
 from sensor.quantity import BOUNDED, InputError
 from solve.contact.poses import Pose, Stand
+from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from solve.presses.pressing import press
 
 RADIUS = 40.0  # mm
 FIRM = 1.3  # MPa, the modulus of a fruit that presses as the ball does
@@ -108,18 +109,18 @@ def test_independent_presses_of_wrong_domes_are_read_right_after_a_ball(mango, o
     Both discretisations leave 0.5 %, the rubber's law and that of the fruit 0.5 %.
     """
     tips = mango.design.tips
-    sensor = Sensor(
+    sensor = SprungDomes(
         dome_radius=0.94 * tips.dome_radius_mm,
         positions=np.array([(place.x, place.y) for place in tips.places_mm]),
         K=mango.K,
         form=lambda r: 0.02 * np.maximum(1.0 - np.square(r / 3.0), 0.0) ** 2,
     )
     x = mango.design.press.travel_mm * np.linspace(0.2, 1.0, 12)
-    rubber = Fruit(E=RUBBER, R1=RADIUS, R2=RADIUS, poisson=0.5)
+    rubber = EllipsoidFruit(E=RUBBER, R1=RADIUS, R2=RADIUS, poisson=0.5)
     correction = on_ball([press(sensor, rubber, x)] * 3)
     plain = mango.measuring()
     corrected = replace(plain, unit=replace(plain.unit, ball=correction))
-    forces = press(sensor, Fruit(E=FIRM, R1=RADIUS, R2=RADIUS), x)
+    forces = press(sensor, EllipsoidFruit(E=FIRM, R1=RADIUS, R2=RADIUS), x)
     before, after = (read_press(replace(each, radii_mm=(RADIUS, RADIUS)), forces) for each in (plain, corrected))
     assert abs(before.E / FIRM - 1.0) > 0.05
     # A fruit is as deep as that of the design, these presses are on a half-space: by which both differ.

@@ -11,16 +11,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from measured_units import read_press, stated_and_moved, with_heights
-from stored_presses import STORED
+from stored_presses import STORED, random_fruits, square
 
 from instrument.firmware.firmware import header_text, module_text
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
 from pipeline.tables.rows import Rows
-from reference.ellipsoid_presses import press, random_fruits, square
 from sensor.quantity import InputError
 from sensor.theory.contrast_rise import read_rise, rise_of
 from solve.contact.poses import Pose, Stand
+from solve.presses.pressing import press
 from twintip.cli import main
 
 E = 1.0

@@ -13,9 +13,10 @@ from instrument.press.contrast_press import press_reading
 from instrument.press.pace import LARGEST_BY_PACE, MAY_RELAX, STATED_SPREAD, pace_shift
 from instrument.press.seating import seated_reading
 from instrument.press.touches import PressSamples
-from reference.ellipsoid_presses import Fruit, Sensor, press_over_time
+from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from solve.presses.over_time import press_over_time
 
-FLESH = Fruit(E=1.0, R1=47.0, R2=110.0)
+FLESH = EllipsoidFruit(E=1.0, R1=47.0, R2=110.0)
 WAY = np.linspace(0.1, 1.0, 16)
 EVEN = 3.0 * WAY
 PAUSED = np.insert(WAY, 12, [WAY[11]] * 2), np.insert(EVEN, 12, EVEN[11] + np.array([1.0, 2.0]))
@@ -32,7 +33,7 @@ def pressed(unit, way, t, known=True):
     """Return the samples of a press at parts of the travel and times [s]."""
     design = unit.report.design
     positions = np.array([(place.x, place.y) for place in design.tips.places_mm])
-    sensor = Sensor(dome_radius=design.tips.dome_radius_mm, positions=positions, K=1.0 / np.diag(unit.C))
+    sensor = SprungDomes(dome_radius=design.tips.dome_radius_mm, positions=positions, K=1.0 / np.diag(unit.C))
     forces = press_over_time(sensor, FLESH, design.press.travel_mm * way, t, MAY_RELAX.arms, 24)
     rows = (forces > unit.least_forces).all(axis=1)
     times = t[rows] if known else np.full(rows.sum(), np.nan)

@@ -4,10 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from stored_presses import square
 
-from reference.ellipsoid_presses import Fruit, press, square
 from sensor.theory.contrast_rise import RollingDomes, form_slopes, rise_modulus, rise_of
 from sensor.theory.dome_form import CAPS
+from solve.presses.bodies import EllipsoidFruit
+from solve.presses.pressing import press
 
 SQUARE = square(side=6.3, K_low=0.056, K_high=0.635, dome_radius=9.8)
 WEIGHTS = (-0.5, 0.5, -0.5, 0.5)
@@ -17,7 +19,7 @@ MODULI = [1.4, *(pytest.param(E, marks=pytest.mark.slow) for E in (0.5, 3.5))]
 
 def of_fruit(E):
     """Return a fruit, the domes on it, and their law."""
-    fruit = Fruit(E=E, R1=47.0, R2=110.0, azimuth=30.0)
+    fruit = EllipsoidFruit(E=E, R1=47.0, R2=110.0, azimuth=30.0)
     domes = RollingDomes(
         positions=tuple(map(tuple, SQUARE.positions.tolist())),
         weights=WEIGHTS,

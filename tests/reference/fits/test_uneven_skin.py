@@ -5,9 +5,11 @@ import functools
 
 import numpy as np
 import pytest
+from stored_presses import square
 
-from reference.ellipsoid_presses import Fruit, Pressing, press, square
 from sensor.theory.contrast_rise import RollingDomes, rise_modulus, rise_of, uneven_slopes
+from solve.presses.bodies import EllipsoidFruit
+from solve.presses.pressing import Pressing, press
 
 SQUARE = square(side=6.3, K_low=0.056, K_high=0.635, dome_radius=9.8)
 WEIGHTS = (-0.5, 0.5, -0.5, 0.5)
@@ -19,7 +21,7 @@ USUAL = 0.016 * np.sqrt(2.0)  # [mm], of a wave of 0.016 mm rms
 @functools.cache
 def even(E):
     """Return the fruit, the forces of a press on it, its law and where its domes touch."""
-    fruit = Fruit(E=E, R1=47.0, R2=110.0, azimuth=30.0)
+    fruit = EllipsoidFruit(E=E, R1=47.0, R2=110.0, azimuth=30.0)
     domes = RollingDomes(
         positions=tuple(map(tuple, SQUARE.positions.tolist())),
         weights=WEIGHTS,

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import j0
+from stored_presses import square
 
-from reference import ellipsoid_presses, pressed_solids
-from reference.ellipsoid_presses import Fruit, square
+from reference import pressed_solids
 from reference.pressed_solids import Piece, Stand, box
+from solve.presses import pressing
+from solve.presses.bodies import EllipsoidFruit
 
 SIZE = 0.9
 TRAVEL, THICKNESS = 0.3, 8.0
@@ -17,7 +19,7 @@ TRAVEL, THICKNESS = 0.3, 8.0
 
 def test_domes_meet_the_skin_where_those_of_boundary_elements_do():
     """Theirs stand on a paraboloid, slopes are small: both move gaps of 0.3 mm by less than 1 %, feet by as much."""
-    fruit = Fruit(
+    fruit = EllipsoidFruit(
         E=1.0,
         R1=45.0,
         R2=110.0,
@@ -28,7 +30,7 @@ def test_domes_meet_the_skin_where_those_of_boundary_elements_do():
         heights=(0.1, 0.0, 0.0, -0.1),
     )
     stand = Stand(square(), fruit)
-    theirs = ellipsoid_presses.Pressing(square(), fruit)
+    theirs = pressing.Pressing(square(), fruit)
     assert stand.late == pytest.approx(theirs.nearest - theirs.nearest.min(), abs=0.01 * np.ptp(stand.late))
     assert stand.feet + fruit.apex == pytest.approx(theirs.touch, abs=0.05)
 
@@ -65,15 +67,15 @@ def test_light_press_of_a_layer_is_that_of_boundary_elements():
     sides at 2.5 thicknesses and the fall of the skin move them by less. Found: 1.1 to 1.6 % more.
     """
     sensor = square(side=5.5, K_low=2.0, K_high=8.0)
-    fruit = Fruit(E=3.5, R1=150.0, R2=600.0, azimuth=40.0, tilt=0.3, tilt_azimuth=70.0)
+    fruit = EllipsoidFruit(E=3.5, R1=150.0, R2=600.0, azimuth=40.0, tilt=0.3, tilt_azimuth=70.0)
     found = pressed_solids.press(sensor, fruit, [TRAVEL], Piece(plan=40.0, thickness=THICKNESS, size=SIZE))[0]
     distance = np.linalg.norm(sensor.positions[:, None] - sensor.positions, axis=-1)
     taken = np.vectorize(bonded)(distance, fruit.poisson) / fruit.E
-    level = ellipsoid_presses.Pressing(sensor, fruit).nearest.min()
+    level = pressing.Pressing(sensor, fruit).nearest.min()
     F = np.zeros(4)
     for _ in range(5):
         back = replace(fruit, heights=tuple(-taken @ F))
-        first = ellipsoid_presses.Pressing(sensor, back).nearest.min()
-        F = ellipsoid_presses.press(sensor, back, [TRAVEL + level - first])[0]
+        first = pressing.Pressing(sensor, back).nearest.min()
+        F = pressing.press(sensor, back, [TRAVEL + level - first])[0]
     assert found == pytest.approx(F, rel=0.025)
     assert np.ptp(F) > 0.3 * F.max()

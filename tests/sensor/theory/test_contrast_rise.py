@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import root
-from stored_presses import STORED
+from stored_presses import STORED, random_fruits, square
 
-from reference.ellipsoid_presses import Fruit, press, random_fruits, square
 from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, smallest_root, stiffened_compliance
 from sensor.theory.contrast_rise import (
     MOST_LEFT_OUT_EACH,
@@ -19,6 +18,8 @@ from sensor.theory.contrast_rise import (
     read_rise,
     rise_of,
 )
+from solve.presses.bodies import EllipsoidFruit
+from solve.presses.pressing import press
 
 KINDS = ("low", "high", "low", "high")
 SQUARE = ((-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0))
@@ -327,7 +328,7 @@ def test_the_offset_tells_where_the_contacts_are():
     """Own forces, which are known to 0.1 %: a saddle across the square costs 2 to 3 % of E where it is not heard."""
     travels = np.linspace(0.045, 0.9, 20)
     for E, azimuth in ((0.6, 45.0), (3.0, -45.0)):
-        fruit = Fruit(E=E, R1=42.0, R2=144.0, azimuth=azimuth, tilt=2.0, tilt_azimuth=70.0)
+        fruit = EllipsoidFruit(E=E, R1=42.0, R2=144.0, azimuth=azimuth, tilt=2.0, tilt_azimuth=70.0)
         forces = press(square(), fruit, travels)
         unheard = reading(blind(dome_law()), forces).E / E - 1.0
         heard = reading(dome_law(), forces).E / E - 1.0

@@ -1,0 +1,119 @@
+"""The sensor and the fruit of a press: sprung domes, and an ellipsoid that may be uneven, bruised or layered.
+
+**What is no even ellipsoid.** A height map is added to the skin, a form to the domes. A layer bonded on the flesh is
+exact: Burmister's transform of its compliance replaces 1 / r. Flesh may be softer under one dome, in a hemisphere. Then
+that dome's own compliance is the softer flesh's, less `BRUISE` / radius for what lies outside. Between domes the flesh
+outside counts. The contact is taken for small beside the hemisphere. Flesh that yields carries at most its pressure.
+
+Lengths are in mm, forces in N, moduli in MPa.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.special import j0
+
+from sensor.arrays import Floats
+
+BRUISE = (1.52, 2.3)
+"""The deflection of a point by flesh outside a hemisphere about it, times its radius over pi E*: its value at a
+Poisson's ratio of 0.3, and the slope. By finite elements, within 3 % (`tests/solve/presses`)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SprungDomes:
+    """Domes of a radius [mm] at `positions` (tips, 2) [mm], each on its own spring `K` (tips,) [N/mm].
+
+    `form` is by how much all domes stand out of their spheres [mm] at distances [mm] from their axes.
+    """
+
+    dome_radius: float
+    positions: np.ndarray
+    K: np.ndarray
+    form: Callable[[Floats], Floats] | None = None
+
+
+@dataclass(frozen=True)
+class OuterLayer:
+    """Flesh of a `thickness` [mm], above the size of cells, `stiffness` [1] times as stiff as that bonded below it.
+
+    D. M. Burmister, J. Appl. Phys. 16 (1945) 89; T. C. O'Sullivan, R. B. King, J. Tribol. 110 (1988) 235.
+    """
+
+    thickness: float
+    stiffness: float
+    poisson: float = 0.3
+
+    def compliance(self, t: Floats) -> Floats:
+        """Return the compliance at wave numbers times the thickness, over that of the layer's flesh alone [1]."""
+        k = 3.0 - 4.0 * self.poisson
+        upper = (self.stiffness - 1.0) / (self.stiffness + k)
+        lower = k * (self.stiffness - 1.0) / (1.0 + self.stiffness * k)
+        once, twice = np.exp(-2.0 * t), np.exp(-4.0 * t)
+        above = 1.0 + 4.0 * t * upper * once - lower * upper * twice
+        return above / (1.0 - (lower + upper + 4.0 * upper * t**2) * once + lower * upper * twice)
+
+    @cached_property
+    def rest(self) -> CubicSpline:
+        """Return pi E* of the flesh below times the deflection by a unit force, less 1 / (stiffness r) [1/mm], by r."""
+        t = np.linspace(0.0, 15.0, 3001)
+        r = self.thickness * np.concatenate([np.linspace(0.0, 4.0, 81), np.geomspace(4.0, 40.0, 60)[1:]])
+        waves = (self.compliance(t) - 1.0) * j0(t * r[:, None] / self.thickness)
+        return CubicSpline(r, np.asarray(np.trapezoid(waves, t, axis=-1)) / (self.stiffness * self.thickness))
+
+
+@dataclass(frozen=True, kw_only=True)
+class EllipsoidFruit:
+    """A modulus [MPa], two principal radii [mm], the direction of the first from +x, and how the sensor stands on it.
+
+    The side of the sensor at `tilt_azimuth` is lower by a `tilt` [deg]; the apex lies at `apex` [mm]. `heights` (tips,)
+    [mm] is by how much each dome stands out before its place. `bumps` are heights added to the skin [mm] at x, y [mm].
+
+    `softness` (tips,) is the modulus of the fruit over that of the flesh under each dome, within a hemisphere of
+    `soft_radius` (tips,) [mm]. Flesh yields at a pressure `yields` [MPa].
+    """
+
+    E: float
+    R1: float
+    R2: float
+    azimuth: float = 0.0
+    tilt: float = 0.0
+    tilt_azimuth: float = 0.0
+    apex: tuple[float, float] = (0.0, 0.0)
+    poisson: float = 0.3
+    heights: tuple[float, ...] = field(default=(0.0,))
+    bumps: Callable[[Floats, Floats], Floats] | None = None
+    softness: tuple[float, ...] = (1.0,)
+    soft_radius: tuple[float, ...] = (math.inf,)
+    layer: OuterLayer | None = None
+    yields: float = math.inf
+
+    @property
+    def own(self) -> Floats:
+        """Return the local compliance under each dome over that of the flesh, and what is constant beside it [1/mm]."""
+        softness, radius = np.broadcast_arrays(self.softness, self.soft_radius)
+        outside = BRUISE[0] + BRUISE[1] * (self.poisson - 0.3)
+        return np.stack([softness, (1.0 - softness) * outside / radius])
+
+    @property
+    def curvature(self) -> Floats:
+        """Return the tensor of curvatures [1/mm], (2, 2)."""
+        angle = math.radians(self.azimuth)
+        along = np.array([math.cos(angle), math.sin(angle)])
+        across = np.array([-along[1], along[0]])
+        return np.outer(along, along) / self.R1 + np.outer(across, across) / self.R2
+
+    @property
+    def slope(self) -> Floats:
+        """Return by how much the skin rises along x and y in the frame of the sensor [1]."""
+        angle = math.radians(self.tilt_azimuth)
+        return math.tan(math.radians(self.tilt)) * np.array([math.cos(angle), math.sin(angle)])
+
+    @property
+    def compliance(self) -> float:
+        """Return the deflection times distance that a unit point load makes [mm^2/N]."""
+        return (1.0 - self.poisson**2) / (math.pi * self.E)

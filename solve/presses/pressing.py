@@ -1,0 +1,266 @@
+"""Presses of a sensor of sprung domes on an ellipsoidal fruit: the forces at travels from the first touch.
+
+The gaps are those of true spheres over the skin z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2.
+Forces and displacements are along the axis of the sensor: slopes are small, contact is unilateral and frictionless.
+
+The cells in contact are found by an active set. Cells that would pull leave it, and cells that would enter join it. A
+step is shortened until it lowers the energy. The forces of a set are those of conjugate gradients, preconditioned by
+the inverse of each grid's convolution. Every grid follows its contact from sample to sample, so the error of
+discretisation is nearly one factor of all forces.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sensor.arrays import Flags, Floats
+from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from solve.presses.grids import Grids, love
+
+Slope = tuple[float, float] | Floats
+
+CELLS = 32
+MOST_STEPS = 400
+MOST_SETS = 100
+LEAST_PART = 1e-3  # of a step to the forces of an active set
+SETTLED = 1e-7  # of the deepest interference
+NEARLY_FULL = 0.9  # of a grid: a contact at its edge may be much wider
+FILLED = (0.72, 0.94)  # of a grid, how wide a contact may be
+SOUGHT = 3.0  # [mm] from a dome's touch on the ellipsoid to that on its height map, at most
+
+
+class Pressing:
+    """A sensor on a fruit, pressed farther and farther."""
+
+    def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
+        """Find where each dome first touches, by Newton's method, then on the height map by search."""
+        self.sensor, self.fruit, self.cells = sensor, fruit, cells
+        self.kernel = love(cells)
+        self.touch = sensor.positions.copy()
+        for _ in range(20):
+            step = np.array([np.linalg.solve(*self._slopes(tip)) for tip in range(len(self.touch))])
+            self.touch = self.touch - step
+        if fruit.bumps is not None or sensor.form is not None:
+            for half in (SOUGHT, SOUGHT / 40.0, SOUGHT / 1600.0):
+                self.touch = self._lowest(half)
+        self.give = 1.0 / sensor.K
+        self.recovered = np.zeros(len(self.touch))  # of the springs, what the flesh has lost of its forces [mm]
+        self.filled = np.full(len(self.touch), FILLED[0])
+        self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
+        bend = np.linalg.eigvalsh(fruit.curvature)[0]
+        self.widest = 1.0 / (1.0 / sensor.dome_radius + bend)  # radius of relative curvature [mm]
+        self.grids: Grids | None = None
+        self.cell_forces = np.zeros((len(self.touch), cells, cells))
+
+    def _slopes(self, tip: int) -> tuple[Floats, Floats]:
+        """Return the second and the first derivatives of the gap where the dome is taken to touch."""
+        r = self.sensor.dome_radius
+        away = self.touch[tip] - self.sensor.positions[tip]
+        fall = math.sqrt(r**2 - away @ away)
+        own = np.eye(2) / fall + np.outer(away, away) / fall**3
+        beside = self.touch[tip] - self.fruit.apex
+        return own + self.fruit.curvature, away / fall + self.fruit.curvature @ beside - self.fruit.slope
+
+    def _lowest(self, half: float) -> Floats:
+        """Return where the gap under each dome is least, in squares of a half side [mm] about the touches."""
+        steps = np.linspace(-half, half, 161)
+        x = self.touch[:, 0, None, None] + steps[:, None]
+        y = self.touch[:, 1, None, None] + steps
+        x, y = np.broadcast_arrays(x, y)
+        least = self.gap(x, y).reshape(len(x), -1).argmin(axis=1)
+        rows = np.arange(len(x))
+        return np.stack([x.reshape(len(x), -1)[rows, least], y.reshape(len(x), -1)[rows, least]], axis=-1)
+
+    def gap(self, x: Floats, y: Floats) -> Floats:
+        """Return the gaps between the domes and the skin [mm], (tips, ...), where the sensor stands at height 0."""
+        r = self.sensor.dome_radius
+        dx = x - self.sensor.positions[:, 0, None, None]
+        dy = y - self.sensor.positions[:, 1, None, None]
+        dome: Floats = r - np.sqrt(np.maximum(r**2 - dx**2 - dy**2, 0.0))
+        if self.sensor.form is not None:
+            dome = dome - self.sensor.form(np.hypot(dx, dy))
+        k: Floats = self.fruit.curvature
+        x0, y0 = self.fruit.apex
+        skin = 0.5 * (k[0, 0] * (x - x0) ** 2 + 2.0 * k[0, 1] * (x - x0) * (y - y0) + k[1, 1] * (y - y0) ** 2)
+        if self.fruit.bumps is not None:
+            skin = skin - self.fruit.bumps(x, y)
+        out = np.broadcast_to(self.fruit.heights, len(dx))[:, None, None]
+        gap: Floats = dome + skin - self.fruit.slope[0] * x - self.fruit.slope[1] * y - out
+        return gap
+
+    def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
+        """Return the forces of the domes [N] at a travel [mm] from the first touch, (tips,).
+
+        Grids are laid anew until each fits its contact. Raises ArithmeticError where they do not come to fit.
+        """
+        lowered = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
+        entered = lowered - self.nearest
+        reach = np.sqrt(2.0 * self.widest * np.maximum(entered, 1e-4)) if self.grids is None else self.grids.reach
+        middles = self.touch if self.grids is None else self.grids.middles
+        start = None if self.grids is None else self.cell_forces
+        for _ in range(12):
+            grids = Grids(middles, reach, self.cells, self.kernel, self.fruit)
+            found = self._yielded(grids, lowered, start)
+            total: Floats = found.sum(axis=(1, 2))
+            middles, reach, fits = self._fitted(grids, found, entered)
+            if fits and self.fruit.bumps is not None:
+                missed = self._missed(grids, total, lowered)
+                self.filled[missed] *= 0.8
+                reach = np.where(missed, reach / 0.8, reach)
+                fits = not missed.any()
+            if fits:
+                break
+            start = grids.moved_to(middles, reach, found)
+        else:
+            raise ArithmeticError(travel)
+        self.grids, self.cell_forces = grids, found
+        self.area = (found > 0.0).sum(axis=(1, 2)) * grids.size**2
+        return total
+
+    def _fitted(self, grids: Grids, found: Floats, entered: Floats) -> tuple[Floats, Floats, bool]:
+        """Return middles and reaches of grids that fit the contacts, and whether the given grids do.
+
+        `found` are the forces of the cells, `entered` (tips,) how far the undeformed domes enter the fruit.
+        """
+        middles, reach = grids.middles.copy(), grids.reach.copy()
+        fits = True
+        for tip, forces in enumerate(found):
+            rows, columns = np.flatnonzero(forces.any(axis=1)), np.flatnonzero(forces.any(axis=0))
+            if not len(rows):  # off the fruit: a small grid waits where the dome will touch
+                reach[tip] = 1.2 * math.sqrt(self.widest * max(0.02 * abs(entered[tip]), 1e-3))
+                middles[tip] = self.touch[tip]
+                continue
+            first = np.array([rows[0], columns[0]])
+            last = np.array([rows[-1], columns[-1]])
+            width = (last - first + 1).max() / grids.cells
+            edge = first.min() == 0 or last.max() == grids.cells - 1
+            if edge or not self.filled[tip] <= width <= FILLED[1]:
+                fits = False
+                middles[tip] = grids.middles[tip] + 0.5 * (first + last + 1 - grids.cells) * grids.size[tip]
+                reach[tip] = grids.reach[tip] * (
+                    1.5 if edge and width > NEARLY_FULL else max(width, 2.5 / grids.cells) / 0.83
+                )
+        return middles, reach, fits
+
+    def _missed(self, grids: Grids, total: Floats, lowered: Floats) -> Flags:
+        """Return under which domes the height map would touch outside the grid, (tips,)."""
+        steps = np.linspace(-2.0, 2.0, 81)
+        outside = np.maximum(np.abs(steps[:, None]), np.abs(steps)) > 1.0
+        x = grids.middles[:, 0, None, None] + grids.reach[:, None, None] * steps[:, None]
+        y = grids.middles[:, 1, None, None] + grids.reach[:, None, None] * steps
+        x, y = np.broadcast_arrays(x, y)
+        distance = np.hypot(
+            x[:, None] - grids.middles[:, 0, None, None], y[:, None] - grids.middles[:, 1, None, None]
+        ).clip(1e-3)
+        sunk = self.fruit.compliance * (total[:, None, None] / distance).sum(axis=1)
+        left = lowered - self.give * total
+        missed: Flags = (outside & (left[:, None, None] - self.gap(x, y) > sunk)).any(axis=(1, 2))
+        return missed
+
+    def _yielded(self, grids: Grids, lowered: Floats, start: Floats | None) -> Floats:
+        """Return the forces of all cells [N], none above that at which the flesh yields."""
+        x, y = grids.places()
+        wanted = lowered[:, None, None] - self.gap(x, y)
+        largest = np.broadcast_to(self.fruit.yields * (grids.size**2)[:, None, None], wanted.shape)
+        yielded = np.zeros_like(wanted, dtype=bool)
+        for _ in range(MOST_SETS):
+            carried = np.where(yielded, largest, 0.0)
+            felt = self._sunk(grids, carried) if yielded.any() else 0.0
+            begin = None if start is None else np.where(yielded, 0.0, start)
+            found = self._pressed(grids, wanted - felt, begin, ~yielded) + carried
+            if math.isinf(self.fruit.yields):
+                return found
+            still = yielded & (self._sunk(grids, found) <= wanted)
+            after = still | (found > largest * (1.0 + 1e-9))
+            if (after == yielded).all():
+                return found
+            yielded, start = after, found
+        raise ArithmeticError(self.fruit.yields)
+
+    def _sunk(self, grids: Grids, forces: Floats) -> Floats:
+        """Return deflection of the fruit and of the springs under forces of cells [mm]."""
+        springs: Floats = self.give[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
+        return self.fruit.compliance * grids.deflection(forces) + springs
+
+    def _pressed(self, grids: Grids, wanted: Floats, start: Floats | None, free: Flags) -> Floats:
+        """Return the forces of the free cells [N] of least energy, by an active set from those of a start.
+
+        `wanted` [mm] is how far each cell is to sink if it touches.
+        """
+
+        def sunk(forces: Floats) -> Floats:
+            """Return deflection under forces of cells [mm]."""
+            return self._sunk(grids, forces)
+
+        allowed = SETTLED * max(wanted.max(), 1e-6)
+        slack = (allowed * grids.size / self.fruit.compliance)[:, None, None]  # would sink a cell by some `allowed`
+        active = free & (wanted > 0.0 if start is None else start > 0.0)
+        f = np.zeros_like(wanted) if start is None else start
+        energy = 0.5 * (f * (sunk(f) - 2.0 * wanted)).sum()
+        system = _System(grids, sunk, wanted, 0.5 * allowed)
+        for _ in range(MOST_SETS):
+            solved, apart = system.balanced(np.where(active, f, 0.0), active)
+            pulls = (solved < -slack).any()
+            # Where cells would pull, the step is shortened until it lowers the energy.
+            before, f, part = f, solved, 1.0
+            while pulls and part > LEAST_PART:
+                f = np.maximum(before + part * (solved - before), 0.0)
+                apart = sunk(f) - wanted
+                part *= 0.5
+                if 0.5 * (f * (apart - wanted)).sum() < energy:
+                    break
+            energy = 0.5 * (f * (apart - wanted)).sum()
+            enters = free & (f == 0.0) & (apart < -allowed)
+            if not pulls and not enters.any():
+                return np.maximum(f, 0.0)
+            active = (f > 0.0) | enters
+        raise ArithmeticError(allowed)
+
+
+@dataclass(frozen=True)
+class _System:
+    """Cells that are to sink as `wanted`, within what is `allowed` [mm], and how they sink under forces, `sunk`."""
+
+    grids: Grids
+    sunk: Callable[[Floats], Floats]
+    wanted: Floats
+    allowed: float
+
+    def balanced(self, f: Floats, active: Flags) -> tuple[Floats, Floats]:
+        """Return forces of the active cells [N] that sink them as wanted, from others f, and the gaps of all cells.
+
+        By conjugate gradients, preconditioned by the inverse of each grid's convolution.
+        """
+        apart = self.sunk(f) - self.wanted
+        way, before = np.zeros_like(f), 1.0
+        for step in range(MOST_STEPS):
+            left = np.where(active, apart, 0.0)
+            if np.abs(left).max() < self.allowed:
+                return f, apart
+            smooth = np.where(active, self.grids.stiffened(left), 0.0)
+            product = (left * smooth).sum()
+            way = -smooth + (product / before if step else 0.0) * way
+            before = product
+            answer = self.sunk(way)
+            length = product / (answer * way).sum()
+            f = f + length * way
+            apart = apart + length * answer
+        raise ArithmeticError(np.abs(left).max() / self.allowed)
+
+
+def press(
+    sensor: SprungDomes,
+    fruit: EllipsoidFruit,
+    travels: Sequence[float] | Floats,
+    cells: int = CELLS,
+    drift: Slope = (0.0, 0.0),
+) -> Floats:
+    """Return the forces of the domes at travels [mm] from the first touch, (samples, tips) [N].
+
+    The slope of the sensor grows by `drift` [1] along x and y from the first travel to the last.
+    """
+    pressing = Pressing(sensor, fruit, cells)
+    last = max(travels)
+    return np.array([pressing.forces(x, np.multiply(drift, x / last)) for x in travels])
