@@ -1,9 +1,10 @@
 """The sensor and the fruit of a press: sprung domes, and an ellipsoid that may be uneven, bruised or layered.
 
 **What is no even ellipsoid.** A height map is added to the skin, a form to the domes. A layer bonded on the flesh is
-exact: Burmister's transform of its compliance replaces 1 / r. Flesh may be softer under one dome, in a hemisphere. Then
-that dome's own compliance is the softer flesh's, less `BRUISE` / radius for what lies outside. Between domes the flesh
-outside counts. The contact is taken for small beside the hemisphere. Flesh that yields carries at most its pressure.
+exact: Burmister's transform of its compliance replaces 1 / r. So is flesh on a rigid stone. Flesh may be softer under
+one dome, in a hemisphere. Then that dome's own compliance is the softer flesh's, less `BRUISE` / radius for what lies
+outside. Between domes the flesh outside counts. The contact is taken for small beside the hemisphere. Flesh that yields
+carries at most its pressure.
 
 Lengths are in mm, forces in N, moduli in MPa.
 """
@@ -12,6 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -50,20 +52,54 @@ class OuterLayer:
 
     def compliance(self, t: Floats) -> Floats:
         """Return the compliance at wave numbers times the thickness, over that of the layer's flesh alone [1]."""
-        k = 3.0 - 4.0 * self.poisson
-        upper = (self.stiffness - 1.0) / (self.stiffness + k)
-        lower = k * (self.stiffness - 1.0) / (1.0 + self.stiffness * k)
-        once, twice = np.exp(-2.0 * t), np.exp(-4.0 * t)
-        above = 1.0 + 4.0 * t * upper * once - lower * upper * twice
-        return above / (1.0 - (lower + upper + 4.0 * upper * t**2) * once + lower * upper * twice)
+        return _burmister(t, self.stiffness, self.poisson)
 
     @cached_property
     def rest(self) -> CubicSpline:
         """Return pi E* of the flesh below times the deflection by a unit force, less 1 / (stiffness r) [1/mm], by r."""
-        t = np.linspace(0.0, 15.0, 3001)
-        r = self.thickness * np.concatenate([np.linspace(0.0, 4.0, 81), np.geomspace(4.0, 40.0, 60)[1:]])
-        waves = (self.compliance(t) - 1.0) * j0(t * r[:, None] / self.thickness)
-        return CubicSpline(r, np.asarray(np.trapezoid(waves, t, axis=-1)) / (self.stiffness * self.thickness))
+        return _rest(self.compliance, self.thickness, self.stiffness)
+
+
+@dataclass(frozen=True)
+class FleshOnStone:
+    """Flesh of a `thickness` [mm] that is bonded to a rigid stone: K. L. Johnson, Contact Mechanics (1985), 5.8.
+
+    `stiffness` is the modulus of the flesh over that of the fruit [1], which is the flesh itself.
+    """
+
+    thickness: float
+    poisson: float = 0.3
+    stiffness: ClassVar[float] = 1.0
+
+    def compliance(self, t: Floats) -> Floats:
+        """Return the compliance at wave numbers times the thickness, over that of flesh without a stone [1]."""
+        return _burmister(t, 0.0, self.poisson)
+
+    @cached_property
+    def rest(self) -> CubicSpline:
+        """Return pi E* times the deflection by a unit force, less 1 / r [1/mm], by r."""
+        return _rest(self.compliance, self.thickness, self.stiffness)
+
+
+def _burmister(t: Floats, stiffness: float, poisson: float) -> Floats:
+    """Return the compliance of a layer on a base, over that of the layer alone [1], at wave numbers times thickness.
+
+    The layer is `stiffness` times as stiff as its base; 0 is a layer on a rigid one.
+    """
+    k = 3.0 - 4.0 * poisson
+    upper = (stiffness - 1.0) / (stiffness + k)
+    lower = k * (stiffness - 1.0) / (1.0 + stiffness * k)
+    once, twice = np.exp(-2.0 * t), np.exp(-4.0 * t)
+    above = 1.0 + 4.0 * t * upper * once - lower * upper * twice
+    return above / (1.0 - (lower + upper + 4.0 * upper * t**2) * once + lower * upper * twice)
+
+
+def _rest(compliance: Callable[[Floats], Floats], thickness: float, stiffness: float) -> CubicSpline:
+    """Return what a base changes of the deflection by a unit force, times pi E* [1/mm], by the distance [mm]."""
+    t = np.linspace(0.0, 15.0, 3001)
+    r = thickness * np.concatenate([np.linspace(0.0, 4.0, 81), np.geomspace(4.0, 40.0, 60)[1:]])
+    waves = (compliance(t) - 1.0) * j0(t * r[:, None] / thickness)
+    return CubicSpline(r, np.asarray(np.trapezoid(waves, t, axis=-1)) / (stiffness * thickness))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +125,7 @@ class EllipsoidFruit:
     bumps: Callable[[Floats, Floats], Floats] | None = None
     softness: tuple[float, ...] = (1.0,)
     soft_radius: tuple[float, ...] = (math.inf,)
-    layer: OuterLayer | None = None
+    layer: OuterLayer | FleshOnStone | None = None
     yields: float = math.inf
 
     @property

@@ -1,16 +1,102 @@
-"""Presses on flesh that relaxes, in contacts that grow.
+"""Presses over time: on flesh that relaxes, in contacts that grow, and on springs that creep.
 
-They follow from presses on elastic flesh: E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438. Elastic forces n
-make the indentations, and the forces are n - sum g_i m_i, tau_i dm_i/dt = n - m_i.
+**Flesh.** Forces follow from presses on elastic flesh: E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438. Elastic
+forces n make the indentations, and the forces are F = n - sum g_i m_i, tau_i dm_i/dt = n - m_i.
+
+**Springs.** A spring of Kelvin elements deflects by d = (a_0 F + sum a_i m_i) / K, tau_i dm_i/dt = F - m_i. Loads that
+run straight from one sample to the next are followed exactly.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import nnls
 
 from sensor.arrays import Floats
 from solve.presses.bodies import EllipsoidFruit, SprungDomes
-from solve.presses.pressing import CELLS, Pressing
+from solve.presses.pressing import CELLS, Pressing, Slope
+
+Arms = Sequence[tuple[float, float]]
+"""Shares [1] and times [s]."""
+
+_DECADES = np.arange(-3.0, 6.5, 0.5)  # of the times of Kelvin elements, over a second
+
+
+class _Memory:
+    """What arms remember of the forces of some tips [N], which run straight from one time to the next."""
+
+    def __init__(self, arms: Arms, tips: int) -> None:
+        """Begin at rest."""
+        self.shares, self.times = np.array(arms, dtype=np.float64).reshape(-1, 2).T
+        self.kept = np.zeros((len(self.times), tips))  # m_i
+        self.before = np.zeros(tips)
+
+    def ahead(self, step: float) -> tuple[float, Floats]:
+        """Return what the arms are to have of the forces at the end of a step [s], and what they have already [N]."""
+        decay = np.exp(-step / self.times)
+        # The mean of the decay over the step.
+        mean = np.where(step > 0.0, (1.0 - decay) / np.maximum(step / self.times, 1e-12), 1.0)
+        self._from_before = decay[:, None] * self.kept + (mean - decay)[:, None] * self.before
+        self._fresh = 1.0 - mean
+        return float(self.shares @ self._fresh), np.asarray(self.shares @ self._from_before)
+
+    def end(self, forces: Floats) -> None:
+        """End the step with forces [N]."""
+        self.kept = self._from_before + self._fresh[:, None] * forces
+        self.before = forces
+
+
+def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
+    """Return the Kelvin elements whose compliance grows as a power of the time [1], and is 1 after a time [s].
+
+    They are a_0 and the arms a_i, tau_i, fitted from a millisecond to a week, within a thousandth for the 0.01 of PETG.
+    """
+    if exponent == 0.0:
+        return 1.0, ()
+    t = np.geomspace(1e-3, 6e5, 200)
+    taus = 10.0**_DECADES
+    columns = np.column_stack([np.ones(len(t)), 1.0 - np.exp(-t[:, None] / taus)])
+    found, _ = nnls(columns, (t / at_s) ** exponent)
+    return float(found[0]), tuple(zip(found[1:].tolist(), taus.tolist(), strict=True))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """How a sensor moves: travels [mm] from the first touch at times [s], while its slope grows by `drift` [1]."""
+
+    travels: Sequence[float] | Floats
+    times: Sequence[float] | Floats
+    drift: Slope = (0.0, 0.0)
+
+
+def pressed_over_time(
+    pressing: Pressing, way: Way, flesh: Arms = (), creep: tuple[float, Arms] = (1.0, ())
+) -> tuple[Floats, Floats]:
+    """Return the forces of the domes [N] and the deflections of their springs [mm], both (samples, tips).
+
+    `flesh` are shares g_i [1] and times tau_i [s], `creep` those of the springs as `creep_of` has them. Raises
+    ArithmeticError if elastic forces fall on flesh that relaxes: contacts that shrink have no such forces.
+    """
+    K = pressing.sensor.K
+    of_flesh, of_springs = _Memory(flesh, len(K)), _Memory(creep[1], len(K))
+    last = max(way.travels)
+    forces, deflections = [], []
+    elastic = np.zeros(len(K))
+    for travel, step in zip(way.travels, np.diff(way.times, prepend=way.times[0]), strict=True):
+        relaxed, lost = of_flesh.ahead(step)
+        crept, sunk = of_springs.ahead(step)
+        fresh, soft = 1.0 - relaxed, creep[0] + crept
+        pressing.give, pressing.recovered = soft * fresh / K, (soft * lost - sunk) / K
+        before, elastic = elastic, pressing.forces(travel, np.multiply(way.drift, travel / last))
+        if len(flesh) and (elastic < before * (1.0 - 1e-3)).any():
+            raise ArithmeticError(travel)
+        force = np.maximum(fresh * elastic - lost, 0.0)
+        of_flesh.end(elastic)
+        of_springs.end(force)
+        forces.append(force)
+        deflections.append((soft * force + sunk) / K)
+    return np.array(forces), np.array(deflections)
 
 
 def press_over_time(
@@ -18,28 +104,11 @@ def press_over_time(
     fruit: EllipsoidFruit,
     travels: Sequence[float] | Floats,
     times: Sequence[float] | Floats,
-    arms: Sequence[tuple[float, float]],
+    arms: Arms,
     cells: int = CELLS,
 ) -> Floats:
     """Return the forces of the domes on flesh that relaxes, at travels [mm] and times [s], (samples, tips) [N].
 
-    `arms` are shares g_i [1] and times tau_i [s]. Elastic forces run straight from sample to sample. Raises
-    ArithmeticError if they fall: contacts that shrink have no such forces.
+    `arms` are the shares and times of the flesh. The springs are elastic.
     """
-    pressing = Pressing(sensor, fruit, cells)
-    shares, taus = np.array(arms).T
-    kept = np.zeros((len(taus), len(sensor.K)))  # m_i
-    elastic = np.zeros(len(sensor.K))
-    found = []
-    for travel, step in zip(travels, np.diff(times, prepend=times[0]), strict=True):
-        decay = np.exp(-step / taus)
-        mean = np.where(step > 0.0, (1.0 - decay) / np.maximum(step / taus, 1e-12), 1.0)  # of the decay over the step
-        from_before = decay[:, None] * kept + (mean - decay)[:, None] * elastic
-        fresh, lost = 1.0 - shares @ (1.0 - mean), shares @ from_before
-        pressing.give, pressing.recovered = fresh / sensor.K, lost / sensor.K
-        before, elastic = elastic, pressing.forces(travel)
-        if (elastic < before * (1.0 - 1e-3)).any():
-            raise ArithmeticError(travel)
-        kept = from_before + (1.0 - mean)[:, None] * elastic
-        found.append(np.maximum(fresh * elastic - lost, 0.0))
-    return np.array(found)
+    return pressed_over_time(Pressing(sensor, fruit, cells), Way(travels=travels, times=times), arms)[0]

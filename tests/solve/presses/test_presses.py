@@ -10,8 +10,8 @@ from skfem import Basis, ElementQuad2, ElementVector, LinearForm, MeshQuad, asm,
 from stored_presses import STORED, square
 
 from reference.layered_solids import of_revolution
-from solve.presses.bodies import EllipsoidFruit, OuterLayer, SprungDomes
-from solve.presses.over_time import press_over_time
+from solve.presses.bodies import EllipsoidFruit, FleshOnStone, OuterLayer, SprungDomes
+from solve.presses.over_time import Way, creep_of, press_over_time, pressed_over_time
 from solve.presses.pressing import Pressing, press
 
 LEVEL = EllipsoidFruit(E=1.0, R1=45.0, R2=100.0)
@@ -232,3 +232,34 @@ def test_a_bruise_lessens_the_force_of_its_dome_and_of_no_other(tip):
     ratio = press(square(), bruised, [0.8])[0] / press(square(), LEVEL, [0.8])[0]
     assert ratio[tip] < 1.0
     assert (np.delete(ratio, tip) > 1.0).all()
+
+
+def test_a_stone_far_below_is_not_felt_and_a_near_one_stiffens():
+    """K. L. Johnson, Contact Mechanics (1985), section 5.8; 0.3 % is what a stone at 400 mm adds."""
+    even = press(square(), LEVEL, [0.7])[0]
+    far, near, nearer = (press(square(), replace(LEVEL, layer=FleshOnStone(h)), [0.7])[0] for h in (400.0, 12.0, 6.0))
+    assert far == pytest.approx(even, rel=0.005)
+    assert (far < near).all()
+    assert (near < nearer).all()
+    t = np.linspace(1e-6, 12.0, 40001)
+    k = 3.0 - 4.0 * 0.3
+    stone = (2.0 * k * np.sinh(2.0 * t) - 4.0 * t) / (2.0 * k * np.cosh(2.0 * t) + 4.0 * t**2 + 1.0 + k**2)
+    for distance in (0.0, 6.3, 14.0):
+        felt = np.trapezoid((stone - 1.0) * j0(t * distance / 6.0), t) / 6.0
+        assert FleshOnStone(6.0).rest(distance) == pytest.approx(felt, rel=1e-4)
+
+
+@pytest.mark.parametrize("exponent", [0.0107, 0.03])
+def test_springs_that_creep_follow_boltzmann(exponent):
+    """The deflection is the integral of J(t - s) dF(s) of forces that run straight, J a power that is 1 at 30 s."""
+    times = np.array([0.0, 0.3, 0.8, 1.4, 2.0, 3.0, 5.0])
+    way = Way(travels=[0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.9], times=times)
+    forces, deflections = pressed_over_time(Pressing(square(), LEVEL), way, creep=creep_of(exponent, 30.0))
+    slopes = np.diff(forces, axis=0) / np.diff(times)[:, None]
+    elastic = press(square(), LEVEL, way.travels)
+    assert (np.abs(forces[-1] / elastic[-1] - 1.0) > 0.005).any()
+    for at in range(2, len(times)):
+        since, until = times[at] - times[:at], times[at] - times[1 : at + 1]
+        grown = (since ** (1.0 + exponent) - until ** (1.0 + exponent)) / (1.0 + exponent) / 30.0**exponent
+        expected = grown @ slopes[:at] + forces[0] * (times[at] / 30.0) ** exponent
+        assert deflections[at] * square().K == pytest.approx(expected, rel=1e-3)
