@@ -30,13 +30,15 @@ Poisson's ratio of 0.3, and the slope. By finite elements, within 3 % (`tests/so
 class SprungDomes:
     """Domes of a radius [mm] at `positions` (tips, 2) [mm], each on its own spring `K` (tips,) [N/mm].
 
-    `form` is by how much all domes stand out of their spheres [mm] at distances [mm] from their axes.
+    `form` is by how much all domes stand out of their spheres [mm] at distances [mm] from their axes. At the distance
+    `rim` [mm] they end, and nothing beyond it touches.
     """
 
     dome_radius: float
     positions: np.ndarray
     K: np.ndarray
     form: Callable[[Floats], Floats] | None = None
+    rim: float = math.inf
 
 
 @dataclass(frozen=True)

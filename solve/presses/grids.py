@@ -100,8 +100,7 @@ class Grids:
             own_waves = own_waves + waves * self.rest
         own: Floats = irfft2(own_waves, twice)[:, : self.cells, : self.cells]
         own = own + self.constant[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
-        at_nodes = np.einsum("ai,tij,bj->tab", self.between, forces, self.between, optimize=True)
+        at_nodes = self.between @ forces @ self.between.T
         felt = np.einsum("tsab,sb->ta", self.cross, at_nodes.reshape(len(forces), -1))
-        felt = felt.reshape(-1, NODES, NODES)
-        others: Floats = np.einsum("ai,tab,bj->tij", self.between, felt, self.between, optimize=True)
+        others: Floats = self.between.T @ felt.reshape(-1, NODES, NODES) @ self.between
         return own + others

@@ -42,7 +42,7 @@ class Pressing:
         for _ in range(20):
             step = np.array([np.linalg.solve(*self._slopes(tip)) for tip in range(len(self.touch))])
             self.touch = self.touch - step
-        if fruit.bumps is not None or sensor.form is not None:
+        if fruit.bumps is not None or sensor.form is not None or math.isfinite(sensor.rim):
             for half in (SOUGHT, SOUGHT / 40.0, SOUGHT / 1600.0):
                 self.touch = self._lowest(half)
         self.give = 1.0 / sensor.K
@@ -69,9 +69,15 @@ class Pressing:
         x = self.touch[:, 0, None, None] + steps[:, None]
         y = self.touch[:, 1, None, None] + steps
         x, y = np.broadcast_arrays(x, y)
-        least = self.gap(x, y).reshape(len(x), -1).argmin(axis=1)
+        gap = np.where(self._on_domes(x, y), self.gap(x, y), np.inf)
+        least = gap.reshape(len(x), -1).argmin(axis=1)
         rows = np.arange(len(x))
         return np.stack([x.reshape(len(x), -1)[rows, least], y.reshape(len(x), -1)[rows, least]], axis=-1)
+
+    def _on_domes(self, x: Floats, y: Floats) -> Flags:
+        """Return which places (tips, ...) [mm] lie within the rims of the domes."""
+        away = self.sensor.positions[..., None, None]
+        return np.asarray(np.hypot(x - away[:, 0], y - away[:, 1]) <= self.sensor.rim)
 
     def gap(self, x: Floats, y: Floats) -> Floats:
         """Return the gaps between the domes and the skin [mm], (tips, ...), where the sensor stands at height 0."""
@@ -97,7 +103,8 @@ class Pressing:
         """
         lowered = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
         entered = lowered - self.nearest
-        reach = np.sqrt(2.0 * self.widest * np.maximum(entered, 1e-4)) if self.grids is None else self.grids.reach
+        widest = np.minimum(np.sqrt(2.0 * self.widest * np.maximum(entered, 1e-4)), 1.1 * self.sensor.rim)
+        reach = widest if self.grids is None else self.grids.reach
         middles = self.touch if self.grids is None else self.grids.middles
         start = None if self.grids is None else self.cell_forces
         for _ in range(12):
@@ -156,7 +163,8 @@ class Pressing:
         ).clip(1e-3)
         sunk = self.fruit.compliance * (total[:, None, None] / distance).sum(axis=1)
         left = lowered - self.give * total
-        missed: Flags = (outside & (left[:, None, None] - self.gap(x, y) > sunk)).any(axis=(1, 2))
+        touches = outside & self._on_domes(x, y)
+        missed: Flags = (touches & (left[:, None, None] - self.gap(x, y) > sunk)).any(axis=(1, 2))
         return missed
 
     def _yielded(self, grids: Grids, lowered: Floats, start: Floats | None) -> Floats:
@@ -164,12 +172,13 @@ class Pressing:
         x, y = grids.places()
         wanted = lowered[:, None, None] - self.gap(x, y)
         largest = np.broadcast_to(self.fruit.yields * (grids.size**2)[:, None, None], wanted.shape)
-        yielded = np.zeros_like(wanted, dtype=bool)
+        on_domes = self._on_domes(x, y)
+        yielded = np.zeros_like(on_domes)
         for _ in range(MOST_SETS):
             carried = np.where(yielded, largest, 0.0)
             felt = self._sunk(grids, carried) if yielded.any() else 0.0
-            begin = None if start is None else np.where(yielded, 0.0, start)
-            found = self._pressed(grids, wanted - felt, begin, ~yielded) + carried
+            begin = None if start is None else np.where(yielded | ~on_domes, 0.0, start)
+            found = self._pressed(grids, wanted - felt, begin, on_domes & ~yielded) + carried
             if math.isinf(self.fruit.yields):
                 return found
             still = yielded & (self._sunk(grids, found) <= wanted)

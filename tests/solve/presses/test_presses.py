@@ -43,6 +43,25 @@ def test_one_dome_on_a_ball_and_a_spring():
     assert force == pytest.approx(exact, rel=0.004)
 
 
+def test_a_flat_dome_presses_as_far_as_its_rim():
+    """A flat round face: F = 2 E* a d (I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47), by squares of 0.08 a."""
+    flat = SprungDomes(dome_radius=1e6, positions=np.zeros((1, 2)), K=np.array([1e9]), rim=2.0)
+    force = press(flat, EllipsoidFruit(E=1.0, R1=1e9, R2=1e9), [0.05])[0, 0]
+    assert force == pytest.approx(2.0 / 0.91 * 2.0 * 0.05, rel=0.02)
+
+
+def test_what_lies_beyond_the_rim_is_not_touched():
+    """A wall stands beside the first dome, nearer to its axis than where a sphere would touch it."""
+
+    def wall(x, _):
+        return 3.0 * np.maximum(-x - 5.1, 0.0)
+
+    alone, beside = (replace(LEVEL, bumps=bumps) for bumps in (None, wall))
+    domes = replace(square(), rim=2.0)
+    assert press(domes, beside, [0.8]) == pytest.approx(press(domes, alone, [0.8]), rel=1e-3)
+    assert Pressing(square(), beside).touch[0, 0] < -5.1
+
+
 @pytest.mark.parametrize(
     "case",
     [
