@@ -12,7 +12,6 @@ from cad.parts.coupon import modulus_factor
 from instrument.calibrate.ball import PressedBall, correction_by_ball
 from instrument.calibrate.creep import Weighing, weighing
 from instrument.calibrate.fruit_presses import ScaleFit, scale_of_presses
-from instrument.calibrate.lines import LackOfFit, Line
 from instrument.calibrate.plate import PressedSpring, pressed_springs
 from instrument.calibrate.unit_table import UnitRow, error_sources, trims, unit_table
 from instrument.calibrate.unit_verdicts import unit_verdicts
@@ -45,6 +44,7 @@ from pipeline.tables.words import WORDS
 from sensor.design.reading import Reading
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, InputError, report_field, validation_error
 from sensor.theory.contrast_law import ReadingError
+from sensor.theory.straight_line import LackOfFit, Line
 from sensor.turns import in_turn
 from sensor.verdict import Verdict
 

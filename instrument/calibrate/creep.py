@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from instrument.calibrate.lines import ROUNDED
 from instrument.press.signals import count_keys
 from pipeline.report.report import Report
 from pipeline.tables.files import place_of
@@ -21,6 +20,7 @@ from sensor.arrays import Floats
 from sensor.design.reading import WEIGHED_AFTER_S
 from sensor.quantity import COVERAGE, Estimate, report_field, validation_error
 from sensor.theory.creep import CreepLaw
+from sensor.theory.straight_line import ROUNDED
 
 LEAST_RATIO = 1.5
 """Of two times of one weight, from which on they tell creep."""

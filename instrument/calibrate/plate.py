@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.calibrate.lines import FEWEST, LEAST_SPAN, LackOfFit, Line, fitted
 from instrument.calibrate.weights import LEAST_ERROR, ChannelCalibration, counts_of, saturation_of
 from instrument.press.count_codes import with_signed_counts
 from instrument.press.signals import COUNTS, count_keys
@@ -24,6 +23,7 @@ from pipeline.tables.words import WORDS
 from sensor.arrays import Floats
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, validation_error
 from sensor.theory.hertz import force_factor
+from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, fitted
 
 _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _UNLIKE = 0.1  # of all stiffnesses: a dial or a balance is less wrong, a unit is more

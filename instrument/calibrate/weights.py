@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from instrument.calibrate.lines import FEWEST, LEAST_SPAN, LackOfFit, Line, OddRow, fitted
 from instrument.press.signals import count_keys
 from pipeline.report.report import Report
 from pipeline.tables.files import place_of
 from pipeline.tables.measured_table import MeasuredTable
 from sensor.arrays import Floats
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, validation_error
+from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, OddRow, fitted
 
 LEAST_ERROR = 1e-4
 """Of a stiffness: no dial and no weight is better."""

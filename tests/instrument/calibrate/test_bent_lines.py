@@ -7,8 +7,8 @@ import pytest
 from measured_units import elastic, read_press
 from scipy.special import stdtr, stdtrit
 
-from instrument.calibrate.lines import fitted
 from instrument.press.measuring import MeasuringUnit
+from sensor.theory.straight_line import fitted
 from solve.contact.poses import Pose
 
 GRAM = 9.80665e-3  # [N]

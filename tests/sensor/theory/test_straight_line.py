@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import t as student_t
 
-from instrument.calibrate.lines import fitted
 from sensor.quantity import COVERAGE
+from sensor.theory.straight_line import fitted
 from sensor.theory.student import student
 
 ROUNDED = 1.0 / np.sqrt(12.0)
