@@ -14,6 +14,7 @@ from scipy.sparse.linalg import LinearOperator, cg, splu
 
 from sensor.arrays import Floats, Ints
 from sensor.machine_error import MachineError
+from solve.solve_error import SolveError as SolveError
 
 RESIDUAL_LIMIT = 1e-9
 CG_TOLERANCE = 1e-9  # of the norm of a load: what conjugate gradients leave, whose square is what a compliance misses
@@ -26,10 +27,6 @@ MOST_BYTES = 4.0 * 2**30  # for one factor: what takes more takes minutes
 FACTOR_BYTES = 14.0 * 31.0
 # Columns of the bottom of the elimination tree that SuperLU joins: none, by measurement.
 _RELAXED = 1
-
-
-class SolveError(RuntimeError):
-    """A solve that must not be believed; the message says why."""
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
     # If the reading moves by more than its half width where one sample is left out, that may be a bad one.
     shift = _shift_by_one(sensor, law, seated, timing.lag, press_s)
     wider = u + shift if shift > u else u
-    by_pace = pace_shift(sensor, press, seated)
+    by_pace = pace_shift(sensor, press)
     uneven = by_pace > LARGEST_BY_PACE
     if uneven:
         wider += by_pace

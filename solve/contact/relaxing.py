@@ -18,7 +18,7 @@ from sensor.arrays import Floats
 from sensor.theory.contrast_law import ContrastLaw
 from sensor.theory.flesh_memory import Memory
 from sensor.theory.relaxation import Relaxation
-from solve.linear import SolveError
+from solve.solve_error import SolveError
 
 MOST_STEPS = 60
 BELOW = 0.25  # of the harmonic mean of the forces of dome and springs alone: less than the force of both
@@ -40,8 +40,8 @@ def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Flo
     `times` [s] and `travel` [mm], (presses, times), begin before the first step; the travel runs straight between.
     Raises SolveError where springs and flesh find no equilibrium, or where a dome's contact shrinks.
     """
-    coarse = _stepped(law, relaxation, E, times, travel)
-    fine = _stepped(law, relaxation, E, _halved(times), _halved(travel))[:, ::2]
+    coarse = _growing(law, relaxation, E, times, travel)
+    fine = _growing(law, relaxation, E, _halved(times), _halved(travel))[:, ::2]
     step = (fine - coarse) / 3.0
     return TimedForces(F=fine + step, error=np.abs(step))
 
@@ -81,25 +81,37 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Float
     raise SolveError(msg)
 
 
-def _stepped(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, travel: Floats) -> Floats:
-    """Return the forces [N] at times (presses, times), one step from each to the next, (presses, times, tips).
+def forces_on_way(
+    law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, lowered: Floats
+) -> tuple[Floats, Floats]:
+    """Return forces [N] on flesh of moduli E (presses,) [MPa] and the elastic forces there, (presses, times, tips).
 
-    At the end of a step the force is `fresh` times the elastic force n then, less `lost`, which the past has decided.
-    So n follows from an elastic press on flesh of modulus E `fresh`, whose springs `lost` has relieved.
+    `times` (presses, times) [s] begin before the first step. `lowered` (presses, times, tips) [mm] is how far each tip
+    has moved since it touched. Contacts are taken to grow. Raises SolveError.
     """
     C = np.array(law.C)
-    F = np.zeros((*times.shape, len(law.gaps)))
-    elastic = F[:, 0]
+    F, elastic = np.zeros_like(lowered), np.zeros_like(lowered)
     memory = Memory(relaxation)
+    # At the end of a step the force is `fresh` times the elastic force n then, less `lost`, which the past has decided.
+    # So n follows from an elastic press on flesh of modulus E `fresh`, whose springs `lost` has relieved.
     for k in range(1, times.shape[1]):
         fresh, lost = memory.step(times[:, k] - times[:, k - 1])
-        answer = elastic_forces(law, E * fresh[:, 0], travel[:, k], np.broadcast_to(-lost, elastic.shape) @ C.T)
-        if law.hertz > 0.0 and (answer < (1.0 - SHRINKS) * fresh * elastic).any():
-            msg = "domes over time: a contact shrinks, and only growing ones are solved; hold for less time"
-            raise SolveError(msg)
-        elastic = answer / fresh
-        memory.keep(elastic)
+        farthest = lowered[:, k].max(axis=-1)
+        held_back = farthest[:, None] - np.array(law.gaps) - lowered[:, k]
+        relieved = np.broadcast_to(lost, held_back.shape) @ C.T
+        answer = elastic_forces(law, E * fresh[:, 0], farthest, held_back - relieved)
+        elastic[:, k] = answer / fresh
+        memory.keep(elastic[:, k])
         F[:, k] = answer - np.where(answer > 0.0, lost, 0.0)
+    return F, elastic
+
+
+def _growing(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, travel: Floats) -> Floats:
+    """Return the forces [N] at times and travels (presses, times), (presses, times, tips); contacts must grow."""
+    F, elastic = forces_on_way(law, relaxation, E, times, travel[..., None] - np.array(law.gaps))
+    if law.hertz > 0.0 and (elastic[:, 1:] < (1.0 - SHRINKS) * elastic[:, :-1]).any():
+        msg = "domes over time: a contact shrinks, and only growing ones are solved; hold for less time"
+        raise SolveError(msg)
     return F
 
 
