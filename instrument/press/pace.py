@@ -13,15 +13,10 @@ from instrument.press.touches import PressSamples
 from sensor.arrays import Floats
 from sensor.theory.contrast_rise import RiseError, RiseLaw, read_rise, rise_of
 from sensor.theory.flesh_memory import Memory
-from sensor.theory.relaxation import Relaxation
+from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD, Relaxation
 from solve.contact.relaxing import forces_on_way
 from solve.solve_error import SolveError
 
-MAY_RELAX = Relaxation(((0.25, 5.0), (0.33, 120.0)))
-"""Flesh of a design without `fruit.relaxation`. It keeps 42 %, as Tarocco oranges do: M. Moresi et al., Food Bioprocess
-Technol. 5 (2012), doi:10.1007/s11947-011-0528-4. Both times and how the shares divide are a judgement."""
-STATED_SPREAD = 0.3
-"""Of a stated relaxation, how much of its size a fruit may differ by: a judgement."""
 LARGEST_BY_PACE = 0.02  # of E: a standard uncertainty of 5 % becomes 5.4 % by it
 MOST_SAMPLES = 64  # of a press, evenly chosen: a pause lasts several
 PARTS = 8  # of the way, with a pace each; a pause lies in one or two of them

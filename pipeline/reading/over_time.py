@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor
 from pipeline.reading.records import Moment
 from pipeline.response.scene_press import scene_of
 from sensor.arrays import Floats, rows_of
@@ -16,7 +16,8 @@ from sensor.design.parameters import Design
 from sensor.quantity import Estimate, validation_error
 from sensor.record import Record
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
-from sensor.theory.relaxation import Relaxation
+from sensor.theory.contrast_rise import RiseLaw, read_rise, rise_of
+from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD, Relaxation
 from solve.contact.linear_response import high_over_low
 from solve.contact.poses import Pose
 from solve.contact.relaxing import elastic_forces, timed_forces
@@ -54,13 +55,18 @@ def refuse_unsolvable_time(design: Design) -> None:
         bound = "left out under a skin"
         hint = "drop one of them: skin on flesh that relaxes is not solved"
         raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
-    tips = design.tips
-    level = design.press.tilt_deg == 0.0 and design.press.roll_deg == 0.0
-    domes = tips.tip_shape.obeys_hertz and not tips.tip_layout.is_pair
-    if not (scene_of(design).linear or (level and domes)):
+    if not _is_solvable(design):
         bound = "left out but for a level press of flat tips on a block, or of a line or square of domes"
         hint = "drop it: other tips and tilt are not solved over time"
         raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
+
+
+def _is_solvable(design: Design) -> bool:
+    """Return whether presses of a design are solved over time, on flesh without a skin."""
+    tips = design.tips
+    level = design.press.tilt_deg == 0.0 and design.press.roll_deg == 0.0
+    domes = tips.tip_shape.obeys_hertz and not tips.tip_layout.is_pair
+    return scene_of(design).linear or (level and domes)
 
 
 def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
@@ -95,6 +101,39 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
             moves_percent=100.0 * float(moves[best]) if np.isfinite(moves[best]) else None,
         ),
     )
+
+
+def fall_by_twice_the_time(sensor: PressedSensor) -> float | None:
+    """Return the fall of E [1] in a press of twice the time, the most of all moduli; None where none is solved.
+
+    A press of a log is corrected by the relaxation of the design. A part of the fall is left, by which fruit may
+    differ.
+    """
+    design = sensor.design
+    if not _is_solvable(design):
+        return None
+    stated = design.fruit.relaxation
+    flesh, part = (MAY_RELAX, 1.0) if stated is None else (Relaxation(stated), STATED_SPREAD)
+    law = _contrast(sensor)
+    first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
+    ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS
+    falls = []
+    for E in design.fruit.E_MPa:
+        times = np.outer([1.0, 2.0], design.press_s * ramp)
+        travel = np.stack([first_touch + design.press.travel_mm * ramp] * len(times))
+        forces = timed_forces(law, flesh, np.full(len(times), E), times, travel).F[:, 1:]
+        try:
+            once, twice = (_risen(sensor.law, each) for each in forces)
+        except ReadingError:
+            continue
+        falls.append(part * (1.0 - twice / once))
+    return max(falls, default=None)
+
+
+def _risen(law: RiseLaw, F: Floats) -> float:
+    """Return the modulus [MPa] that forces (samples, tips) [N] show by their rise; raises RiseError."""
+    none = np.zeros(F.shape[1])
+    return read_rise(law, rise_of(F, F.shape[1], none), none).E
 
 
 def _contrast(sensor: PressedSensor) -> ContrastLaw:

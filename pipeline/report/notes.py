@@ -8,6 +8,8 @@ import numpy as np
 
 from pipeline.errors.budget import Budgets
 from pipeline.reading.analysis import Readings
+from pipeline.reading.over_time import fall_by_twice_the_time
+from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
@@ -16,9 +18,9 @@ from sensor.design.parameters import Design
 from sensor.quantity import COVERAGE
 from sensor.theory.free_fruit import table_share
 from sensor.theory.hertz import equivalent_radius
+from sensor.theory.relaxation import MAY_RELAX
 from sensor.words import rounded
 
-ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et al. (2012), doi:10.1007/s11947-011-0528-4
 _ALWAYS_FIRST = math.inf
 
 
@@ -32,7 +34,7 @@ class Note(NamedTuple):
 def notes(result: SensorResult) -> list[str]:
     """Return the notes of a result, what moves its numbers or a reading most first."""
     info = result.press.table.info
-    judged = _of_the_scene(result) if result.readings is None else _of_the_reading(result.design, result.readings)
+    judged = _of_the_scene(result) if result.readings is None else _of_the_reading(result.pressed, result.readings)
     found = [
         *_advice(result.errors.budgets),
         *_given_springs(result),
@@ -110,8 +112,9 @@ def _noise(readings: Readings) -> Note:
     )
 
 
-def _of_the_reading(design: Design, readings: Readings) -> Iterator[Note]:
+def _of_the_reading(sensor: PressedSensor, readings: Readings) -> Iterator[Note]:
     """Yield the notes on readings: the noise that they bear, and the assumptions that move them."""
+    design = sensor.design
     fruit = design.fruit
     # d ln(1 - nu^2) by the spread of nu
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
@@ -142,7 +145,17 @@ def _of_the_reading(design: Design, readings: Readings) -> Iterator[Note]:
         f"Set fruit.poisson where it is known: E takes {fruit.poisson:g}, and within {fruit.poisson_spread:g} of it "
         f"E moves by {moved:.2g} %.",
     )
-    yield Note(4.0, "Press always equally fast: twice the time of a press lowers the E of flesh by some 4 %.")
+    yield from _pace(sensor)
+
+
+def _pace(sensor: PressedSensor) -> Iterator[Note]:
+    """Yield the note on the time of a press; none where no press of the design is read."""
+    fall = fall_by_twice_the_time(sensor)
+    if fall is not None:
+        yield Note(
+            100.0 * fall,
+            f"Press always equally fast: twice the time of a press may lower E by {100.0 * fall:.2g} %.",
+        )
 
 
 def _relaxation(result: SensorResult) -> Note:
@@ -151,11 +164,11 @@ def _relaxation(result: SensorResult) -> Note:
     if over_time is None:
         curve = result.press.curve
         E = np.array(result.design.fruit.E_MPa)
-        P = np.interp([E, ORANGE * E], curve.E, curve.P[:, -1])
+        P = np.interp([E, MAY_RELAX.left * E], curve.E, curve.P[:, -1])
         change = 100.0 * (P[1] / P[0] - 1.0)
         return Note(
-            100.0 * (1.0 - ORANGE),
-            f"Read soon after the touch or set fruit.relaxation: an orange relaxes to {100.0 * ORANGE:g} %, so "
+            100.0 * (1.0 - MAY_RELAX.left),
+            f"Read soon after the touch or set fruit.relaxation: an orange relaxes to {100.0 * MAY_RELAX.left:g} %, so "
             f"P moves by {change.max():.2g} to {change.min():.2g} %.",
         )
     fallen = over_time.apparent[:, over_time.at] / over_time.E

@@ -39,6 +39,11 @@ class Relaxation:
         """Return the times tau_i [s]."""
         return tuple(time for _, time in self.arms)
 
+    @property
+    def left(self) -> float:
+        """Return the share of a force that is left at last [1]."""
+        return 1.0 - sum(self.shares)
+
 
 def _are_arms(arms: object) -> bool:
     return isinstance(arms, tuple) and len(arms) > 0 and all(map(_is_arm, arms))
@@ -49,3 +54,10 @@ def _is_arm(arm: object) -> bool:
         return False
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in arm)
     return numbers and 0.0 < arm[0] < 1.0 and 0.0 < arm[1] < math.inf
+
+
+MAY_RELAX = Relaxation(((0.25, 5.0), (0.33, 120.0)))
+"""Flesh of a design without `fruit.relaxation`. It keeps 42 %, as Tarocco oranges do: M. Moresi et al., Food Bioprocess
+Technol. 5 (2012), doi:10.1007/s11947-011-0528-4. Both times and how the shares divide are a judgement."""
+STATED_SPREAD = 0.3
+"""Part of a stated relaxation by which a fruit may differ: a judgement."""

@@ -10,8 +10,11 @@ import pytest
 from measured_units import MeasuredDesign
 
 from instrument.press.contrast_press import press_reading
-from instrument.press.pace import LARGEST_BY_PACE, MAY_RELAX, STATED_SPREAD, pace_shift
+from instrument.press.pace import LARGEST_BY_PACE, pace_shift
 from instrument.press.touches import PressSamples
+from pipeline.reading.over_time import fall_by_twice_the_time
+from sensor.design.reading import PRESS_S
+from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD
 from solve.contact.relaxing import timed_forces
 from solve.presses.bodies import EllipsoidFruit, SprungDomes
 from solve.presses.over_time import press_over_time
@@ -25,8 +28,13 @@ SLOWED = 3.0 * (np.minimum(WAY, 0.6) + 3.0 * np.maximum(WAY - 0.6, 0.0))
 
 
 @pytest.fixture(scope="module")
-def unit():
-    return MeasuredDesign("mango", assessed=False).measuring()
+def mango():
+    return MeasuredDesign("mango", assessed=False)
+
+
+@pytest.fixture(scope="module")
+def unit(mango):
+    return mango.measuring()
 
 
 def pressed(unit, way, t, known=True):
@@ -81,6 +89,16 @@ def test_a_pair_of_flat_tips_has_the_size_by_its_springs():
 @pytest.mark.parametrize("t", [EVEN, pytest.param(3.0 * EVEN, marks=pytest.mark.slow)], ids=["3 s", "9 s"])
 def test_an_even_pace_has_none_whatever_it_is(unit, t):
     assert "uneven_pace" not in reading(unit, WAY, t).flags
+
+
+def test_a_press_of_twice_the_time_falls_as_the_note_says(mango, unit, even):
+    """The note is of level presses at the least and the largest modulus, on the fruit of the design: within 6 %."""
+    fall = 1.0 - reading(unit, WAY, 2.0 * EVEN).E / even.E
+    assert fall_by_twice_the_time(mango.sensor) == pytest.approx(fall, rel=0.06)
+    press = replace(mango.design.press, speed_mm_per_s=mango.design.press.travel_mm / PRESS_S, hold_s=3.0)
+    stated = replace(mango.design, press=press, fruit=replace(mango.design.fruit, relaxation=MAY_RELAX.arms))
+    left = fall_by_twice_the_time(replace(mango.sensor, design=stated))
+    assert left == pytest.approx(STATED_SPREAD * fall_by_twice_the_time(mango.sensor))
 
 
 def test_without_times_nothing_is_known_of_a_pace(unit):
