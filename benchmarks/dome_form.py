@@ -13,16 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.harness import table
-from benchmarks.one_press import Bench
+from benchmarks.one_press import BALL_RADIUS, Bench
 from cad.parts.pin import tip_accuracy_mm
-from instrument.calibrate.ball import ReferenceBall, correction_of
 from instrument.press.measuring import MeasuringUnit
 from sensor.theory.dome_form import CAPS
 from solve.presses.bodies import EllipsoidFruit, SprungDomes
 
-BALL_RADIUS = 40.0  # mm
-RUBBER = 0.5  # Poisson's ratio
-HANDS = ((0.0, 0.0), (1.0, 40.0), (1.5, 200.0))  # tilts of the presses on the ball, and where they point to [deg]
 NEAR = 0.02  # of E, on a fruit of the radius of the ball
 HEADS = ["presses", "inside the bar", "rms error %", "farthest, in bars"]
 
@@ -50,23 +46,6 @@ class Unit:
         found = self.bench.read(fruit, self.sensor)
         return (math.inf, 0.0) if found.E is None or found.u is None else (found.E / fruit.E - 1.0, found.u)
 
-    def with_ball(self, known: MeasuringUnit, E: float) -> MeasuringUnit:
-        """Return the unit as it is corrected by a ball that presses as flesh of a modulus [MPa]."""
-        rubber = E * (1.0 - RUBBER**2) / (1.0 - self.bench.design.fruit.poisson**2)
-        ball = ReferenceBall(E_MPa=rubber, radius_mm=BALL_RADIUS, percent=0.0, poisson=RUBBER)
-        self.bench.unit = known.on_ball(BALL_RADIUS)
-        read = [
-            self.bench.read(
-                EllipsoidFruit(
-                    E=rubber, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER, tilt=tilt, tilt_azimuth=azimuth
-                ),
-                self.sensor,
-            )
-            for tilt, azimuth in HANDS
-        ]
-        correction = correction_of(read, ball, known, "the ball")
-        return replace(known, unit=replace(known.unit, ball=correction))
-
 
 def row_of(name: str, found: list[tuple[float, float]], limit: float | None = None) -> list[str]:
     """Return a row of errors and bars; a limit takes the place of the bars."""
@@ -86,14 +65,15 @@ def main() -> int:
     bench = Bench(arguments.design, arguments.seed)
     # The skin and the flesh of these fruits are even: bars of uneven ones would hide what the domes do.
     rows_of_report = tuple(replace(row, fruit=None) for row in bench.unit.report.moduli)
-    known = replace(bench.unit, report=replace(bench.unit.report, moduli=rows_of_report))
+    known = replace(bench.before_ball, report=replace(bench.unit.report, moduli=rows_of_report))
+    bench.before_ball = known
     least, largest = known.range_MPa
     middle = math.sqrt(least * largest)
     rows: dict[str, list[tuple[float, float]]] = {}
     for _ in range(arguments.count):
         unit = Unit(bench)
         drawn = bench.drawn()
-        after = unit.with_ball(known, middle)
+        after = bench.after_ball(unit.sensor, percent=0.0)
         of_ball = EllipsoidFruit(E=middle, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=bench.design.fruit.poisson)
         told = replace(after, radii_mm=(BALL_RADIUS, BALL_RADIUS))
         rows.setdefault("before a ball", []).append(unit.error(drawn, known))

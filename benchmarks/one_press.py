@@ -4,6 +4,7 @@
 moves against the same press without the cause, the bar that was told and the flags. Rows of many presses print how
 many are inside their bar, how many are flagged, and the farthest one in bars. Before it stand those outside without a
 flag. Springs are those of the design, known to 1 %, forces have no noise, and domes end at their rims.
+A ball calibrates the unit, if the design says so.
 """
 
 import argparse
@@ -16,9 +17,11 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.cheeks import sensor_of
+from instrument.calibrate.ball import RUBBER_POISSON, ReferenceBall, correction_of
 from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import FruitReading
+from instrument.press.measuring import MeasuringUnit
 from instrument.press.touches import PressSamples
 from solve.presses.bodies import EllipsoidFruit as Fruit
 from solve.presses.bodies import OuterLayer as Layer
@@ -33,6 +36,8 @@ PRESS_S = 3.0
 FLESH = ((0.25, 5.0), (0.33, 120.0))  # relaxing flesh: 42 % are left, as of Tarocco oranges
 TURNS = (0.0, 90.0, 45.0)  # [deg] of three presses of a fruit
 LOW, HIGH = 0, 1  # tips
+BALL_RADIUS = 40.0  # mm
+HANDS = ((0.0, 0.0), (1.0, 40.0), (1.5, 200.0))  # tilts of the presses on the ball, and where they point to [deg]
 
 
 class Read(NamedTuple):
@@ -57,10 +62,25 @@ class Bench:
         self.design = measured.design
         unit = measured.measuring(percent=1.0, gain_percent=0.1)
         by = "plate" if self.design.reading.on_plate else "weights"
-        self.unit = replace(unit, unit=replace(unit.unit, calibrated_by=by))
+        self.unit = self.before_ball = replace(unit, unit=replace(unit.unit, calibrated_by=by))
         ends = 0.5 * self.design.tips.side_mm
         self.sensor = replace(sensor_of(measured.design, measured.K), rim=ends)
         self.rng = np.random.default_rng(seed)
+        if self.design.reading.calibrated_by == "ball":
+            self.unit = self.after_ball(self.sensor, self.design.reading.ball_percent)
+
+    def after_ball(self, sensor: Sensor, percent: float) -> MeasuringUnit:
+        """Return the unit with the domes of a sensor, corrected by a ball of the middle E, known to some per cent."""
+        known = self.before_ball
+        rubber = (
+            math.sqrt(math.prod(known.range_MPa)) * (1.0 - RUBBER_POISSON**2) / (1.0 - self.design.fruit.poisson**2)
+        )
+        ball = ReferenceBall(E_MPa=rubber, radius_mm=BALL_RADIUS, percent=percent)
+        self.unit = known.on_ball(BALL_RADIUS)
+        of_ball = Fruit(E=rubber, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER_POISSON)
+        found = [self.read(replace(of_ball, tilt=tilt, tilt_azimuth=azimuth), sensor) for tilt, azimuth in HANDS]
+        self.unit = known
+        return replace(known, unit=replace(known.unit, ball=correction_of(found, ball, known, "the ball")))
 
     def fruit(self, E: float, **others: object) -> Fruit:
         """Return the fruit of the design, level under the sensor and without bumps."""
