@@ -10,6 +10,7 @@ from pipeline.errors.sensor_errors import SensorErrors, sensor_errors
 from pipeline.errors.targets import SceneTargets, reached_targets
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings, analyse_readings, reading_constants, tilted_presses
+from pipeline.reading.bench import refuse_bench_that_cannot_weigh
 from pipeline.reading.over_time import ReadingOverTime, reading_over_time, refuse_unsolvable_time
 from pipeline.reading.poses import refuse_unsolvable_poses
 from pipeline.reading.pressed_sensor import PressedSensor, Presses
@@ -73,9 +74,13 @@ class Sensor:
     known_offsets_mm: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a scene that cannot be pressed; sized springs may be asked for in any, until they are pressed."""
+        """Refuse a scene that cannot be pressed; sized springs may be asked for in any, until they are pressed.
+
+        What will be made must be calibrated too. A search goes on from a bench that cannot.
+        """
         if self.springs_as == "fitted":
             refuse_unsolvable(self.design)
+            refuse_bench_that_cannot_weigh(self.design)
 
     def solve(self, *stages: str) -> None:
         """Solve stages in this order; each solves by itself what it needs."""

@@ -16,25 +16,25 @@ from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.housing import DOWEL_MM, Arm
 from cad.parts.sensor import SensorSolids
+from sensor.design.bench import PRESSED, WEIGHED_AT
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.design.signal_path import SpringReadOut, SpringToRead
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
+from sensor.theory.straight_line import left_by_digits
 
 _COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupon may use
 _SLICED = (0.99, 1.04)  # of a solid mass: what slicers count at 100 % infill; see the template for its source
 _TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears
 _K_ERROR = 0.01  # of a stiffness (95 %), what rounded readings of a calibration may make of it
-_JIG_FRACTION = 0.9  # of the largest deflection that a calibration presses
 
 
 def last_digit(full: float) -> float:
     """Return the coarsest power of ten to which readings up to a full one may be rounded, in its unit, for K to 1 %.
 
-    Six readings from none to the full one: their squares about the mean add up to 0.7 of its square. A last digit r has
-    the standard deviation r / sqrt(12) (JCGM 100:2008, F.2.2.1); 95 % of 1 % is shared by force and deflection.
+    95 % of 1 % is shared by force and deflection.
     """
-    largest = _K_ERROR / COVERAGE * full * math.sqrt(12.0 * 0.7 / 2.0)
+    largest = _K_ERROR / COVERAGE / math.sqrt(2.0) / left_by_digits(1.0, full, WEIGHED_AT)
     return 10.0 ** math.floor(math.log10(largest))
 
 
@@ -53,8 +53,8 @@ def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
 
 def _jig_press(spring: SpringToRead) -> dict[str, str | float]:
     """Return the row of the sheet on the calibration of a spring: its largest deflection [mm] and weight [g]."""
-    grams = 1e3 * _JIG_FRACTION * spring.force / STANDARD_GRAVITY
-    return {"name": spring.name, "deflection": _JIG_FRACTION * spring.deflection, "grams": grams}
+    grams = 1e3 * PRESSED * spring.force / STANDARD_GRAVITY
+    return {"name": spring.name, "deflection": PRESSED * spring.deflection, "grams": grams}
 
 
 def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLine], read_out: SpringReadOut) -> str:

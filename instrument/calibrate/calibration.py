@@ -292,7 +292,7 @@ def _printed_unit(
     else:
         method = "weights and deflections" + (", counts of the same weights" if channels else "")
         springs = [spring_of(line) for line in deflections]
-        gain_percent = (report.design.reading or Reading()).gain_percent
+        gain_percent = (report.design.reading or Reading()).uncalibrated_gain_percent
         left_percent = channels.gain_percent if channels else len(springs) * [gain_percent]
         of_deflections = [line.bend.lack_of_fit for line in deflections]
     drifts = report.read_out.channels.gain_drift_percent

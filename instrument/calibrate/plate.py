@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.calibrate.weights import LEAST_ERROR, ChannelCalibration, counts_of, saturation_of
+from instrument.calibrate.weights import ChannelCalibration, counts_of, saturation_of
 from instrument.press.count_codes import with_signed_counts
 from instrument.press.signals import COUNTS, count_keys
+from pipeline.reading.bench import deflections_on_plate, flattening, springs_on_plate
 from pipeline.report.report import Report
 from pipeline.tables.files import place_of
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
@@ -21,15 +22,12 @@ from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import LENGTH, Quantity
 from pipeline.tables.words import WORDS
 from sensor.arrays import Floats
-from sensor.quantity import BOUNDED, COVERAGE, Estimate, validation_error
-from sensor.theory.hertz import force_factor
+from sensor.quantity import COVERAGE, Estimate, validation_error
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, fitted
 
-_GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _UNLIKE = 0.1  # of all stiffnesses: a dial or a balance is less wrong, a unit is more
 _APART = 0.03  # of one against another: a dial is less wrong, a tip that touches late or another channel is more
 _MOST_BENT = 0.1  # of a slope over a press: Hall sensors bend by less, a tip that touches late by more
-_STEEPEST = 1.5  # E goes at most with this power of all deflections: Hertz
 
 
 def measured_plate(
@@ -74,7 +72,7 @@ def pressed_springs(
         raise validation_error(table.source, travels, within, f"at least {FEWEST}", "press in five equal steps")
     keys = count_keys(len(weighed))
     forces = (counts_of(table, keys) - channels.zero_counts) @ np.array(channels.newtons_per_count).T
-    flattened = np.column_stack([flattening(report, force) for force in forces.T])
+    flattened = np.column_stack([flattening(report.design, force) for force in forces.T])
     deflections = travel[:, None] - flattened
 
     digits = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])  # [N]
@@ -93,17 +91,15 @@ def pressed_springs(
     of_travel = fitted(travel, travel + read_wrong, table.last_digits["travel"])
     of_channels = zip((shown + flattened).T, np.abs(digits / K).T, strict=True)
     left = np.array([fitted(travel + read_wrong, *column).slope.error for column in of_channels])
-    # The modulus of a print scatters, and the flattening is proportional to its power of two thirds.
-    by_modulus = 2.0 / 3.0 * report.design.process.E_scatter * np.ptp(flattened, axis=0) / np.ptp(travel)
-    left = np.maximum(np.hypot(left, by_modulus), LEAST_ERROR)
-
+    left = deflections_on_plate(left, np.ptp(flattened, axis=0), report.design, float(np.ptp(travel)))
     mean_ratio = float(ratios.mean())
-    # Springs count as off apart, by the root of their squares; travel and balance move all of them.
-    alike = _STEEPEST * np.sqrt(len(keys)) * np.hypot(of_travel.slope.error, BOUNDED * abs(mean_ratio - 1.0))
-    # Within the difference from the weights a spring lies anywhere (JCGM 100:2008, 4.3.7).
-    apart = BOUNDED * np.abs(ratios / mean_ratio - 1.0)
-    causes = [0.01 * np.array(channels.gain_percent), left, np.full(len(keys), alike), apart]
-    errors = K * np.linalg.norm(causes, axis=0)
+    errors = K * springs_on_plate(
+        gains=0.01 * np.array(channels.gain_percent),
+        deflections=left,
+        travel=of_travel.slope.error,
+        alike=abs(mean_ratio - 1.0),
+        apart=np.abs(ratios / mean_ratio - 1.0),
+    )
     return [
         PressedSpring(
             K=Estimate(float(K[tip]), float(errors[tip]), "N/mm"),
@@ -163,16 +159,3 @@ def _refuse_unlike(table: MeasuredTable, ratios: Floats, weighed: Sequence[Estim
         field = f"{table.source}: stiffness over that from weights, {report.tips[odd].name}"
         bound = f"within {allowed:.2g} of that of {report.tips[other].name}, {ratios[other]:.4g}"
         raise validation_error(field, float(f"{ratios[odd]:.4g}"), "", bound, hint)
-
-
-def flattening(report: Report, forces: Floats) -> Floats:
-    """Return the flattening of a tip on glass [mm] by forces [N]; 0 for a flat face.
-
-    Two elastic bodies: K. L. Johnson, Contact Mechanics (1985), (4.23), doi:10.1017/CBO9781139171731.
-    """
-    radius = report.design.tips.dome_radius_mm
-    if radius is None:
-        return np.zeros(len(forces))
-    process = report.design.process
-    reduced = 1.0 / ((1.0 - process.poisson**2) / process.E_MPa + 1.0 / _GLASS_MPA)
-    return np.asarray((np.maximum(forces, 0.0) / force_factor(reduced, radius)) ** (2.0 / 3.0))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from instrument.press.signals import count_keys
+from pipeline.reading.bench import LEAST_ERROR
 from pipeline.report.report import Report
 from pipeline.tables.files import place_of
 from pipeline.tables.measured_table import MeasuredTable
@@ -15,8 +16,6 @@ from sensor.arrays import Floats
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, validation_error
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, OddRow, fitted
 
-LEAST_ERROR = 1e-4
-"""Of a stiffness: no dial and no weight is better."""
 DEFLECTION = "deflection"
 _LEAST_COMPLIANCE = 1e-6  # [mm/N] of a spring: below, nothing moved
 _WORST_CONDITION = 100.0  # of gains, each over its own channel's: beyond it channels do not tell the tips apart

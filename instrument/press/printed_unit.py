@@ -167,13 +167,18 @@ def design_digest(design: Design) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+_BEFORE_STIFFNESS = ("radius_spread", "radius_mm", "radius_across_mm", "thickness_mm", "noise_percent", "noise_N")
 _OF_0_2 = (
     ("press", "strain", "linear", ("attitude",)),
     ("print", "gauges", "none", ("max_length_mm", "E_MPa")),
     ("readout", "transducer", "displacement", ()),
+    ("reading", "stiffness_percent", 1.0, _BEFORE_STIFFNESS),
+    ("reading", "gain_percent", 0.5, (*_BEFORE_STIFFNESS, "stiffness_percent")),
 )
-"""Keys that 0.2 wrote, or digested as if it had: table, key, value, and the keys of which it stood behind the last."""
+"""Keys that 0.2 wrote, or digested as if it had: table, key, value, and the keys of which it stood behind the last.
 
+Those that are written still have their own value.
+"""
 
 _SINCE_0_2 = (
     *("fruit.roughness_mm", "fruit.roughness_wave_mm", "fruit.flesh_scatter_percent"),
@@ -185,11 +190,12 @@ _SINCE_0_2 = (
 def digest_of_0_2(design: Design) -> str:
     """Return the sha256 that version 0.2 wrote into the units of a design: that of its whole text."""
     tables = design_as_mapping(design, derived=True)
+    tables.pop("bench", None)
     for name in _SINCE_0_2:
         table, key = name.split(".")
         tables.get(table, {}).pop(key, None)
     for table, key, value, before in _OF_0_2:
-        if table in tables:
+        if table in tables and key not in tables[table]:
             items = list(tables[table].items())
             place = max((1 + place for place, (known, _) in enumerate(items) if known in before), default=0)
             tables[table] = dict([*items[:place], (key, value), *items[place:]])
@@ -234,10 +240,10 @@ def percent_as_made(report: Report) -> list[float]:
 def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str) -> PrintedUnit:
     """Return a unit of a report's design with springs [N/mm] and their standard deviations [%].
 
-    Its gains are as certain as the design asks.
+    Its gains are as certain as the design says, or as those of an amplifier.
     """
     count = len(report.tips)
-    gain_percent = (report.design.reading or Reading()).gain_percent
+    gain_percent = (report.design.reading or Reading()).uncalibrated_gain_percent
     drifts = report.read_out.channels.gain_drift_percent
     return PrintedUnit(
         design=report.design.name,

@@ -18,8 +18,8 @@ EASED = 0.12  # of the logarithm of a range, that a round takes from each of its
 OF_SHAPE = ("reading.bias", "reading.touch", "geometry.tip_face")
 """Verdicts that fail because cheeks and flesh differ too much."""
 
-OF_SOFTEST = ("bruise", "printable.low", "printable.high", "K_l", "K_h")
-"""Verdicts that fail because the softest flesh bears too little, or needs springs that are too soft to print."""
+OF_SOFTEST = ("bruise", "reading.calibration", "printable.low", "printable.high", "K_l", "K_h")
+"""Verdicts that fail for the softest flesh: it bears too little, or needs springs too soft to print or to calibrate."""
 
 
 def nearest_demand(

@@ -13,6 +13,7 @@ from pipeline.find.fruit_range import Ends, FruitRange, bruise_limit
 from pipeline.find.proof import first_proved
 from pipeline.find.suggestion import Suggestion
 from pipeline.options import RunOptions, load_design
+from pipeline.reading.records import CalibrationLeft
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.storage.stopwatch import Progress, silent
@@ -20,6 +21,7 @@ from pipeline.verdicts.hints import least_travel
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.quantity import InputError
+from sensor.verdict import row_of
 from sensor.words import rounded
 
 PRESETS = ("apple", "avocado", "kiwi", "mango", "peach", "tomato")
@@ -39,6 +41,8 @@ _TRAVEL_STEP_MM = 0.01
 _LESS_TRAVEL_MM = 0.02  # by which both signs of the largest bias shrink
 _SOFTER = 0.9  # factor of both springs that presses less hard
 _BY_BIAS = 1.04  # first factor of the radii of the fruit of the design
+_BEYOND_LIMIT = 1.02  # so that what was rounded keeps the limit too
+_STIFFER_AT_ONCE = 1.5  # at most: the other steps then find their way
 _STIFFER = 1.12  # factor of the high spring that tells firm fruit better
 
 
@@ -279,12 +283,25 @@ def _step(design: Design, result: Sensor | SensorResult | None, centring: float)
         return _springs(design, _SOFTER, _SOFTER)
     if "reading.touch" in failed or (readings is not None and readings.refused is not None):
         return {"press.travel_mm": round(design.press.travel_mm + _TRAVEL_STEP_MM, 2)}
+    if "reading.calibration" in failed and readings is not None and readings.calibration is not None:
+        return _as_calibrated(design, readings.calibration)
     bias = _failing_bias(result)
     if bias:
         return _centred(design, centring if bias > 0.0 else 1.0 / centring)
     if "reading.uncertainty" in failed:
         return {"springs.K_h_N_per_m": _springs(design, 1.0, _STIFFER)["springs.K_h_N_per_m"]}
     return {}
+
+
+def _as_calibrated(design: Design, left: CalibrationLeft) -> Changes:
+    """Return the springs that a balance shows better, or the travel that a dial does: its part falls as they grow."""
+    limit = row_of("reading.calibration").limit
+    over = left.largest_stiffness / limit if isinstance(limit, float) else 1.0
+    factor = min(_BEYOND_LIMIT * over, _STIFFER_AT_ONCE)
+    if left.by == "dial":
+        return {"press.travel_mm": round(factor * design.press.travel_mm, 2)}
+    is_low = design.tips.springs[design.tips.names.index(left.worst_tip)] == "low"
+    return _springs(design, factor if is_low else 1.0, 1.0 if is_low else factor)
 
 
 def _centred(design: Design, factor: float) -> Changes:

@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.reading.bench import left_by_bench
 from pipeline.reading.form import moved_by_form, of_middle
 from pipeline.reading.measurement import RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, occurring, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, Presses
 from pipeline.reading.read_out import LevelReading, ReadingConstants
-from pipeline.reading.records import SkinPressure, UnevenFruit
+from pipeline.reading.records import CalibrationLeft, SkinPressure, UnevenFruit
 from pipeline.reading.uncertainty import (
     Channels,
     SlopesOnBall,
@@ -75,7 +76,8 @@ class Readings(Record):
     others. `level` are the readings of level presses, by which all are corrected. `full_scale` is the largest force of
     each channel over all poses [N], (tips,). `pressures` are those on the skin at each modulus. `flesh` is the change
     of E to either side if the flesh under domes obeys the law of Hencky or of Storakers [1]. `face_mm` is the width
-    that the face of a dome needs to hold the contact in every pose, 0 for other tips.
+    that the face of a dome needs to hold the contact in every pose, 0 for other tips. `calibration` is what is left in
+    springs and gains.
     """
 
     method: str
@@ -87,6 +89,7 @@ class Readings(Record):
     pressures: tuple[SkinPressure, ...] = ()
     flesh: float = 0.0
     face_mm: float = 0.0
+    calibration: CalibrationLeft | None = None
 
     @property
     def worst_bias(self) -> ModulusReading:
@@ -143,12 +146,15 @@ def analyse_readings(sensor: PressedSensor) -> Readings | None:
     model = rise_model(sensor)
     press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # no faster than its read-out allows
     channels = designed_channels(reading, presses.full_scale, sensor.signal, sensor.springs.creep, press_s)
+    calibration = left_by_bench(design, presses.full_scale, 1.0 / np.diag(sensor.C), channels.noises)
+    channels = channels.calibrated(calibration)
     found, refused = _read(model, presses, channels, design.tips.side_mm)
     analysis = Readings(
         method=model.method,
         touch=touch_fraction(presses),
         level=model.level,
         refused=refused,
+        calibration=calibration,
         face_mm=float(presses.face_mm.max()),
         pressures=_skin_pressures(sensor, presses),
     )

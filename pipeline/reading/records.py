@@ -39,6 +39,33 @@ class UnevenFruit:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CalibrationLeft:
+    """What calibration leaves in springs and gains, and the bench that leaves it."""
+
+    balance_g: float = report_field("g", "last digit of the balance")
+    balance_max_g: float = report_field("g", "largest load of the balance")
+    dial_mm: float = report_field("mm", "last digit of the dial")
+    stiffness_percent: tuple[float, ...] = report_field(
+        "%", "standard uncertainty of the spring of each tip, in the order of `tips`"
+    )
+    gain_percent: tuple[float, ...] = report_field(
+        "%",
+        "standard uncertainty of the gain of each channel; where a plate calibrates the sensor, of the deflection that "
+        "it shows",
+    )
+    typed: tuple[str, ...] = report_field(
+        "", "which of both percentages are those of the design, for which the bench does not count"
+    )
+    worst_tip: str = report_field("", "the tip whose spring the bench shows least well")
+    by: str = report_field("", "what leaves most of it: `balance`, `dial` or `noise` of the channel")
+
+    @property
+    def largest_stiffness(self) -> float:
+        """Return the standard uncertainty of the spring that is known least well [1]."""
+        return 0.01 * max(self.stiffness_percent)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Moment:
     """The moment at which a reading moves least at one speed of the press."""
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pipeline.reading.records import CalibrationLeft
 from sensor.arrays import Floats
 from sensor.design.reading import (
     LEAST_OF_SCALE,
@@ -114,6 +115,11 @@ class Channels:
         """Return the forces below which tips are counted as out of contact [N]."""
         return np.maximum(LEAST_OVER_NOISE * self.errors, LEAST_OF_SCALE * self.full_scale)
 
+    def calibrated(self, left: CalibrationLeft) -> "Channels":
+        """Return the channels with what a calibration leaves in springs and gains."""
+        gains = {**self.gains, "gain": 0.01 * np.array(left.gain_percent)}
+        return replace(self, gains=gains, springs=0.01 * np.array(left.stiffness_percent))
+
     def of_press(self, slopes: Sequence[RiseSlopes]) -> dict[str, float]:
         """Return the uncertainty of the moduli of presses [1] by each cause but noise, of presses equally likely.
 
@@ -156,6 +162,7 @@ def designed_channels(
 ) -> Channels:
     """Return the channels of a design with full scales [N], (tips,): by its read-out, or as a reading says.
 
+    Springs and gains that the reading does not give are exact until they are `calibrated`.
     A press by hand takes `press_s` [s], and springs that creep are weighed after `WEIGHED_AFTER_S`. The effect of times
     is in inverse proportion to the duration of a press; a press is solved as one of `PRESS_S`.
     """
@@ -164,8 +171,8 @@ def designed_channels(
         full_scale=full_scale,
         noise={"noise_percent": 0.01 * reading.noise_percent * full_scale, "noise_N": reading.noise_N * tips},
         zero_drift=0.0 * tips,
-        gains={"gain": 0.01 * reading.gain_percent * tips},
-        springs=0.01 * reading.stiffness_percent * tips,
+        gains={"gain": 0.01 * (reading.gain_percent or 0.0) * tips},
+        springs=0.01 * (reading.stiffness_percent or 0.0) * tips,
         time_s=0.0,
         on_plate=reading.on_plate,
         # Presses on a ball last as long as those on fruit: what a weight tells of creep drops out.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from pipeline.reading.read_out import Matrix
-from pipeline.reading.records import Moment, SkinPressure, UnevenFruit
+from pipeline.reading.records import CalibrationLeft, Moment, SkinPressure, UnevenFruit
 from pipeline.report.response_table import band_columns, force_columns, numbers
 from sensor.arrays import Floats, rows_of
 from sensor.quantity import report_field
@@ -328,6 +328,13 @@ class ReadingReport:
         left_out=True,
     )
 
+    calibration: CalibrationLeft | None = report_field(
+        "",
+        "what calibration on the bench of the design leaves in springs and gains. Reports before 0.3 do not have it",
+        default=None,
+        left_out=True,
+    )
+
     @classmethod
     def filled(cls, readings: "Readings") -> Self:
         """Return the bias and uncertainty of readings, and the pressure on the skin."""
@@ -345,6 +352,7 @@ class ReadingReport:
             moduli=tuple(ModulusReport.filled(row) for row in readings.moduli),
             skin_pressure=readings.pressures,
             fruit=readings.uneven,
+            calibration=readings.calibration,
         )
 
 

@@ -59,6 +59,7 @@ class Goal:
             "reading.bias",
             "reading.uncertainty",
             "reading.touch",
+            "reading.calibration",
             "bruise",
             "printable.low",
             "printable.high",

@@ -7,6 +7,7 @@ from string import Formatter
 
 from pipeline.options import TOLERANCES, RunOptions
 from pipeline.springs.fitted_springs import FittedSprings
+from sensor.design.bench import Bench
 from sensor.design.parameters import Design
 from sensor.tips.shapes import OPTIONAL_KEYS
 from sensor.verdict import Verdict
@@ -163,6 +164,26 @@ def _level_flat_tips(missed: _Missed) -> str | None:
     return None
 
 
+def _finer_bench(missed: _Missed) -> str | None:
+    """Return a clause that asks for the balance or the dial by which the verdict passes, and for another spring.
+
+    All that a bench leaves is proportional to its last digits, but for noise.
+    """
+    verdict = missed.verdict
+    bench = missed.design.bench or Bench()
+    if not isinstance(verdict.limit, float) or not verdict.value:
+        return None
+    finer = _WITHIN * verdict.limit / verdict.value
+    clauses = {
+        "by the balance": (f"bench.balance_g={rounded(finer * bench.balance_g, 1, towards=0.0):g}", "a stiffer spring"),
+        "by the dial": (f"bench.dial_mm={rounded(finer * bench.dial_mm, 1, towards=0.0):g}", "a longer travel"),
+    }
+    for cause, (setting, other) in clauses.items():
+        if cause in verdict.reference:
+            return f"would pass with a finer one, `--set {setting}`, or with {other}"
+    return None
+
+
 def _steadier(missed: _Missed) -> str:
     """Return a clause that asks for a moment, where readings have one, and a press, in which flesh relaxes less."""
     if missed.design.reading is None:
@@ -179,5 +200,6 @@ PARTS: Mapping[str, Callable[[_Missed], str | None]] = {
     "as_sized": _as_sized,
     "level_flat_tips": _level_flat_tips,
     "steadier": _steadier,
+    "finer_bench": _finer_bench,
 }
 """What a hint of `sensor/verdicts.toml` may name in braces: numbers and clauses, None where one does not apply."""

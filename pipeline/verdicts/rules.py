@@ -180,6 +180,22 @@ def uncertainty_verdict(readings: Readings, reading: Reading) -> Verdict:
     return _of_all_poses("reading.uncertainty", readings.uncertainty, limit, words, readings.refused)
 
 
+def calibration_verdict(readings: Readings, _reading: Reading) -> Verdict | None:
+    """Return the verdict on the spring that the bench leaves least well known [1]; it passes where that is given."""
+    name = "reading.calibration"
+    left = readings.calibration
+    if left is None:
+        return None
+    if "stiffness_percent" in left.typed:
+        words = "as reading.stiffness_percent gives it, for which no bench counts"
+        return judge(name, left.largest_stiffness, words, limit="as given", passed=True)
+    bench = f"a balance of {left.balance_g:g} g up to {left.balance_max_g:g} g, and a dial of {left.dial_mm:g} mm"
+    words = (
+        f"uncertainty of the spring of {left.worst_tip} after calibration, most of it by the {left.by}; with {bench}"
+    )
+    return judge(name, left.largest_stiffness, words)
+
+
 def touch_verdict(readings: Readings, _reading: Reading) -> Verdict:
     """Return the verdict on how late in the press all tips touch [1]."""
     words = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"

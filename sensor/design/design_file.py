@@ -5,6 +5,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from sensor.design.bench import Bench
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import TABLES, Design, GivenSprings, Print, Targets
 from sensor.design.processes import Process, own_process, process_as_table
@@ -23,6 +24,7 @@ TABLE_TYPES: dict[str, Any] = {
     "press": Press,
     "reading": Reading,
     "readout": Readout,
+    "bench": Bench,
     "print": Print,
 }
 

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
+from sensor.design.bench import Bench
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES, Process
 from sensor.design.reading import PRESS_S, Reading
@@ -198,6 +199,7 @@ class Design:
     press: Press = field(default_factory=Press)
     reading: Reading | None = None
     readout: Readout | None = None
+    bench: Bench | None = None
     print: Print = field(default_factory=Print)
     printer: Process | None = None
 
@@ -222,6 +224,7 @@ class Design:
         self._check_ranges_of_reading()
         self._check_time()
         self._check_ball()
+        self._check_bench()
         self._check_readout()
 
     def _check_process(self) -> None:
@@ -371,6 +374,19 @@ class Design:
         if self.reading is not None and self.reading.calibrated_by == "ball" and not self.takes_ball:
             bound = "weights or plate: a ball shows domes in a line or a square, on flesh without a skin"
             raise validation_error("reading.calibrated_by", "ball", "", bound, "choose plate")
+
+    def _check_bench(self) -> None:
+        """Refuse a bench that nothing needs."""
+        bench = self.bench
+        if bench is None:
+            return
+        reading = self.reading
+        if reading is None:
+            bound = "left out without [reading]"
+            raise validation_error("bench.balance_g", bench.balance_g, "g", bound, "drop [bench], or give [reading]")
+        if reading.stiffness_percent is not None and reading.gain_percent is not None:
+            bound = "left out beside reading.stiffness_percent and reading.gain_percent, which replace it"
+            raise validation_error("bench.balance_g", bench.balance_g, "g", bound, "drop [bench], or those two")
 
     @property
     def takes_ball(self) -> bool:

@@ -28,6 +28,8 @@ PRESS_S = 3.0
 WEIGHED_AFTER_S = 30.0
 """Time after which the deflection under a weight is read [s], where nobody says."""
 CALIBRATED_BY = ("weights", "plate", "ball")
+AMPLIFIER_GAIN_PERCENT = 0.5
+"""Standard uncertainty of a gain that no calibration has shown [%]: a judgement on amplifiers."""
 LEAST_OVER_NOISE = 4.0  # standard deviations: a tip with less force on it counts as off the fruit
 LEAST_OF_SCALE = 0.01  # of the largest force of its tip: a zero that is off by less is no touch
 
@@ -42,8 +44,8 @@ class Reading:
     their flesh. Without them the radius of a ball may differ by `radius_spread` of it. `noise_percent` is a share of
     the largest force of each tip. `stiffness_percent` and `gain_percent` are what calibration leaves. By weights it is
     that of each spring and of each force. A hard plate moves all tips alike: then it is that of each force at a known
-    deflection and of each deflection. `bias_limit` bounds the largest |E read / E - 1| without noise,
-    `uncertainty_limit` its standard uncertainty.
+    deflection and of each deflection. Those that are None follow from the bench of the design. `bias_limit` bounds the
+    largest |E read / E - 1| without noise, `uncertainty_limit` its standard uncertainty.
     """
 
     tilt_deg: float = quantity(
@@ -111,19 +113,20 @@ class Reading:
         hint="give 0 where noise_percent is the whole noise",
         meaning="further noise of each force, one standard deviation, independent of the force",
     )
-    stiffness_percent: float = quantity(
+    stiffness_percent: float | None = quantity(
         "%",
         _PERCENT,
-        default=1.0,
-        hint="a unit calibrated by weights has 1",
-        meaning="standard uncertainty of each spring after calibration",
+        default=None,
+        hint="leave it out to have what the bench leaves",
+        meaning="standard uncertainty of each spring after calibration; by default what the bench leaves, see "
+        "[what a bench leaves](read-a-fruit.md#what-a-bench-leaves)",
     )
-    gain_percent: float = quantity(
+    gain_percent: float | None = quantity(
         "%",
         _PERCENT,
-        default=0.5,
-        hint="an amplifier has 0.5",
-        meaning="standard uncertainty of the gain of each channel after calibration",
+        default=None,
+        hint="leave it out to have what the bench leaves",
+        meaning="standard uncertainty of the gain of each channel after calibration; by default what the bench leaves",
     )
     calibrated_by: str | None = choice(
         CALIBRATED_BY,
@@ -191,6 +194,11 @@ class Reading:
     def on_plate(self) -> bool:
         """Say whether a hard plate calibrates the unit, alone or with a ball."""
         return self.calibrated_by in ("plate", "ball")
+
+    @property
+    def uncalibrated_gain_percent(self) -> float:
+        """Return the standard uncertainty of a gain before a calibration [%]."""
+        return AMPLIFIER_GAIN_PERCENT if self.gain_percent is None else self.gain_percent
 
     @property
     def least_uncertainty_limit(self) -> float:

@@ -13,6 +13,7 @@ of known sign, which moves E by e times the slope of ln E over a gain or a compl
 adds to the half width (JCGM 100:2008, F.2.4.5).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -132,6 +133,15 @@ def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None 
         span=float(np.ptp(shown)),
         suspect=points.suspect(),
     )
+
+
+def left_by_digits(digit: float, largest: float, at: Sequence[float]) -> float:
+    """Return the relative standard deviation of the slope [1] that readings with a last digit leave.
+
+    They are of a line through zero, else without error, and lie `at` these fractions of a largest one, in its unit.
+    """
+    shown = largest * np.array(at)
+    return fitted(shown, shown, np.full(len(shown), digit)).slope.relative
 
 
 class _PointsOfLine(NamedTuple):

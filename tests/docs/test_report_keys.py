@@ -24,7 +24,7 @@ from twintip.cli import main
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "report-json.md").read_text(encoding="utf-8")
 STUDIES = (DOCS / "studies.md").read_text(encoding="utf-8")
-BY_READING = ("reading.bias", "reading.uncertainty", "reading.touch", "reading.relaxation")
+BY_READING = ("reading.bias", "reading.uncertainty", "reading.touch", "reading.calibration", "reading.relaxation")
 WORDS = {
     "SPRING": "(low|high)",
     "NUMBER": "(K_l|K_h|P_max|NL|contact)",

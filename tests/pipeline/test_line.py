@@ -48,7 +48,8 @@ def test_line_that_reads_well_passes_by_its_readings_alone(line):
     code, folder = line
     report = report_of(folder)
     outcomes = {verdict["name"]: verdict["passed"] for verdict in report["verdicts"]}
-    assert outcomes == dict.fromkeys(("reading.bias", "reading.uncertainty", "reading.touch"), True)
+    names = ("reading.bias", "reading.uncertainty", "reading.touch", "reading.calibration")
+    assert outcomes == dict.fromkeys(names, True)
     assert code == 0
 
 
@@ -83,7 +84,8 @@ def test_line_that_reads_badly_fails_by_that_reading(limit, tmp_path):
 
 
 def test_line_without_readings_is_judged_by_its_force_ratio(tmp_path):
-    words = flags(**{"reading.tilt_deg": "", "reading.noise_percent": "", "reading": "", "targets.P_max": 5})
+    unset = dict.fromkeys(("reading.tilt_deg", "reading.noise_percent", "reading", "bench"), "")
+    words = flags(**unset, **{"targets.P_max": 5})
     main(["run", "--look", "--design", FOULY, *words, "--out", str(tmp_path / "ratio")])
     names = {verdict["name"] for verdict in report_of(tmp_path / "ratio")["verdicts"]}
     assert names == {"P_max", "NL", "P_displacement_independent", "P_monotonic"}

@@ -136,9 +136,8 @@ def test_gains_without_counts_are_as_certain_as_the_design_with_their_drift(mang
     lines = [TIPS]
     for tip, K in zip(mango.report.tips, mango.K.tolist(), strict=True):
         lines += [f"{tip.name},{g},{g * GRAM / K:.9f}\n" for g in (0, 1, 2)]
-    expected = np.hypot(
-        mango.design.reading.gain_percent, np.array(mango.report.read_out.signal.gain_drift_percent) / np.sqrt(3.0)
-    )
+    drifts = np.array(mango.report.read_out.signal.gain_drift_percent)
+    expected = np.hypot(mango.design.reading.uncalibrated_gain_percent, drifts / np.sqrt(3.0))
     assert calibrate(mango.report, "".join(lines)).unit.gain_percent == pytest.approx(expected.tolist(), rel=1e-9)
 
 

@@ -18,6 +18,7 @@ from pipeline.options import load_design
 from sensor.design.parameters import Design
 from sensor.quantity import InputError
 
+OF_0_2 = {"reading.calibrated_by": "plate", "reading.stiffness_percent": 1.0, "reading.gain_percent": 0.1}
 MY_FRUIT = str(Path(__file__).parents[3] / "docs" / "examples" / "my-fruit.toml")
 
 
@@ -134,11 +135,20 @@ def test_nominal_unit_is_as_uncertain_as_its_process_prints(paper):
     [
         (Design(), "9279a9d7514dd03c4597188a5314cbb2346e47512d3ce2b7fa0b8f3eff27bc00"),
         (
-            load_design("mango", {"reading.calibrated_by": "plate"}),
+            load_design("mango", OF_0_2),
             "bda5b9192e0873d0effa44eaf3cbb47724167bb5609b0bbb2e50389f3abd6bd0",
         ),
         (
             load_design(MY_FRUIT),
+            "7b532037446524a254668104b34048b186c82b7c544a30ed7361a6118cd37634",
+        ),
+        (
+            # Its percentages are the defaults of 0.2, which wrote them where a design gave none.
+            load_design(MY_FRUIT, {"reading.stiffness_percent": "", "reading.gain_percent": ""}),
+            "7b532037446524a254668104b34048b186c82b7c544a30ed7361a6118cd37634",
+        ),
+        (
+            load_design(MY_FRUIT, {"reading.stiffness_percent": "", "bench.dial_mm": 0.02}),
             "7b532037446524a254668104b34048b186c82b7c544a30ed7361a6118cd37634",
         ),
     ],

@@ -33,6 +33,7 @@ def logs(fruit):
         ((SOFT,), 0, 1, 0),
         ((FIRM,), 0, 0, 1),
         ((judge("printable.low", None, "", limit="4 to 120"),), 0, 1, 0),
+        ((judge("reading.calibration", 0.2, ""),), 0, 1, 0),
         ((BIAS, FIRM), 1, 0, 1),
         ((), 1, 0, 0),
     ],

@@ -15,6 +15,7 @@ from pipeline.find.fruit_design import PRESETS, fruit_of, fruit_suggestion, most
 from pipeline.find.fruit_range import FruitRange, bruise_limit, fruit_range
 from pipeline.options import load_design
 from pipeline.reading.poses import refuse_unsolvable_poses
+from pipeline.reading.records import CalibrationLeft
 from pipeline.verdicts.hints import least_travel
 from sensor.quantity import Estimate, InputError
 from sensor.verdict import Verdict
@@ -190,6 +191,38 @@ def test_each_verdict_has_its_step(trials, outcome, key, step):
     assert set(changes) <= {"springs.K_h_N_per_m"}
     assert len(tried) == found.tried == 2
     assert found.changed == tried[-1]
+
+
+@pytest.mark.parametrize(
+    ("tip", "by", "key", "factor"),
+    [
+        ("low_2", "balance", "springs.K_l_N_per_m", 1.02 * 1.2),
+        ("high_1", "balance", "springs.K_h_N_per_m", 1.02 * 1.2),
+        ("low_1", "noise", "springs.K_l_N_per_m", 1.02 * 1.2),
+        ("low_1", "dial", "press.travel_mm", 1.02 * 1.2),
+    ],
+)
+@pytest.mark.parametrize("over", [1.2, 9.0])
+def test_what_the_bench_shows_too_little_of_grows(trials, tip, by, key, factor, over):
+    """By as much as is missing, at most by a half at once."""
+    left = CalibrationLeft(
+        balance_g=1.0,
+        balance_max_g=200.0,
+        dial_mm=0.01,
+        stiffness_percent=(5.0 * over, 1.0, 1.0, 1.0),
+        gain_percent=4 * (0.1,),
+        typed=(),
+        worst_tip=tip,
+        by=by,
+    )
+    outcome = failing("reading.calibration")
+    outcome.readings = SimpleNamespace(calibration=left, face_mm=0.0, refused=None, moduli=())
+    trials(outcome)
+    found = fruit_suggestion(KIWI, MANGO)
+    start = scaled_changes(KIWI, MANGO)
+    changes = {name: value for name, value in found.changes.items() if value != start[name]}
+    assert set(changes) == {key}
+    assert changes[key] == pytest.approx(min(factor / 1.2 * over, 1.5) * start[key], rel=1e-2)
 
 
 def test_step_of_a_key_that_stays_ends_the_search(trials):

@@ -207,6 +207,8 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
         (load_design("mango"), {"reading.uncertainty"}, {"reading.tilt_deg", "reading.uncertainty_limit",
          "reading.calibrated_by", "press.travel_mm", "springs.K_l_N_per_m", "springs.K_h_N_per_m",
          "tips.dome_radius_mm", "tips.side_mm", "tips.spacing_mm"}),
+        (load_design("mango"), {"reading.calibration"}, {"springs.K_l_N_per_m", "springs.K_h_N_per_m",
+         "press.travel_mm"}),
         (load_design("mango"), {"reading.bias"}, {"reading.tilt_deg", "reading.bias_limit", "press.travel_mm",
          "springs.K_l_N_per_m", "springs.K_h_N_per_m", "tips.dome_radius_mm", "tips.side_mm", "tips.spacing_mm"}),
         (load_design("mango"), {"geometry.tip_face"}, {"tips.dome_radius_mm", "tips.side_mm", "tips.spacing_mm",

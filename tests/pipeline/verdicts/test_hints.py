@@ -9,6 +9,7 @@ from stand_ins import GOOD, result_of, springs_of
 from pipeline.find.changes import MOVES, sweeps
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions, load_design
 from pipeline.verdicts.hints import CONTACT_SIZES, PARTS, SEARCH, hint, shorter_travel, tolerance_hint, with_hints
+from sensor.design.bench import Bench
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.reading import Reading
@@ -92,7 +93,9 @@ def test_hint_follows_from_the_verdict_and_its_design(verdict, design, springs, 
 
 def test_line_that_misses_P_max_is_told_of_its_tips_and_not_of_its_springs():
     """Its springs are never made, and targets size a pair alone."""
-    line = load_design("docs/examples/fouly.toml", {"reading": "", "tips.shape": "sphere", "tips.socket": "pin"})
+    line = load_design(
+        "docs/examples/fouly.toml", {"reading": "", "bench": "", "tips.shape": "sphere", "tips.socket": "pin"}
+    )
     assert "tips.shape=cube" in hint(missed("P_max"), line, dataclasses.replace(UNMADE, ideal=True), ROUGH)
 
 
@@ -115,6 +118,18 @@ def test_tips_that_touch_late_ask_for_the_travel_of_which_it_is_half():
     late = missed("reading.touch", value=0.7, error=0.02, limit=0.5)
     travel = float(hint(late, Design(press=Press(travel_mm=0.6)), MADE, ROUGH).partition("travel_mm=")[2].rstrip("`"))
     assert 0.864 <= travel < 1.03 * 0.864
+
+
+@pytest.mark.parametrize(
+    ("cause", "key", "digit"),
+    [("balance", "bench.balance_g", 0.02), ("dial", "bench.dial_mm", 0.002), ("noise", "", 0.0)],
+)
+def test_springs_that_a_bench_leaves_unknown_ask_for_a_finer_one(cause, key, digit):
+    """4.5 times over the limit: what a bench leaves is proportional to its last digits, of 0.1 g and 0.01 mm."""
+    over = missed("reading.calibration", value=0.225, limit=0.05)
+    over = dataclasses.replace(over, reference=f"uncertainty of low_1, most of it by the {cause}")
+    found = hint(over, Design(reading=Reading(), bench=Bench(balance_g=0.1)), MADE, ROUGH)
+    assert (f"`--set {key}={digit:g}`" in found) if key else found == SEARCH
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ each_choice = pytest.mark.parametrize(
 )
 UNIT_OF_ENDING = {"_mm": "mm", "_MPa": "MPa", "_deg": "deg", "_N_per_m": "N/m", "_N": "N", "_percent": "%"}
 UNIT_OF_ENDING = {"_mV_per_mm": "mV/mm"} | UNIT_OF_ENDING | {"_mm_per_s": "mm/s", "_s": "s", "_V": "V", "_mV": "mV"}
-UNIT_OF_ENDING |= {"_Hz": "Hz", "_nV": "nV", "_um": "um", "_K": "K", "_ms": "ms"}
+UNIT_OF_ENDING |= {"_Hz": "Hz", "_nV": "nV", "_um": "um", "_K": "K", "_ms": "ms", "_g": "g"}
 
 
 @each_number

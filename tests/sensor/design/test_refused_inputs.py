@@ -15,6 +15,7 @@ ELLIPSOID = {"shape": "ellipsoid", "radius_mm": 35.0, "radius_across_mm": 30.0}
 PLAN = {"length_mm": 24.0, "width_mm": 24.0, "thickness_mm": 12.0}
 LINE = {"layout": "line", "order": "LHL"}
 DOMES = {**SQUARE, "shape": "dome", "dome_radius_mm": 10.0, "side_mm": 5.0}
+BENCH = ("balance_g", "balance_max_g", "dial_mm")
 RADII = {"radius_mm": [42.0, 53.0], "radius_across_mm": [86.0, 144.0]}
 
 
@@ -97,6 +98,11 @@ def read_on(reading, fruit=None, tips=DOMES):
         *(({"fruit": {"roughness_mm": bad}}, "fruit.roughness_mm") for bad in (-0.01, 1.5, "a")),
         *(({"fruit": {"flesh_scatter_percent": bad}}, "fruit.flesh_scatter_percent") for bad in (-1.0, 51.0)),
         *((read_on({"presses": bad}), "reading.presses") for bad in (0, 2.5, 101)),
+        *(({"reading": {}, "bench": {key: bad}}, f"bench.{key}") for key in BENCH for bad in (0.0, -1.0, 1e9, "a")),
+        ({"reading": {}, "bench": {"balance_g": 10.0, "balance_max_g": 10.0}}, "bench.balance_g"),
+        ({"reading": {}, "bench": {"balance": 0.01}}, "bench.balance"),
+        ({"bench": {}}, "bench.balance_g"),
+        ({"reading": {"stiffness_percent": 1.0, "gain_percent": 1.0}, "bench": {}}, "bench.balance_g"),
         (read_on({"thickness_mm": [8.0, 20.0]}, {}), "reading.thickness_mm"),
         (read_on({"thickness_mm": [8.0, 20.0]}, tips=SQUARE), "reading.thickness_mm"),
         *(

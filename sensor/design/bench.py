@@ -1,0 +1,53 @@
+"""The bench on which a unit will be calibrated: a balance, a dial, and what their last digits leave of a slope."""
+
+from dataclasses import dataclass
+
+from sensor.quantity import Bounds, check_fields, quantity, validation_error
+
+_DIGIT = Bounds(at_least=1e-6, at_most=100.0)
+_LOAD = Bounds(at_least=0.1, at_most=1e5)
+PRESSED = 0.9
+"""Of the largest force or deflection of a spring: so far a calibration presses."""
+WEIGHED_AT = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+"""Readings under weights, over the largest one. On the way back the same weights are rounded alike, and add nothing."""
+PLATE_AT = (0.2, 0.4, 0.6, 0.8, 1.0)
+"""Readings on a plate, over the deepest one: all tips stand on it from the first one on."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """A balance with its last digit and its largest load [g], and the last digit of a dial [mm].
+
+    The defaults are a pocket balance and a dial indicator, which cost less than 100 euros together. Balances of even
+    0.001 g cost 50 to 100 pounds (quicktest.co.uk, Weights and weighing machines), dial indicators 40 dollars and more
+    (gearprism.com, Dial Indicator Guide).
+    """
+
+    balance_g: float = quantity(
+        "g",
+        _DIGIT,
+        default=0.01,
+        hint="a pocket balance for jewellery has 0.01",
+        meaning="last digit of the balance; the default is a pocket balance for jewellery",
+    )
+    balance_max_g: float = quantity(
+        "g",
+        _LOAD,
+        default=200.0,
+        hint="a pocket balance for jewellery has 200",
+        meaning="largest load of the balance",
+    )
+    dial_mm: float = quantity(
+        "mm",
+        _DIGIT,
+        default=0.01,
+        hint="a dial indicator has 0.01",
+        meaning="last digit of the dial by which deflections and travels are read; the default is a dial indicator",
+    )
+
+    def __post_init__(self) -> None:
+        """Check each field, and that the balance bears its last digit."""
+        check_fields(self, "bench")
+        if not self.balance_g < self.balance_max_g:
+            bound = f"less than bench.balance_max_g = {self.balance_max_g:g} g"
+            raise validation_error("bench.balance_g", self.balance_g, "g", bound, "check the units of both")

@@ -1,0 +1,141 @@
+"""What a bench leaves, as a design predicts it: tables with its errors are drawn, and `calibrate` fits them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipeline.reading.bench import left_by_bench
+from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench
+from sensor.quantity import STANDARD_GRAVITY
+from sensor.theory.student import student
+
+N_PER_G = 1e-3 * STANDARD_GRAVITY
+COUNTS_PER_N = 1e7
+DRAWS = 100
+
+
+def drawn_digits(rng, exact, digit):
+    """Return readings from a zero that is anywhere, rounded to a last digit, which is a power of ten."""
+    return np.round(exact + rng.uniform(-0.5, 0.5) * digit, decimals(digit))
+
+
+def decimals(digit):
+    """Return how many decimals a last digit has."""
+    return max(0, round(-np.log10(digit)))
+
+
+class BenchTables:
+    """Tables that a unit shows on a bench whose readings are rounded; its springs are those of the design."""
+
+    def __init__(self, measured, bench):
+        """Take the forces to which the design presses each tip."""
+        self.measured = measured
+        self.bench = bench
+        self.full_scale = np.array(measured.report.read_out.full_scale_N)
+        self.names = [tip.name for tip in measured.report.tips]
+
+    def left(self, calibrated_by):
+        """Return what the bench leaves as the design predicts it."""
+        design = self.measured.design
+        reading = replace(design.reading, calibrated_by=calibrated_by, stiffness_percent=None, gain_percent=None)
+        design = replace(design, reading=reading, bench=self.bench)
+        return left_by_bench(design, self.full_scale, self.measured.K, np.zeros(len(self.names)))
+
+    def weights(self, rng):
+        """Return a table of weights: each load is near a sixth of the range, as a maker has it."""
+        counts = ",".join(f"counts_{number}" for number in range(1, len(self.names) + 1))
+        lines = [f"tip,weight_g,deflection_mm,{counts}"]
+        for tip, name in enumerate(self.names):
+            most = min(PRESSED * self.full_scale[tip], N_PER_G * self.bench.balance_max_g)
+            loads = most * (np.array(WEIGHED_AT) + np.append(0.0, rng.uniform(-0.05, 0.05, len(WEIGHED_AT) - 1)))
+            grams = drawn_digits(rng, loads / N_PER_G, self.bench.balance_g)
+            grams -= grams[0]
+            shown = drawn_digits(rng, loads / self.measured.K[tip], self.bench.dial_mm)
+            for load, weight, deflection in zip(loads, grams, shown, strict=True):
+                row = [COUNTS_PER_N * load * (tip == own) for own in range(len(self.names))]
+                read = f"{weight:.{decimals(self.bench.balance_g)}f},{deflection:.{decimals(self.bench.dial_mm)}f}"
+                lines.append(f"{name},{read},{','.join(f'{each:.1f}' for each in row)}")
+        return "\n".join(lines)
+
+    def plate(self, rng):
+        """Return a press of all tips on a plate, at steps near those of the docs."""
+        deepest = PRESSED * float((self.full_scale / self.measured.K).min())
+        travel = deepest * (np.array(PLATE_AT) + rng.uniform(-0.02, 0.02, len(PLATE_AT)))
+        shown = drawn_digits(rng, travel, self.bench.dial_mm)
+        lines = [",".join(["travel_mm", *(f"counts_{number}" for number in range(1, len(self.names) + 1))])]
+        for x, read in zip(travel, shown, strict=True):
+            read = f"{read:.{decimals(self.bench.dial_mm)}f}"
+            lines.append(",".join([read, *(f"{COUNTS_PER_N * K * x:.1f}" for K in self.measured.K)]))
+        return "\n".join(lines)
+
+
+@pytest.fixture
+def rigid(monkeypatch):
+    """Let glass flatten no dome, so that all tips sink by the travel."""
+    for module in ("pipeline.reading.bench", "instrument.calibrate.plate"):
+        monkeypatch.setattr(f"{module}.flattening", lambda _design, forces: np.zeros(len(forces)))
+
+
+def statistical(values):
+    """Return by how much a standard deviation of some values may be off: 3.5 deviations."""
+    return 3.5 / np.sqrt(2.0 * values)
+
+
+@pytest.mark.parametrize(
+    ("bench", "by"),
+    [
+        (Bench(balance_g=0.1, dial_mm=0.001), "balance"),
+        (Bench(balance_g=0.01, dial_mm=0.01), "dial"),
+        (Bench(balance_g=0.1, balance_max_g=20.0, dial_mm=0.01), "dial"),
+    ],
+    ids=["coarse balance", "coarse dial", "balance of a small load"],
+)
+def test_stiffnesses_by_weights_scatter_as_the_bench_predicts(bench, by, mango, rng, calibrate):
+    """Each kind of spring; what `calibrate` tells of a spring is wider, by Student's t and by the digits once more."""
+    tables = BenchTables(mango, bench)
+    left = tables.left("weights")
+    units = [calibrate(mango.report, tables.weights(rng)).unit for _ in range(DRAWS)]
+    found = np.array([unit.stiffnesses for unit in units]) / mango.K - 1.0
+    told = np.sqrt(np.mean([np.square(unit.K_percent) for unit in units], axis=0))
+    for kind in mango.design.tips.spring_groups:
+        predicted = left.stiffness_percent[kind[0]]
+        within = statistical(DRAWS * len(kind))
+        assert 100.0 * found[:, kind].std() == pytest.approx(predicted, rel=within)
+        widest = np.hypot(0.5 * student(len(WEIGHED_AT) - 2), 1.0)
+        assert 1.0 - within < np.sqrt(np.mean(told[list(kind)] ** 2)) / predicted < widest * (1.0 + within)
+    assert left.by == by
+
+
+def test_a_finer_bench_than_the_tables_is_found_out(mango, rng, calibrate):
+    """The test above must notice a prediction for a balance and a dial of half the digits."""
+    tables = BenchTables(mango, Bench(balance_g=0.1, dial_mm=0.01))
+    finer = BenchTables(mango, Bench(balance_g=0.05, dial_mm=0.005)).left("weights")
+    units = [calibrate(mango.report, tables.weights(rng)).unit for _ in range(DRAWS)]
+    found = 100.0 * (np.array([unit.stiffnesses for unit in units]) / mango.K - 1.0)
+    for kind in mango.design.tips.spring_groups:
+        predicted = finer.stiffness_percent[kind[0]]
+        assert found[:, kind].std() > predicted * (1.0 + statistical(DRAWS * len(kind)))
+
+
+@pytest.mark.usefixtures("rigid")
+def test_a_plate_leaves_what_the_bench_predicts(mango, rng, calibrate):
+    """Springs differ from each other by their weights, and all of them are off by the travel.
+
+    The prediction holds them as if each were off by itself, by the power 1.5 of all deflections.
+    """
+    tables = BenchTables(mango, Bench(balance_g=0.1, dial_mm=0.001))
+    left, by_weights = tables.left("plate"), tables.left("weights")
+    units = [calibrate(mango.report, tables.weights(rng), tables.plate(rng)).unit for _ in range(DRAWS)]
+    found = 100.0 * (np.array([unit.stiffnesses for unit in units]) / mango.K - 1.0)
+    low, high = (list(kind) for kind in mango.design.tips.spring_groups)
+    apart = found[:, low] - found[:, high].mean(axis=1, keepdims=True)
+    gains = np.array(by_weights.gain_percent)
+    expected = np.hypot(gains[low[0]], gains[high[0]] / np.sqrt(len(high)))
+    assert apart.std() == pytest.approx(expected, rel=statistical(DRAWS * len(low)))
+    told = np.sqrt(np.mean([np.square(unit.K_percent) for unit in units], axis=0))
+    widest = np.hypot(0.5 * student(len(PLATE_AT) - 2), 1.0)
+    within = statistical(DRAWS)
+    for tip, predicted in enumerate(left.stiffness_percent):
+        assert found[:, tip].std() < predicted
+        assert 1.0 - within < told[tip] / predicted < widest * (1.0 + within)

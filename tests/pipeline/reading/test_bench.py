@@ -1,0 +1,183 @@
+"""What a bench leaves of springs and gains, against formulas of least squares; and the benches that are refused."""
+
+import numpy as np
+import pytest
+
+from pipeline.options import RunOptions, load_design
+from pipeline.reading.bench import left_by_bench
+from pipeline.sensor import Sensor
+from sensor.quantity import STANDARD_GRAVITY, InputError
+from sensor.theory.hertz import force_factor
+
+N_PER_G = 1e-3 * STANDARD_GRAVITY
+FULL = np.array([0.064, 0.67, 0.064, 0.67])  # [N]
+K = np.array([0.056, 0.635, 0.056, 0.635])  # [N/mm]
+NOISES = 1e-4 * FULL
+DIGIT = 12.0**-0.5  # deviation of a rounded number
+UNSET = {"reading.stiffness_percent": "", "reading.gain_percent": ""}
+KITCHEN = {"bench.balance_g": 1.0, "bench.balance_max_g": 2000.0, "bench.dial_mm": 0.1}
+LABORATORY = {"bench.balance_g": 0.001, "bench.dial_mm": 0.001}
+
+
+def designed(name="mango", **settings):
+    return load_design(name, {**UNSET, **{key.replace("__", "."): value for key, value in settings.items()}})
+
+
+def slope_error(deviation, largest, fractions):
+    """Return the relative error of a slope through readings at fractions of a largest one, by least squares."""
+    about = largest * (np.array(fractions) - np.mean(fractions))
+    return deviation / np.linalg.norm(about)
+
+
+def by_weights(balance=0.01, most=200.0, dial=0.01):
+    """Return what balance, dial and noise leave over six readings, each [1] of each tip."""
+    sixths = np.linspace(0.0, 1.0, 6)
+    loads = np.minimum(0.9 * FULL, N_PER_G * most)
+    rows = zip(loads, K, NOISES, strict=True)
+    return np.array(
+        [
+            [
+                slope_error(DIGIT * N_PER_G * balance, load, sixths),
+                slope_error(DIGIT * dial, load / stiffness, sixths),
+                slope_error(noise, load, sixths),
+            ]
+            for load, stiffness, noise in rows
+        ]
+    ).T
+
+
+@pytest.mark.parametrize(
+    ("bench", "numbers", "by"),
+    [
+        ({}, {}, "dial"),
+        ({"bench.balance_g": 0.5}, {"balance": 0.5}, "balance"),
+        ({"bench.dial_mm": 0.1}, {"dial": 0.1}, "dial"),
+        ({"bench.balance_max_g": 20.0}, {"most": 20.0}, "dial"),
+    ],
+)
+def test_weights_leave_the_digits_of_balance_and_dial(bench, numbers, by):
+    design = load_design("mango", {**UNSET, "reading.calibrated_by": "weights", **bench})
+    left = left_by_bench(design, FULL, K, NOISES)
+    balance, dial, noise = by_weights(**numbers)
+    assert left.stiffness_percent == pytest.approx((100.0 * np.hypot(balance, dial)).tolist(), rel=1e-9)
+    assert left.gain_percent == pytest.approx((100.0 * np.hypot(balance, noise)).tolist(), rel=1e-9)
+    assert (left.by, left.typed) == (by, ())
+
+
+@pytest.mark.parametrize("calibrated_by", ["plate", "ball"])
+def test_a_plate_calibrates_deflections_whatever_the_dial(calibrated_by):
+    """Over five travels, a fifth of the deepest to all of it, which the tip of the least deflection limits."""
+    design = designed(reading__calibrated_by=calibrated_by)
+    left = left_by_bench(design, FULL, K, NOISES)
+    fifths = np.linspace(0.2, 1.0, 5)
+    deepest = 0.9 * (FULL / K).min()
+    process = design.process
+    glass = (1.0 - 0.2**2) / 70e3
+    reduced = 1.0 / ((1.0 - process.poisson**2) / process.E_MPa + glass)
+    flattened = [(K * x / force_factor(reduced, design.tips.dome_radius_mm)) ** (2.0 / 3.0) for x in deepest * fifths]
+    by_modulus = 2.0 / 3.0 * process.E_scatter * (flattened[-1] - flattened[0]) / (0.8 * deepest)
+    deflections = np.hypot(slope_error(NOISES / K, deepest, fifths), by_modulus)
+    assert deflections.min() > 1e-4
+    assert left.gain_percent == pytest.approx((100.0 * deflections).tolist(), rel=1e-9)
+
+    balance, dial, noise = by_weights()
+    travel = slope_error(DIGIT * 0.01, deepest, fifths)
+    ratios = np.diag(np.hypot(dial, noise) ** 2)  # of a plate to weights, one of each tip
+    from_mean = np.eye(4) - 0.25
+    apart = np.sqrt(np.diag(from_mean @ ratios @ from_mean.T) / 3.0)
+    alike = 1.5 * 2.0 * np.sqrt(travel**2 + (travel**2 + ratios.sum() / 16.0) / 3.0)
+    expected = np.sqrt(balance**2 + noise**2 + deflections**2 + alike**2 + apart**2)
+    assert left.stiffness_percent == pytest.approx((100.0 * expected).tolist(), rel=1e-9)
+    coarse = left_by_bench(designed(reading__calibrated_by=calibrated_by, bench__dial_mm=0.1), FULL, K, NOISES)
+    assert coarse.gain_percent == left.gain_percent
+
+
+@pytest.mark.parametrize(
+    ("settings", "typed"),
+    [
+        ({"reading.stiffness_percent": 7.0}, ("stiffness_percent",)),
+        ({"reading.gain_percent": 3.0}, ("gain_percent",)),
+        ({"reading.stiffness_percent": 7.0, "reading.gain_percent": 0.0}, ("stiffness_percent", "gain_percent")),
+    ],
+)
+def test_a_percentage_that_the_design_gives_holds(settings, typed):
+    solved = left_by_bench(designed(), FULL, K, NOISES)
+    left = left_by_bench(load_design("mango", {**UNSET, **settings}), FULL, K, NOISES)
+    assert left.typed == typed
+    for key in ("stiffness_percent", "gain_percent"):
+        given = settings.get(f"reading.{key}")
+        assert getattr(left, key) == (getattr(solved, key) if given is None else 4 * (given,))
+
+
+def test_a_tip_without_a_force_has_a_bounded_error():
+    left = left_by_bench(designed(), np.array([np.nan, 0.0, 0.064, 0.67]), K, NOISES)
+    assert np.isfinite([*left.stiffness_percent, *left.gain_percent]).all()
+    assert left.largest_stiffness > 1.0
+
+
+# Low springs of 56 N/m over 1.13 mm, and 0.039 mm by the change of the tilt: 6.67 g, of which 0.9 are 6.01 g.
+@pytest.mark.parametrize(
+    ("bench", "refused"),
+    [
+        ({"bench.balance_g": 6.7}, "bench.balance_g"),
+        ({"bench.balance_g": 6.5}, None),
+        ({"bench.balance_max_g": 5.9}, "bench.balance_max_g"),
+        ({"bench.balance_max_g": 6.1}, None),
+        ({}, None),
+    ],
+)
+def test_a_bench_that_cannot_weigh_the_softest_spring_is_refused_before_work_starts(bench, refused):
+    design = load_design("mango", {**UNSET, **bench})
+    if refused is None:
+        Sensor(design=design)
+        return
+    with pytest.raises(InputError) as error:
+        Sensor(design=design)
+    assert (error.value.field, error.value.value) == (refused, bench[refused])
+    assert len(str(error.value).splitlines()) == 1
+    Sensor(design=design, springs_as="sized")  # a search goes on to stiffer springs
+
+
+def judged(name, settings):
+    """Return the verdicts on the uncertainty and on the bench, with the readings, of springs as they were sized."""
+    sensor = Sensor(
+        design=load_design(name, {**UNSET, **settings}), options=RunOptions(tolerance=0.01), springs_as="sized"
+    )
+    return sensor.verdict("reading.uncertainty"), sensor.verdict("reading.calibration"), sensor.readings
+
+
+def test_a_low_spring_of_a_gram_and_a_half_is_not_calibrated_on_a_kitchen_balance():
+    """Six readings up to 0.9 of 1.47 g whose last digit is 1 g, with a dial of 0.01 mm."""
+    _, verdict, readings = judged("apple", {"bench.balance_g": 1.0, "bench.balance_max_g": 2000.0})
+    grams = min(readings.full_scale) / N_PER_G
+    assert grams == pytest.approx(1.47, abs=0.01)
+    by_balance = slope_error(DIGIT, 0.9 * grams, np.linspace(0.0, 1.0, 6))
+    assert verdict.passed is False
+    assert by_balance < verdict.value < 1.02 * by_balance
+    assert readings.calibration.by == "balance"
+
+
+def test_what_the_bench_leaves_is_in_the_uncertainty():
+    """Springs that are known ten times worse: their part grows as much, and the others stay."""
+    _, fine, of_fine = judged("mango", {})
+    _, coarse, of_coarse = judged("mango", {"bench.balance_g": 0.1, "bench.dial_mm": 0.1})
+    assert (fine.passed, coarse.passed) == (True, False)
+    assert coarse.value / fine.value == pytest.approx(10.0, rel=0.01)
+    for one, other in zip(of_fine.moduli, of_coarse.moduli, strict=True):
+        before, after = (dict(row.sources.contributions) for row in (one, other))
+        assert after.pop("stiffness") / before.pop("stiffness") == pytest.approx(10.0, rel=0.05)
+        assert after == pytest.approx(before)
+
+
+def test_a_stiffness_that_the_design_gives_passes_as_given():
+    _, verdict, _ = judged("mango", {"reading.stiffness_percent": 20.0})
+    assert (verdict.value, verdict.limit, verdict.passed) == (0.2, "as given", True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["apple", "avocado", "kiwi", "mango", "peach", "tomato"])
+def test_presets_are_calibrated_on_the_default_bench_and_not_on_a_kitchen_s(name):
+    for bench, passes in ((KITCHEN, False), ({}, True), (LABORATORY, True)):
+        uncertainty, calibration, _ = judged(name, bench)
+        assert calibration.passed is passes
+        assert uncertainty.passed is True or not passes
