@@ -1,0 +1,64 @@
+"""Each preset on three benches: what calibration leaves of its springs, and of a modulus.
+
+`python -m benchmarks.benches` writes docs/measurements.md.
+"""
+
+from benchmarks.harness import percent, section, write_section
+from pipeline import RunOptions, load_design
+from pipeline.find.fruit_design import PRESETS
+from pipeline.reading.bench import refuse_bench_that_cannot_weigh
+from pipeline.sensor import Sensor
+from sensor.quantity import STANDARD_GRAVITY, InputError
+
+BENCHES = {
+    "kitchen: 1 g, 0.1 mm": {"bench.balance_g": 1.0, "bench.balance_max_g": 2000.0, "bench.dial_mm": 0.1},
+    "default: 0.01 g, 0.01 mm": {},
+    "laboratory: 1 mg, 1 um": {"bench.balance_g": 0.001, "bench.dial_mm": 0.001},
+}
+HEADS = ["preset", "bench", "low, high spring", "by", "uncertainty of E, limit", "at", "`reading.uncertainty`"]
+HEADS += ["`reading.calibration`"]
+INTRODUCTION = """\
+`python -m benchmarks.benches` writes this section: each preset with [the bench](read-a-fruit.md#what-a-bench-leaves) of
+a kitchen, that of the defaults, and that of a laboratory. Numbers are standard uncertainties, those of E at the modulus
+where it is largest over its limit. Springs are exactly as stiff as given. A kitchen balance weighs up to 2 kg."""
+OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
+
+
+def row_of(name: str, bench: str) -> list[str]:
+    """Return the row of a preset on a bench, which a run may refuse."""
+    design = load_design(name, BENCHES[bench])
+    sensor = Sensor(design=design, options=RunOptions(), springs_as="sized")
+    readings = sensor.readings
+    if readings is None or readings.calibration is None:
+        msg = f"{name}: a preset that is read has readings"
+        raise ValueError(msg)
+    left = readings.calibration
+    widest = readings.worst_uncertainty
+    low, high = (left.stiffness_percent[kind[0]] for kind in design.tips.spring_groups)
+    verdicts = [sensor.verdict(f"reading.{key}") for key in ("uncertainty", "calibration")]
+    outcomes = ["-" if verdict is None else OUTCOMES[verdict.passed] for verdict in verdicts]
+    try:
+        refuse_bench_that_cannot_weigh(design)
+    except InputError:
+        outcomes[-1] = "refused by a run"
+    uncertainty = f"{percent(widest.sources.total)}, {percent(widest.uncertainty_limit)}"
+    return [name, bench, f"{low:.2g}, {high:.2g} %", left.by, uncertainty, f"{widest.E:g} MPa", *outcomes]
+
+
+def full_scale_of(name: str) -> str:
+    """Return the largest force of a low and of a high tip of a preset [g]."""
+    sensor = Sensor(design=load_design(name), options=RunOptions(), springs_as="sized")
+    forces = () if sensor.readings is None else sensor.readings.full_scale or ()
+    grams = [f"{1e3 * forces[kind[0]] / STANDARD_GRAVITY:.3g}" for kind in sensor.design.tips.spring_groups]
+    return f"{name} {' and '.join(grams)}"
+
+
+def main() -> None:
+    """Write and print the table."""
+    rows = [row_of(name, bench) for name in PRESETS for bench in BENCHES]
+    scales = f"Largest forces of a low and a high tip, in g: {'; '.join(map(full_scale_of, PRESETS))}."
+    write_section("Benches", INTRODUCTION, [section("Presets on three benches", HEADS, rows, [scales])])
+
+
+if __name__ == "__main__":
+    main()
