@@ -19,6 +19,7 @@ def render_template(template: str, number: object = repr, **values: object) -> s
     """Return a template with values in it; `number` says how its filter of that name writes one."""
     environment = template_environment(_ROOM)
     environment.filters["number"] = number
+    environment.filters["hex"] = "0x{:02X}".format
     return environment.get_template(template).render(values, with_bar=with_bar, coverage=COVERAGE)
 
 

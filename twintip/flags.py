@@ -197,6 +197,10 @@ def _add_read(parser: ArgumentParser) -> None:
     add("--fruit-presses", metavar="N", type=int, help=words)
     add("--c-header", metavar="FILE.h", type=Path, help="write the read-out of this unit in C99")
     add("--micropython", metavar="FILE.py", type=Path, help="write the read-out of this unit in MicroPython")
+    words = (
+        "write the programs of the board, which print counts, or E with --unit: MicroPython, Arduino (DIR: OUT-board)"
+    )
+    add("--logger", metavar="DIR", type=Path, nargs="?", const=True, help=words)
     _add_force(parser)
     add("--json", action="store_true", help="print JSON, one object a line for a signal")
 

@@ -61,7 +61,7 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     signal = read_out.signal
     if signal is not None:
         paths.append(folder / "wiring.svg")
-        write_wiring(paths[-1], sensor.tips.names, housing.plates)
+        write_wiring(paths[-1], sensor.tips.names, housing.plates, signal.board)
     texts = {
         "bom.csv": bill_csv(bill),
         "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),

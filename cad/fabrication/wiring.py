@@ -4,11 +4,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cad.fabrication.templates import render_template
+from sensor.design.readout import BOARDS
 
 
-def write_wiring(path: Path, names: Sequence[str], plates: int) -> None:
-    """Write the wiring plan of a sensor's tips, in the order of its channels, as SVG; raises OSError."""
+def write_wiring(path: Path, names: Sequence[str], plates: int, board: str) -> None:
+    """Write the wiring plan of a sensor's tips, in the order of its channels, to a board as SVG; raises OSError."""
     on_plate = len(names) // plates
     channels = [f"{name}, plate {1 + i // on_plate}" if plates > 1 else name for i, name in enumerate(names)]
-    picture = render_template("wiring.svg.jinja", channels=channels)
+    pins = BOARDS[board].pins
+    numbered = [f"GP{number}" for number in pins.values()]
+    picture = render_template(
+        "wiring.svg.jinja", channels=channels, amplifier_pins=list(pins), board_pins=numbered, board=BOARDS[board].label
+    )
     path.write_text(picture, encoding="utf-8")

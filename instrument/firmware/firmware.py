@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from instrument.firmware import ads1220
 from instrument.press import press_core
 from instrument.press.fruit_of_presses import chi_square_limit, own_constants
 from instrument.press.fruit_reading import AT_THE_EDGE
@@ -15,15 +16,19 @@ from instrument.press.press_core import Unit
 from instrument.press.presses import TARE_SAMPLES
 from instrument.press.printed_unit import PrintedUnit
 from instrument.press.seating import ROUNDS, seating_of
+from instrument.press.signals import count_keys
 from instrument.press.spikes import spike_constants
 from instrument.template import render_template
 from pipeline.reading.read_out import LevelReading
 from pipeline.report.report import Report
-from sensor.design.readout import AMPLIFIERS
+from sensor.design.readout import AMPLIFIERS, BOARDS, Board, Readout
+from sensor.design.signal_path import SignalPath
 from sensor.quantity import validation_error
 from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, LARGEST_TOUCH_FORCE, LEAST_RISE, RiseLaw
 from sensor.turns import in_turn
 
+_SKETCH = "sketch"
+"""The name of the sketch for Arduino, which stands in a folder of the same name."""
 SADDLE_STEPS = 12
 """Of finding the offset of a saddle: each leaves some per cent of the error of the step before."""
 SETTLED = 1e-4  # of the springs' part of the contrast: an offset that moves more in the last step is of no press
@@ -69,12 +74,73 @@ def module_text(sensor: MeasuringUnit) -> str:
     """
     core = inspect.getsource(press_core).partition("\nimport math\n")[2]
     constants = {name: repr(value) for name, value in _constants(sensor).items() if name in Unit.__annotations__}
-    return render_template("firmware/board.py.j2", core=core.strip(), constants=constants, **_about(sensor))
+    return _board_program(sensor, core=core.strip(), constants=constants)
+
+
+def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
+    """Return the programs of the board of a design by their paths: in MicroPython, and a sketch for Arduino.
+
+    They print the counts of all channels, and of a calibrated unit E of each press. Raises InputError if the board is
+    not known, if its channels are not calibrated, and for a calibrated unit as `header_text`.
+    """
+    _refuse_other_boards(sensor)
+    if not calibrated:
+        files = {"main.py": _board_program(sensor, core="", constants={})}
+    elif sensor.unit.newtons_per_count:
+        files = {"main.py": module_text(sensor), f"{_SKETCH}/unit.h": header_text(sensor)}
+    else:
+        hint = "calibrate with counts, or leave it out to print counts"
+        raise validation_error("--unit", sensor.unit.method, "", "a unit whose counts are calibrated", hint)
+    of_chip = {name: value for name, value in vars(ads1220).items() if name.isupper()}
+    for name in ("ads1220.h", f"{_SKETCH}.ino"):
+        about = _about(sensor) | {"calibrated": calibrated} | of_chip
+        files[f"{_SKETCH}/{name}"] = render_template(f"firmware/{name}.j2", **about)
+    return files
+
+
+def _refuse_other_boards(sensor: MeasuringUnit) -> None:
+    """Raise InputError for a design without a board, or with another circuit than the programs drive."""
+    design = sensor.report.design
+    if _board_of(sensor) is None:
+        bound = "left out where the design has no [readout] with a channel for each tip"
+        raise validation_error("--logger", design.name, "", bound, "add [readout], and run pipeline design again")
+    readout, own = design.readout or Readout(), Readout()
+    for name in ("rate_Hz", "bits", "full_scale_mV"):
+        key = f"readout.{name}"
+        value, driven = getattr(readout.circuit, name), getattr(own.circuit, name)
+        if value != driven:
+            bound = f"{driven:g} for --logger, as the {own.circuit.name} is driven"
+            raise validation_error(key, value, "", bound, "write the program of that amplifier yourself")
+    if readout.delay_ms is not None:
+        bound = "left out for --logger, which converts the channels in turn"
+        hint = "write the program of that amplifier yourself"
+        raise validation_error("readout.delay_ms", list(readout.delay_ms), "ms", bound, hint)
+
+
+def _board_program(sensor: MeasuringUnit, *, core: str, constants: dict[str, str]) -> str:
+    """Return the MicroPython program of a board, with the reading of presses if it has its constants."""
+    driver = inspect.getsource(ads1220).partition("\n\n\nRESET = ")
+    return render_template(
+        "firmware/board.py.j2",
+        core=core,
+        constants=constants,
+        driver=(driver[1] + driver[2]).strip(),
+        **_about(sensor),
+    )
+
+
+def _board_of(sensor: MeasuringUnit) -> Board | None:
+    """Return the board of a design, None without a read-out that has a channel for each tip."""
+    signal = sensor.report.read_out.signal
+    if signal is None or len(sensor.report.tips) > AMPLIFIERS[signal.amplifier].channels:
+        return None
+    return BOARDS[signal.board]
 
 
 def _about(sensor: MeasuringUnit) -> dict[str, object]:
     """Return what the templates say of a unit, its channels and its board."""
     signal = sensor.report.read_out.signal
+    board = _board_of(sensor)
     return {
         "design": sensor.report.design.name,
         "method": sensor.unit.method,
@@ -85,10 +151,12 @@ def _about(sensor: MeasuringUnit) -> dict[str, object]:
         "calibrated": bool(sensor.unit.newtons_per_count),
         "staggered": signal is not None and bool(signal.delays),
         "tare_samples": TARE_SAMPLES,
-        "amplifier": "" if signal is None else signal.amplifier,
-        "board": "" if signal is None else signal.board,
+        "board": board,
+        "pins": board and board.pins,
+        "wires": "SCLK, DIN, DOUT, CS and DRDY",
+        "header": ",".join(["t_us", *count_keys(len(sensor.report.tips))]),
         "rate": 0.0 if signal is None or not signal.time_deviation else signal.rate_Hz,
-        "inputs": _inputs(sensor),
+        "inputs": [] if signal is None else _inputs(signal),
     }
 
 
@@ -125,13 +193,10 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
     }
 
 
-def _inputs(sensor: MeasuringUnit) -> list[int]:
+def _inputs(signal: SignalPath) -> list[int]:
     """Return the inputs of the amplifier in the order of their conversion, those without a tip last."""
-    signal = sensor.report.read_out.signal
-    if signal is None:
-        return []
-    count = max(int(AMPLIFIERS[signal.amplifier].channels), len(sensor.report.tips))
-    return [*signal.conversion_order, *range(len(sensor.report.tips), count)]
+    order = signal.conversion_order
+    return [*order, *range(len(order), int(AMPLIFIERS[signal.amplifier].channels))]
 
 
 def _level(rows: Sequence[LevelReading], stiffened: float, by_ball: float) -> dict[str, object]:

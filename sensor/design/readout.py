@@ -75,9 +75,30 @@ class Probe(Sourced):
     package_thickness_mm: float = quantity("mm", _POSITIVE)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Board(Sourced):
+    """A microcontroller board: the number of its SPI unit, and its pins by the pin of the amplifier that each joins."""
+
+    LABEL: ClassVar[str] = "board"
+
+    label: str
+    spi: float = quantity("1", _SIZE)
+    sclk: float = quantity("1", _SIZE)
+    din: float = quantity("1", _SIZE)
+    dout: float = quantity("1", _SIZE)
+    cs: float = quantity("1", _SIZE)
+    drdy: float = quantity("1", _SIZE)
+
+    @property
+    def pins(self) -> dict[str, int]:
+        """Return the number of each pin by the name of the pin of the amplifier."""
+        return {name: int(getattr(self, name.lower())) for name in ("SCLK", "DIN", "DOUT", "CS", "DRDY")}
+
+
 _TABLES = read_toml(Path(__file__).with_name("electronics.toml"), "electronics")
 AMPLIFIERS = Amplifier.from_tables(_TABLES["amplifier"])
 USUAL_AMPLIFIER = "ADS1220"
+BOARDS = Board.from_tables(_TABLES["board"])
 PROBE = Probe.from_tables(_TABLES["probe"])["DRV5055A2"]
 
 
@@ -93,7 +114,9 @@ class Readout:
         tuple(AMPLIFIERS), default=None, meaning=f"amplifier with its converter; by default {USUAL_AMPLIFIER}"
     )
     board: str = choice(
-        ("rp2040",), default="rp2040", meaning="microcontroller board of the wiring plan and of the MicroPython program"
+        tuple(BOARDS),
+        default="rp2040",
+        meaning="microcontroller board of the wiring plan and of the MicroPython program",
     )
     bits: float | None = quantity(
         "1", _BITS, default=None, hint=_AS_SOLD, meaning="bits of the converter, with the sign bit"

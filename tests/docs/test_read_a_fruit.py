@@ -8,11 +8,13 @@ import pytest
 from stand_ins import result_of
 
 from pipeline.report.outputs import write_outputs
+from sensor.design.design_file import design_from_mapping
 from twintip.cli import main
 
 PAGE = (Path(__file__).parents[2] / "docs" / "read-a-fruit.md").read_text(encoding="utf-8")
 COMMANDS = {
     "pipeline calibrate outputs/paper weights.csv --out unit.toml --classes ripe:0.8,turning:1.6,unripe": 1,
+    "pipeline read outputs/mango --logger": 0,
     "pipeline calibrate outputs/paper counts.csv": 1,
     "pipeline calibrate outputs/paper creep.csv": 1,
     "pipeline calibrate outputs/paper counts.csv --plate plate.csv": 1,
@@ -40,9 +42,10 @@ def tables():
 def printed(tmp_path_factory):
     """Run the commands of the page beside its tables; return the folder, and what each command printed."""
     folder = tmp_path_factory.mktemp("read-a-fruit")
-    made = folder / "outputs" / "paper"
-    made.mkdir(parents=True)
-    write_outputs(result_of(), made)
+    for name, design in {"paper": None, "mango": design_from_mapping({"readout": {}, "reading": {}})}.items():
+        made = folder / "outputs" / name
+        made.mkdir(parents=True)
+        write_outputs(result_of(design), made)
     for name, text in tables().items():
         (folder / name).write_text(text, encoding="utf-8")
     return folder
@@ -73,7 +76,7 @@ def test_commands_end_as_they_should(printed, monkeypatch, capsys):
     said = {line.strip() for answer in answers.values() for line in answer.splitlines()}
     assert len(shown) == 12
     assert [line for line in shown if line.strip() not in said] == []
-    weights, _, _, _, fruit, *_ = answers.values()
+    weights, _, _, _, _, fruit, *_ = answers.values()
     assert "6 fruit" in fruit
     assert "+19.4 % against" in weights  # a leaf of 0.8 mm that is 0.05 mm too thick: (1 + 0.05 / 0.8)^3
     assert pytest.approx(0.194, abs=0.01) == (1.0 + 0.05 / 0.8) ** 3 - 1.0
@@ -85,3 +88,4 @@ def test_commands_end_as_they_should(printed, monkeypatch, capsys):
         assert main(f"calibrate outputs/paper {measured} --json".split()) == 1
         assert {key for key in json.loads(capsys.readouterr().out) if f"`{key}`" not in PAGE} == set()
     assert (printed / "unit.h").is_file()
+    assert (printed / "outputs/mango-board/main.py").is_file()

@@ -100,7 +100,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
             code = code if told.E is None else PASSED
             of_stream = arguments.signal is not None
             yield Answer(code=code, data=as_data(told), text=_text_of(told), of_stream=of_stream)
-    files = [path for flag, file in firmware.items() for path in write_files(file, flag, force=arguments.force)]
+    files = [path for flag, those in firmware.items() for path in write_files(those, flag, force=arguments.force)]
     yield Answer(code=code, files=files)
 
 
@@ -146,21 +146,30 @@ def _radii_of_flag(text: str) -> tuple[float, float]:
 
 
 def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Path, bytes]]:
-    """Return the file of firmware that each flag asks for, not yet written; raises InputError where it cannot be."""
-    paths = {"--c-header": arguments.c_header, "--micropython": arguments.micropython}
-    paths = {flag: path for flag, path in paths.items() if path is not None}
-    if not paths:
+    """Return the files of firmware that each flag asks for, not yet written; raises InputError where they cannot be."""
+    if all(value is None for value in (arguments.c_header, arguments.micropython, arguments.logger)):
         return {}
-    from instrument.firmware.firmware import header_text, module_text  # it imports jinja, which readings do without
+    from instrument.firmware.firmware import board_files, header_text, module_text  # jinja, which readings do without
 
-    if len({path.resolve() for path in paths.values()}) < len(paths):
-        bound = "another file than that of --c-header"
-        raise validation_error("--micropython", str(arguments.micropython), "", bound, "choose another name")
-    written = {"--c-header": header_text, "--micropython": module_text}
-    files = {flag: {path: written[flag](sensor).encode()} for flag, path in paths.items()}
-    for flag, file in files.items():
-        refuse_taken(file, flag, force=arguments.force)
-    return files
+    texts: dict[str, dict[Path, str]] = {}
+    if arguments.c_header is not None:
+        texts["--c-header"] = {arguments.c_header: header_text(sensor)}
+    if arguments.micropython is not None:
+        texts["--micropython"] = {arguments.micropython: module_text(sensor)}
+    if arguments.logger is not None:
+        out = arguments.folder.absolute()
+        folder = out.with_name(f"{out.name}-board") if arguments.logger is True else arguments.logger
+        programs = board_files(sensor, calibrated=arguments.unit is not None)
+        texts["--logger"] = {folder / name: text for name, text in programs.items()}
+    taken: dict[Path, str] = {}
+    for flag, files in texts.items():
+        for path in files:
+            if path.resolve() in taken:
+                bound = f"another file than that of {taken[path.resolve()]}"
+                raise validation_error(flag, str(path), "", bound, "choose another name")
+            taken[path.resolve()] = flag
+        refuse_taken(files, flag, force=arguments.force)
+    return {flag: {path: text.encode() for path, text in files.items()} for flag, files in texts.items()}
 
 
 def _text_of(told: FruitReading | FruitAnswer) -> str:

@@ -13,7 +13,7 @@ from boards import BOARDS
 from deadline import DEADLINE_S
 from measured_units import read_log
 
-from instrument.firmware.firmware import header_text, module_text
+from instrument.firmware.firmware import board_files, header_text, module_text
 from instrument.press.presses import TARE_SAMPLES
 from solve.contact.poses import Pose
 
@@ -69,6 +69,40 @@ DEMONSTRATION = """
 import sys, unit
 sys.argv[:] = ["unit.py", "counts.csv"]
 unit.main()
+"""
+MACHINE = """
+class Pin:
+    OUT, IN = 1, 0
+    def __init__(self, number, mode=0, value=None):
+        pass
+    def value(self, *level):
+        return 0
+class SPI:
+    left = 40
+    def __init__(self, number, baudrate, polarity, phase, sck, mosi, miso):
+        pass
+    def write_readinto(self, written, taken):
+        if written[0] == 0x43:
+            self.settings = bytes(written[1:])
+        elif written[0] == 0x23:
+            taken[1:] = self.settings
+        elif written[0] == 0x40:
+            self.input = (written[1] >> 4) - 8
+        elif written[0] == 0x10:
+            SPI.left -= 1
+            if SPI.left < 0:
+                raise KeyboardInterrupt
+            taken[1:] = ((-1000 * self.input) % (1 << 24)).to_bytes(3, "big")
+"""
+"""A converter whose inputs show no counts, -1000, -2000 and so on, until it has shown forty."""
+ON_BOARD = f"""
+with open("machine.py", "w") as file:
+    file.write({MACHINE!r})
+import unit
+try:
+    unit.main()
+except KeyboardInterrupt:
+    print("end")
 """
 NEWTONS_PER_COUNT = 1e-6
 IN_NODE = """
@@ -153,18 +187,34 @@ def test_demonstration_reads_recorded_counts(press, tmp_path):
     assert float(E) == pytest.approx(read_log(sensor, counts * NEWTONS_PER_COUNT).E, rel=AGREES)
 
 
+@pytest.mark.parametrize("calibrated", [False, True])
+def test_programs_of_the_board_run_in_the_interpreter(calibrated, mango, tmp_path):
+    sensor = mango.measuring()
+    if calibrated:
+        matrix = tuple(map(tuple, (NEWTONS_PER_COUNT * np.eye(4)).tolist()))
+        unit = replace(sensor.unit, newtons_per_count=matrix, zero_counts=(0.0,) * 4, saturation_counts=2**23 - 1)
+        sensor = replace(sensor, unit=unit)
+    program = board_files(sensor, calibrated=calibrated)["main.py"]
+    first, *lines = said_by_micropython(tmp_path, sensor, ON_BOARD, text=program).splitlines()
+    if calibrated:
+        assert (first.partition(":")[0], lines) == ("taring", ["end"])
+    else:
+        assert first == "t_us,counts_1,counts_2,counts_3,counts_4"
+        assert [line.partition(",")[2] for line in lines] == ["0,-1000,-2000,-3000"] * 10 + [""]
+
+
 def program_of(forces):
     """Return the C program that reads a press of forces that stand in it."""
     rows = ",\n".join("{" + ", ".join(f"{force:.9e}f" for force in row) + "}" for row in forces)
     return PROGRAM.replace("ROWS", rows).replace("SAMPLES", str(len(forces)))
 
 
-def said_by_micropython(folder, sensor, program, counts=""):
+def said_by_micropython(folder, sensor, program, counts="", text=None):
     """Return what a program says in the MicroPython interpreter, the module of a unit beside it."""
     interpreter = INTERPRETER / "node_modules/@micropython/micropython-webassembly-pyscript/micropython.mjs"
     if shutil.which("node") is None or not interpreter.exists():
         pytest.skip("no MicroPython interpreter: npm ci --prefix .ci/micropython")
-    (folder / "unit.py").write_text(module_text(sensor), encoding="utf-8")
+    (folder / "unit.py").write_text(text or module_text(sensor), encoding="utf-8")
     (folder / "counts.csv").write_text(counts, encoding="utf-8")
     (folder / "program.py").write_text(program, encoding="utf-8")
     (folder / "run.mjs").write_text(IN_NODE.format(interpreter=interpreter.as_uri()), encoding="utf-8")

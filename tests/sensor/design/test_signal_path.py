@@ -1,12 +1,11 @@
 """What a read-out makes of forces: counts, noise and drift by the formulas of probe and converter."""
 
 import math
-import re
-import xml.etree.ElementTree as ET
 from collections import Counter
 from dataclasses import replace
 
 import pytest
+from emulated_board import wires_of
 
 from cad.fabrication.wiring import write_wiring
 from sensor.design.design_file import design_as_mapping, design_from_mapping
@@ -81,14 +80,8 @@ WIRES = Counter([("OUT", f"AIN{i}") for i in range(4)]) + Counter(
 
 
 def test_wiring_plan_joins_the_pins_of_every_channel(tmp_path):
-    """A wire starts on the right of the name of its pin, and ends on the left of that of the other one."""
-    write_wiring(tmp_path / "wiring.svg", CHANNELS, 2)
-    drawn = list(ET.parse(tmp_path / "wiring.svg").iter())
-    words = [(each.text, float(each.get("x")), float(each.get("y"))) for each in drawn if each.tag.endswith("text")]
-    pins = {(x, y): name for name, x, y in words}
-    wires = [re.findall(r"[\d.]+", each.get("d")) for each in drawn if each.get("class") == "wire"]
-    joined = Counter()
-    for x, y, _, end_y, end_x in wires:
-        joined[pins[float(x) - 1.5, float(y)], pins[float(end_x) + 1.5, float(end_y)]] += 1
+    path = tmp_path / "wiring.svg"
+    write_wiring(path, CHANNELS, 2, "rp2040")
+    joined = Counter(wires_of(path))
     assert joined == WIRES
-    assert sum("high_2, plate 2" in name for name, _, _ in words) == 1
+    assert path.read_text(encoding="utf-8").count("high_2, plate 2") == 1

@@ -12,6 +12,7 @@ from deadline import DEADLINE_S
 from stand_ins import CONTACT, result_of
 
 from pipeline.report.outputs import write_outputs
+from sensor.design.design_file import design_from_mapping
 from sensor.design.processes import PROCESSES
 from twintip.cli import main
 
@@ -184,9 +185,61 @@ def test_firmware_is_written_and_not_over_another_file(paper, capsys, tmp_path):
     assert main([*words, "--force"]) == 0
 
 
+@pytest.fixture(scope="module")
+def wired(tmp_path_factory):
+    """Return the folder of the pair with a read-out."""
+    return Printed(tmp_path_factory.mktemp("wired") / "wired", design_from_mapping({"readout": {}, "reading": {}}))
+
+
+BOARD = ["main.py", "sketch/ads1220.h", "sketch/sketch.ino"]
+
+
+@pytest.mark.parametrize(("flags", "place"), [([], "wired-board"), (["mine"], "mine")])
+def test_programs_of_the_board_are_written_beside_the_design_or_where_they_should(
+    flags, place, wired, capsys, tmp_path, monkeypatch
+):
+    """Nothing that a person wrote is lost."""
+    monkeypatch.chdir(tmp_path)
+    folder = (tmp_path if flags else Path(wired.folder).parent) / place
+    words = ["read", wired.folder, "--logger", *flags]
+    assert main(words) == 0
+    assert sorted(str(path.relative_to(folder)) for path in folder.rglob("*.*")) == BOARD
+    assert len(capsys.readouterr().out.split()) == len(BOARD)
+    logger = (folder / "main.py").read_text(encoding="utf-8")
+    (folder / "sketch/sketch.ino").write_text("mine", encoding="utf-8")
+    (folder / "main.py").unlink()
+    assert main(words) == 2
+    assert capsys.readouterr().err.startswith("pipeline: --logger = ")
+    assert not (folder / "main.py").exists()
+    assert main([*words, "--force"]) == 0
+    assert (folder / "main.py").read_text(encoding="utf-8") == logger
+    assert (folder / "sketch/sketch.ino.bak").read_text(encoding="utf-8") == "mine"
+
+
+def test_programs_of_the_board_print_readings_of_a_unit_with_counts(wired, capsys, tmp_path, written):
+    keys, tips = "counts_l,counts_h", ("low", "high")
+    lines = [f"tip,weight_g,deflection_mm,{keys}"]
+    for tip, name in enumerate(tips):
+        for gram in (0, 10, 30):
+            counts = [4_000_000 + (50_000 * gram if channel == tip else 0) for channel in range(2)]
+            lines.append(",".join(map(str, [name, gram, gram * GRAM / wired.K[tip], *counts])))
+    unit = str(tmp_path / "unit.toml")
+    main(["calibrate", wired.folder, written("\n".join(lines)), "--out", unit])
+    words = ["read", wired.folder, "--unit", unit, "--logger", str(tmp_path / "board")]
+    assert main([*words, "--micropython", str(tmp_path / "unit.py"), "--c-header", str(tmp_path / "unit.h")]) == 0
+    for file, same in (("unit.py", "main.py"), ("unit.h", "sketch/unit.h")):
+        assert (tmp_path / file).read_bytes() == (tmp_path / "board" / same).read_bytes()
+    capsys.readouterr()
+    main(["calibrate", wired.folder, written(wired.weights(1.0)), "--out", unit, "--force"])
+    assert main([*words, "--force"]) == 2
+    assert capsys.readouterr().err.splitlines()[-1].startswith("pipeline: --unit = ")
+
+
 @pytest.mark.parametrize(
     "words",
     [
+        ["--logger"],
+        ["--logger", "there.py"],
         ["--micropython", "there.py", "--c-header", "new.h"],
         ["--micropython", "new.h", "--c-header", "new.h"],
         ["there.py", "--forces", "0.2,0.5", "--c-header", "new.h"],

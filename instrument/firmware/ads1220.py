@@ -1,0 +1,115 @@
+"""The driver of an ADS1220 in the Python that MicroPython has too: `pipeline read --logger` copies this file.
+
+Each sample has one conversion of each input against ground, one after the other, and the supply is the reference.
+Numbers in comments are sections of the data sheet, Texas Instruments SBAS501C, August 2016. The sketch for Arduino is
+filled with these constants.
+"""
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from typing import Protocol
+
+    class BoardBus(Protocol):
+        """An SPI unit of a board."""
+
+        def write_readinto(self, written: bytes, read: bytearray) -> None:
+            """Write bytes and read as many at the same time."""
+
+    class BoardPin(Protocol):
+        """A pin of a board."""
+
+        def value(self, level: int = ..., /) -> int:
+            """Return the level of a pin, or set it."""
+
+    class BoardClock(Protocol):
+        """The clock of a board."""
+
+        def ticks_us(self) -> int:
+            """Return a time that begins anew after some minutes [us]."""
+
+        def ticks_diff(self, end: int, start: int, /) -> int:
+            """Return the time between two times [us]."""
+
+        def sleep_us(self, us: int, /) -> None:
+            """Wait [us]."""
+
+
+RESET = 0x06  # 8.5.3.1
+START = 0x08  # 8.5.3.2
+READ_DATA = 0x10  # 8.5.3.4
+READ_REGISTERS = 0x23  # 8.5.3.5: four of them, from the first one on
+WRITE_REGISTERS = 0x43  # 8.5.3.6: the same four
+WRITE_INPUT = 0x40  # 8.5.3.6: the first one, which names the input
+FIRST_INPUT = 0x81  # 8.6.1: MUX 1000 is AIN0 against AVSS, gain 1, amplifier bypassed as 8.3.2.2 requires
+NEXT_INPUT = 0x10  # 8.6.1: MUX 1001 is AIN1, and so on
+RATE = 0x60  # 8.6.1: 175 samples a second, normal mode, single shots
+SUPPLY = 0xC0  # 8.6.1: the supply as reference, so that a ratiometric sensor shows its share of it
+NOTHING_ELSE = 0x00  # 8.6.1: no current sources, DRDY on its own pin only
+BAUD = 1000000  # 6.6: a period of the clock lasts 150 ns at least
+RESET_US = 100  # 8.5.3.1: 50 us and 32 periods of 4.096 MHz at least, which are 58 us
+LATEST_US = 10000  # 8.3.5: a conversion lasts 5.8 ms
+RETRY_US = 1000000
+
+
+class Converter:
+    """An ADS1220 on a bus in SPI mode 1 (8.5.1), with a pin that selects it and one that says when data are ready."""
+
+    def __init__(self, bus: "BoardBus", select: "BoardPin", ready: "BoardPin", clock: "BoardClock") -> None:
+        """Take the pins; nothing is sent yet."""
+        self.bus = bus
+        self.select = select
+        self.ready = ready
+        self.clock = clock
+        self.t = 0
+        self.before = clock.ticks_us()
+
+    def send(self, *command: int, answer: int = 0) -> bytearray:
+        """Send a command, and return so many bytes of its answer."""
+        taken = bytearray(len(command) + answer)
+        self.select.value(0)
+        self.bus.write_readinto(bytes(command) + bytes(answer), taken)
+        self.select.value(1)
+        return taken[len(command) :]
+
+    def begin(self) -> bool:
+        """Reset the converter and write its settings; return whether it has them then."""
+        settings = [FIRST_INPUT, RATE, SUPPLY, NOTHING_ELSE]
+        self.send(RESET)
+        self.clock.sleep_us(RESET_US)
+        self.send(WRITE_REGISTERS, *settings)
+        return list(self.send(READ_REGISTERS, answer=len(settings))) == settings
+
+    def start(self, channel: int) -> None:
+        """Start a conversion of an input; it settles within this one conversion (8.3.4)."""
+        self.send(WRITE_INPUT, FIRST_INPUT + NEXT_INPUT * channel)
+        self.send(START)
+
+    def count(self) -> int | None:
+        """Return the count of the conversion that was started, None if it is not ready in time."""
+        begun = self.clock.ticks_us()
+        while self.ready.value():  # 8.5.1.3: it falls once data are ready
+            if self.clock.ticks_diff(self.clock.ticks_us(), begun) > LATEST_US:
+                return None
+        high, middle, low = self.send(READ_DATA, answer=3)
+        count = (high << 16) + (middle << 8) + low  # 8.5.2: 24 bits in two's complement, the highest first
+        return count - (1 << 24) if high & 0x80 else count
+
+    def samples(self, order: "Sequence[int]", channels: int) -> "Iterator[tuple[int, list[int]]]":
+        """Yield the time of each sample [us] and the counts of its channels, until a conversion is not ready.
+
+        `order` names the inputs as they are converted. Those behind the channels are converted as well, so that a
+        sample takes as long as the design says.
+        """
+        while True:
+            now = self.clock.ticks_us()
+            self.t += self.clock.ticks_diff(now, self.before)
+            self.before = now
+            counts = [0] * len(order)
+            for channel in order:
+                self.start(channel)
+                count = self.count()
+                if count is None:
+                    return
+                counts[channel] = count
+            yield self.t, counts[:channels]

@@ -1,0 +1,371 @@
+"""The programs of `pipeline read --logger` on an emulated board with an emulated ADS1220, wired as wiring.svg shows."""
+
+import copy
+import itertools
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from deadline import DEADLINE_S
+from emulated_board import GREATEST, STUBS, Board, Chip, board_pins, run_on_arduino, run_on_pico, wires_of
+from measured_units import elastic
+
+from cad.fabrication.wiring import write_wiring
+from instrument.firmware.firmware import board_files
+from instrument.press.measuring import MeasuringUnit
+from instrument.press.presses import TARE_SAMPLES, readings_of
+from instrument.press.signals import Signal, count_keys
+from pipeline.tables.rows import Rows
+from sensor.design.readout import Readout
+from sensor.quantity import InputError
+from solve.contact.poses import Pose
+
+GRAM = 9.80665e-3  # [N]
+AGREES = 1e-5  # single precision
+PROGRAMS = ("main.py", "sketch/sketch.ino")
+LEVELS = (0.5, -0.012345, 0.9999999, 3e-7)  # of the supply: usual, below ground, the largest and one of few counts
+COUNTS = [round(level * 2**23) for level in LEVELS]
+DRIFTS = (1e-4, -2e-4, 0.0, 1e-6)  # of the supply in a second, of which a conversion sees its own time
+OFFSETS = 3.3e6  # counts of a free sensor: half of the supply is 2^22
+
+
+@pytest.fixture(scope="module")
+def pair(paper):
+    """Return the pair with a read-out."""
+    design = replace(paper.design, readout=Readout())
+    sensor = replace(paper.sensor, design=design)
+    measured = copy.copy(paper)
+    measured.report = replace(
+        paper.report, design=design, read_out=replace(paper.report.read_out, signal=sensor.signal)
+    )
+    return measured
+
+
+@pytest.fixture
+def wiring(tmp_path):
+    """Return a function that draws the wiring plan of a design, and returns the pins and the inputs that it joins."""
+
+    def drawn(measured):
+        path = tmp_path / "wiring.svg"
+        write_wiring(path, [tip.name for tip in measured.report.tips], 1, "rp2040")
+        inputs = [name for _, name in wires_of(path) if name.startswith("AIN")]
+        assert inputs == [f"AIN{index}" for index in range(len(measured.K))]
+        return board_pins(path)
+
+    return drawn
+
+
+@pytest.fixture
+def printed(tmp_path, wiring):
+    """Return a function that runs a program of a design on a board, and returns what it prints."""
+    numbers = itertools.count()
+
+    def run(measured, files, name, chip, seconds):
+        board = Board(chip, wiring(measured))
+        if name == "main.py":
+            return run_on_pico(files[name], board, seconds)
+        folder = tmp_path / f"sketch-{next(numbers)}"  # a library that is loaded keeps its place
+        folder.mkdir()
+        for path, text in files.items():
+            (folder / path.rpartition("/")[2]).write_text(text, encoding="utf-8")
+        return run_on_arduino(folder, board, seconds)
+
+    return run
+
+
+def files_of(measured, unit=None):
+    sensor = measured.measuring() if unit is None else MeasuringUnit(report=measured.report, unit=unit)
+    return board_files(sensor, calibrated=unit is not None)
+
+
+def rows_of_text(text):
+    """Return the header and the rows of numbers that a logger printed."""
+    header, *lines = text.splitlines()
+    return header, [tuple(map(int, line.split(","))) for line in lines]
+
+
+def drifting(channel, t):
+    return LEVELS[channel] + 1e-6 * t * DRIFTS[channel]
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_logger_prints_the_counts_of_each_channel(name, mango, printed):
+    hold_logger(mango, files_of(mango), name, printed, 1.0)
+
+
+def hold_logger(mango, files, name, printed, seconds):
+    """Hold a logger to the last count, with the time of each sample, at the rate and in the order of the design."""
+    signal = mango.report.read_out.signal
+    chip = Chip(drifting)
+    header, rows = rows_of_text(printed(mango, files, name, chip, seconds))
+    assert header == "t_us,counts_1,counts_2,counts_3,counts_4"
+    assert chip.faults == []
+    times, *counts = np.array(rows).T
+    inputs, starts, _ = np.array(chip.conversions).T
+    assert inputs[: 4 * len(rows)].tolist() == [8 + tip for tip in signal.conversion_order] * len(rows)
+    starts = starts[: 4 * len(rows)].reshape(len(rows), 4)
+    for tip, seen in enumerate(counts):
+        middles = starts[:, signal.conversion_order.index(tip)] + 0.5 * 23762 / 4.096
+        expected = np.clip(np.rint(2**23 * (LEVELS[tip] + 1e-6 * middles * DRIFTS[tip])), -GREATEST - 1, GREATEST)
+        assert seen.tolist() == expected.tolist()
+    assert len(rows) == pytest.approx(seconds * signal.rate_Hz, rel=0.05, abs=1.0)
+    after = (starts - times[:, None]) - (starts[0] - times[0])[0]
+    delays = 1e3 * np.array(sorted(signal.delay_ms))
+    period = 1e6 / signal.rate_Hz
+    assert np.abs(after - delays * np.diff(times).mean() / period).max() < 1e3 * signal.time_error_ms
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_pair_is_logged_in_its_own_columns_at_the_same_rate(name, pair, printed):
+    """The inputs without a tip are converted too."""
+    header, rows = rows_of_text(printed(pair, files_of(pair), name, Chip(lambda channel, _: LEVELS[channel]), 0.5))
+    assert header == "t_us,counts_l,counts_h"
+    assert {row[1:] for row in rows} == {tuple(COUNTS[:2])}
+    assert np.diff(rows, axis=0)[:, 0].mean() == pytest.approx(1e6 / pair.report.read_out.signal.rate_Hz, rel=0.05)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_board_waits_for_a_chip_that_does_not_answer_and_goes_on(name, pair, printed):
+    """One without supply, and one that stops converting: no row is made up, and times go on."""
+    chip = Chip(lambda channel, _: LEVELS[channel])
+    chip.answers = False
+    files = files_of(pair)
+    said = printed(pair, files, name, chip, 2.5)
+    assert re.fullmatch(r"(no ADS1220 answers: .+\s+){2,3}", said)
+    chip.answers = True
+    chip.level = lambda channel, t: setattr(chip, "converts", t % 1e6 < 8e5) or LEVELS[channel]
+    said = printed(pair, files, name, chip, 3.0).replace("\r", "")
+    rows = [line for line in said.splitlines() if re.fullmatch(r"[\d,-]+", line)]
+    times = [int(row.split(",")[0]) for row in rows]
+    assert {row.partition(",")[2] for row in rows} == {f"{COUNTS[0]},{COUNTS[1]}"}
+    assert times == sorted(times)
+
+
+FAULTS = (
+    ("wrong pin of SCLK", r"sck=Pin\(2\)", "sck=Pin(6)", r"setSCK\(2\)", "setSCK(6)"),
+    ("wrong pin of DIN", r"mosi=Pin\(3\)", "mosi=Pin(7)", r"setTX\(3\)", "setTX(7)"),
+    ("wrong pin of DOUT", r"miso=Pin\(4\)", "miso=Pin(0)", r"setRX\(4\)", "setRX(0)"),
+    ("wrong pin of CS", r"Pin\(5, Pin.OUT", "Pin(7, Pin.OUT", "ADS1220_CS 5", "ADS1220_CS 7"),
+    ("wrong pin of DRDY", r"Pin\(6, Pin.IN", "Pin(7, Pin.IN", "ADS1220_DRDY 6", "ADS1220_DRDY 7"),
+    (
+        "low byte first",
+        "high, middle, low =",
+        "low, middle, high =",
+        r"data\[0\] << 16\)(.+) data\[2\]",
+        r"data[2] << 16)\1 data[0]",
+    ),
+    ("no sign", " if high & 0x80 else count", " if False else count", r"- 16777216L", ""),
+    ("sign of 16 bits", r"\(1 << 24\)", "(1 << 16)", "16777216L", "65536L"),
+    ("gain of 2", "FIRST_INPUT = 0x81", "FIRST_INPUT = 0x83", "0x81", "0x83"),
+    ("difference of inputs", "FIRST_INPUT = 0x81", "FIRST_INPUT = 0x01", "0x81", "0x01"),
+    ("own reference", "SUPPLY = 0xC0", "SUPPLY = 0x00", "0xC0", "0x00"),
+    ("turbo mode", "RATE = 0x60", "RATE = 0x70", "0x60", "0x70"),
+    ("90 samples a second", "RATE = 0x60", "RATE = 0x40", "0x60", "0x40"),
+    ("temperature of the chip", "RATE = 0x60", "RATE = 0x62", "0x60", "0x62"),
+    ("SPI mode 0", "phase=1", "phase=0", "SPI_MODE1", "SPI_MODE0"),
+    ("SPI mode 3", "polarity=0", "polarity=1", "SPI_MODE1", "SPI_MODE3"),
+    ("clock too fast", "BAUD = 1000000", "BAUD = 8000000", r"Settings\(1000000", "Settings(8000000"),
+    ("no wait after a reset", "RESET_US = 100", "RESET_US = 0", r"delayMicroseconds\(100\)", "delayMicroseconds(0)"),
+    (
+        "no wait for data",
+        r"while self.ready.value\(\):",
+        "while False:",
+        r"while \(digitalRead.+ \{",
+        "while (false) {",
+    ),
+    ("wrong order of inputs", r"ORDER = \[0, 1, 3, 2\]", "ORDER = [0, 1, 2, 3]", "0, 1, 3, 2", "0, 1, 2, 3"),
+    (
+        "first input twice",
+        r"NEXT_INPUT \* channel",
+        "NEXT_INPUT * (channel // 2)",
+        r"0x10 \* channel",
+        "0x10 * (channel / 2)",
+    ),
+    ("no start", r"        self.send\(START\)\n", "        self.send(0x02)\n", r"\{ 0x08 \}", "{ 0x02 }"),
+)
+"""Faults of the programs: what stands in the MicroPython program and in its stead, and the same of the sketch."""
+
+
+@pytest.mark.parametrize("name", [PROGRAMS[0], pytest.param(PROGRAMS[1], marks=pytest.mark.slow)])
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault[0])
+def test_planted_faults_are_found(fault, name, mango, printed):
+    """The check of the logger fails, or the board refuses its pins."""
+    old, new = fault[1:3] if name == "main.py" else fault[3:]
+    sources = files_of(mango)
+    names = [name] if name == "main.py" else list(sources)[1:]
+    wrong = {path: re.sub(old, new, sources[path]) for path in names}
+    assert any(wrong[path] != sources[path] for path in names)
+    hold_logger(mango, sources, name, printed, 0.1)
+    with pytest.raises((AssertionError, ValueError)):
+        hold_logger(mango, sources | wrong, name, printed, 0.1)
+
+
+class Bench:
+    """Springs and electronics of one unit whose forces [N] a chip shows, as they go with the time [s]."""
+
+    def __init__(self, measured, rng):
+        """Make gains up to 20 % off, crosstalk and offsets."""
+        self.tips = len(measured.K)
+        nominal = np.array(measured.report.read_out.signal.counts_per_N)
+        gains = nominal * (1.0 + 0.2 * rng.uniform(-1.0, 1.0, self.tips))
+        crosstalk = np.eye(self.tips) + 0.02 * rng.uniform(-1.0, 1.0, (self.tips, self.tips))
+        self.matrix = crosstalk * gains
+        self.zero = OFFSETS * rng.uniform(0.9, 1.1, self.tips)
+
+    def chip(self, forces_at):
+        """Return a chip that shows forces, a function of the time [s]."""
+
+        def level(channel, t):
+            if channel >= self.tips:
+                return 0.0
+            return float(self.zero[channel] + self.matrix[channel] @ forces_at(1e-6 * t)) / 2**23
+
+        return Chip(level)
+
+
+def weights_at(measured):
+    """Return names, weights [g] and the forces of all tips [N] of a series of weights up and down on each tip."""
+    for tip, name in enumerate(tip.name for tip in measured.report.tips):
+        full = round(0.9 * measured.report.read_out.full_scale_N[tip] / GRAM, 2)
+        for part in (0.0, 0.5, 1.0, 0.5, 0.0):
+            force = np.zeros(len(measured.K))
+            force[tip] = part * full * GRAM
+            yield name, part * full, force
+
+
+HEADERS = {"mango": "t_s,counts_1,counts_2,counts_3,counts_4", "pair": "t_s,counts_l,counts_h"}
+HELD_S = 0.08  # that a weight hangs
+
+
+@pytest.mark.parametrize(
+    ("design", "name"),
+    [
+        ("mango", PROGRAMS[0]),
+        ("pair", PROGRAMS[1]),
+        pytest.param("mango", PROGRAMS[1], marks=pytest.mark.slow),
+        pytest.param("pair", PROGRAMS[0], marks=pytest.mark.slow),
+    ],
+)
+def test_counts_of_a_board_become_a_unit_that_reads_a_press(name, design, request, rng, calibrate, printed):
+    """From the logger's rows beside weights to a unit; its forces are those that the chip was given, and E as well."""
+    measured = request.getfixturevalue(design)
+    bench, hung = Bench(measured, rng), list(weights_at(measured))
+    held = np.array([force for _, _, force in hung])
+    chip = bench.chip(lambda t: held[min(int(t / HELD_S), len(held) - 1)])
+    _, rows = rows_of_text(printed(measured, files_of(measured), name, chip, HELD_S * len(hung)))
+    lines = [",".join(["tip,weight_g,deflection_mm", *count_keys(bench.tips)])]
+    for index, (tip, weight, force) in enumerate(hung):
+        shown = [row for row in rows if index + 0.3 < 1e-6 * row[0] / HELD_S < index + 0.7][-1]
+        deflection = round(float((force / measured.K).max()), 4)
+        lines.append(",".join(map(str, [tip, weight, deflection, *shown[1:]])))
+    unit = elastic(calibrate(measured.report, "\n".join(lines)).unit)
+    sensor = MeasuringUnit(report=measured.report, unit=unit)
+
+    travel = measured.design.press.travel_mm
+    steps = np.linspace(0.02, 1.0, 60)
+    forces = measured.forces([Pose(E=1.4, travel=share * travel) for share in steps])
+    forces = np.concatenate([np.zeros((1, bench.tips)), forces, forces[::-3], np.zeros((1, bench.tips))])
+    times = 0.4 + 0.025 * np.arange(len(forces))  # the tare is free
+
+    def forces_at(t):
+        return np.array([np.interp(t, times, row) for row in forces.T])
+
+    text = printed(measured, files_of(measured), name, bench.chip(forces_at), 2.6)
+    read = Signal(Rows(text.splitlines(), "press.csv"), bench.tips)
+    (expected,) = readings_of(sensor, read)
+    _, rows = rows_of_text(text)
+    delays = np.array(measured.report.read_out.signal.delay_ms)
+    above = np.array(rows, dtype=float)[:, 1:] - np.array(rows)[:TARE_SAMPLES, 1:].mean(axis=0)
+    newtons = above @ np.array(unit.newtons_per_count).T
+    assert newtons[:TARE_SAMPLES] == pytest.approx(0.0, abs=1e-4 * forces.max())
+    for (t, *_), found in zip(rows, newtons, strict=True):
+        if 0.45 < 1e-6 * t < 1.9:  # each channel at the middle of its own conversion, crosstalk aside
+            given = [forces_at(1e-6 * t + 1e-3 * (delay + 2.9))[tip] for tip, delay in enumerate(delays)]
+            assert found == pytest.approx(given, rel=0.01, abs=2e-3 * forces.max())
+    assert pytest.approx(1.4, rel=0.03) == expected.E
+    assert set(expected.flags) <= {"uncertain"}
+
+    chip = bench.chip(forces_at)
+    said = printed(measured, files_of(measured, unit), name, chip, 2.6).replace("\r", "")
+    signal = measured.report.read_out.signal
+    counts = np.array([count for _, _, count in chip.conversions])
+    counts = counts[: len(counts) // 4 * 4].reshape(-1, 4)[:, np.argsort(signal.conversion_order)]
+    lines = [",".join(map(str, [index / signal.rate_Hz, *row])) for index, row in enumerate(counts.tolist())]
+    (expected,) = readings_of(sensor, Signal(Rows([HEADERS[design], *lines], "press.csv"), bench.tips))
+    (found,) = re.findall(r"^E (\S+) MPa, E/\(1 - nu\^2\) (\S+) MPa, flags 0$", said, flags=re.M)
+    digits = {"rel": AGREES} if name == "main.py" else {"abs": 0.6e-4}  # the sketch prints four decimals
+    assert float(found[0]) == pytest.approx(expected.E, **digits)
+    assert float(found[1]) == pytest.approx(sensor.reduced(expected.E), **digits)
+
+
+COMPILERS = {
+    "ATmega2560": ("avr-g++", "-mmcu=atmega2560", "-std=gnu++11"),
+    "ATmega328P": ("avr-g++", "-mmcu=atmega328p", "-std=gnu++11"),
+    "Cortex-M0+": ("arm-none-eabi-g++", "-mcpu=cortex-m0plus", "-mthumb", "-std=gnu++17", "-DARDUINO_ARCH_RP2040"),
+    "Cortex-M4F": ("arm-none-eabi-g++", "-mcpu=cortex-m4", "-mthumb", "-std=gnu++17"),
+    "this machine": ("g++", "-std=gnu++17"),
+}
+
+
+@pytest.mark.parametrize("calibrated", [False, True])
+@pytest.mark.parametrize("board", COMPILERS)
+def test_sketch_compiles_without_a_warning(board, calibrated, mango, tmp_path):
+    compiler, *flags = COMPILERS[board]
+    if shutil.which(compiler) is None:
+        pytest.skip(f"no {compiler}")
+    for path, text in files_of(mango, counted(mango) if calibrated else None).items():
+        (tmp_path / path.rpartition("/")[2]).write_text(text, encoding="utf-8")
+    words = ["-Wall", "-Wextra", "-Werror", "-Os", f"-I{STUBS}", "-include", "Arduino.h", "-x", "c++", "-c"]
+    subprocess.run([compiler, *flags, *words, "sketch.ino"], check=True, cwd=tmp_path, timeout=DEADLINE_S)
+
+
+def counted(measured):
+    """Return a unit of a design whose counts are calibrated, as designed."""
+    signal = measured.report.read_out.signal
+    matrix = tuple(map(tuple, np.diag(1.0 / np.array(signal.counts_per_N)).tolist()))
+    zeros = (0.0,) * len(matrix)
+    return replace(
+        measured.measuring().unit,
+        newtons_per_count=matrix,
+        zero_counts=zeros,
+        saturation_counts=signal.saturation_counts,
+    )
+
+
+@pytest.mark.parametrize(
+    ("readout", "field"),
+    [
+        (None, "--logger"),
+        ({"rate_Hz": 20.0}, "readout.rate_Hz"),
+        ({"bits": 16.0}, "readout.bits"),
+        ({"full_scale_mV": 2048.0}, "readout.full_scale_mV"),
+        ({"delay_ms": (0.0, 1.0, 2.0, 3.0)}, "readout.delay_ms"),
+    ],
+)
+def test_board_that_is_not_known_is_refused(readout, field, mango):
+    report = mango.report
+    if readout is None:
+        report = replace(report, read_out=replace(report.read_out, signal=None))
+    else:
+        report = replace(report, design=replace(report.design, readout=replace(report.design.readout, **readout)))
+    with pytest.raises(InputError) as refused:
+        board_files(replace(mango.measuring(), report=report), calibrated=False)
+    assert refused.value.field == field
+
+
+def test_unit_without_counts_is_refused(mango):
+    with pytest.raises(InputError) as refused:
+        board_files(mango.measuring(), calibrated=True)
+    assert refused.value.field == "--unit"
+
+
+def test_logger_needs_no_reading(mango):
+    """A relaxing fruit is read with its hold, by the command: its counts are logged all the same."""
+    design = mango.report.design
+    fruit = SimpleNamespace(**{**vars(design.fruit), "relaxation": "any"})
+    report = replace(mango.report, design=SimpleNamespace(**{**vars(design), "fruit": fruit}))
+    assert board_files(replace(mango.measuring(), report=report), calibrated=False) == files_of(mango)
