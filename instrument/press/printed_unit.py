@@ -1,6 +1,7 @@
 """A printed unit: what calibration found of its springs, tips and channels; unit.toml and back."""
 
 import hashlib
+import itertools
 import json
 import math
 import re
@@ -187,10 +188,27 @@ _SINCE_0_2 = (
 """Keys that came later, which 0.2 wrote into no design."""
 
 
-def digest_of_0_2(design: Design) -> str:
-    """Return the sha256 that version 0.2 wrote into the units of a design: that of its whole text."""
+_OF_CALIBRATION: dict[str, tuple[object, ...]] = {
+    "calibrated_by": ("plate",),
+    "stiffness_percent": (1.0,),
+    "gain_percent": (0.5, 0.1),
+}
+"""What a design of 0.2 said in `reading` of its calibration, by default or in a preset. It sets nothing of a print."""
+
+
+def digests_of_0_2(design: Design) -> set[str]:
+    """Return each sha256 that version 0.2 may have written into the units of a design, whatever calibrates them."""
+    reading = design.reading
+    if reading is None:
+        return {_digest_of_0_2(design)}
+    choices = [{getattr(reading, key), *former} for key, former in _OF_CALIBRATION.items()]
+    said = [dict(zip(_OF_CALIBRATION, values, strict=True)) for values in itertools.product(*choices)]
+    return {_digest_of_0_2(replace(design, bench=None, reading=replace(reading, **values))) for values in said}
+
+
+def _digest_of_0_2(design: Design) -> str:
+    """Return the sha256 of the whole text of a design, as version 0.2 wrote it."""
     tables = design_as_mapping(design, derived=True)
-    tables.pop("bench", None)
     for name in _SINCE_0_2:
         table, key = name.split(".")
         tables.get(table, {}).pop(key, None)
@@ -286,8 +304,8 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
 def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
     """Raise InputError for a unit of another design than that of a report, and for a ball that it does not take."""
     digest = design_digest(report.design)
-    digests = (digest, digest_of_0_2(report.design))
-    if unit.design_sha256 not in digests or unit.tips != tuple(tip.name for tip in report.tips):
+    of_design = unit.design_sha256 == digest or unit.design_sha256 in digests_of_0_2(report.design)
+    if not of_design or unit.tips != tuple(tip.name for tip in report.tips):
         bound = f"the unit of design {report.design.name!r} as it is in this folder"
         hint = f"its digest begins {digest[:12]}; calibrate against it"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
