@@ -31,7 +31,8 @@ from solve.presses.pressing import Pressing, press
 from tests.measured_units import MeasuredDesign
 
 MODULI = (0.7, 2.5)  # MPa, well inside the range of the mango
-SAMPLES = 14
+WAY = np.linspace(0.3, 1.0, 10)  # of the travel: 24 samples move E by 1 %
+CELLS = 20  # of a grid, each way: 32 move E by 0.1 %
 PRESS_S = 3.0
 FLESH = ((0.25, 5.0), (0.33, 120.0))  # relaxing flesh: 42 % are left, as of Tarocco oranges
 TURNS = (0.0, 90.0, 45.0)  # [deg] of three presses of a fruit
@@ -108,9 +109,12 @@ class Bench:
     ) -> FruitReading:
         """Return the reading of a press; with times its flesh relaxes, and `way` is the part of the travel [1]."""
         sensor = sensor or self.sensor
-        part = np.linspace(0.2, 1.0, SAMPLES) if way is None else way
+        part = WAY if way is None else way
         travels = self.design.press.travel_mm * part
-        forces = press(sensor, fruit, travels) if t is None else press_over_time(sensor, fruit, travels, t, FLESH)
+        if t is None:
+            forces = press(sensor, fruit, travels, CELLS)
+        else:
+            forces = press_over_time(sensor, fruit, travels, t, FLESH, CELLS)
         touching = (forces > self.unit.least_forces).all(axis=1)
         times = PRESS_S * part if t is None else t
         forces, times = forces[touching], times[touching]
@@ -130,7 +134,7 @@ def of_tip(tip: int, value: float, otherwise: float) -> tuple[float, ...]:
 
 def waves(rng: np.random.Generator, rms: float, length: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """Return a height map of an rms [mm] in waves of a length [mm] in all directions."""
-    angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, 24))
+    angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, 12))
     kx, ky = 2.0 * math.pi / length * np.array([np.cos(angle), np.sin(angle)])
 
     def heights(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -240,7 +244,7 @@ def yields(bench: Bench) -> Iterator[tuple[str, Read]]:
 
 def paused(at: float, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Return parts of the travel and times [s] of a press that pauses at a part of its way."""
-    way = np.linspace(0.04, 1.0, 25)
+    way = np.linspace(0.1, 1.0, 19)
     t = PRESS_S * way
     stop = int(np.searchsorted(way, at))
     rests = np.full(4, way[stop])
@@ -250,7 +254,7 @@ def paused(at: float, seconds: float) -> tuple[np.ndarray, np.ndarray]:
 
 def changed(at: float, factor: float) -> tuple[np.ndarray, np.ndarray]:
     """Return parts of the travel and times [s] of a press that is slower by a factor from a part of its way on."""
-    way = np.linspace(0.04, 1.0, 25)
+    way = np.linspace(0.1, 1.0, 19)
     return way, PRESS_S * (np.minimum(way, at) + factor * np.maximum(way - at, 0.0))
 
 
