@@ -23,7 +23,9 @@ from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.touches import PressSamples
+from sensor.design.fruits import FRUITS
 from solve.presses.bodies import EllipsoidFruit as Fruit
+from solve.presses.bodies import FleshOnStone
 from solve.presses.bodies import OuterLayer as Layer
 from solve.presses.bodies import SprungDomes as Sensor
 from solve.presses.over_time import press_over_time
@@ -337,8 +339,34 @@ def three_bruised(bench: Bench, count: int) -> Iterator[Read]:
         yield by_three(bench, bench.drawn(), each)
 
 
+def real_cheeks(bench: Bench, count: int) -> Iterator[Read]:
+    """Yield presses on places of real fruit beyond the cheeks of the design; those within are a row apart."""
+    design, unit = bench.design, bench.unit
+    real = FRUITS[design.name]
+    stone = FleshOnStone(design.fruit.thickness_mm, design.fruit.poisson)
+    within: list[Read] = []
+    told: list[Read] = []
+    for _ in range(count):
+        radii = bench.rng.uniform(*real.radius_mm), bench.rng.uniform(*real.radius_across_mm)
+        fruit = bench.drawn(R1=radii[0], R2=radii[1], layer=stone)
+        read = bench.against(fruit.E, bench.read(fruit))
+        both = zip(radii, (design.reading.radius_mm, design.reading.radius_across_mm), strict=True)
+        if all(ends[0] <= radius <= ends[1] for radius, ends in both):
+            within.append(read)
+            continue
+        yield read
+        mean = 2.0 / (1.0 / radii[0] + 1.0 / radii[1])
+        bench.unit = replace(unit, radii_mm=(mean, mean))
+        told.append(bench.against(fruit.E, bench.read(fruit)))
+        bench.unit = unit
+    if within:
+        print_many("real cheeks within those of the design", within)
+    print_many("real cheeks beyond, with their mean radius told", told)
+
+
 MANY = {"paces": (paces, 60), "shapes": (shapes, 300), "three_uneven": (three_uneven, 100)}
 MANY["three_bruised"] = (three_bruised, 100)
+MANY["real_cheeks"] = (real_cheeks, 60)
 LISTS = {"yields": yields, "pace": pace}
 
 
@@ -371,11 +399,13 @@ def print_many(name: str, reads: Iterable[Read]) -> None:
     silent = [abs(read.error) / read.bar for read in found if not read.flags]
     every = sum(bool(read.flags) for read in found)
     farthest = max(silent, default=0.0)
-    errors = 100.0 * np.array([abs(read.error) for read in found if math.isfinite(read.error)])
+    errors = 100.0 * np.array([read.error for read in found if math.isfinite(read.error)])
+    sizes, bar = np.abs(errors), 100.0 * np.median([read.bar for read in found])
     print(
         f"| {name} | {len(found)} | {inside} inside, {flagged} flagged outside, {every} flagged in all, "
         f"{len(found) - len(errors)} without a modulus | farthest without a flag {farthest:.2f} bars | "
-        f"median and largest error {np.median(errors):.1f}, {errors.max():.1f} % |",
+        f"error {errors.mean():+.1f} % in the mean, {np.median(sizes):.1f} and {sizes.max():.1f} % in size, "
+        f"its bar {bar:.1f} % |",
         flush=True,
     )
 
