@@ -76,9 +76,10 @@ def fruits(asked: str) -> Rows:
         for fruit in FRUITS.values():
             yield fruit.name, "; ".join(f"`{key}`: {text}" for key, text in fruit.sources)
         return
-    yield "fruit", *(f"`{key}`" for key in RANGES)
+    yield "fruit", *(f"`{key}`" for key in RANGES), "`relaxes_to`"
     for fruit in FRUITS.values():
-        yield fruit.name, *(" to ".join(f"{end:g}" for end in getattr(fruit, key)) for key in RANGES)
+        ranges = (" to ".join(f"{end:g}" for end in getattr(fruit, key)) for key in RANGES)
+        yield fruit.name, *ranges, f"{fruit.relaxes_to:g}"
 
 
 def sources_of(key: str) -> str:

@@ -28,7 +28,7 @@ DEFAULT_TOLERANCE = 1e-3  # what the verdicts on K_l and K_h allow: with more th
 ROUGH_TOLERANCE = 0.02  # from here on both springs and the contact are solved on one coarse mesh
 CONTACT_FRACTION = 0.25  # of the tolerance: the contact is cheap, so the springs, the dear part, may use up the rest
 _BESIDE_CONTACT = (
-    *("E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation"),
+    *("name", "E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation"),
     *("roughness_mm", "roughness_wave_mm", "flesh_scatter_percent"),
 )
 BESIDE_CONTACT: dict[str, dict[str, Any]] = {

@@ -182,7 +182,7 @@ Those that are written still have their own value.
 """
 
 _SINCE_0_2 = (
-    *("fruit.roughness_mm", "fruit.roughness_wave_mm", "fruit.flesh_scatter_percent"),
+    *("fruit.name", "fruit.roughness_mm", "fruit.roughness_wave_mm", "fruit.flesh_scatter_percent"),
     *("reading.presses", "reading.ball_percent"),
 )
 """Keys that came later, which 0.2 wrote into no design."""

@@ -36,9 +36,10 @@ class FruitRange:
     """Fruits as they were measured: radii where they are pressed and flesh [mm], softest and firmest flesh [MPa].
 
     A fruit of one `radius_mm` is nearly a ball; with `radius_across_mm` its principal radii and its `thickness_mm` lie
-    anywhere between from and to.
+    anywhere between from and to. A fruit of the table has its `name`.
     """
 
+    name: str | None = None
     radius_mm: float | Ends = quantity("mm", LENGTH, hint="measure the fruit")
     radius_across_mm: Ends | None = quantity("mm", LENGTH, default=None, hint="measure the fruit")
     thickness_mm: Ends | None = quantity("mm", LENGTH, default=None, hint="cut the fruit")
@@ -120,6 +121,7 @@ def _named_range(name: str) -> FruitRange:
         raise validation_error("--fruit", name, "", f"one of {', '.join(FRUITS)}", hint)
     fruit = FRUITS[name]
     return FruitRange(
+        name=name,
         radius_mm=fruit.radius_mm,
         radius_across_mm=fruit.radius_across_mm,
         thickness_mm=fruit.thickness_mm,
@@ -151,9 +153,10 @@ def _measured_range(path: Path) -> FruitRange:
     )
 
 
-def bruise_limit(E: float) -> float:
-    """Return the mean pressure that flesh of a modulus bears [MPa, both], rounded down to three digits.
+def bruise_limit(E: float, name: str | None = None) -> float:
+    """Return the mean pressure that flesh of a modulus stands [MPa, both], rounded down to three digits.
 
-    0.1 E^0.85, an assumption of this project.
+    It is that of the fruit of a name in the table, else 0.1 E^0.85, an assumption of this project.
     """
-    return rounded(BRUISE_MPA * E**BRUISE_EXPONENT, towards=0.0)
+    limit = BRUISE_MPA * E**BRUISE_EXPONENT if name is None else FRUITS[name].bruise_limit(E)
+    return rounded(limit, towards=0.0)

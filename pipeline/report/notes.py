@@ -14,6 +14,7 @@ from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
 from sensor.design.fruit import USUAL_MODULI
+from sensor.design.fruits import FRUITS
 from sensor.design.parameters import Design
 from sensor.quantity import COVERAGE
 from sensor.theory.free_fruit import table_share
@@ -163,12 +164,15 @@ def _relaxation(result: SensorResult) -> Note:
     over_time = result.over_time
     if over_time is None:
         curve = result.press.curve
+        name = result.design.fruit.name
+        left = MAY_RELAX.left if name is None else FRUITS[name].relaxes_to
+        one = "an orange" if name is None else f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
         E = np.array(result.design.fruit.E_MPa)
-        P = np.interp([E, MAY_RELAX.left * E], curve.E, curve.P[:, -1])
+        P = np.interp([E, left * E], curve.E, curve.P[:, -1])
         change = 100.0 * (P[1] / P[0] - 1.0)
         return Note(
-            100.0 * (1.0 - MAY_RELAX.left),
-            f"Read soon after the touch or set fruit.relaxation: an orange relaxes to {100.0 * MAY_RELAX.left:g} %, so "
+            100.0 * (1.0 - left),
+            f"Read soon after the touch or set fruit.relaxation: {one} relaxes to {100.0 * left:g} %, so "
             f"P moves by {change.max():.2g} to {change.min():.2g} %.",
         )
     fallen = over_time.apparent[:, over_time.at] / over_time.E

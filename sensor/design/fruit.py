@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
+from sensor.design.fruits import FRUITS
 from sensor.float_or_array import FloatOrArray
 from sensor.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, quantity, validation_error
 from sensor.theory.relaxation import FORM, Relaxation
@@ -42,6 +43,11 @@ class Fruit:
         meaning=(
             "a flat block, or a piece of a sphere or of an ellipsoid whose apex is in the middle of its upper face"
         ),
+    )
+    name: str | None = choice(
+        tuple(FRUITS),
+        default=None,
+        meaning="name of the fruit in the table of `pipeline suggest --fruit`; notes then speak of this fruit",
     )
     length_mm: float = quantity(
         "mm",

@@ -1,21 +1,24 @@
 """Fruits by their names, from fruits.toml: where a sensor presses them, and how firm they are."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from sensor.input_file import read_toml
-from sensor.quantity import LENGTH, MODULUS, Sourced, quantity, validation_error
+from sensor.quantity import LENGTH, MODULUS, Bounds, Sourced, quantity, validation_error
 
 _ENDS = 2
+_SHARE = Bounds(above=0.0, below=1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class NamedFruit(Sourced):
     """A fruit: its principal radii where it is pressed and the flesh under them [mm], ripe to unripe flesh [MPa].
 
-    All are from and to. Raises InputError for what is no range, and for a number without a source.
+    All but the share that is left of a force are from and to. Raises InputError for what is no range, and for a number
+    without a source.
     """
 
     LABEL: ClassVar[str] = "fruit"
@@ -24,6 +27,10 @@ class NamedFruit(Sourced):
     radius_across_mm: tuple[float, float] = quantity("mm", LENGTH, meaning="the other principal radius")
     thickness_mm: tuple[float, float] = quantity("mm", LENGTH, meaning="flesh over stone, core or hollow")
     E_MPa: tuple[float, float] = quantity("MPa", MODULUS, meaning="modulus of ripe and of unripe flesh")
+    bruise_limit_MPa: tuple[float, float] = quantity(
+        "MPa", MODULUS, meaning="mean pressure under a tip at which flesh of these moduli bruises"
+    )
+    relaxes_to: float = quantity("1", _SHARE, meaning="share of a force that ripe flesh keeps in the end")
 
     def __post_init__(self) -> None:
         """Refuse numbers that are no ends of a range."""
@@ -33,6 +40,12 @@ class NamedFruit(Sourced):
             if len(ends) != _ENDS or ends[0] >= ends[1]:
                 name = f"fruit {self.name}.{key}"
                 raise validation_error(name, list(ends), "", "two numbers that rise", self.HINT)
+
+    def bruise_limit(self, E: float) -> float:
+        """Return the mean pressure that flesh of a modulus stands [MPa, both], a power of it through both ends."""
+        (softest, firmest), (least, most) = self.E_MPa, self.bruise_limit_MPa
+        share = math.log(E / softest) / math.log(firmest / softest)
+        return least * math.pow(most / least, share)
 
     @property
     def in_words(self) -> str:
@@ -55,6 +68,6 @@ def _ends(ends: Sequence[float]) -> str:
     return " to ".join(f"{end:g}" for end in ends)
 
 
-RANGES = ("radius_mm", "radius_across_mm", "thickness_mm", "E_MPa")
+RANGES = ("radius_mm", "radius_across_mm", "thickness_mm", "E_MPa", "bruise_limit_MPa")
 
 FRUITS = NamedFruit.from_tables(read_toml(Path(__file__).with_name("fruits.toml"), "fruits"))

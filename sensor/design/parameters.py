@@ -473,7 +473,7 @@ class Design:
     @property
     def has_paper_scene(self) -> bool:
         """Say whether fruit and tips are the paper's, whatever moduli are shown and however it is pressed."""
-        beside = ("E_MPa", "bruise_limit_MPa", "poisson_spread", "relaxation", "gap_mm", "socket")
+        beside = ("name", "E_MPa", "bruise_limit_MPa", "poisson_spread", "relaxation", "gap_mm", "socket")
         return all(
             getattr(own, item.name) == getattr(of_paper, item.name)
             for own, of_paper in ((self.fruit, Fruit()), (self.tips, Tips()))

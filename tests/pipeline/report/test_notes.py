@@ -98,13 +98,16 @@ def test_advice_on_a_cause_is_given_once_with_what_it_moves_most(design, advice,
         assert max(same, default=0.0) <= abs(part.size)
 
 
-def test_relaxation_that_is_not_known_is_told_by_the_flesh_of_an_orange():
-    """P of two springs on fruit that keeps 42 % of each modulus."""
-    result = result_of()
+@pytest.mark.parametrize(("name", "left", "told"), [(None, 0.42, "an orange"), ("pear", 0.45, "a pear")])
+def test_relaxation_that_is_not_known_is_told_by_the_table_of_fruits(name, left, told):
+    """P of two springs on fruit that keeps a share of each modulus; of a fruit without a name as an orange does."""
+    result = result_of(Design(fruit=Fruit(name=name)))
     springs = result.springs.stiffnesses
     K_m = CONTACT.K_m_over_E() * np.array(result.design.fruit.E_MPa)
-    changes = [100.0 * (force_ratio(springs, 0.42 * each) / force_ratio(springs, each) - 1.0) for each in K_m.tolist()]
-    assert f"P moves by {max(changes):.2g} to {min(changes):.2g} %" in note(result, "Read soon")
+    changes = [100.0 * (force_ratio(springs, left * each) / force_ratio(springs, each) - 1.0) for each in K_m.tolist()]
+    said = note(result, "Read soon")
+    assert f"{told} relaxes to {100 * left:g} %" in said
+    assert f"P moves by {max(changes):.2g} to {min(changes):.2g} %" in said
 
 
 def test_what_moves_a_reading_most_comes_first():
