@@ -14,7 +14,7 @@ HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk",
 HEAVY |= {"rich"}
 # Lines through forces and sums over tables take NumPy: readings and errors need them, no help does.
 NUMERICAL = {"contrast_law", "contrast_rise", "elastica", "rounded_edge", "sloped_skin", "soft_tissue", "flesh_memory"}
-NUMERICAL |= {"uneven_skin", "dome_form"}
+NUMERICAL |= {"uneven_skin", "dome_form", "straight_line"}
 ROOMS = [path for room in ("theory", "design") for path in sorted((ROOT / "sensor" / room).glob("[a-z]*.py"))]
 PUBLIC = """import twintip
 print(*dir(twintip), twintip.load_design('mango').name)
