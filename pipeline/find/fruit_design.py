@@ -41,7 +41,7 @@ _TRAVEL_STEP_MM = 0.01
 _LESS_TRAVEL_MM = 0.02  # by which both signs of the largest bias shrink
 _SOFTER = 0.9  # factor of both springs that presses less hard
 _BY_BIAS = 1.04  # first factor of the radii of the fruit of the design
-_BEYOND_LIMIT = 1.02  # so that what was rounded keeps the limit too
+_BEYOND_LIMIT = 1.05  # of a part that is not all of what is left
 _STIFFER_AT_ONCE = 1.5  # at most: the other steps then find their way
 _STIFFER = 1.12  # factor of the high spring that tells firm fruit better
 
