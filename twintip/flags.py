@@ -165,7 +165,7 @@ def _add_calibrate(parser: ArgumentParser) -> None:
     add("--plate", metavar="PLATE.csv", type=Path, help=f"calibrate deflections, of the columns {pressed}")
     on_ball = "presses on a ball of rubber, a file as pipeline read takes"
     add("--ball", metavar="PRESSES.csv", type=Path, help=f"correct readings for the form of the domes, by {on_ball}")
-    add("--ball-modulus", metavar="MPA", type=number, help="modulus of the ball by pipeline modulus [MPa]")
+    add("--ball-reduced-modulus", metavar="MPA", type=number, help="its E / (1 - nu^2) by pipeline modulus [MPa]")
     add("--ball-radius", metavar="MM", type=number, help="radius of the ball [mm]")
     add("--ball-modulus-error", metavar="PERCENT", type=number, help="one standard deviation of its modulus [%%]")
     add("--columns", metavar="NAME=HEADER,...", help="headers or numbers of columns, as in force=Gewicht,counts_l=4")

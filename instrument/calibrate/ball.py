@@ -49,20 +49,29 @@ class ReferenceBall:
     percent: float
     poisson: float = RUBBER_POISSON
 
+    @property
+    def reduced_MPa(self) -> float:
+        """Return E / (1 - nu^2) [MPa], which is all that a press feels."""
+        return self.E_MPa / (1.0 - self.poisson**2)
 
-def reference_ball(E_MPa: float | None, radius_mm: float | None, percent: float | None) -> ReferenceBall:
-    """Return a ball of the flags of a command; raises InputError for one that is missing or out of its bounds."""
-    hint = "pipeline modulus tells the modulus and its error"
+
+def reference_ball(reduced_MPa: float | None, radius_mm: float | None, percent: float | None) -> ReferenceBall:
+    """Return a ball of the flags of a command; raises InputError for one that is missing or out of its bounds.
+
+    Its modulus is told as E / (1 - nu^2) [MPa]: no Poisson's ratio is needed.
+    """
+    hint = "pipeline modulus --json tells E_over_1_minus_nu2_MPa and its error"
     numbers = []
     for flag, value, unit, bounds in (
-        ("--ball-modulus", E_MPa, "MPa", MODULUS),
+        ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS),
         ("--ball-radius", radius_mm, "mm", RADIUS),
         ("--ball-modulus-error", percent, "%", ERROR),
     ):
         if value is None or not bounds.hold(value):
             raise validation_error(flag, value, unit, f"given with --ball, {bounds}", hint)
         numbers.append(value)
-    return ReferenceBall(E_MPa=numbers[0], radius_mm=numbers[1], percent=numbers[2])
+    reduced, radius, error = numbers
+    return ReferenceBall(E_MPa=reduced * (1.0 - RUBBER_POISSON**2), radius_mm=radius, percent=error)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,11 +94,10 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> BallCorre
     if not ball.radius_mm >= least_radius:
         bound = f"at least {least_radius:g} mm, {DEEP:g} times tips.spacing_mm"
         raise validation_error("--ball-radius", ball.radius_mm, "mm", bound, "take a larger ball")
-    per_rubber = _as_fruit(ball, sensor) / ball.E_MPa
-    least, largest = (E / per_rubber for E in sensor.range_MPa)
-    if not least <= ball.E_MPa <= largest:
+    least, largest = map(sensor.reduced, sensor.range_MPa)
+    if not least <= ball.reduced_MPa <= largest:
         bound = f"from {least:.3g} to {largest:.3g} MPa, as firm as the fruit of the design"
-        raise validation_error("--ball-modulus", ball.E_MPa, "MPa", bound, "take another ball")
+        raise validation_error("--ball-reduced-modulus", ball.reduced_MPa, "MPa", bound, "take another ball")
     signal = Signal(rows.rows_of(source), len(sensor.report.tips))
     return correction_of(
         readings_of(sensor.on_ball(ball.radius_mm), signal, counts_as=pressed.counts_as), ball, sensor, str(source)
@@ -161,4 +169,4 @@ def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
 
 def _as_fruit(ball: ReferenceBall, sensor: MeasuringUnit) -> float:
     """Return the modulus of a fruit that presses as a ball does [MPa]: of both, a press feels E / (1 - nu^2)."""
-    return ball.E_MPa / (1.0 - ball.poisson**2) / sensor.reduced(1.0)
+    return ball.reduced_MPa / sensor.reduced(1.0)

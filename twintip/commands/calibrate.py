@@ -80,10 +80,10 @@ def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, fla
 
 def _ball(arguments: Namespace) -> PressedBall | None:
     """Return the ball and its presses, None without one; raises InputError for a ball that is not told whole."""
-    numbers = (arguments.ball_modulus, arguments.ball_radius, arguments.ball_modulus_error)
+    numbers = (arguments.ball_reduced_modulus, arguments.ball_radius, arguments.ball_modulus_error)
     if arguments.ball is not None:
         return PressedBall(source=arguments.ball, ball=reference_ball(*numbers), counts_as=arguments.counts_as)
-    for flag, value in zip(("--ball-modulus", "--ball-radius", "--ball-modulus-error"), numbers, strict=True):
+    for flag, value in zip(("--ball-reduced-modulus", "--ball-radius", "--ball-modulus-error"), numbers, strict=True):
         if value is not None:
             raise validation_error(flag, value, "", "left out without --ball", "give the presses on the ball")
     return None

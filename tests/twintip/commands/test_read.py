@@ -144,14 +144,14 @@ def test_a_time_that_has_no_place_is_refused(table, paper, capsys, written):
 @pytest.mark.parametrize(
     ("flags", "field"),
     [
-        (["--ball", "{press}"], "--ball-modulus"),
-        (["--ball", "{press}", "--ball-modulus", "1.5"], "--ball-radius"),
-        (["--ball", "{press}", "--ball-modulus", "1.5", "--ball-radius", "40"], "--ball-modulus-error"),
-        (["--ball-modulus", "1.5"], "--ball-modulus"),
+        (["--ball", "{press}"], "--ball-reduced-modulus"),
+        (["--ball", "{press}", "--ball-reduced-modulus", "1.5"], "--ball-radius"),
+        (["--ball", "{press}", "--ball-reduced-modulus", "1.5", "--ball-radius", "40"], "--ball-modulus-error"),
+        (["--ball-reduced-modulus", "1.5"], "--ball-reduced-modulus"),
         (["--ball-radius", "40"], "--ball-radius"),
         (["--ball-modulus-error", "2"], "--ball-modulus-error"),
         (
-            ["--ball", "{press}", "--ball-modulus", "1.5", "--ball-radius", "40", "--ball-modulus-error", "2"],
+            ["--ball", "{press}", "--ball-reduced-modulus", "1.5", "--ball-radius", "40", "--ball-modulus-error", "2"],
             "--ball",
         ),
     ],
