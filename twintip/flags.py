@@ -167,7 +167,12 @@ def _add_calibrate(parser: ArgumentParser) -> None:
     add("--ball", metavar="PRESSES.csv", type=Path, help=f"correct readings for the form of the domes, by {on_ball}")
     add("--ball-reduced-modulus", metavar="MPA", type=number, help="its E / (1 - nu^2) by pipeline modulus [MPa]")
     add("--ball-radius", metavar="MM", type=number, help="radius of the ball [mm]")
-    add("--ball-modulus-error", metavar="PERCENT", type=number, help="one standard deviation of its modulus [%%]")
+    add(
+        "--ball-modulus-error",
+        metavar="PERCENT",
+        type=number,
+        help="its error (95 %%), u_percent of pipeline modulus [%%]",
+    )
     add("--columns", metavar="NAME=HEADER,...", help="headers or numbers of columns, as in force=Gewicht,counts_l=4")
     add("--units", metavar="NAME=UNIT,...", help="units where a table gives none, as in force=g,deflection=um")
     _add_counts(parser)

@@ -31,7 +31,8 @@ from solve.linear import SolveError
 FEWEST_PRESSES = 3
 MODULUS = Bounds(above=0.0, at_most=1e4)
 RADIUS = Bounds(at_least=1.0, at_most=1e4)
-ERROR = Bounds(above=0.0, at_most=50.0)
+ERROR = Bounds(at_least=0.1, at_most=50.0)
+"""Of the half width that holds 95 % of the modulus [%]: below, a fraction was taken for a percentage."""
 FACTOR = Bounds(at_least=0.5, at_most=2.0)
 RUBBER_POISSON = 0.5
 DEEP = 3.0
@@ -55,23 +56,24 @@ class ReferenceBall:
         return self.E_MPa / (1.0 - self.poisson**2)
 
 
-def reference_ball(reduced_MPa: float | None, radius_mm: float | None, percent: float | None) -> ReferenceBall:
+def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent: float | None) -> ReferenceBall:
     """Return a ball of the flags of a command; raises InputError for one that is missing or out of its bounds.
 
-    Its modulus is told as E / (1 - nu^2) [MPa]: no Poisson's ratio is needed.
+    Its modulus is told as E / (1 - nu^2) [MPa]: no Poisson's ratio is needed. `u_percent` is the half width that holds
+    95 % of it.
     """
-    hint = "pipeline modulus --json tells E_over_1_minus_nu2_MPa and its error"
+    hint = "pipeline modulus --json tells E_over_1_minus_nu2_MPa and u_percent"
     numbers = []
     for flag, value, unit, bounds in (
         ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS),
         ("--ball-radius", radius_mm, "mm", RADIUS),
-        ("--ball-modulus-error", percent, "%", ERROR),
+        ("--ball-modulus-error", u_percent, "%", ERROR),
     ):
         if value is None or not bounds.hold(value):
             raise validation_error(flag, value, unit, f"given with --ball, {bounds}", hint)
         numbers.append(value)
-    reduced, radius, error = numbers
-    return ReferenceBall(E_MPa=reduced * (1.0 - RUBBER_POISSON**2), radius_mm=radius, percent=error)
+    reduced, radius, u = numbers
+    return ReferenceBall(E_MPa=reduced * (1.0 - RUBBER_POISSON**2), radius_mm=radius, percent=u / COVERAGE)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,7 +31,7 @@ SOLVED_ELSEWHERE = {
     "pipeline design --set print.E_MPa=1750 --out outputs/second",
     "pipeline modulus rubber.csv --body ball --radius 40 --support plate --poisson 0.49 --poisson-error 0.01 --json",
     "pipeline calibrate outputs/mango weights.csv --ball ball.csv --ball-reduced-modulus 1.4 --ball-radius 40 "
-    "--ball-modulus-error 2",
+    "--ball-modulus-error 5",
 }
 """Those that solve: test_commands.py runs the first, and tests/instrument/calibrate/test_ball.py the others."""
 

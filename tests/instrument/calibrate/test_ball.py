@@ -242,7 +242,7 @@ def test_page_s_commands_take_a_ball_from_the_plates_to_the_factor(mango, comman
     assert ball["factor"] == pytest.approx(ball["E_MPa"] / FIRM / creep, rel=0.015)  # the engine's bias, as above
 
 
-NUMBERS = {"reduced_MPa": RUBBER / 0.75, "radius_mm": RADIUS, "percent": 1.0}
+NUMBERS = {"reduced_MPa": RUBBER / 0.75, "radius_mm": RADIUS, "u_percent": 2.0}
 
 
 @pytest.mark.parametrize(
@@ -253,9 +253,10 @@ NUMBERS = {"reduced_MPa": RUBBER / 0.75, "radius_mm": RADIUS, "percent": 1.0}
         ({"reduced_MPa": 0.0}, "--ball-reduced-modulus"),
         ({"radius_mm": None}, "--ball-radius"),
         ({"radius_mm": -40.0}, "--ball-radius"),
-        ({"percent": None}, "--ball-modulus-error"),
-        ({"percent": 0.0}, "--ball-modulus-error"),
-        ({"percent": 51.0}, "--ball-modulus-error"),
+        ({"u_percent": None}, "--ball-modulus-error"),
+        ({"u_percent": 0.0}, "--ball-modulus-error"),
+        ({"u_percent": 0.02}, "--ball-modulus-error"),  # a fraction, typed for a percentage
+        ({"u_percent": 51.0}, "--ball-modulus-error"),
     ],
 )
 def test_ball_that_is_not_told_whole_is_refused(changed, field):
