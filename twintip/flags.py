@@ -210,6 +210,37 @@ def _add_read(parser: ArgumentParser) -> None:
     add("--json", action="store_true", help="print JSON, one object a line for a signal")
 
 
+def _add_simulate(parser: ArgumentParser) -> None:
+    add = parser.add_argument
+    add("folder", metavar="OUT", type=Path, help="the output folder of the sensor's design")
+    words = "draw N fruits, presses and units over all ranges of the design, and hold what is read to the truth"
+    add("--prove", metavar="N", type=int, help=words)
+    add("--out", metavar="FILE.csv", type=Path, help="write the log of presses on a fruit, for pipeline read")
+    add("--unit", metavar="unit.toml", type=Path, help="the unit that presses, by its counts (default: as designed)")
+    add("--E", metavar="MPA", type=number, help="modulus of the fruit [MPa] (default: middle of the design's range)")
+    words = "its principal radii, or its one radius [mm] (default: the design's, as for all that follows)"
+    add("--radius", metavar="R1,R2", help=words)
+    add("--azimuth", metavar="DEG", type=number, help="direction of the first radius, from +x of the housing [deg]")
+    add("--thickness", metavar="MM", type=number, help="flesh over its stone [mm]")
+    add("--tilt", metavar="DEG", type=number, help="tilt against the normal of the skin [deg] (default 0)")
+    add("--off-centre", metavar="MM", type=number, help="distance from the apex [mm] (default 0)")
+    add("--towards", metavar="DEG", type=number, help="direction of both, from +x of the housing [deg] (default 0)")
+    add("--presses", metavar="N", type=int, help="presses of the fruit, each turned against the one before (default 1)")
+    add("--rate", metavar="HZ", type=number, help="lines a second [Hz] (default: those of the read-out)")
+    add("--noise", action="store_true", help="with the noise and the drift of the channels")
+    add("--uneven", action="store_true", help="with skin and flesh as uneven as the design says")
+    add("--bruise", metavar="MM", type=number, help="radius of a bruise of half the modulus, under the first tip [mm]")
+    words = "flesh that relaxes: shares of the force and times [s], as in 0.25:5,0.33:120"
+    add("--relax", metavar="SHARE:S,...", help=words)
+    words = "write what a unit with drawn errors shows under weights, for pipeline calibrate"
+    add("--weights", metavar="FILE.csv", type=Path, help=words)
+    add("--plate", metavar="FILE.csv", type=Path, help="likewise, on a hard plate")
+    add("--ball", metavar="FILE.csv", type=Path, help="likewise, in presses on a ball of rubber")
+    add("--seed", metavar="N", type=int, default=1, help="seed of all that is drawn (default 1)")
+    _add_force(parser)
+    _add_json(parser)
+
+
 def _add_engine(parser: ArgumentParser) -> None:
     """Add the flags that say where a study is solved and stored."""
     add = parser.add_argument
@@ -297,6 +328,12 @@ COMMANDS = {
         purpose="read the modulus and ripeness of a fruit from forces",
         example="pipeline read outputs/paper --forces 0.411,1.076",
         add_flags=_add_read,
+    ),
+    "simulate": Command(
+        module="twintip.commands.simulate",
+        purpose="press a fruit with a unit that is not printed yet; prove a design by many",
+        example="pipeline simulate outputs/mango --prove 60",
+        add_flags=_add_simulate,
     ),
     "study": Command(
         module="twintip.commands.study",

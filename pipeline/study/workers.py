@@ -229,10 +229,10 @@ def _refuse_other_code(client: "Client", address: str) -> None:
 
 
 @contextmanager
-def shown_progress() -> Iterator[ProgressReport]:
+def shown_progress(of: str = "points") -> Iterator[ProgressReport]:
     """Give the function that a study calls with its points: it draws a bar on stderr where that is a terminal."""
-    columns = (TextColumn("points"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (TextColumn(of), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, disable=not sys.stderr.isatty(), transient=True) as bar:
-        line = bar.add_task("points", total=None)
+        line = bar.add_task(of, total=None)
         yield lambda ended, count: bar.update(line, completed=ended, total=count)

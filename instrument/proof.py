@@ -1,0 +1,177 @@
+"""Is a design as good as it says? Simulated presses of drawn units on drawn fruit are read, and truth is held to bars.
+
+The units and the presses share nothing with the law that reads. A unit is calibrated as its design says: what its
+calibration leaves of each error is drawn. If a reference ball corrects it, the drawn unit is pressed on that ball.
+"""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import binom
+
+from instrument.calibrate.ball import MAY_STAND, ReferenceBall, correction_of
+from instrument.press.fruit_reading import FruitReading
+from instrument.press.measuring import MeasuringUnit
+from instrument.press.presses import readings_of
+from instrument.press.printed_unit import PrintedUnit, unit_of
+from instrument.press.signals import Signal
+from instrument.simulate.bench import usual_ball
+from instrument.simulate.fruit import PressedFruit, drawn_fruit
+from instrument.simulate.log import log_of, usual_rate
+from instrument.simulate.press import press_curve
+from instrument.simulate.simulation import hand_of
+from instrument.simulate.unit import SimulatedUnit, drawn_unit
+from pipeline.report.report import Report
+from pipeline.tables.rows import Rows
+from sensor.design.reading import Reading
+from sensor.quantity import report_field
+
+OUTSIDE = 0.05
+"""Of honest readings, the share outside bars that hold 95 %."""
+POINT = 0.99  # of the binomial distribution: an honest design has more outside once in a hundred times
+MOST_BARS = 2.0
+MOST_FLAGGED = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProvedReading:
+    """A simulated press: what is true of its fruit and pose, and what was told of it."""
+
+    E: float = report_field("MPa", "true modulus of the fruit", key="E_MPa")
+    radii: tuple[float, float] = report_field("mm", "principal radii of the fruit", key="radii_mm")
+    thickness: float | None = report_field("mm", "flesh over the stone; null without a stone", key="thickness_mm")
+    tilt: float = report_field("deg", "tilt at the first touch, against the normal of the skin", key="tilt_deg")
+    told: float | None = report_field("MPa", "modulus that was read; null if there is none", key="told_MPa")
+    u: float | None = report_field("%", "half width that was told", key="u_percent", times=100.0)
+    error: float | None = report_field("%", "error of the modulus", key="error_percent", times=100.0)
+    flags: tuple[str, ...] = report_field("", "what speaks against the reading")
+
+    @property
+    def is_flagged(self) -> bool:
+        """Return whether a flag speaks against the modulus: not one on bruises, or on the ends of the range."""
+        return self.told is None or not MAY_STAND.issuperset(self.flags)
+
+    @property
+    def bars(self) -> float:
+        """Return the error over the half width [1]."""
+        return math.inf if self.error is None or not self.u else abs(self.error) / self.u
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProvedDesign:
+    """What all simulated presses together tell."""
+
+    design: str = report_field("", "name of the design")
+    seed: int = report_field("1", "seed of the draws")
+    presses: int = report_field("1", "number of presses")
+    outside: int = report_field("1", "readings beyond their 95 % bar without a flag")
+    most_outside: int = report_field("1", "so many may be: the 99 % point of a binomial distribution of 5 %")
+    farthest: float = report_field("1", "largest error over its bar, of readings without a flag; at most 2")
+    flagged: int = report_field("1", "readings with a flag that speaks against E; at most a tenth")
+    passed: bool = report_field("", "whether all three hold")
+    readings: tuple[ProvedReading, ...] = report_field("", "truth and answer of each press")
+
+    @property
+    def failures(self) -> list[str]:
+        """Return what does not hold, as text."""
+        found = []
+        if self.outside > self.most_outside:
+            found.append(f"{self.outside} of {self.presses} are outside their bars, at most {self.most_outside} may be")
+        if self.farthest > MOST_BARS:
+            found.append(f"one is {self.farthest:.2g} bars off, at most {MOST_BARS:g} may be")
+        if self.flagged > MOST_FLAGGED * self.presses:
+            found.append(f"{self.flagged} of {self.presses} are flagged, at most a tenth may be")
+        return found
+
+
+def prove(report: Report, count: int, seed: int, progress: Callable[[int], None] = lambda _: None) -> ProvedDesign:
+    """Return the proof of a design by so many presses, each of another unit on another fruit.
+
+    `progress` hears how many are read. Raises InputError for a press that has no solution.
+    """
+    readings = []
+    for number in range(count):
+        readings.append(_proved(report, np.random.default_rng([seed, number])))
+        progress(number + 1)
+    return judged(report.design.name, seed, readings)
+
+
+def judged(design: str, seed: int, readings: Iterable[ProvedReading]) -> ProvedDesign:
+    """Return the proof that readings make."""
+    readings = tuple(readings)
+    bars = [each.bars for each in readings if not each.is_flagged]
+    proof = ProvedDesign(
+        design=design,
+        seed=seed,
+        presses=len(readings),
+        outside=sum(bar > 1.0 for bar in bars),
+        most_outside=int(binom.ppf(POINT, len(readings), OUTSIDE)),
+        farthest=max(bars, default=0.0),
+        flagged=len(readings) - len(bars),
+        passed=False,
+        readings=readings,
+    )
+    return replace(proof, passed=not proof.failures)
+
+
+def _proved(report: Report, rng: np.random.Generator) -> ProvedReading:
+    """Return a press of a drawn unit on a drawn fruit, and its reading."""
+    made = drawn_unit(report, rng)
+    unit = MeasuringUnit(report=report, unit=_calibrated(report, made, rng))
+    fruit = drawn_fruit(report, rng)
+    found = read_by(unit, made.in_other_air(report, rng), fruit, rng)
+    return ProvedReading(
+        E=fruit.E,
+        radii=fruit.radii,
+        thickness=fruit.thickness,
+        tilt=math.hypot(*fruit.tilt),
+        told=found.E,
+        u=found.u,
+        error=None if found.E is None else float(found.E / fruit.E - 1.0),
+        flags=found.flags,
+    )
+
+
+def read_by(
+    unit: MeasuringUnit, made: SimulatedUnit, fruit: PressedFruit, rng: np.random.Generator | None = None
+) -> FruitReading:
+    """Return what a calibrated unit reads of one press of the unit as it is; its log has noise if numbers are drawn."""
+    report = unit.report
+    press = press_curve(made, fruit, hand_of(report))
+    lines = log_of(report, made, [press], usual_rate(report), rng)
+    readings = list(readings_of(unit, Signal(Rows(lines, "the simulated log"), len(report.tips))))
+    return max(readings, key=lambda each: each.samples or 0)
+
+
+def _calibrated(report: Report, made: SimulatedUnit, rng: np.random.Generator) -> PrintedUnit:
+    """Return what a calibration finds of a unit, with the errors that the design leaves to it.
+
+    By weights, forces have the errors of gains. By a plate, deflections have them, and forces follow by the stiffness.
+    """
+    reading = report.design.reading or Reading()
+    K, tips = made.domes.K, len(made.heights)
+    found = K * (1.0 + 0.01 * reading.stiffness_percent * rng.normal(size=tips))
+    gains = 1.0 + 0.01 * reading.gain_percent * rng.normal(size=tips)
+    newtons_per_mm = gains * (found if reading.on_plate else K)
+    unit = unit_of(
+        report, stiffnesses=found.tolist(), percent=tips * [max(reading.stiffness_percent, 1e-6)], method="drawn"
+    )
+    unit = replace(
+        unit,
+        newtons_per_count=tuple(map(tuple, np.diag(newtons_per_mm / np.diag(made.per_mm)).tolist())),
+        zero_counts=tuple(made.zeros.tolist()),
+        saturation_counts=made.saturation or 0,
+        calibrated_by="plate" if reading.on_plate else "weights",
+        weighed_after_s=made.weighed_s,
+    )
+    if reading.calibrated_by != "ball":
+        return unit
+    ball = usual_ball(report)
+    sensor = MeasuringUnit(report=report, unit=unit)
+    reference = ReferenceBall(E_MPa=ball.E, radius_mm=ball.radius, percent=reading.ball_percent)
+    found_on_ball = read_by(sensor.on_ball(ball.radius), made, ball.fruit())
+    correction = correction_of(3 * [found_on_ball], reference, sensor, "the ball")
+    known = math.exp(0.01 * reading.ball_percent * rng.normal())
+    return replace(unit, ball=replace(correction, factor=known * correction.factor))

@@ -1,0 +1,136 @@
+"""The tables of a bench: what a unit shows under weights and on a hard plate, and the ball that it is pressed on."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from instrument.press.signals import count_keys
+from instrument.simulate.fruit import PressedFruit, range_of_moduli, usual_fruit
+from instrument.simulate.unit import SimulatedUnit
+from pipeline.report.report import Report
+from sensor.arrays import Floats
+
+G_PER_N = 1e3 / 9.80665
+BALANCE_G = 0.01
+DIAL_MM = 0.01
+"""What a hobbyist has: a pocket balance and a dial gauge."""
+STEPS = 5
+BALL_PRESSES = 3
+RUBBER_POISSON = 0.5
+_LEAST_RADIUS = 3.5  # of a ball, over the spacing of the tips: a smaller one feels its far side
+_GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
+_ROUNDS = 20  # of the flattening of a dome, by which its force is less
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """The last digit of a balance [g] and of the gauge of deflections and travels [mm]."""
+
+    balance_g: float = BALANCE_G
+    dial_mm: float = DIAL_MM
+
+
+def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
+    """Return a table of weights up to the full scale of each tip and back: what gauge and channels show.
+
+    A weight is known to the digit of the balance, and is read after the time of the unit's stiffnesses.
+    """
+    lines = [",".join(["tip", "weight_g", "deflection_mm", *count_keys(len(report.tips))])]
+    parts = [*range(STEPS + 1), *range(STEPS - 1, -1, -1)]
+    for number, (tip, full_scale) in enumerate(zip(report.tips, report.read_out.full_scale_N, strict=True)):
+        written = [_rounded(part / STEPS * full_scale * G_PER_N, bench.balance_g) for part in range(STEPS + 1)]
+        true = [0.0 if not part else _within(grams, bench.balance_g, rng) for part, grams in enumerate(written)]
+        for part in parts:
+            deflections = np.zeros(len(report.tips))
+            deflections[number] = true[part] / G_PER_N / unit.domes.K[number]
+            dial = _written(float(deflections[number]), bench.dial_mm)
+            weight = _written(written[part], bench.balance_g)
+            lines.append(",".join([tip.name, weight, dial, *_counts(unit, deflections, rng)]))
+    return lines
+
+
+def plate_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
+    """Return a table of travels on a plate of glass, with all tips on it, to the full scale of one tip and back."""
+    tips = len(report.tips)
+    nominal = 1.0 / np.diag(report.read_out.springs_mm_per_N)
+    farthest = float(min(np.array(report.read_out.full_scale_N) / nominal))
+    lines = [",".join(["travel_mm", *count_keys(tips)])]
+    # Travel counts from a place where the last tip stands on the plate already.
+    ahead = unit.heights - unit.heights.min()
+    for part in [*range(1, STEPS + 1), *range(STEPS - 1, 0, -1)]:
+        travel = part / STEPS * farthest
+        deflections = _on_glass(report, unit.domes.K, travel + ahead)
+        lines.append(",".join([_written(travel, bench.dial_mm), *_counts(unit, deflections, rng)]))
+    return lines
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ball:
+    """A ball of rubber: its modulus [MPa] and its radius [mm]."""
+
+    E: float
+    radius: float
+
+    def fruit(self, tilt: tuple[float, float] = (0.0, 0.0)) -> PressedFruit:
+        """Return the ball as it is pressed, tilted by angles [deg]."""
+        return PressedFruit(
+            E=self.E,
+            radii=(self.radius, self.radius),
+            azimuth=0.0,
+            thickness=None,
+            poisson=RUBBER_POISSON,
+            tilt=tilt,
+        )
+
+
+def usual_ball(report: Report) -> Ball:
+    """Return a ball as round as the fruit of a design, which presses as flesh of the middle of its moduli."""
+    usual = usual_fruit(report)
+    radius = 2.0 / (1.0 / usual.radii[0] + 1.0 / usual.radii[1])
+    least, largest = range_of_moduli(report)
+    E = math.sqrt(least * largest) * (1.0 - RUBBER_POISSON**2) / (1.0 - report.design.fruit.poisson**2)
+    return Ball(E=E, radius=max(radius, _LEAST_RADIUS * report.design.tips.spacing_mm))
+
+
+def ball_presses(ball: Ball, steepest_deg: float, rng: np.random.Generator) -> Sequence[PressedFruit]:
+    """Return presses on a ball by a hand that tilts by up to an angle [deg]."""
+    tilts = rng.uniform(-1.0, 1.0, (BALL_PRESSES, 2)) * steepest_deg / math.sqrt(2.0)
+    return [ball.fruit((along, across)) for along, across in tilts.tolist()]
+
+
+def _on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
+    """Return the deflections of springs [mm] whose tips move by travels [mm]: domes are flattened as Hertz has it."""
+    process, radius = report.design.process, report.design.tips.dome_radius_mm or math.inf
+    reduced = 1.0 / ((1.0 - process.poisson**2) / process.E_MPa + 1.0 / _GLASS_MPA)
+    deflections = travels
+    for _ in range(_ROUNDS):
+        flattened = (9.0 * (K * deflections) ** 2 / (16.0 * reduced**2 * radius)) ** (1.0 / 3.0)
+        deflections = np.maximum(travels - flattened, 0.0)
+    return deflections
+
+
+def _counts(unit: SimulatedUnit, deflections: Floats, rng: np.random.Generator) -> list[str]:
+    """Return what the channels show of deflections [mm] in one sample."""
+    shown = unit.shown(deflections[None])[0] + unit.noise * rng.normal(size=len(deflections))
+    return [str(count) for count in np.rint(shown).astype(int).tolist()]
+
+
+def _rounded(value: float, digit: float) -> float:
+    return digit * round(value / digit)
+
+
+def _within(value: float, digit: float, rng: np.random.Generator) -> float:
+    """Return what a number may be that is written to a digit."""
+    return value + digit * float(rng.uniform(-0.5, 0.5))
+
+
+def _written(value: float, digit: float) -> str:
+    """Return a number with the decimals of a digit."""
+    return f"{_rounded(value, digit):.{max(0, math.ceil(-math.log10(digit) - 1e-9))}f}"
+
+
+def without_drift(unit: SimulatedUnit) -> SimulatedUnit:
+    """Return a unit whose zeros have not drifted."""
+    return replace(unit, zero_drift=np.zeros(len(unit.zero_drift)))

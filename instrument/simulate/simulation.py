@@ -1,0 +1,89 @@
+"""The files of a simulation: logs of presses on a fruit and on a ball, and the tables of a bench, each as its lines."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from instrument.simulate.bench import Bench, ball_presses, plate_table, usual_ball, weights_table
+from instrument.simulate.fruit import PressedFruit, bruised, uneven
+from instrument.simulate.log import log_of
+from instrument.simulate.press import Hand, press_curve
+from instrument.simulate.unit import SimulatedUnit, drawn_unit
+from pipeline.report.report import Report
+from sensor.design.reading import Reading
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What is simulated: presses on a fruit, each turned against the one before, logged at a rate [Hz].
+
+    With `noise`, channels have noise and drift. With `uneven`, skin and flesh are uneven at each place. `bruise_mm` is
+    the radius of a bruise under the first tip of the first press. `relaxation` are shares and times [s] of the flesh.
+    All that is drawn follows from the seed.
+    """
+
+    fruit: PressedFruit
+    presses: int
+    rate: float
+    noise: bool
+    uneven: bool
+    bruise_mm: float | None
+    relaxation: Sequence[tuple[float, float]]
+    seed: int
+
+    def numbers(self, place: int) -> np.random.Generator:
+        """Return the random numbers of one file, so that it is the same beside others and without them."""
+        return np.random.default_rng([self.seed, place])
+
+
+def unit_of_seed(report: Report, seed: int) -> SimulatedUnit:
+    """Return the unit of a design that a seed draws."""
+    return drawn_unit(report, np.random.default_rng([seed, 0]))
+
+
+def hand_of(report: Report, relaxation: Sequence[tuple[float, float]] | None = None) -> Hand:
+    """Return the press of a design by hand; on flesh that relaxes as its own does, with the hold of the design."""
+    design = report.design
+    return Hand(
+        travel=design.press.travel_mm,
+        press_s=design.press_s,
+        hold_s=design.press.hold_s or 0.0,
+        relaxation=(design.fruit.relaxation or ()) if relaxation is None else relaxation,
+    )
+
+
+def log_of_fruit(report: Report, unit: SimulatedUnit, asked: Asked) -> list[str]:
+    """Return the log of the presses on the fruit."""
+    rng = asked.numbers(1)
+    now = unit.in_other_air(report, rng) if asked.noise else unit
+    turn = report.design.tips.tip_layout.turn_deg
+    hand = hand_of(report, asked.relaxation)
+    presses = []
+    for number in range(asked.presses):
+        fruit = asked.fruit.pressed_again(number * turn)
+        if asked.bruise_mm is not None:
+            fruit = bruised(fruit, report, asked.bruise_mm, number * turn)
+        if asked.uneven:
+            fruit = uneven(fruit, report, rng)
+        # Without all of these the same press is turned only if the fruit is no ball.
+        presses.append(press_curve(now, fruit, hand))
+    return log_of(report, now, presses, asked.rate, rng if asked.noise else None)
+
+
+def log_of_ball(report: Report, unit: SimulatedUnit, asked: Asked) -> list[str]:
+    """Return the log of presses on a ball of rubber, by a hand, at the temperature of the bench."""
+    rng = asked.numbers(2)
+    steepest = (report.design.reading or Reading()).tilt_deg
+    hand = hand_of(report, ())
+    presses = [press_curve(unit, fruit, hand) for fruit in ball_presses(usual_ball(report), 0.5 * steepest, rng)]
+    return log_of(report, unit, presses, asked.rate, rng if asked.noise else None)
+
+
+FILES: dict[str, Callable[[Report, SimulatedUnit, Asked], list[str]]] = {
+    "weights": lambda report, unit, asked: weights_table(report, unit, Bench(), asked.numbers(3)),
+    "plate": lambda report, unit, asked: plate_table(report, unit, Bench(), asked.numbers(4)),
+    "ball": log_of_ball,
+    "out": log_of_fruit,
+}
+"""What makes the lines of each file, by its flag."""

@@ -1,0 +1,265 @@
+"""`pipeline simulate`: what a unit of a design would write on fruit and on the bench, and the proof of the design."""
+
+import math
+import shlex
+from argparse import Namespace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+from instrument.press.printed_unit import read_unit
+from instrument.proof import ProvedDesign, ProvedReading, prove
+from instrument.simulate.bench import usual_ball
+from instrument.simulate.fruit import PressedFruit, beyond_design, usual_fruit
+from instrument.simulate.log import usual_rate
+from instrument.simulate.simulation import FILES, Asked, unit_of_seed
+from instrument.simulate.unit import SimulatedUnit, designed_unit, given_unit, refuse_unpressed
+from pipeline.report.report import Report, read_report
+from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.told import as_data
+from pipeline.study.workers import shown_progress
+from sensor.design.reading import Reading
+from sensor.quantity import LENGTH, MODULUS, Bounds, InputError, report_field, validation_error, written_number
+from sensor.theory.relaxation import FORM, Relaxation
+from twintip.commands.console import FAILED, PASSED, Answer, print_error
+
+_RADIUS = Bounds(at_least=5.0, at_most=1e6)
+_ENDS = 2
+
+
+class _Number(NamedTuple):
+    """A flag that has a number: its unit, where it may lie, and what to do."""
+
+    unit: str
+    bounds: Bounds
+    hint: str
+
+
+_ANGLE = Bounds(at_least=-360.0, at_most=360.0)
+_NUMBERS = {
+    "E": _Number("MPa", MODULUS, "a ripe mango has 0.5"),
+    "azimuth": _Number("deg", _ANGLE, "count it from +x of the housing"),
+    "thickness": _Number("mm", Bounds(at_least=2.0, at_most=1000.0), "a mango has some 12 over its stone"),
+    "tilt": _Number("deg", Bounds(at_least=0.0, at_most=10.0), "a hand keeps within 4"),
+    "towards": _Number("deg", _ANGLE, "count it from +x of the housing"),
+    "off_centre": _Number("mm", Bounds(at_least=0.0, at_most=10.0), "a hand keeps within 1"),
+    "presses": _Number("", Bounds(at_least=1.0, at_most=100.0), "three presses of a fruit are usual"),
+    "rate": _Number("Hz", Bounds(at_least=5.0, at_most=1e4), "leave it out for the rate of the read-out"),
+    "bruise": _Number("mm", LENGTH, "a bruise has a radius of 3 to 6"),
+    "seed": _Number("", Bounds(at_least=0.0, at_most=2.0**32), "any whole number is good"),
+    "prove": _Number("", Bounds(at_least=1.0, at_most=10000.0), "60 presses take two minutes"),
+}
+_DRAWN = (
+    *("E", "radius", "azimuth", "thickness", "tilt", "towards", "off_centre", "presses", "rate", "noise", "uneven"),
+    *("bruise", "relax", "unit", *FILES),
+)
+"""Flags that a proof does not take: it draws all of them, and writes nothing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Simulation:
+    """What was simulated, and how it is calibrated and read."""
+
+    E: float = report_field("MPa", "true modulus of the fruit", key="E_MPa")
+    radii: tuple[float, ...] = report_field("mm", "principal radii of the fruit", key="radii_mm")
+    thickness: float | None = report_field("mm", "flesh over the stone", key="thickness_mm")
+    K: tuple[float, ...] = report_field(
+        "N/m", "true stiffness of each spring under a weight", key="K_N_per_m", times=1e3
+    )
+    dome_radius: float = report_field("mm", "true radius of the domes", key="dome_radius_mm")
+    seed: int = report_field("1", "seed of all that was drawn")
+    outside: tuple[str, ...] = report_field("", "what lies outside the ranges of the design")
+    files: tuple[str, ...] = report_field("", "the files that were written")
+    commands: tuple[str, ...] = report_field("", "the commands that calibrate and read with them")
+
+
+def run(arguments: Namespace) -> Answer:
+    """Write the files of a simulation, or prove a design; the exit code is 1 if it is not as good as it says."""
+    _refuse_numbers(arguments)
+    report = read_report(arguments.folder)
+    refuse_unpressed(report)
+    if arguments.prove is not None:
+        return _proved(arguments, report)
+    paths = {flag: path for flag in FILES if (path := getattr(arguments, flag)) is not None}
+    if not paths:
+        bound = "given, or --weights, --plate, --ball or --prove"
+        raise validation_error("--out", None, "", bound, "name the log to write, as in --out press.csv")
+    return _written(arguments, report, paths)
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _refuse_numbers(arguments: Namespace) -> None:
+    """Raise InputError for a number out of its bounds, and for flags that do not go together."""
+    for name, (unit, bounds, hint) in _NUMBERS.items():
+        value = getattr(arguments, name)
+        if value is not None and not bounds.hold(value):
+            raise validation_error(_flag(name), value, unit, str(bounds), hint)
+    for name in _DRAWN if arguments.prove is not None else ():
+        value = getattr(arguments, name)
+        if value not in (None, False):
+            bound = "left out beside --prove, which draws fruits, presses and units, and writes no file"
+            raise validation_error(_flag(name), str(value), "", bound, "leave it out")
+
+
+def _written(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Answer:
+    """Solve all that is asked for, and then write it."""
+    if len({path.resolve() for path in paths.values()}) < len(paths):
+        first, second = list(paths)[-2:]
+        bound = f"another file than that of {_flag(first)}"
+        raise validation_error(_flag(second), str(paths[second]), "", bound, "choose another name")
+    for flag, path in paths.items():
+        refuse_taken([path], _flag(flag), force=arguments.force)
+    asked = _asked(arguments, report)
+    unit = _unit(arguments, report, paths)
+    outside = tuple(beyond_design(asked.fruit, report)) if arguments.out is not None else ()
+    lines = {flag: FILES[flag](report, unit, asked) for flag in paths}
+    for flag, path in paths.items():
+        write_files({path: ("\n".join(lines[flag]) + "\n").encode()}, _flag(flag), force=arguments.force)
+    for each in outside:
+        print_error(f"note: {each}")
+    told = Simulation(
+        E=asked.fruit.E,
+        radii=asked.fruit.radii,
+        thickness=asked.fruit.thickness,
+        K=tuple(unit.domes.K.tolist()),
+        dome_radius=unit.domes.dome_radius,
+        seed=asked.seed,
+        outside=outside,
+        files=tuple(map(str, paths.values())),
+        commands=tuple(_commands(arguments, report, paths)),
+    )
+    text = "\n".join([*told.files, *(f"then: {command}" for command in told.commands)])
+    return Answer(code=PASSED, data=as_data(told), text=text)
+
+
+def _asked(arguments: Namespace, report: Report) -> Asked:
+    """Return what the flags ask for; raises InputError."""
+    return Asked(
+        fruit=_fruit(arguments, report),
+        presses=arguments.presses or 1,
+        rate=usual_rate(report) if arguments.rate is None else arguments.rate,
+        noise=arguments.noise,
+        uneven=arguments.uneven,
+        bruise_mm=arguments.bruise,
+        relaxation=_relaxation(arguments.relax, report),
+        seed=arguments.seed,
+    )
+
+
+def _fruit(arguments: Namespace, report: Report) -> PressedFruit:
+    """Return the fruit of the flags at its place; what is not given is that of the design."""
+    usual = usual_fruit(report)
+    given = {name: value for name in ("E", "azimuth", "thickness") if (value := getattr(arguments, name)) is not None}
+    if arguments.radius is not None:
+        given["radii"] = _radii(arguments.radius)
+    towards = math.radians(arguments.towards or 0.0)
+
+    def in_direction(length: float | None) -> tuple[float, float]:
+        return (length or 0.0) * math.cos(towards), (length or 0.0) * math.sin(towards)
+
+    return replace(usual, **given, tilt=in_direction(arguments.tilt), off_centre=in_direction(arguments.off_centre))
+
+
+def _radii(text: str) -> tuple[float, float]:
+    """Return the principal radii [mm] of `--radius`; raises InputError."""
+    radii = [number for number in map(written_number, text.split(",")) if number is not None]
+    if len(radii) not in (1, _ENDS) or len(radii) != text.count(",") + 1 or not all(map(_RADIUS.hold, radii)):
+        bound = f"one or two numbers with a comma between, each {_RADIUS}"
+        raise validation_error("--radius", text, "mm", bound, "write for instance --radius 45,65")
+    return radii[0], radii[-1]
+
+
+def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float]]:
+    """Return shares [1] and times [s] of flesh that relaxes: those of a flag, or of the design; raises InputError."""
+    if text is None:
+        return report.design.fruit.relaxation or ()
+    pairs = [tuple(map(written_number, pair.split(":"))) for pair in text.split(",")]
+    try:
+        return Relaxation(tuple(pairs)).arms  # type: ignore[arg-type]  # it refuses what is no pair of numbers
+    except InputError as error:
+        raise validation_error("--relax", text, "", FORM, "write SHARE:SECONDS,..., as in 0.25:5,0.33:120") from error
+
+
+def _unit(arguments: Namespace, report: Report, paths: dict[str, Path]) -> SimulatedUnit:
+    """Return the unit of unit.toml; without it one that is drawn beside a table of the bench, else that of the design.
+
+    Raises InputError for a unit beside such a table.
+    """
+    of_bench = [flag for flag in paths if flag != "out"]
+    if arguments.unit is None:
+        return unit_of_seed(report, arguments.seed) if of_bench else designed_unit(report)
+    if of_bench:
+        bound = f"left out beside {_flag(of_bench[0])}, which is of a unit that is drawn"
+        raise validation_error("--unit", str(arguments.unit), "", bound, "simulate one of both")
+    return given_unit(report, read_unit(arguments.unit, report))
+
+
+def _commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Iterator[str]:
+    """Yield the commands that calibrate by the tables and read the log."""
+    folder = str(arguments.folder)
+    unit = None if arguments.unit is None else str(arguments.unit)
+    if "weights" in paths:
+        words = ["pipeline", "calibrate", folder, str(paths["weights"])]
+        if "plate" in paths:
+            words += ["--plate", str(paths["plate"])]
+        if "ball" in paths:
+            ball = usual_ball(report)
+            percent = (report.design.reading or Reading()).ball_percent
+            words += ["--ball", str(paths["ball"]), "--ball-modulus", f"{ball.E:.6g}"]
+            words += ["--ball-radius", f"{ball.radius:.6g}", "--ball-modulus-error", f"{percent:g}"]
+        unit = "unit.toml"
+        yield shlex.join([*words, "--out", unit])
+    if "out" in paths and (unit is not None or not set(paths) - {"out"}):
+        words = ["pipeline", "read", folder, str(paths["out"])]
+        if unit is not None:
+            words += ["--unit", unit]
+        if (arguments.presses or 1) > 1:
+            words += ["--fruit-presses", "0"]
+        yield shlex.join(words)
+
+
+def _proved(arguments: Namespace, report: Report) -> Answer:
+    """Prove the design; the exit code is 1 if its readings are not as good as their bars say."""
+    count = arguments.prove
+    with shown_progress("presses") as progress:
+        proof = prove(report, count, arguments.seed, lambda done: progress(done, count))
+    return Answer(code=PASSED if proof.passed else FAILED, data=as_data(proof), text="\n".join(_lines(proof)))
+
+
+_HEAD = ("E MPa", "radii mm", "flesh mm", "tilt deg", "told MPa", "error", "bar", "")
+
+
+def _lines(proof: ProvedDesign) -> Iterator[str]:
+    """Yield the table of truth against told, and what all presses together tell."""
+    rows = [_HEAD, *map(_cells, proof.readings)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for *numbers, last in rows:
+        cells = [cell.rjust(width) for cell, width in zip(numbers, widths, strict=False)]
+        yield "  ".join([*cells, last]).rstrip()
+    yield (
+        f"{proof.design}: {proof.presses - proof.flagged - proof.outside} of {proof.presses} inside their 95 % bars, "
+        f"{proof.outside} outside (at most {proof.most_outside}), {proof.flagged} flagged, "
+        f"farthest {proof.farthest:.2f} bars"
+    )
+    yield "proved" if proof.passed else f"not proved: {'; '.join(proof.failures)}"
+
+
+def _cells(each: ProvedReading) -> tuple[str, ...]:
+    """Return the cells of a press."""
+    told = ("-", "-", "-")
+    if each.told is not None and each.error is not None and each.u is not None:
+        told = (f"{each.told:.3f}", f"{100.0 * each.error:+.1f} %", f"{100.0 * each.u:.1f} %")
+    beyond = "outside" if each.bars > 1.0 and not each.is_flagged else ""
+    thickness = "-" if each.thickness is None else f"{each.thickness:.1f}"
+    return (
+        f"{each.E:.3f}",
+        f"{each.radii[0]:.0f} x {each.radii[1]:.0f}",
+        thickness,
+        f"{each.tilt:.1f}",
+        *told,
+        " ".join(filter(None, [beyond, *each.flags])),
+    )
