@@ -25,12 +25,15 @@ from instrument.simulate.simulation import hand_of
 from instrument.simulate.unit import SimulatedUnit, drawn_unit
 from pipeline.report.report import Report
 from pipeline.tables.rows import Rows
+from sensor.arrays import Floats
 from sensor.design.reading import Reading
-from sensor.quantity import report_field
+from sensor.quantity import BOUNDED, report_field
 
 OUTSIDE = 0.05
 """Of honest readings, the share outside bars that hold 95 %."""
 POINT = 0.99  # of the binomial distribution: an honest design has more outside once in a hundred times
+_LEAST_PERCENT = 1e-6  # of a spring: none is known exactly
+_BEFORE_BENCHES_PERCENT = 1.0  # of a spring in reports that do not say what calibration leaves
 MOST_BARS = 2.0
 MOST_FLAGGED = 0.1
 
@@ -151,15 +154,15 @@ def _calibrated(report: Report, made: SimulatedUnit, rng: np.random.Generator) -
     By weights, forces have the errors of gains. By a plate, deflections have them, and forces follow by the stiffness.
     """
     reading = report.design.reading or Reading()
-    K, tips = made.domes.K, len(made.heights)
-    found = K * (1.0 + 0.01 * reading.stiffness_percent * rng.normal(size=tips))
-    gains = 1.0 + 0.01 * reading.gain_percent * rng.normal(size=tips)
-    newtons_per_mm = gains * (found if reading.on_plate else K)
-    unit = unit_of(
-        report, stiffnesses=found.tolist(), percent=tips * [max(reading.stiffness_percent, 1e-6)], method="drawn"
-    )
+    springs, gains = _left_percent(report)
+    K = made.domes.K
+    found = K * (1.0 + 0.01 * springs * rng.normal(size=len(K)))
+    newtons_per_mm = (1.0 + 0.01 * gains * rng.normal(size=len(K))) * (found if reading.on_plate else K)
+    drifts = BOUNDED * np.array(report.read_out.channels.gain_drift_percent)
+    unit = unit_of(report, stiffnesses=found.tolist(), percent=springs.tolist(), method="drawn")
     unit = replace(
         unit,
+        gain_percent=tuple(np.hypot(gains, drifts).tolist()),
         newtons_per_count=tuple(map(tuple, np.diag(newtons_per_mm / np.diag(made.per_mm)).tolist())),
         zero_counts=tuple(made.zeros.tolist()),
         saturation_counts=made.saturation or 0,
@@ -175,3 +178,14 @@ def _calibrated(report: Report, made: SimulatedUnit, rng: np.random.Generator) -
     correction = correction_of(3 * [found_on_ball], reference, sensor, "the ball")
     known = math.exp(0.01 * reading.ball_percent * rng.normal())
     return replace(unit, ball=replace(correction, factor=known * correction.factor))
+
+
+def _left_percent(report: Report) -> tuple[Floats, Floats]:
+    """Return what calibration leaves in springs and gains [%], (tips,), as the error analysis of the design has it."""
+    reading = report.design.reading or Reading()
+    left = None if report.reading is None else report.reading.calibration
+    if left is not None:
+        return np.maximum(left.stiffness_percent, _LEAST_PERCENT), np.array(left.gain_percent)
+    tips = np.ones(len(report.tips))
+    springs = _BEFORE_BENCHES_PERCENT if reading.stiffness_percent is None else reading.stiffness_percent
+    return max(springs, _LEAST_PERCENT) * tips, reading.uncalibrated_gain_percent * tips

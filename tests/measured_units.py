@@ -68,6 +68,7 @@ class ReportOfUnits:
     compliance: FruitCompliance
     read_out: ReadingConstants
     moduli: tuple[ModulusReport, ...]
+    reading: ReadingReport | None = None
     housing: Housing | None = None
 
     @property
@@ -110,6 +111,7 @@ class MeasuredDesign:
             compliance=self.contact,
             read_out=read_out,
             moduli=() if readings is None else ReadingReport.filled(readings).moduli,
+            reading=None if readings is None else ReadingReport.filled(readings),
         )
 
     def forces(self, poses, factors=1.0):

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,12 +11,10 @@ from instrument.simulate.fruit import PressedFruit, range_of_moduli, usual_fruit
 from instrument.simulate.unit import SimulatedUnit
 from pipeline.report.report import Report
 from sensor.arrays import Floats
+from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench
+from sensor.quantity import STANDARD_GRAVITY
 
-G_PER_N = 1e3 / 9.80665
-BALANCE_G = 0.01
-DIAL_MM = 0.01
-"""What a hobbyist has: a pocket balance and a dial gauge."""
-STEPS = 5
+G_PER_N = 1e3 / STANDARD_GRAVITY
 BALL_PRESSES = 3
 RUBBER_POISSON = 0.5
 _LEAST_RADIUS = 3.5  # of a ball, over the spacing of the tips: a smaller one feels its far side
@@ -24,43 +22,35 @@ _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _ROUNDS = 20  # of the flattening of a dome, by which its force is less
 
 
-@dataclass(frozen=True, kw_only=True)
-class Bench:
-    """The last digit of a balance [g] and of the gauge of deflections and travels [mm]."""
-
-    balance_g: float = BALANCE_G
-    dial_mm: float = DIAL_MM
-
-
 def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
-    """Return a table of weights up to the full scale of each tip and back: what gauge and channels show.
+    """Return a table of weights up to nearly the full scale of each tip and back: what dial and channels show.
 
     A weight is known to the digit of the balance, and is read after the time of the unit's stiffnesses.
     """
     lines = [",".join(["tip", "weight_g", "deflection_mm", *count_keys(len(report.tips))])]
-    parts = [*range(STEPS + 1), *range(STEPS - 1, -1, -1)]
     for number, (tip, full_scale) in enumerate(zip(report.tips, report.read_out.full_scale_N, strict=True)):
-        written = [_rounded(part / STEPS * full_scale * G_PER_N, bench.balance_g) for part in range(STEPS + 1)]
+        most = min(PRESSED * full_scale * G_PER_N, bench.balance_max_g)
+        written = [_rounded(part * most, bench.balance_g) for part in WEIGHED_AT]
         true = [0.0 if not part else _within(grams, bench.balance_g, rng) for part, grams in enumerate(written)]
-        for part in parts:
+        for step in _there_and_back(len(written)):
             deflections = np.zeros(len(report.tips))
-            deflections[number] = true[part] / G_PER_N / unit.domes.K[number]
+            deflections[number] = true[step] / G_PER_N / unit.domes.K[number]
             dial = _written(float(deflections[number]), bench.dial_mm)
-            weight = _written(written[part], bench.balance_g)
+            weight = _written(written[step], bench.balance_g)
             lines.append(",".join([tip.name, weight, dial, *_counts(unit, deflections, rng)]))
     return lines
 
 
 def plate_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
-    """Return a table of travels on a plate of glass, with all tips on it, to the full scale of one tip and back."""
+    """Return a table of travels on a plate of glass, with all tips on it, to nearly the full scale of one and back."""
     tips = len(report.tips)
     nominal = 1.0 / np.diag(report.read_out.springs_mm_per_N)
-    farthest = float(min(np.array(report.read_out.full_scale_N) / nominal))
+    farthest = PRESSED * float(min(np.array(report.read_out.full_scale_N) / nominal))
     lines = [",".join(["travel_mm", *count_keys(tips)])]
     # Travel counts from a place where the last tip stands on the plate already.
     ahead = unit.heights - unit.heights.min()
-    for part in [*range(1, STEPS + 1), *range(STEPS - 1, 0, -1)]:
-        travel = part / STEPS * farthest
+    for step in _there_and_back(len(PLATE_AT)):
+        travel = PLATE_AT[step] * farthest
         deflections = _on_glass(report, unit.domes.K, travel + ahead)
         lines.append(",".join([_written(travel, bench.dial_mm), *_counts(unit, deflections, rng)]))
     return lines
@@ -117,6 +107,10 @@ def _counts(unit: SimulatedUnit, deflections: Floats, rng: np.random.Generator) 
     return [str(count) for count in np.rint(shown).astype(int).tolist()]
 
 
+def _there_and_back(steps: int) -> list[int]:
+    return [*range(steps), *range(steps - 2, -1, -1)]
+
+
 def _rounded(value: float, digit: float) -> float:
     return digit * round(value / digit)
 
@@ -129,8 +123,3 @@ def _within(value: float, digit: float, rng: np.random.Generator) -> float:
 def _written(value: float, digit: float) -> str:
     """Return a number with the decimals of a digit."""
     return f"{_rounded(value, digit):.{max(0, math.ceil(-math.log10(digit) - 1e-9))}f}"
-
-
-def without_drift(unit: SimulatedUnit) -> SimulatedUnit:
-    """Return a unit whose zeros have not drifted."""
-    return replace(unit, zero_drift=np.zeros(len(unit.zero_drift)))

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.simulate.bench import Bench, ball_presses, plate_table, usual_ball, weights_table
+from instrument.simulate.bench import ball_presses, plate_table, usual_ball, weights_table
 from instrument.simulate.fruit import PressedFruit, bruised, uneven
 from instrument.simulate.log import log_of
 from instrument.simulate.press import Hand, press_curve
 from instrument.simulate.unit import SimulatedUnit, drawn_unit
 from pipeline.report.report import Report
+from sensor.design.bench import Bench
 from sensor.design.reading import Reading
 
 
@@ -53,6 +54,11 @@ def hand_of(report: Report, relaxation: Sequence[tuple[float, float]] | None = N
     )
 
 
+def bench_of(report: Report) -> Bench:
+    """Return the bench of a design, or the usual one."""
+    return report.design.bench or Bench()
+
+
 def log_of_fruit(report: Report, unit: SimulatedUnit, asked: Asked) -> list[str]:
     """Return the log of the presses on the fruit."""
     rng = asked.numbers(1)
@@ -81,8 +87,8 @@ def log_of_ball(report: Report, unit: SimulatedUnit, asked: Asked) -> list[str]:
 
 
 FILES: dict[str, Callable[[Report, SimulatedUnit, Asked], list[str]]] = {
-    "weights": lambda report, unit, asked: weights_table(report, unit, Bench(), asked.numbers(3)),
-    "plate": lambda report, unit, asked: plate_table(report, unit, Bench(), asked.numbers(4)),
+    "weights": lambda report, unit, asked: weights_table(report, unit, bench_of(report), asked.numbers(3)),
+    "plate": lambda report, unit, asked: plate_table(report, unit, bench_of(report), asked.numbers(4)),
     "ball": log_of_ball,
     "out": log_of_fruit,
 }

@@ -13,7 +13,7 @@ from instrument.press.presses import readings_of
 from instrument.press.printed_unit import unit_of
 from instrument.press.reference_ball import BallCorrection
 from instrument.press.signals import Signal
-from instrument.simulate.bench import Bench, plate_table, weights_table
+from instrument.simulate.bench import plate_table, weights_table
 from instrument.simulate.fruit import PressedFruit, beyond_design, bruised, drawn_fruit, usual_fruit, waves_of_skin
 from instrument.simulate.log import log_of
 from instrument.simulate.press import SOLVED, Hand, press_curve
@@ -21,6 +21,7 @@ from instrument.simulate.simulation import FILES, Asked, hand_of, unit_of_seed
 from instrument.simulate.unit import designed_unit, drawn_unit, given_unit, refuse_unpressed
 from pipeline.options import load_design
 from pipeline.tables.rows import Rows
+from sensor.design.bench import Bench
 from sensor.quantity import InputError
 
 

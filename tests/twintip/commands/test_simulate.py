@@ -1,0 +1,123 @@
+"""`pipeline simulate` from the command line: its files, what it refuses, what it says, and the exit code of a proof."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from measured_units import MeasuredDesign
+
+from instrument.proof import ProvedReading, judged
+from instrument.simulate.press import PressCurve
+from twintip.cli import main
+from twintip.commands import read, simulate
+
+
+@pytest.fixture(scope="module")
+def report():
+    """Return the report of mango, without a run."""
+    return MeasuredDesign("mango").report
+
+
+@pytest.fixture
+def folder(report, monkeypatch, tmp_path):
+    """Name a folder whose report is that of mango, and work beside it."""
+    for command in (simulate, read):
+        monkeypatch.setattr(command, "read_report", lambda _: report)
+    monkeypatch.chdir(tmp_path)
+    return "outputs/mango"
+
+
+QUICK = pytest.mark.usefixtures("_quick")
+
+
+@pytest.fixture
+def _quick(monkeypatch):
+    """Press in no time: deflections rise evenly."""
+
+    def curve(unit, _, hand):
+        parts = np.linspace(0.0, 1.0, 19)[1:]
+        return PressCurve(hand=hand, times=hand.press_s * parts, deflections=np.outer(parts, 0.1 / unit.domes.K))
+
+    monkeypatch.setattr("instrument.simulate.simulation.press_curve", curve)
+
+
+def test_a_simulated_log_is_read_back(folder, capsys):
+    flags = ["--E", "1.5", "--radius", "45,110", "--azimuth", "30", "--tilt", "2", "--off-centre", "0.5"]
+    assert main(["simulate", folder, *flags, "--thickness", "12", "--noise", "--seed", "7", "--out", "press.csv"]) == 0
+    assert capsys.readouterr().out.splitlines() == ["press.csv", "then: pipeline read outputs/mango press.csv"]
+    assert main(["read", folder, "press.csv", "--radius", "45,110", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    # Springs as designed are read as such, and drift is not drawn large.
+    assert found["E_MPa"] == pytest.approx(1.5, rel=0.2)
+    assert found["tilt_deg"] == pytest.approx(2.0, abs=0.3)
+
+
+@QUICK
+def test_all_files_of_one_unit(folder, capsys):
+    names = ["--weights", "w.csv", "--plate", "p.csv", "--ball", "b.csv", "--out", "press.csv"]
+    assert main(["simulate", folder, *names, "--presses", "2", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["files"] == ["w.csv", "p.csv", "b.csv", "press.csv"]
+    calibrate, reading = told["commands"]
+    assert calibrate.startswith("pipeline calibrate outputs/mango w.csv --plate p.csv --ball b.csv --ball-modulus ")
+    assert reading == "pipeline read outputs/mango press.csv --unit unit.toml --fruit-presses 0"
+    head, *_ = Path("w.csv").read_text(encoding="utf-8").splitlines()
+    assert head == "tip,weight_g,deflection_mm,counts_1,counts_2,counts_3,counts_4"
+    log = Path("press.csv").read_text(encoding="utf-8")
+    assert main(["simulate", folder, *names, "--presses", "2", "--seed", "2"]) == 0
+    assert Path("press.csv").read_text(encoding="utf-8") != log
+
+
+@QUICK
+def test_what_lies_outside_the_design_is_done_and_said(folder, capsys):
+    assert main(["simulate", folder, "--E", "5", "--out", "press.csv"]) == 0
+    assert "E 5 MPa is outside 0.5 to 3.5 MPa" in capsys.readouterr().err
+
+
+@QUICK
+@pytest.mark.parametrize(
+    ("flags", "field"),
+    [
+        ([], "--out"),
+        (["--out", "a.csv", "--weights", "a.csv"], "--out"),
+        (["--out", "a.csv", "--E", "0"], "--E"),
+        (["--out", "a.csv", "--radius", "45,"], "--radius"),
+        (["--out", "a.csv", "--radius", "4"], "--radius"),
+        (["--out", "a.csv", "--tilt", "11"], "--tilt"),
+        (["--out", "a.csv", "--thickness", "0.5"], "--thickness"),
+        (["--out", "a.csv", "--presses", "0"], "--presses"),
+        (["--out", "a.csv", "--rate", "1"], "--rate"),
+        (["--out", "a.csv", "--relax", "0.5"], "--relax"),
+        (["--out", "a.csv", "--relax", "0.5:1,0.6:2"], "--relax"),
+        (["--out", "a.csv", "--seed", "-1"], "--seed"),
+        (["--weights", "w.csv", "--unit", "unit.toml"], "--unit"),
+        (["--out", "a.csv", "--unit", "none.toml"], "--unit"),
+        (["--prove", "0"], "--prove"),
+        (["--prove", "10", "--E", "1"], "--E"),
+        (["--prove", "10", "--out", "a.csv"], "--out"),
+        (["--prove", "10", "--noise"], "--noise"),
+        (["--out", "theirs.csv"], "--out"),
+    ],
+)
+def test_what_is_refused(flags, field, folder, capsys, tmp_path):
+    (tmp_path / "theirs.csv").write_text("1,2\n", encoding="utf-8")
+    assert main(["simulate", folder, *flags]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert field in line
+    assert [path.name for path in tmp_path.iterdir()] == ["theirs.csv"]
+
+
+@pytest.mark.parametrize(("bars", "code"), [(0.9, 0), (2.5, 1)])
+def test_the_exit_code_of_a_proof(bars, code, folder, monkeypatch, capsys):
+    reading = ProvedReading(
+        E=1.0, radii=(45.0, 90.0), thickness=None, tilt=1.0, told=1.1, u=0.1, error=0.1 * bars, flags=("out_of_range",)
+    )
+    monkeypatch.setattr(simulate, "prove", lambda _, count, seed, __: judged("mango", seed, count * [reading]))
+    assert main(["simulate", folder, "--prove", "3"]) == code
+    *_, last = capsys.readouterr().out.splitlines()
+    assert last.startswith("not proved: 3 of 3 are outside" if code else "proved")
+    assert main(["simulate", folder, "--prove", "3", "--json"]) == code
+    told = json.loads(capsys.readouterr().out)
+    assert (told["presses"], told["passed"]) == (3, code == 0)
+    assert told["readings"][0]["error_percent"] == pytest.approx(10.0 * bars)
