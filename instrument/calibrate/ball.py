@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from instrument.press.fruit_reading import FruitReading
+from instrument.press.half_width import OF_EITHER
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.reference_ball import BallCorrection
@@ -20,7 +21,7 @@ from pipeline.reading.measurement import RiseModel
 from pipeline.tables import rows
 from sensor.arrays import Floats, rows_of
 from sensor.design.reading import PRESS_SAMPLES
-from sensor.quantity import COVERAGE, Bounds, InputError, validation_error
+from sensor.quantity import BOUNDED, COVERAGE, Bounds, InputError, validation_error
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseReading, read_rise, rise_of
 from sensor.theory.student import student
@@ -130,12 +131,15 @@ def correction_of(
     # A median of normal scatter has pi / 2 times the variance of a mean.
     scatter = float(np.log(read).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(read))
     durations = [each.press_s for each in presses if each.press_s is not None]
+    press_s = float(np.median(durations)) if durations else on_ball.report.design.press_s
+    by_chance = scatter * student(len(read) - 1) / COVERAGE
+    alike = _alike_in_presses(on_ball, found, press_s, max(each.time_s for each in presses))
     return BallCorrection(
         factor=factor,
-        percent=math.hypot(ball.percent, 100.0 * scatter * student(len(read) - 1) / COVERAGE),
+        percent=math.hypot(ball.percent, 100.0 * by_chance, 100.0 * alike),
         E_MPa=E,
         radius_mm=ball.radius_mm,
-        press_s=float(np.median(durations)) if durations else on_ball.report.design.press_s,
+        press_s=press_s,
         spring_slopes=found.slopes.springs,
         gain_slopes=found.slopes.gains,
         form_percent=_form_percent(on_ball, forces),
@@ -159,6 +163,16 @@ def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
     except (SolveError, ReadingError) as error:
         msg = f"--ball: a level press at {E:.3g} MPa: must have a modulus; the springs are too far from the design"
         raise InputError(msg) from error
+
+
+def _alike_in_presses(on_ball: MeasuringUnit, found: RiseReading, press_s: float, time_s: float) -> float:
+    """Return what may move all presses on a ball alike, but readings of fruit otherwise, one standard deviation [1].
+
+    These are zeros and times of the channels, and the contact model. Gains are those of the weighing, because the ball
+    is pressed at its temperature. `time_s` [s] is the standard deviation of the time of each channel.
+    """
+    by_unit = on_ball.channels_in(time_s, press_s).of_press([found.slopes])
+    return math.hypot(*(by_unit[cause] for cause in OF_EITHER), BOUNDED * on_ball.model_error)
 
 
 def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:

@@ -93,6 +93,7 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         relaxation=beside.relaxation,
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
         press_s=press_s,
+        time_s=timing.deviation,
         parts=parts,
     )
 

@@ -193,6 +193,7 @@ class FruitReading:
     )
     fruit: str = report_field("", "the fruit of the press, where the file names it", told=False, default="")
     press_s: float | None = report_field("s", "duration of the press, None if it is unknown", told=False, default=None)
+    time_s: float = report_field("s", "standard deviation of the time of each channel", told=False, default=0.0)
     parts: HalfWidth | None = report_field(
         "1", "the parts of `u`, of a press that several of a fruit share or not", told=False, default=None
     )

@@ -79,7 +79,8 @@ def test_factor_is_that_of_forces_that_are_all_off(scale, mango, on_ball, presse
     found = on_ball([forces / scale for forces in presses], sensor=mango.measuring(1.0 / scale))
     assert found.factor == pytest.approx(scale, rel=0.015)
     assert (found.E_MPa, found.radius_mm) == (pytest.approx(FIRM), RADIUS)
-    assert 1.0 <= found.percent < 1.2
+    # By the ball 1 %, by zeros that drift 1.3 % over the forces, by the model 0.6 %, and a little scatter.
+    assert found.percent == pytest.approx(math.hypot(1.0, 1.3 * scale, 0.6), abs=0.15)
 
 
 def test_presses_that_scatter_widen_the_factor(mango, on_ball, presses):
@@ -92,7 +93,44 @@ def test_presses_that_scatter_widen_the_factor(mango, on_ball, presses):
     read = [read_press(mango.measuring().on_ball(RADIUS), forces).E for forces in scattered]
     scatter = np.std(np.log(read), ddof=1) * math.sqrt(0.5 * math.pi / 3.0) * 4.303 / 2.0
     assert scatter > 0.01
-    assert found.percent == pytest.approx(math.hypot(1.0, 100.0 * scatter), rel=0.01)
+    alike = on_ball(3 * [presses[0]]).percent  # the ball, zeros, times and contact model
+    assert found.percent == pytest.approx(math.hypot(alike, 100.0 * scatter), rel=0.01)
+
+
+def test_what_moves_all_presses_alike_is_in_the_error_of_the_factor(mango):
+    """A zero is off from the first sample on, or drifts during each press: presses do not scatter by it."""
+    sensor = mango.measuring()
+    exact = replace(BALL, percent=1e-9)
+
+    def factor(forces):
+        reading = read_press(sensor.on_ball(RADIUS), forces)
+        return correction_of([reading] * 3, exact, sensor, "ball.csv")
+
+    forces, _ = deep_press(sensor.on_ball(RADIUS), FIRM)
+    plain = factor(forces)
+    moved = []
+    for tip, bound in enumerate(sensor.report.read_out.channels.zero_drift_N):
+        for course in (np.ones(len(forces)), np.linspace(0.0, 1.0, len(forces))):
+            off = np.array(forces)
+            off[:, tip] += BOUNDED * bound * course
+            moved.append(factor(off).factor / plain.factor - 1.0)
+    assert math.hypot(*moved) > 0.01
+    expected = math.hypot(*moved, BOUNDED * sensor.model_error)
+    # The slope of a drift leaves out the saddle that it is taken for, which lessens it by up to a tenth.
+    assert expected < 0.01 * plain.percent < 1.1 * expected
+
+
+def test_times_that_are_not_known_are_in_the_error_of_the_factor(mango, presses):
+    """They are those of the log: a line that comes sooner than the read-out converts has channels of any time."""
+    sensor = mango.measuring()
+    reading = read_press(sensor.on_ball(RADIUS), presses[0])
+    known, unknown = (
+        correction_of([replace(reading, time_s=time_s)] * 3, BALL, sensor, "ball.csv").percent
+        for time_s in (0.0, 0.006)
+    )
+    on_ball = sensor.on_ball(RADIUS)
+    slopes = deep_press(on_ball, FIRM)[1].slopes
+    assert unknown**2 - known**2 == pytest.approx((100.0 * 0.006) ** 2 * np.square(slopes.times).sum())
 
 
 @pytest.mark.parametrize("press_s", [1.5, 6.0])
@@ -151,7 +189,7 @@ def test_form_is_that_of_the_report_less_what_a_ball_shows(mango):
     for row in rows:
         assert sensor.by_form(row.E_MPa) == pytest.approx([0.01 * each for each in row.form_percent])
     *left, own = with_ball(sensor).by_form(FIRM)
-    assert own == pytest.approx(0.01)
+    assert own == pytest.approx(0.01 * with_ball(sensor).unit.ball.percent)
     # The fruit of the design are less round than the ball: a tenth of 4 to 8 % is left.
     assert math.hypot(*left) < 0.01
     for row in rows:
@@ -171,7 +209,7 @@ def test_reports_without_a_form_have_none(mango):
     sensor = mango.measuring()
     sensor = replace(sensor, report=replace(mango.report, moduli=rows))
     assert sensor.by_form(FIRM) == []
-    assert with_ball(sensor).by_form(FIRM) == [pytest.approx(0.01)]
+    assert with_ball(sensor).by_form(FIRM) == [pytest.approx(0.01 * with_ball(sensor).unit.ball.percent)]
 
 
 def test_springs_and_gains_are_left_as_far_as_they_move_fruit_otherwise_than_the_ball(mango):
