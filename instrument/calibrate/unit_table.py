@@ -44,12 +44,13 @@ class UnitRow:
 
 
 def error_sources(sensor: MeasuringUnit) -> str:
-    """Return the error sources of a calibrated unit: its springs, on a plate its channels too, creep and bends."""
+    """Return the error sources of a calibrated unit: springs, on a plate channels too, creep, bends, form of domes."""
     unit = sensor.unit
     sources = {
         "the springs": True,
         "their creep": sensor.creep.exponent != 0.0,
         "deflections": unit.calibrated_by == "plate",
+        "the form of the domes": bool(sensor.by_form(sensor.range_MPa[1])),
         "presses on a ball": unit.ball is not None,
         "bent lines": unit.force_bend is not None or unit.deflection_bend is not None,
     }
@@ -69,8 +70,9 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
             with_design = nominal.corrected(read_exactly(nominal, press).E) / E - 1.0
         slopes = read_exactly(sensor, press).slopes
         bend = sensor.by_bends(slopes.channel_bends, slopes.spring_bends)
-        by_ball = [] if sensor.unit.ball is None else sensor.by_form(E)
-        u = sensor.steepness(E) * (COVERAGE * math.hypot(*_by_unit(sensor, slopes), *by_ball) + bend)
+        steepness = sensor.steepness(E)
+        by_unit = steepness * math.hypot(*_by_unit(sensor, slopes))
+        u = COVERAGE * math.hypot(by_unit, *sensor.by_form(E)) + steepness * bend
         rows.append(UnitRow(E=E, forces=tuple(press[-1].tolist()), P=high / low, u=u, with_design=with_design))
     return tuple(rows)
 

@@ -1,5 +1,6 @@
-"""Whether a unit meets the targets of its design with its own springs."""
+"""Whether a unit meets the targets of its design with its own springs and domes."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -15,10 +16,11 @@ from sensor.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from sensor.verdict import Verdict, judge
 
 _USUAL_UNCERTAINTY = 0.1
+_BALL = "correct the unit by a reference ball, --ball: the form of its domes is too uncertain, its springs are not"
 
 
 def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdict]:
-    """Return whether a unit meets the targets of its design: P_max and NL, or what its springs leave of a reading."""
+    """Return whether a unit meets the targets of its design: P_max and NL, or what it leaves open of a reading."""
     design = sensor.report.design
     if design.reading is None and design.targets is not None:
         return _target_verdicts(sensor)
@@ -30,7 +32,16 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
     worst = max(rows, key=lambda row: row.u / limit_at(row.E))
     limit = limit_at(worst.E)
     words = f"{error_sources(sensor)}, at {worst.E:.3g} MPa"
-    return [judge("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), words, limit=limit)]
+    verdict = judge("unit.uncertainty", Estimate(worst.u / COVERAGE, 0.0), words, limit=limit)
+    return [replace(verdict, remedy=_BALL) if _fails_by_form(sensor, worst, limit) else verdict]
+
+
+def _fails_by_form(sensor: MeasuringUnit, worst: UnitRow, limit: float) -> bool:
+    """Say whether a unit would keep a limit [1] if a reference ball took out the form of its domes."""
+    if sensor.unit.ball is not None or not sensor.report.design.takes_ball:
+        return False
+    left = worst.u**2 - sum((COVERAGE * error) ** 2 for error in sensor.by_form(worst.E))
+    return worst.u > COVERAGE * limit >= math.sqrt(max(left, 0.0))
 
 
 def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:

@@ -81,7 +81,7 @@ def test_chain_runs_from_curves_to_c(tmp_path, monkeypatch, capsys):
         [re.findall(rf"^{tip} +K +([\d.]+)", weighed, flags=re.M)[0] for tip in ("low_1", "low_2", "high_1", "high_2")],
     )
     assert shown_as_printed(r"would be up to (\d+) % too low", [re.findall(r"-([\d.]+) %", weighed)[-1]])
-    assert shown_as_printed(r"springs and creep add ([\d.]+) % at most", [re.findall(r"│ +([\d.]+) % │", weighed)[-1]])
+    assert shown_as_printed(r"form of the domes add ([\d.]+) % at most", [re.findall(r"│ +([\d.]+) % │", weighed)[-1]])
     line = re.search(r"^    (t 0\.700 s .+)$", PAGE, flags=re.M)
     assert line is not None
     assert line[1] in press.splitlines()

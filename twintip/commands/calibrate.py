@@ -70,7 +70,8 @@ def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, fla
     for assumed in calibration.assumed:
         print_error(f"note: {assumed}")
     passed = all_passed(calibration.verdicts)
-    parts = template_parts("calibrate/calibration.txt.j2", failed=passed is False, **vars(calibration))
+    by_springs = passed is False and all(verdict.remedy is None for verdict in calibration.verdicts)
+    parts = template_parts("calibrate/calibration.txt.j2", failed=by_springs, **vars(calibration))
     return Answer(
         code=PASSED if passed else FAILED,
         data=as_data(calibration),

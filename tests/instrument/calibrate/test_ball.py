@@ -20,6 +20,8 @@ from instrument.calibrate.ball import (
     deep_press,
     reference_ball,
 )
+from instrument.calibrate.unit_table import error_sources, level_press, read_exactly, unit_table
+from instrument.calibrate.unit_verdicts import unit_verdicts
 from instrument.press.fruit_reading import FruitReading
 from sensor.quantity import BOUNDED, InputError
 from solve.contact.poses import Pose, Stand
@@ -234,6 +236,25 @@ def test_reading_is_multiplied(factor, mango, presses):
     plain = read_press(sensor, presses[0])
     assert pytest.approx(factor * plain.E) == read_press(with_ball(sensor, factor=factor), presses[0]).E
     assert with_ball(sensor, factor=factor).read_as(factor * plain.E) == pytest.approx(sensor.read_as(plain.E))
+
+
+def test_a_unit_is_no_better_without_a_ball(mango):
+    """Its table and its verdict hold the form of the domes, as its readings do; a ball is what would mend it."""
+    sensor = mango.measuring(percent=0.5, gain_percent=0.1)
+    sensor = replace(sensor, unit=replace(sensor.unit, calibrated_by="plate"))
+    corrected = with_ball(sensor)
+    plain, after = (unit_table(each, mango.measuring()) for each in (sensor, corrected))
+    for without, row in zip(plain, after, strict=True):
+        assert row.u < without.u
+        slopes = read_exactly(sensor, level_press(sensor, without.E)).slopes
+        by_unit = sensor.channels.of_springs_and_gains(np.array(slopes.springs), np.array(slopes.gains))
+        assert without.u == pytest.approx(2.0 * math.hypot(*sensor.by_form(without.E), *by_unit.values()))
+    assert "the form of the domes" in error_sources(sensor)
+    (verdict,) = unit_verdicts(sensor, plain)
+    assert verdict.value > 0.08
+    assert (verdict.passed, "--ball" in verdict.remedy) == (False, True)
+    (verdict,) = unit_verdicts(corrected, after)
+    assert (verdict.passed, verdict.remedy) == (True, None)
 
 
 @pytest.fixture
