@@ -328,15 +328,25 @@ def three_uneven(bench: Bench, count: int) -> Iterator[Read]:
         yield by_three(bench, bench.drawn(), [{"bumps": turned(heights, turn)} for turn in TURNS])
 
 
-def three_bruised(bench: Bench, count: int) -> Iterator[Read]:
-    """Yield a bruise of half the modulus and 6 mm: under another tip in each turn, or under none at 45 degrees."""
+def bruised(bench: Bench, count: int, turned_tips: tuple[int | None, ...]) -> Iterator[Read]:
+    """Yield a bruise of half the modulus and 6 mm, under a tip that lies so many tips on in each press, or none."""
     for _ in range(count):
         tip = int(bench.rng.integers(4))
         each = []
-        for under in (tip, (tip + 1) % 4, None):
-            soft = {} if under is None else {"softness": of_tip(under, 2.0, 1.0), "soft_radius": (6.0,) * 4}
+        for on in turned_tips:
+            soft = {} if on is None else {"softness": of_tip((tip + on) % 4, 2.0, 1.0), "soft_radius": (6.0,) * 4}
             each.append(soft)
         yield by_three(bench, bench.drawn(), each)
+
+
+def three_bruised(bench: Bench, count: int) -> Iterator[Read]:
+    """Yield a bruise that comes under another tip in each turn, or under none at 45 degrees."""
+    yield from bruised(bench, count, (0, 1, None))
+
+
+def once_bruised(bench: Bench, count: int) -> Iterator[Read]:
+    """Yield a bruise that is under a tip in one of three presses."""
+    yield from bruised(bench, count, (0, None, None))
 
 
 def real_cheeks(bench: Bench, count: int) -> Iterator[Read]:
@@ -367,6 +377,7 @@ def real_cheeks(bench: Bench, count: int) -> Iterator[Read]:
 MANY = {"paces": (paces, 60), "shapes": (shapes, 300), "three_uneven": (three_uneven, 100)}
 MANY["three_bruised"] = (three_bruised, 100)
 MANY["real_cheeks"] = (real_cheeks, 60)
+MANY["once_bruised"] = (once_bruised, 100)
 LISTS = {"yields": yields, "pace": pace}
 
 
