@@ -17,13 +17,15 @@ from instrument.calibrate.calibration import Calibration  # noqa: E402
 from instrument.compress.modulus import CompressionResult  # noqa: E402
 from instrument.press.fruit_of_presses import FruitAnswer  # noqa: E402
 from instrument.press.fruit_reading import FruitReading  # noqa: E402
+from instrument.proof import ProvedDesign, ProvedReading  # noqa: E402
 from pipeline.report.explain.entries import entries  # noqa: E402
 from pipeline.report.keys import report_keys  # noqa: E402
 from sensor.design.design_file import TABLE_TYPES, value_as_toml  # noqa: E402
 from sensor.design.fruits import FRUITS, RANGES  # noqa: E402
 from sensor.design.processes import PROCESSES, Process  # noqa: E402
+from twintip.commands.simulate import Simulation  # noqa: E402
 
-PAGES = ("design-file.md", "words.md", "report-json.md", "read-a-fruit.md", "modulus.md", "presets.md")
+PAGES = ("design-file.md", "words.md", "report-json.md", "read-a-fruit.md", "modulus.md", "presets.md", "simulate.md")
 _TABLE = re.compile(r"(<!-- (\w+): (.+) -->\n)(?:\|.*\n)*")
 
 Rows = Iterator[tuple[str, ...]]
@@ -117,7 +119,15 @@ def keys_of_report(asked: str) -> Rows:
 def keys_of_answer(command: str) -> Rows:
     """Yield the keys that a command prints, `fruit` those of a fruit of several presses."""
     yield "key of `--json`", "unit", "meaning"
-    answers = {"calibrate": Calibration, "modulus": CompressionResult, "read": FruitReading, "fruit": FruitAnswer}
+    answers = {
+        "calibrate": Calibration,
+        "modulus": CompressionResult,
+        "read": FruitReading,
+        "fruit": FruitAnswer,
+        "prove": ProvedDesign,
+        "readings": ProvedReading,
+        "simulate": Simulation,
+    }
     for item in dataclasses.fields(answers[command]):
         key = item.metadata.get("key", item.name)
         if item.metadata.get("told", True):  # a field with several keys writes them itself

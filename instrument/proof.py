@@ -48,7 +48,9 @@ class ProvedReading:
     tilt: float = report_field("deg", "tilt at the first touch, against the normal of the skin", key="tilt_deg")
     told: float | None = report_field("MPa", "modulus that was read; null if there is none", key="told_MPa")
     u: float | None = report_field("%", "half width that was told", key="u_percent", times=100.0)
-    error: float | None = report_field("%", "error of the modulus", key="error_percent", times=100.0)
+    error: float | None = report_field(
+        "%", "error of the modulus that was told, over the true one", key="error_percent", times=100.0
+    )
     flags: tuple[str, ...] = report_field("", "what speaks against the reading")
 
     @property
@@ -58,8 +60,8 @@ class ProvedReading:
 
     @property
     def bars(self) -> float:
-        """Return the error over the half width [1]."""
-        return math.inf if self.error is None or not self.u else abs(self.error) / self.u
+        """Return the distance of the truth from the modulus that was told, in its half widths [1]."""
+        return math.inf if self.told is None or not self.u else abs(self.E / self.told - 1.0) / self.u
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +73,9 @@ class ProvedDesign:
     presses: int = report_field("1", "number of presses")
     outside: int = report_field("1", "readings beyond their 95 % bar without a flag")
     most_outside: int = report_field("1", "so many may be: the 99 % point of a binomial distribution of 5 %")
-    farthest: float = report_field("1", "largest error over its bar, of readings without a flag; at most 2")
+    farthest: float = report_field(
+        "1", "largest distance from the truth over the bar, of readings without a flag; at most 2"
+    )
     flagged: int = report_field("1", "readings with a flag that speaks against E; at most a tenth")
     passed: bool = report_field("", "whether all three hold")
     readings: tuple[ProvedReading, ...] = report_field("", "truth and answer of each press")

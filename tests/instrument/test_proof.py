@@ -9,9 +9,9 @@ from instrument.proof import ProvedReading, judged, prove
 
 
 def reading(bars=0.5, *flags, told=1.0):
-    u = 0.2
-    error = None if told is None else bars * u
-    return ProvedReading(E=1.0, radii=(45.0, 90.0), thickness=12.0, tilt=1.0, told=told, u=u, error=error, flags=flags)
+    u, E = 0.2, 1.0 + 0.2 * bars
+    error = None if told is None else told / E - 1.0
+    return ProvedReading(E=E, radii=(45.0, 90.0), thickness=12.0, tilt=1.0, told=told, u=u, error=error, flags=flags)
 
 
 GOOD = [reading(0.9), reading(-0.9), reading(0.1, "out_of_range"), reading(0.2, "press_over_bruise_limit")]

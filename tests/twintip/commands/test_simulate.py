@@ -111,7 +111,14 @@ def test_what_is_refused(flags, field, folder, capsys, tmp_path):
 @pytest.mark.parametrize(("bars", "code"), [(0.9, 0), (2.5, 1)])
 def test_the_exit_code_of_a_proof(bars, code, folder, monkeypatch, capsys):
     reading = ProvedReading(
-        E=1.0, radii=(45.0, 90.0), thickness=None, tilt=1.0, told=1.1, u=0.1, error=0.1 * bars, flags=("out_of_range",)
+        E=1.0 + 0.1 * bars,
+        radii=(45.0, 90.0),
+        thickness=None,
+        tilt=1.0,
+        told=1.0,
+        u=0.1,
+        error=-0.2,
+        flags=("out_of_range",),
     )
     monkeypatch.setattr(simulate, "prove", lambda _, count, seed, __: judged("mango", seed, count * [reading]))
     assert main(["simulate", folder, "--prove", "3"]) == code
@@ -120,4 +127,4 @@ def test_the_exit_code_of_a_proof(bars, code, folder, monkeypatch, capsys):
     assert main(["simulate", folder, "--prove", "3", "--json"]) == code
     told = json.loads(capsys.readouterr().out)
     assert (told["presses"], told["passed"]) == (3, code == 0)
-    assert told["readings"][0]["error_percent"] == pytest.approx(10.0 * bars)
+    assert told["farthest"] == pytest.approx(bars)

@@ -1,0 +1,59 @@
+"""Proofs of designs by simulated presses of drawn units: `pipeline simulate OUT --prove N` for several folders.
+
+`python -m benchmarks.proofs outputs/mango outputs/apple ... [--count 60] [--seed 1]` writes a section of
+docs/measurements.md, in a minute or two for each folder.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.harness import section, write_section
+from instrument.proof import ProvedDesign, prove
+from pipeline.report.report import read_report
+from sensor.quantity import COVERAGE
+
+TITLE = "Proofs of the presets"
+HEADS = ["preset", "inside", "outside", "flagged", "farthest", "rms error", "rms bar", "error over bar"]
+INTRODUCTION = """\
+`python -m benchmarks.proofs` writes this table, of {count} presses each with the seed {seed}. Every press is of another
+unit on another fruit ([how they are drawn](simulate.md#prove-a-design)). Outside are readings beyond their 95 % bar
+without a flag, of which at most {most} may be. The farthest is in bars. The last column is the error over the deviation
+that a bar stands for, as a root mean square: 1 if bars are as wide as errors, and less if they are wider."""
+
+
+def row_of(proof: ProvedDesign) -> list[str]:
+    """Return the row of a proof."""
+    told = [each for each in proof.readings if each.error is not None and not each.is_flagged]
+    errors, bars = (np.array([getattr(each, name) for each in told]) for name in ("error", "u"))
+    return [
+        f"`{proof.design}`",
+        str(proof.presses - proof.outside - proof.flagged),
+        str(proof.outside),
+        str(proof.flagged),
+        f"{proof.farthest:.2f}",
+        *(f"{100.0 * np.sqrt(np.square(each).mean()):.1f} %" for each in (errors, bars)),
+        f"{COVERAGE * np.sqrt(np.square(errors / bars).mean()):.2f}",
+    ]
+
+
+def main() -> int:
+    """Write and print the table; the exit code is 1 if a design is not proved."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("folders", nargs="+", type=Path)
+    parser.add_argument("--count", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    proofs = []
+    for folder in asked.folders:
+        proofs.append(prove(read_report(folder), asked.count, asked.seed))
+        print(row_of(proofs[-1]), file=sys.stderr, flush=True)
+    introduction = INTRODUCTION.format(count=asked.count, seed=asked.seed, most=proofs[0].most_outside)
+    write_section(TITLE, introduction, [section("Presets for fruit", HEADS, map(row_of, proofs))])
+    return 0 if all(proof.passed for proof in proofs) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
