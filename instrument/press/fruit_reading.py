@@ -228,7 +228,7 @@ def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, 
     of_E = causes_of_modulus(sensor, E, u)
     causes = {
         "out_of_range": of_E.pop("out_of_range"),
-        "tilt_beyond_design": tilt is not None and tilt > sensor.steepest_deg,
+        "tilt_beyond_design": tilt is not None and tilt > sensor.steepest_deg + COVERAGE * sensor.tilt_deviation_deg,
         "press_over_bruise_limit": sensor.bruises(forces, E),
         **of_E,
     }

@@ -225,6 +225,20 @@ class MeasuringUnit:
         return PAIR_TILT_DEG if asked is None else asked.tilt_deg + asked.tilt_change_deg
 
     @property
+    def tilt_deviation_deg(self) -> float:
+        """Return the standard deviation of the tilt that tips of other heights show [deg]; 0 of a pair.
+
+        Heights are those of the process. A straight line through them has a slope of their deviation over the root of
+        the sum of squares of the places.
+        """
+        if self.report.read_out.is_pair:
+            return 0.0
+        places = np.array(self.report.design.tips.places_mm)
+        spread = float(np.sqrt(np.square(places - places.mean(axis=0)).sum(axis=0)).max())
+        rolling = 1.0 if self.domes is None else self.domes.rolling_factor
+        return math.degrees(math.atan(rolling * self.height_deviation / spread))
+
+    @property
     def lead_deviation(self) -> float:
         """Return the standard deviation of how far one tip of a pair leads by the tilts of its design [mm]."""
         return BOUNDED * math.tan(math.radians(self.steepest_deg)) * self.report.design.tips.spacing_mm

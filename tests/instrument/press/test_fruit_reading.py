@@ -47,6 +47,18 @@ def test_tilt_and_its_direction_are_read(ball):
         assert reading.flags == ()
 
 
+@pytest.mark.parametrize(("beyond", "flags"), [(1.8, ()), (2.2, ("tilt_beyond_design",))])
+def test_tilts_that_heights_of_tips_may_show_are_no_tilts_of_the_hand(beyond, flags, ball):
+    """A line through heights of 0.05 mm at four corners 6 mm apart has a slope of 0.05 / 6; domes roll as they tilt."""
+    sensor = ball.measuring()
+    upright = replace(sensor.report.design, reading=replace(ball.design.reading, tilt_deg=1.0))
+    narrow = replace(sensor, report=replace(sensor.report, design=upright))
+    deviation = math.degrees(0.5 * ball.design.process.accuracy_mm / 6.0 * sensor.domes.rolling_factor)
+    assert narrow.tilt_deviation_deg == pytest.approx(deviation, rel=1e-3)
+    forces = pressed(ball, 1.0, tilt_deg=(narrow.steepest_deg + beyond * deviation, 0.0))
+    assert read_press(narrow, forces).flags == flags
+
+
 def test_planted_causes_raise_their_flags(ball):
     sensor = ball.measuring()
     upright = replace(sensor.report.design, reading=replace(ball.design.reading, tilt_deg=1.0))
