@@ -230,8 +230,9 @@ class _Centring:
 
 def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _Centring) -> Changes:
     """Return the change after a design was judged, `_step`; pressed less deep too where the bias changed its sign."""
-    is_between = centring.passes_over(_failing_bias(result))
-    step = _step(design, result, centring.factor)
+    failed = _failed(result)
+    is_between = centring.passes_over(_failing_bias(result, failed))
+    step = _step(design, result, failed, centring.factor)
     if not is_between:
         return step
     less = round(design.press.travel_mm - _LESS_TRAVEL_MM, 2)
@@ -261,22 +262,27 @@ def _sized(design: Design) -> Sensor | None:
     return sensor
 
 
-def _failing_bias(result: Sensor | SensorResult | None) -> float:
-    """Return the largest bias [1] where its verdict fails, above 0 for fruit that is read too firm; else 0."""
+def _failed(result: Sensor | SensorResult | None) -> set[str]:
+    """Return the names of the verdicts that did not pass; if all did, of those that passed without their margin."""
+    candidate = _candidate({}, result)
+    not_passed = {verdict.name for verdict in candidate.verdicts or () if verdict.passed is not True}
+    return not_passed or {verdict.name for verdict in candidate.failed}
+
+
+def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> float:
+    """Return the largest bias [1] if its verdict failed, above 0 for fruit that is read too firm; else 0."""
     readings = None if result is None else result.readings
-    if result is None or readings is None or not readings.moduli:
+    if readings is None or not readings.moduli or "reading.bias" not in failed:
         return 0.0
-    passed = {verdict.name: verdict.passed for verdict in result.verdicts}
-    return 0.0 if passed.get("reading.bias") else readings.worst_bias.bias.value
+    return readings.worst_bias.bias.value
 
 
-def _step(design: Design, result: Sensor | SensorResult | None, centring: float) -> Changes:
+def _step(design: Design, result: Sensor | SensorResult | None, failed: set[str], centring: float) -> Changes:
     """Return the change that brings a design nearer to passing, in steps that a maker can measure; none for no rule.
 
     `centring` is the factor [1] by which the fruit of the design becomes flatter, or rounder by its inverse.
     """
     readings = None if result is None else result.readings
-    failed = set() if result is None else {verdict.name for verdict in result.verdicts if verdict.passed is not True}
     runs_off_face = readings is not None and readings.face_mm > design.tips.side_mm
     if result is None or runs_off_face or "geometry.tip_face" in failed:
         return {"tips.dome_radius_mm": round((design.tips.dome_radius_mm or 0.0) - _HALF_MM, 1)}
@@ -286,7 +292,7 @@ def _step(design: Design, result: Sensor | SensorResult | None, centring: float)
         return {"press.travel_mm": round(design.press.travel_mm + _TRAVEL_STEP_MM, 2)}
     if "reading.calibration" in failed and readings is not None and readings.calibration is not None:
         return _as_calibrated(design, readings.calibration)
-    bias = _failing_bias(result)
+    bias = _failing_bias(result, failed)
     if bias:
         return _centred(design, centring if bias > 0.0 else 1.0 / centring)
     if "reading.uncertainty" in failed:
@@ -301,8 +307,9 @@ def _as_calibrated(design: Design, left: CalibrationLeft) -> Changes:
     factor = min(_BEYOND_LIMIT * over, _STIFFER_AT_ONCE)
     if left.by == "dial":
         return {"press.travel_mm": round(factor * design.press.travel_mm, 2)}
-    is_low = design.tips.springs[design.tips.names.index(left.worst_tip)] == "low"
-    return _springs(design, factor if is_low else 1.0, 1.0 if is_low else factor)
+    kind = design.tips.springs[design.tips.names.index(left.worst_tip)]
+    key = "springs.K_l_N_per_m" if kind == "low" else "springs.K_h_N_per_m"
+    return {key: _springs(design, factor, factor)[key]}
 
 
 def _centred(design: Design, factor: float) -> Changes:

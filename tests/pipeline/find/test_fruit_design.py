@@ -236,6 +236,15 @@ def test_springs_are_found_that_a_coarser_balance_calibrates():
     assert found.changed.bench.balance_g == 0.25
 
 
+def test_a_limit_that_is_kept_without_a_margin_has_its_step_too(trials):
+    """An uncertainty of 0.0499 where 0.05 is allowed: a run may move it by more."""
+    close = dataclasses.replace(PASSED, name="reading.uncertainty", value=0.0499)
+    trials(Outcome(verdicts=(close,)))
+    found = fruit_suggestion(KIWI, MANGO)
+    stiffer = 1.12 * scaled_changes(KIWI, MANGO)["springs.K_h_N_per_m"]
+    assert found.changes["springs.K_h_N_per_m"] == pytest.approx(stiffer, rel=5e-3)
+
+
 def test_step_of_a_key_that_stays_ends_the_search(trials):
     trials(failing("reading.touch"))
     found = fruit_suggestion(KIWI, MANGO, frozenset({"press.travel_mm"}))
