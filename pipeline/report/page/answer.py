@@ -9,9 +9,12 @@ from typing import NamedTuple
 
 from cad.fabrication.templates import EACH
 from pipeline.report.report import Report
+from pipeline.report.verdict_rule import measured
 from sensor.verdict import Verdict
 
 BILL = "bom.csv"
+_ERRORS = ("reading.bias", "reading.uncertainty")
+_MOST_DIGITS = 6
 _MASS = f" g{EACH}"  # ends the size of a printed part in the bill
 
 
@@ -31,6 +34,22 @@ def headline(name: str, verdicts: Sequence[Verdict]) -> str:
     if counts[None]:
         return f"Not decided: {counts[None]} of {len(verdicts)} verdicts of {name} lie within their own error bars."
     return f"Yes: {name} passes all {len(verdicts)} verdicts in the scene asked for."
+
+
+def brief(verdict: Verdict) -> str:
+    """Return the value of a verdict with its unit, nothing without a value.
+
+    Of an error of the reading two digits are told, with more only where fewer would lie on the other side of its limit.
+    Other values have their bar, and so has what their bar leaves undecided.
+    """
+    value, limit = verdict.value, verdict.limit
+    is_error = verdict.name in _ERRORS and verdict.passed is not None
+    if value is None or not is_error or not isinstance(limit, int | float):
+        return measured(verdict)
+    texts = (f"{value:.{digits}g}" for digits in range(2, _MOST_DIGITS))
+    return (
+        f"{next((text for text in texts if (float(text) <= limit) == (value <= limit)), f'{value:g}')} {verdict.unit}"
+    )
 
 
 class Closest(NamedTuple):

@@ -6,6 +6,8 @@ const colours = d3.range(1, 8).map((number) => `var(--c${number})`);
 const element = (id) => document.getElementById(id);
 const digits = (value, count = 4) => String(Math.abs(value) < 1e-9 ? 0 : Number(Number(value).toPrecision(count)));
 const text = (value, unit = "") => (Number.isFinite(value) ? `${digits(value)}${unit && ` ${unit}`}` : "none");
+/* An error, with two digits. */
+const ofError = (value, unit) => text(Number.isFinite(value) ? Number(digits(value, 2)) : NaN, unit);
 const percent = (value) => `${digits(100 * value, 3)} %`;
 const last = (values) => values[values.length - 1];
 const here = (marks) => marks.filter((mark) => mark !== null);

@@ -98,7 +98,7 @@
       Plot.areaY(points, { x: "x", y1: (one) => one.y * (1 - (one.error || 0) / 100), y2: (one) => one.y * (1 + (one.error || 0) / 100), fill: "E", fillOpacity: 0.25 }),
       Plot.line(moving, { stroke: "var(--ink)", strokeDasharray: "2 2" }),
       atSlider(setting.travel, at().P, "at the sliders"),
-    ], `The paper's Fig. 11. Bands: error of P by mesh and springs. Dotted: at the sliders.${spread && Number.isFinite(spread.value) ? ` P varies by at most ${percent(spread.value)} of its mean.` : ""}`);
+    ], `${report.paper ? "The paper's Fig. 11. " : ""}Bands: error of P by mesh and springs. Dotted: at the sliders.${spread && Number.isFinite(spread.value) ? ` P varies by at most ${percent(spread.value)} of its mean.` : ""}`);
   }
 
   function forcesOverTravel() {
@@ -136,7 +136,7 @@
         Plot.ruleY([-limit, limit], { stroke: "var(--bad)", strokeDasharray: "5 3" }),
         Plot.line(points, { x: "x", y: "y", stroke: "E" }),
         atSlider(setting.tilt, errorOf(at(), setting.E), "at the sliders"),
-        Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `E ${text(one.E, "MPa")}, ${text(one.x)}\nerror ${text(one.y, "%")}` })),
+        Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `E ${text(one.E, "MPa")}, ${text(one.x)}\nerror ${ofError(one.y, "%")}` })),
       ]),
       caption: "At full travel. Dashed: the limit of the design. Large dot: at the sliders.",
     };
@@ -159,8 +159,8 @@
         Plot.ruleY([100 * asked.bias_limit], { stroke: colours[0], strokeDasharray: "5 3" }),
         Plot.line(report.design.fruit.E_MPa.map((E) => ({ E, y: 100 * uncertaintyLimitAt(asked, E) })), { x: "E", y: "y", stroke: colours[1], strokeDasharray: "5 3" }),
         Plot.line(points, { x: "E", y: "y", stroke: "what" }), Plot.dot(points, { x: "E", y: "y", fill: "what" }),
-        atSlider(setting.E, own, `bias at the sliders ${text(own, "%")}`),
-        Plot.tip(points, Plot.pointer({ x: "E", y: "y", title: (one) => `E ${text(one.E, "MPa")}\n${one.what} ${text(one.y, "%")}\n${one.worst}` })),
+        atSlider(setting.E, own, `bias at the sliders ${ofError(own, "%")}`),
+        Plot.tip(points, Plot.pointer({ x: "E", y: "y", title: (one) => `E ${text(one.E, "MPa")}\n${one.what} ${ofError(one.y, "%")}\n${one.worst}` })),
       ]),
       caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. All tips touch by ${percent(report.reading.touch_fraction)} of the travel.${Number.isFinite(own) ? " Large dot: bias at the sliders." : ""}`,
     };
@@ -185,34 +185,16 @@
       .map((key) => ({ name, what: names[key], y: budget[key], effects: (budget[key.replace("_percent", "")] || []) })))
       .filter((one) => Number.isFinite(one.y) && one.y > 0);
     need(parts.length, "no number has a budget");
-    const words = (one) => (Array.isArray(one.effects) ? one.effects.map((part) => `${part.effect} ${text(part.size_percent, "%")}`).join("\n") : "");
+    const words = (one) => (Array.isArray(one.effects) ? one.effects.map((part) => `${part.effect} ${ofError(part.size_percent, "%")}`).join("\n") : "");
     return {
       x: { label: "part of the number [%], logarithmic", type: "log", tickFormat: (value) => digits(value) }, y: { label: null, domain: Object.values(names) }, fy: { label: null },
       marginLeft: 130, marginRight: 60, height: 60 + 90 * new Set(parts.map((one) => one.name)).size,
       color: { domain: Object.values(names), range: colours },
       marks: [
         Plot.ruleY(parts, { fy: "name", y: "what", x1: d3.min(parts, (one) => one.y) / 2, x2: "y", stroke: "what", strokeWidth: 8 }),
-        Plot.tip(parts, Plot.pointerY({ fy: "name", y: "what", x: "y", title: (one) => `${one.name}, ${one.what}: ${text(one.y, "%")}\n${words(one)}` })),
+        Plot.tip(parts, Plot.pointerY({ fy: "name", y: "what", x: "y", title: (one) => `${one.name}, ${one.what}: ${ofError(one.y, "%")}\n${words(one)}` })),
       ],
       caption: "Half widths. Calibrating a unit settles the scatter of its springs.",
-    };
-  }
-
-  function speedAgainstError() {
-    const solves = [["contact", report.contact.seconds, report.contact.error_percent],
-      ...Object.entries(report.flexures || {}).map(([name, spring]) => [`${name} spring`, spring.seconds, spring.error_percent])]
-      .filter(([, seconds, error]) => seconds > 0 && error > 0);
-    need(solves.length, "nothing was solved");
-    const asked = 100 * report.accuracy.tolerance;
-    return {
-      x: { label: "wall time of the solve [s]", type: "log", nice: true, tickFormat: (value) => digits(value) }, y: { label: "error bar [%]", type: "log", nice: true, tickFormat: (value) => digits(value) },
-      color: { domain: solves.map(([name]) => name), range: colours, legend: true },
-      marks: [
-        Plot.ruleY([asked], { stroke: "var(--bad)", strokeDasharray: "5 3" }),
-        Plot.dot(solves, { x: "1", y: "2", fill: "0", r: 5 }),
-        Plot.tip(solves, Plot.pointer({ x: "1", y: "2", title: ([name, seconds, error]) => `${name}: ${text(error, "%")} in ${text(seconds, "s")}` })),
-      ],
-      caption: `What each solve of this run took for its error; ${report.contact.method} for the contact. Dashed: asked for (--tol).`,
     };
   }
 
@@ -223,7 +205,6 @@
     ...(report.design.reading ? [["Error of the reading over the tilt", errorOverTilt], ["Error over all poses", readingOverModulus]] : []),
     ["Pressure on the skin", pressureOverTravel],
     ["What the errors are made of", errorBudget],
-    ["Speed against error", speedAgainstError],
   ];
 
   /* Where a verdict lies: three tolerances to each side of its target, or up to one and a half limits of one side. */
@@ -265,10 +246,10 @@
       const isJudged = asked && (error !== null || found.P === null); // a square is read by whole presses, not on the way
       const rule = isJudged ? judged(error !== null && Math.abs(error) <= asked.bias_limit, `limit ${percent(asked.bias_limit)}`) : null;
       numbers.push(["modulus read, unit calibrated", text(found.E_read, "MPa"), null]);
-      numbers.push(["its error", error === null ? "none" : percent(Math.round(1e5 * error) / 1e5), rule]);
+      numbers.push(["its error", ofError(error === null ? NaN : Math.round(1e5 * error) / 1e3, "%"), rule]);
       const most = asked ? uncertaintyLimitAt(asked, setting.E) : Infinity;
       const loud = noise > most * setting.E; // noise is one source of several
-      numbers.push(["its error by noise, 95 %", text(noise === null ? null : Number(noise.toPrecision(2)), "MPa"), loud ? judged(false, `limit ${percent(most)} of E, all sources together`) : null]);
+      numbers.push(["its error by noise, 95 %", ofError(noise ?? NaN, "MPa"), loud ? judged(false, `limit ${percent(most)} of E, all sources together`) : null]);
     }
     const limit = limitAt(setting.E);
     numbers.push(["mean pressure under the worst tip", text(worst(found), "MPa"), limit === undefined ? null
@@ -282,10 +263,11 @@
 
   /* Sliders. One that a single table has sets the others to where that table was solved. */
   const inputs = sliders.map(({ key, label, unit, min, max }) => {
+    const place = data.usual_sliders.includes(key) ? "sliders" : "more-sliders";
     const input = made("input", { type: "range", id: `slider-${key}`, min, max, step: "any" });
     const output = made("output", { htmlFor: input.id });
     const name = made("label", { textContent: `${label} [${unit}]`, htmlFor: input.id });
-    element("sliders").append(made("div", { className: "slider" }, name, output, input));
+    element(place).append(made("div", { className: "slider" }, name, output, input));
     input.addEventListener("input", () => {
       setting[key] = Number(input.value);
       const having = tables.filter(({ axes }) => axes.some((axis) => axis.key === key));
@@ -302,8 +284,8 @@
 
   function show() {
     for (const { key, input, output, unit } of inputs) {
-      output.textContent = digits(setting[key]);
-      input.setAttribute("aria-valuetext", `${digits(setting[key])} ${unit}`);
+      output.textContent = digits(setting[key], key === "noise" ? 2 : 4);
+      input.setAttribute("aria-valuetext", `${output.textContent} ${unit}`);
     }
     const numbers = numbersOf(at());
     element("numbers").replaceChildren(...numbers.map(([name, value, verdict]) => made("tr", {},

@@ -23,6 +23,8 @@ TEMPLATE = "page.html.j2"
 TAKEN_FROM = ("base.html.j2", "words.html.j2")  # by the template of the page
 
 _SPEED = 50.0  # mm/s of a filament printer, until the reader types another rate
+_LIMITING_NOTES = 2  # that stand beside the answer of a design that passes
+_USUAL_SLIDERS = ("E", "travel")  # those of the tilt and the noise are folded
 _FIRST_NUMBERS = 3  # that stand at the head of the page, those that did not pass first
 
 
@@ -51,9 +53,11 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     on_the_part = [(i, one) for i, one in enumerate(verdicts) if is_on_the_part(one)]
     targets = [(i, one) for i, one in enumerate(verdicts) if not is_on_the_part(one)]
     paper = () if report.paper is None else report.paper.verdicts
+    limiting = [] if wrong else report.notes[:_LIMITING_NOTES]
     page_data = {
         "report": report_data(report),
         "coverage": COVERAGE,
+        "usual_sliders": _USUAL_SLIDERS,
         "verdicts": [as_data(verdict) | {"sense": verdict.limit_sense} for verdict in verdicts],
         **page_tables(report, result),
         "bodies": bodies,
@@ -71,6 +75,9 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         has_housing=report.design.tips.tip_layout.has_housing,
         not_passed=wrong,
         numbers=[*wrong, *(one for _, one in targets if one.passed)][:_FIRST_NUMBERS],
+        brief=answer.brief,
+        limiting_notes=limiting,
+        other_notes=report.notes[len(limiting) :],
         closest=answer.closest_to_limit(one for _, one in targets),
         targets=targets,
         part=on_the_part,

@@ -30,6 +30,20 @@ def test_page_is_not_wider_than_its_window(address, width, open_page):
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
+def test_answer_comes_before_settings_on_a_phone(address, open_page):
+    """What limits the design before the controls of the picture, numbers before their sliders; others are folded."""
+    page = open_page(address, 390)
+    places = ("#answer .said", "#answer .limiting", "#part", "#verdicts", "#numbers", "#sliders")
+    tops = [page.locator(place).bounding_box()["y"] for place in places]
+    assert tops == sorted(tops)
+    shown = [page.locator(f"#slider-{key}").is_visible() for key in ("E", "travel")]
+    folded = page.locator("#more-sliders input")
+    assert [*shown, *(folded.nth(index).is_visible() for index in range(folded.count()))] == [
+        *(True, True),
+        *([False] * folded.count()),
+    ]
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_grave(address, scheme, open_page):
     page = open_page(address, scheme=scheme)
@@ -73,7 +87,7 @@ def test_still_of_a_body_is_printed_and_shown_without_webgl(dome_page, open_page
     assert page.complaints == []
 
 
-@pytest.mark.parametrize("key", ["curve", "response", "contact", "errors"])
+@pytest.mark.parametrize("key", ["curve", "response", "errors"])
 def test_plot_of_a_number_that_is_missing_is_named_below_the_others(key, dome_page, open_page, tmp_path):
     """The data of the page with one key emptied: what needs it says so, all else is drawn."""
     before, data, after = re.split(r'(?<=id="data">)(.*?)(?=</script>)', dome_page.text, maxsplit=1, flags=re.DOTALL)

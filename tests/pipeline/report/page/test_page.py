@@ -12,12 +12,16 @@ from stand_ins import result_of
 
 from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
-from pipeline.report.page.answer import closest_to_limit, headline
+from pipeline.report.page.answer import brief, closest_to_limit, headline
 from pipeline.report.page.page import page_of
 from pipeline.report.page.template import finite
 from pipeline.report.report import read_data
 from pipeline.report.verdict_rule import limit_text, not_passed
 from pipeline.storage.digests import file_digest
+from sensor.design.fruit import Fruit
+from sensor.design.fruits import FRUITS
+from sensor.design.parameters import Design
+from sensor.design.tips import Tips
 from sensor.verdict import Verdict
 from sensor.words import with_bar
 
@@ -160,6 +164,43 @@ def test_closest_to_its_limit():
     assert found is not None
     assert (found.verdict, found.fraction) == (bias, pytest.approx(0.9))
     assert closest_to_limit(others) is None
+
+
+@pytest.mark.parametrize(
+    ("value", "passed", "text"),
+    [
+        (8.174, False, "8.2 %"),
+        (4.32, True, "4.3 %"),
+        (5.004, False, "5.004 %"),
+        (4.996, True, "5 %"),
+        (0.0, True, "0 %"),
+        (4.8, None, "4.80 ± 0.24 %"),
+        (None, False, ""),
+    ],
+)
+def test_an_error_of_the_reading_has_two_digits_unless_they_would_cross_its_limit(value, passed, text):
+    assert brief(planted("reading.bias", value=value, error=0.24, limit=5.0, passed=passed, unit="%")) == text
+    assert brief(planted("bruise", value=0.04354, error=0.00071)) == "0.04354 ± 0.00071 MPa"
+
+
+def test_a_fact_stands_once_beside_the_answer(flat_page):
+    """Notes that limit the design are not told again, and a number of a tile is not told again by the hint below."""
+    passed = dataclasses.replace(flat_page.report, verdicts=(planted("bruise", value=0.9, passed=True),))
+    wrong = dataclasses.replace(flat_page.report, verdicts=(planted("bruise", value=0.123456),))
+    for report in (passed, wrong):
+        text = Outline(page_of(report, flat_page.result, flat_page.folder)).text
+        assert [text.count(" ".join(note.split())) for note in report.notes] == [1] * len(report.notes)
+    assert text.count("0.12346") == 2  # in its tile, and in the table of all verdicts
+
+
+def test_page_has_nothing_of_another_fruit(written_page, tmp_path):
+    """No fruit but that of the design is named, in its text and its scripts' own words."""
+    fruit = Fruit(shape="sphere", radius_mm=40.0, thickness_mm=20.0, name="pear")
+    tips = Tips(shape="dome", dome_radius_mm=10.0, side_mm=5.6)
+    page = written_page(result_of(Design(name="pear", fruit=fruit, tips=tips)), tmp_path)
+    others = "|".join(FRUITS.keys() - {"pear"})
+    assert re.findall(rf"\b(?:{others}|mangoes)\b", Outline(page.text).text) == []
+    assert "a pear relaxes" in page.text
 
 
 def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat_page):
