@@ -2,18 +2,18 @@
 /* Looks up numbers in a table of pipeline/report/page/tables.py: a table has two axes and, of each number, a grid over
    them or a list of grids; null stands where there is no number. */
 
-/* Between nodes of an axis: the cubic through four neighbouring numbers. Of the two or three fours around a point it is
-   the one that bends least, so that a tip that lifts is not felt beyond. On a logarithmic axis it is one of logarithms,
-   of numbers too where all are positive. */
+/* Between nodes of an axis: the cubic through four neighbouring numbers, or a curve through three or two of them where no
+   four are known. Of the two or three fours around a point it is the one that bends least, so that a tip that lifts is
+   not felt beyond. On a logarithmic axis it is one of logarithms, of numbers too where all are positive. */
 function between({ nodes, log }, numbers, at) {
   const slack = 1e-9 * (last(nodes) - nodes[0]);
   if (!(at >= nodes[0] - slack && at <= last(nodes) + slack)) return null;
   const [to, from] = log && numbers.every((one) => one === null || one > 0) ? [Math.log, Math.exp] : [Number, Number];
-  const count = Math.min(4, nodes.length);
   const before = Math.min(Math.max(d3.bisect(nodes, at) - 1, 0), nodes.length - 2);
-  const fours = d3.range(Math.max(0, before - count + 2), Math.min(before, nodes.length - count) + 1)
+  const around = (count) => d3.range(Math.max(0, before - count + 2), Math.min(before, nodes.length - count) + 1)
     .map((first) => d3.range(first, first + count)).filter((four) => four.every((i) => numbers[i] !== null));
-  if (fours.length === 0) return null;
+  const fours = [4, 3, 2].map(around).find((found) => found.length > 0);
+  if (fours === undefined) return null;
   const place = (i) => to(nodes[i]);
   const product = (four, i, factor) => four.reduce((found, j) => (j === i ? found : found * factor(j)), 1);
   const bend = (four) => Math.abs(d3.sum(four, (i) => to(numbers[i]) / product(four, i, (j) => place(i) - place(j))));
