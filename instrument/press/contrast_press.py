@@ -142,7 +142,9 @@ def _in_hold(sensor: MeasuringUnit, press: PressSamples, found: RiseReading) -> 
         )
     except ReadingError:
         return _Beside()
-    return None if held is None else _Beside(others={"apparent": held.apparent}, relaxation=held.relaxation)
+    if held is None:
+        return None
+    return _Beside(others={"apparent": sensor.ball_factor * held.apparent}, relaxation=held.relaxation)
 
 
 def _shift_by_one(sensor: MeasuringUnit, law: RiseLaw, seated: Seated, lag: int, press_s: float | None) -> float:

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign
+from measured_units import MeasuredDesign, read_press
 from squares import BALL
 
+from instrument.calibrate.ball import ReferenceBall, correction_of, deep_press
 from instrument.press.hold import LATE
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal, force_keys
@@ -104,6 +105,23 @@ def test_square_of_domes_reads_the_first_instant(square, E):
     assert 0.6 * E < late < 0.9 * E
     assert 0.7 < reading.relaxation < 0.9
     assert reading.flags == ()
+
+
+def test_a_ball_corrects_both_moduli_of_a_unit_whose_forces_are_all_off(square):
+    """All forces and springs are taken a tenth too small, by which every modulus is; the ball does not relax."""
+    off, radius, firm = 1.1, 40.0, 1.3
+    times = times_of(square.design)
+    forces = dome_press(square, 1.0, times)
+    plain, sensor = square.measuring(), square.measuring(1.0 / off)
+    on_ball, _ = deep_press(plain.on_ball(radius), firm)
+    ball = ReferenceBall(E_MPa=firm * 0.75 / 0.91, radius_mm=radius, percent=1.0)
+    found = correction_of([read_press(sensor.on_ball(radius), on_ball / off)] * 3, ball, sensor, "ball.csv")
+    assert found.factor == pytest.approx(off, rel=2e-3)
+    corrected = replace(sensor, unit=replace(sensor.unit, ball=found))
+    expected, reading = read_log(plain, times, forces), read_log(corrected, times, forces / off)
+    assert pytest.approx(expected.E, rel=2e-3) == reading.E
+    assert reading.others["apparent"] == pytest.approx(expected.others["apparent"], rel=2e-3)
+    assert reading.relaxation == pytest.approx(expected.relaxation, rel=1e-3)
 
 
 def test_saddle_drops_out_of_a_press_on_flesh_that_relaxes(square):
