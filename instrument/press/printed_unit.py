@@ -312,11 +312,23 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
     if unit.ball is not None and not report.design.takes_ball:
         bound = "left out but for domes in a line or a square, on flesh without a skin"
         raise validation_error("unit.ball", unit.ball.factor, "", bound, "calibrate the unit")
-    for key in ("spring_slopes", "gain_slopes") if unit.ball else ():
-        slopes = getattr(unit.ball, key)
-        if len(slopes) != len(unit.tips):
-            name, bound = f"unit.ball.{key}", f"a list of {len(unit.tips)} numbers, one for each tip"
-            raise validation_error(name, list(slopes), "", bound, _HINT)
+    if unit.ball is not None:
+        _refuse_ball_of_other_numbers(unit.ball, report)
+
+
+def _refuse_ball_of_other_numbers(ball: BallCorrection, report: Report) -> None:
+    """Raise InputError for slopes that are not one for each tip, and for another form than the report's."""
+    tips = len(report.tips)
+    errors = max((len(row.form_percent) for row in report.moduli), default=0)
+    for key, count, meaning in (
+        ("spring_slopes", tips, "one for each tip"),
+        ("gain_slopes", tips, "one for each tip"),
+        ("form_percent", errors or len(ball.form_percent), "as form_percent of report.json"),
+    ):
+        values = getattr(ball, key)
+        if len(values) != count:
+            name, bound = f"unit.ball.{key}", f"a list of {count} numbers, {meaning}"
+            raise validation_error(name, list(values), "", bound, _HINT)
 
 
 def unit_as_toml(unit: PrintedUnit) -> str:

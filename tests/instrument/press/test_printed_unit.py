@@ -103,8 +103,8 @@ def test_damaged_ball_is_refused_by_its_field(changed, field, mango, refused):
     assert refused(damaged, mango.report) == f"unit.ball.{field}"
 
 
-@pytest.mark.parametrize("key", ["spring_slopes", "gain_slopes"])
-def test_ball_of_another_number_of_tips_is_refused(key, mango, refused):
+@pytest.mark.parametrize("key", ["spring_slopes", "gain_slopes", "form_percent"])
+def test_ball_of_another_number_of_tips_or_errors_is_refused(key, mango, refused):
     unit = replace(nominal_unit(mango.report), ball=replace(BALL, **{key: (0.1, 0.2)}))
     assert refused(unit_as_toml(unit), mango.report) == f"unit.ball.{key}"
 
