@@ -15,11 +15,13 @@ from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.housing import DOWEL_MM, Arm
+from cad.parts.pin import tip_accuracy_mm
 from cad.parts.sensor import SensorSolids
 from sensor.design.bench import PRESSED, WEIGHED_AT
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.design.signal_path import SpringReadOut, SpringToRead
+from sensor.design.tips import shown_by_ball
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.straight_line import left_by_digits
 
@@ -71,6 +73,8 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         process=process,
         housing=housing,
         names=sensor.tips.names,
+        tip_accuracy=tip_accuracy_mm(sensor.tips, process),
+        takes_ball=shown_by_ball(sensor.fruit, sensor.tips),
         bill=bill,
         volume_cm3=volume_cm3,
         mass_g=volume_cm3 * process.density_g_per_cm3,

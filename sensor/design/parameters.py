@@ -14,7 +14,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES, Process
 from sensor.design.reading import PRESS_S, Reading
 from sensor.design.readout import Readout
-from sensor.design.tips import Press, Tips, check_tips_on_fruit
+from sensor.design.tips import Press, Tips, check_tips_on_fruit, shown_by_ball
 from sensor.quantity import (
     LENGTH,
     MODULUS,
@@ -391,8 +391,7 @@ class Design:
     @property
     def takes_ball(self) -> bool:
         """Say whether presses on a reference ball, which has no skin, show what those on fruit would."""
-        domes = self.tips.dome_radius_mm is not None and not self.tips.tip_layout.takes_targets
-        return domes and self.fruit.skin_mm is None
+        return shown_by_ball(self.fruit, self.tips)
 
     @property
     def elastic(self) -> "Design":

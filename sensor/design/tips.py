@@ -257,6 +257,11 @@ class Press:
         check_fields(self, "press")
 
 
+def shown_by_ball(fruit: Fruit, tips: Tips) -> bool:
+    """Say whether presses on a reference ball, which has no skin, show what those on fruit would."""
+    return tips.dome_radius_mm is not None and not tips.tip_layout.takes_targets and fruit.skin_mm is None
+
+
 def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
     """Raise InputError when a tip stands beyond the fruit."""
     hint = "move the tips together, or take a larger fruit"

@@ -167,6 +167,22 @@ def test_sheet_of_a_square_says_how_two_plates_are_put_together_and_checked():
     assert_tells(sheet_of(variant(square, mount="washers"), title), told)
 
 
+SKIN = {"skin_mm": 0.2, "skin_E_MPa": 20.0}
+
+
+@pytest.mark.parametrize(("fruit", "told"), [({}, True), (SKIN, False)])
+def test_sheet_names_a_ball_where_a_unit_takes_one(fruit, told):
+    """The form of the domes may be off by what their process makes of an outline, whatever the sensor is."""
+    square = square_sensor()
+    sensor = with_seats(replace(square, fruit=replace(square.fruit, **fruit)), RESIN)
+    signal = signal_path(Readout(), springs_of(sensor), RESIN, sensor.tips.springs)
+    text = sheet_of(sensor, Title(name="gentle-square", process=RESIN), signal)
+    assert ("--ball" in text) == told
+    good, within = re.findall(r"(?:lies|outlines)\s+within ([\d.]+) mm", text)
+    assert float(good) == float(within) == RESIN.accuracy_mm
+    assert not re.search(r"reads E \d", text)
+
+
 @pytest.mark.parametrize("is_square", [False, True])
 def test_magnets_of_a_hall_sensor_fit_their_pockets_where_the_sheet_says(is_square, sensor):
     """Both discs of the sheet, 2 x 1 mm, are flush in their pockets; the sensor faces them half the travel higher."""
