@@ -4,7 +4,8 @@ The ball is taken as elastic: its rubber is not thought to relax.
 """
 
 import math
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -35,6 +36,8 @@ RADIUS = Bounds(at_least=1.0, at_most=1e4)
 ERROR = Bounds(at_least=0.1, at_most=50.0)
 """Of the half width that holds 95 % of the modulus [%]: below, a fraction was taken for a percentage."""
 FACTOR = Bounds(at_least=0.5, at_most=2.0)
+SCATTER = Bounds(at_most=10.0)
+"""Of the half width that holds 95 % of the factor by the scatter of presses [%]: the form is not known beyond."""
 RUBBER_POISSON = 0.5
 DEEP = 3.0
 """Of the spacing of the tips: in a smaller ball they would feel its far side. A judgement."""
@@ -86,8 +89,25 @@ class PressedBall:
     counts_as: str | None = None
 
 
-def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> BallCorrection:
-    """Return the correction of a unit by a file of its presses on a ball; raises InputError where they tell none."""
+@dataclass(frozen=True, kw_only=True)
+class BallPresses:
+    """How many presses on a ball count, of how many, and how many of the others have each flag."""
+
+    counted: int
+    presses: int
+    flags: dict[str, int]
+
+    @property
+    def flags_text(self) -> str:
+        """Return the flags of the presses that do not count, with their numbers."""
+        return ", ".join(f"{flag} {count}" for flag, count in self.flags.items())
+
+
+def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[BallCorrection, BallPresses]:
+    """Return the correction of a unit by a file of its presses on a ball, and which of them count.
+
+    Raises InputError where they tell no correction.
+    """
     source, ball = pressed.source, pressed.ball
     design = sensor.report.design
     if not design.takes_ball:
@@ -102,22 +122,35 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> BallCorre
         bound = f"from {least:.3g} to {largest:.3g} MPa, as firm as the fruit of the design"
         raise validation_error("--ball-reduced-modulus", ball.reduced_MPa, "MPa", bound, "take another ball")
     signal = Signal(rows.rows_of(source), len(sensor.report.tips))
-    return correction_of(
-        readings_of(sensor.on_ball(ball.radius_mm), signal, counts_as=pressed.counts_as), ball, sensor, str(source)
-    )
+    readings = list(readings_of(sensor.on_ball(ball.radius_mm), signal, counts_as=pressed.counts_as))
+    return correction_of(readings, ball, sensor, str(source)), presses_told(readings)
+
+
+def _counts(reading: FruitReading) -> bool:
+    """Say whether a press on a ball counts."""
+    return reading.E is not None and MAY_STAND.issuperset(reading.flags)
+
+
+def presses_told(readings: Sequence[FruitReading]) -> BallPresses:
+    """Return which presses on a ball count, by their readings."""
+    left_out = [each for each in readings if not _counts(each)]
+    flags = Counter(flag for each in left_out for flag in each.flags if flag not in MAY_STAND)
+    return BallPresses(counted=len(readings) - len(left_out), presses=len(readings), flags=dict(flags))
 
 
 def correction_of(
-    readings: Iterable[FruitReading], ball: ReferenceBall, sensor: MeasuringUnit, source: str
+    readings: Sequence[FruitReading], ball: ReferenceBall, sensor: MeasuringUnit, source: str
 ) -> BallCorrection:
     """Return the correction of a unit by its readings on a ball, of a source; raises InputError where they tell none.
 
     A ball is deep, and the unit reads it as a fruit of the depth of its design. So the median of the presses is
     compared with what a press on deep flesh reads.
     """
-    presses = [each for each in readings if each.E is not None and MAY_STAND.issuperset(each.flags)]
+    presses = list(filter(_counts, readings))
     if len(presses) < FEWEST_PRESSES:
-        bound = f"at least {FEWEST_PRESSES} presses with a modulus and without flags"
+        told = presses_told(readings)
+        flags = f" ({told.flags_text})" if told.flags else ""
+        bound = f"at least {FEWEST_PRESSES} of {told.presses} presses with a modulus and without flags{flags}"
         raise validation_error(source, len(presses), "presses", bound, "press the ball again; pipeline read tells")
     on_ball = sensor.on_ball(ball.radius_mm)
     E = _as_fruit(ball, sensor)
@@ -130,9 +163,13 @@ def correction_of(
         raise validation_error(name, float(f"{factor:.3g}"), "", str(FACTOR), hint)
     # A median of normal scatter has pi / 2 times the variance of a mean.
     scatter = float(np.log(read).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(read))
+    by_chance = scatter * student(len(read) - 1) / COVERAGE
+    if not SCATTER.hold(100.0 * COVERAGE * by_chance):
+        name = f"{source}: error of the factor (95 %) by the scatter of {len(read)} presses"
+        hint = "press oftener, level and at an even pace; a ball on a soft base gives way"
+        raise validation_error(name, float(f"{100.0 * COVERAGE * by_chance:.3g}"), "%", str(SCATTER), hint)
     durations = [each.press_s for each in presses if each.press_s is not None]
     press_s = float(np.median(durations)) if durations else on_ball.report.design.press_s
-    by_chance = scatter * student(len(read) - 1) / COVERAGE
     alike = _alike_in_presses(on_ball, found, press_s, max(each.time_s for each in presses))
     return BallCorrection(
         factor=factor,

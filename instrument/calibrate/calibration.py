@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from cad.parts.coupon import modulus_factor
-from instrument.calibrate.ball import PressedBall, correction_by_ball
+from instrument.calibrate.ball import BallPresses, PressedBall, correction_by_ball
 from instrument.calibrate.creep import Weighing, weighing
 from instrument.calibrate.fruit_presses import ScaleFit, scale_of_presses
 from instrument.calibrate.plate import PressedSpring, pressed_springs
@@ -140,6 +140,12 @@ class Calibration:
         left_out=True,
         default=None,
     )
+    ball_presses: BallPresses | None = report_field(
+        "",
+        "how many presses on the ball count, of how many, and the flags of the others; left out without `--ball`",
+        left_out=True,
+        default=None,
+    )
     assumed: list[str] = report_field("", "what was taken for granted", told=False)
     error_by: str = report_field("", "what the errors of the table count", told=False)
 
@@ -245,8 +251,10 @@ def calibrate_unit(
     sensor = MeasuringUnit(report=report, unit=unit)
     if ball is None and (report.design.reading or Reading()).calibrated_by == "ball":
         assumed = [WITHOUT_BALL, *assumed]
+    ball_presses = None
     if ball is not None:
-        unit = replace(unit, ball=correction_by_ball(ball, sensor))
+        correction, ball_presses = correction_by_ball(ball, sensor)
+        unit = replace(unit, ball=correction)
         sensor = MeasuringUnit(report=report, unit=unit)
     nominal = designed.unit.stiffnesses
     try:
@@ -270,6 +278,7 @@ def calibrate_unit(
         press_s=report.design.press_s,
         scale=scale,
         channels=channels,
+        ball_presses=ball_presses,
     )
 
 

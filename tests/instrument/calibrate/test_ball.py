@@ -55,7 +55,7 @@ def on_ball(mango, tmp_path):
     def correction(presses, ball=BALL, sensor=None, **timing):
         path = tmp_path / "ball.csv"
         path.write_text(log_of(presses, **timing), encoding="utf-8")
-        return correction_by_ball(PressedBall(source=path, ball=ball), sensor or mango.measuring())
+        return correction_by_ball(PressedBall(source=path, ball=ball), sensor or mango.measuring())[0]
 
     return correction
 
@@ -299,6 +299,33 @@ def test_page_s_commands_take_a_ball_from_the_plates_to_the_factor(mango, comman
     ball, creep = told["ball"], told["K_press_over_weighed"]
     assert ball["E_MPa"] == pytest.approx(FIRM * found["E_over_1_minus_nu2_MPa"] / reduced)
     assert ball["factor"] == pytest.approx(ball["E_MPa"] / FIRM / creep, rel=0.015)  # the engine's bias, as above
+
+
+@pytest.mark.parametrize("as_data", [False, True])
+def test_presses_that_do_not_count_are_told(as_data, presses, commands):
+    """The fourth press has three samples only."""
+    Path("ball.csv").write_text(log_of([*presses, presses[0][:3]]), encoding="utf-8")
+    words = f"--ball-reduced-modulus {RUBBER / 0.75} --ball-radius {RADIUS} --ball-modulus-error 2"
+    _, answer = commands(f"pipeline calibrate OUT weights.csv --ball ball.csv {words} {'--json' if as_data else ''}")
+    if as_data:
+        assert json.loads(answer.out)["ball_presses"] == {"counted": 3, "presses": 4, "flags": {"few_samples": 1}}
+    else:
+        assert "3 of 4 presses on it count; left out by their flags: few_samples 1" in answer.out
+
+
+@pytest.mark.parametrize(("apart", "refused"), [(0.03, False), (0.035, True)])
+def test_presses_that_scatter_too_far_are_refused(apart, refused, mango):
+    """The half width of a median of three is 4.303 sqrt(pi / 6) = 3.11 standard deviations, here apart."""
+    sensor = mango.measuring()
+    E = deep_press(sensor.on_ball(RADIUS), FIRM)[1].E
+    readings = [FruitReading(E=E * math.exp(step * apart)) for step in (-1.0, 0.0, 1.0)]
+    if not refused:
+        assert correction_of(readings, BALL, sensor, "ball.csv").percent > 4.0
+        return
+    with pytest.raises(InputError) as caught:
+        correction_of(readings, BALL, sensor, "ball.csv")
+    assert caught.value.field.startswith("ball.csv: error of the factor")
+    assert caught.value.value == pytest.approx(100.0 * apart * 4.303 * math.sqrt(math.pi / 6.0), rel=1e-3)
 
 
 NUMBERS = {"reduced_MPa": RUBBER / 0.75, "radius_mm": RADIUS, "u_percent": 2.0}
