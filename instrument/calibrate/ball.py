@@ -5,7 +5,7 @@ The ball is taken as elastic: its rubber is not thought to relax.
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from instrument.press.signals import Signal
 from pipeline.reading.form import moved_by_form
 from pipeline.reading.measurement import RiseModel
 from pipeline.tables import rows
+from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from sensor.arrays import Floats, rows_of
 from sensor.design.reading import PRESS_SAMPLES
 from sensor.quantity import BOUNDED, COVERAGE, Bounds, InputError, validation_error
@@ -66,12 +67,12 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
     Its modulus is told as E / (1 - nu^2) [MPa]: no Poisson's ratio is needed. `u_percent` is the half width that holds
     95 % of it.
     """
-    hint = "pipeline modulus --json tells E_over_1_minus_nu2_MPa and u_percent"
+    by_plates = "pipeline modulus --json tells E_over_1_minus_nu2_MPa and u_percent"
     numbers = []
-    for flag, value, unit, bounds in (
-        ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS),
-        ("--ball-radius", radius_mm, "mm", RADIUS),
-        ("--ball-modulus-error", u_percent, "%", ERROR),
+    for flag, value, unit, bounds, hint in (
+        ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS, by_plates),
+        ("--ball-radius", radius_mm, "mm", RADIUS, "measure the ball: half of its diameter"),
+        ("--ball-modulus-error", u_percent, "%", ERROR, by_plates),
     ):
         if value is None or not bounds.hold(value):
             raise validation_error(flag, value, unit, f"given with --ball, {bounds}", hint)
@@ -82,11 +83,13 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
 
 @dataclass(frozen=True, kw_only=True)
 class PressedBall:
-    """A ball and the file of presses on it; `counts_as` is as in `signed_counts`."""
+    """A ball and the file of presses on it; `counts_as` is as in `signed_counts`, `say` hears what was read."""
 
     source: Path
     ball: ReferenceBall
     counts_as: str | None = None
+    columns: ColumnFlags = NO_FLAGS
+    say: Callable[[str], None] = lambda _: None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +124,13 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[Bal
     if not least <= ball.reduced_MPa <= largest:
         bound = f"from {least:.3g} to {largest:.3g} MPa, as firm as the fruit of the design"
         raise validation_error("--ball-reduced-modulus", ball.reduced_MPa, "MPa", bound, "take another ball")
-    signal = Signal(rows.rows_of(source), len(sensor.report.tips))
+
+    def say(told: str) -> None:
+        pressed.say(f"{source}: {told}")
+
+    signal = Signal(rows.rows_of(source, "--ball"), len(sensor.report.tips), pressed.columns, say)
+    for note in (signal.understood, *signal.notes):
+        pressed.say(note)
     readings = list(readings_of(sensor.on_ball(ball.radius_mm), signal, counts_as=pressed.counts_as))
     return correction_of(readings, ball, sensor, str(source)), presses_told(readings)
 

@@ -117,12 +117,15 @@ class WholeRows(Rows):
         return iter(self.rows)
 
 
-def sheets_of(source: Path | str) -> list[WholeRows]:
-    """Return each sheet of a file that holds anything; a text is one sheet; raises InputError for what is no table."""
+def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
+    """Return each sheet of a file that holds anything; a text is one sheet; raises InputError for what is no table.
+
+    The error calls a file that cannot be read by a name.
+    """
     named: Iterable[tuple[str, Sequence[str | Sequence[str]]]]
     if str(source) == "-":
         named = [("-", list(itertools.islice(lines_of_stream(), MOST_LINES)))]
-    elif (content := read_bytes(source, "FILE")).startswith(b"PK\x03\x04"):
+    elif (content := read_bytes(source, name)).startswith(b"PK\x03\x04"):
         named = cells_of_workbook(str(source), content)
     else:
         named = [(str(source), lines_of_text(str(source), content))]
@@ -134,9 +137,9 @@ def sheets_of(source: Path | str) -> list[WholeRows]:
     return filled
 
 
-def single_sheet(source: Path | str) -> WholeRows:
+def single_sheet(source: Path | str, name: str = "FILE") -> WholeRows:
     """Return the one sheet that holds numbers; raises InputError like `sheets_of`."""
-    sheets = sheets_of(source)
+    sheets = sheets_of(source, name)
     with_numbers = [sheet for sheet in sheets if any(is_number(cell) for row in sheet.rows for cell in row.cells)]
     if len(with_numbers) > 1:
         name = ", ".join(sheet.source for sheet in with_numbers)
@@ -144,9 +147,9 @@ def single_sheet(source: Path | str) -> WholeRows:
     return (with_numbers or sheets)[0]
 
 
-def rows_of(source: Path | str) -> Rows:
-    """Return the rows of a file, or of the standard input for `-` as they come; raises InputError."""
-    return Rows(lines_of_stream(), "-") if str(source) == "-" else single_sheet(source)
+def rows_of(source: Path | str, name: str = "FILE") -> Rows:
+    """Return the rows of a file, or of the standard input for `-` as they come; raises InputError as `sheets_of`."""
+    return Rows(lines_of_stream(), "-") if str(source) == "-" else single_sheet(source, name)
 
 
 def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:

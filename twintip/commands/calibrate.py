@@ -1,6 +1,7 @@
 """`pipeline calibrate`: what was measured of a printed unit to its springs, its verdict and its unit.toml."""
 
 from argparse import Namespace
+from collections.abc import Callable
 from dataclasses import replace
 
 from instrument.calibrate.ball import PressedBall, reference_ball
@@ -9,7 +10,7 @@ from instrument.calibrate.fruit_presses import measured_fruit
 from instrument.calibrate.plate import measured_plate
 from instrument.press.printed_unit import check_weighed_after, unit_as_toml
 from instrument.press.ripeness import ripeness_classes
-from instrument.press.signals import count_keys, force_keys
+from instrument.press.signals import count_keys, force_keys, time_keys
 from instrument.template import template_parts
 from pipeline.report.report import Report, read_report
 from pipeline.report.verdict_table import verdict_parts
@@ -33,7 +34,8 @@ def run(arguments: Namespace) -> Answer:
     check_weighed_after("--after", arguments.after)
     report = read_report(arguments.folder)
     tips = len(report.tips)
-    flags = ColumnFlags(arguments.columns, arguments.units, (*NAMES, *force_keys(tips), *count_keys(tips)))
+    names = (*NAMES, *force_keys(tips), *count_keys(tips), *time_keys(tips))
+    flags = ColumnFlags(arguments.columns, arguments.units, names)
     table = measured_print(arguments.measured, report, flags, arguments.counts_as)
     if "coupon" in table.texts:
         return _answer_coupon(arguments, report, table)
@@ -62,13 +64,15 @@ def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, fla
     """Calibrate a unit, and write it where `--out` says."""
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
     plate = None if arguments.plate is None else measured_plate(arguments.plate, report, flags, arguments.counts_as)
-    calibration = calibrate_unit(report, table, fruit, plate, arguments.after, _ball(arguments))
+    heard: list[str] = []
+    ball = _ball(arguments, flags, heard.append)
+    calibration = calibrate_unit(report, table, fruit, plate, arguments.after, ball)
     if arguments.out is not None:
         unit = replace(calibration.unit, classes=arguments.classes)
         write_files({arguments.out: unit_as_toml(unit).encode()}, "--out", force=arguments.force)
     _tell_tables(table, fruit, plate)
-    for assumed in calibration.assumed:
-        print_error(f"note: {assumed}")
+    for told in (*heard, *calibration.assumed):
+        print_error(f"note: {told}")
     passed = all_passed(calibration.verdicts)
     by_springs = passed is False and all(verdict.remedy is None for verdict in calibration.verdicts)
     parts = template_parts("calibrate/calibration.txt.j2", failed=by_springs, **vars(calibration))
@@ -79,11 +83,15 @@ def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, fla
     )
 
 
-def _ball(arguments: Namespace) -> PressedBall | None:
-    """Return the ball and its presses, None without one; raises InputError for a ball that is not told whole."""
+def _ball(arguments: Namespace, flags: ColumnFlags, say: Callable[[str], None]) -> PressedBall | None:
+    """Return the ball and its presses, None without one; raises InputError for a ball that is not told whole.
+
+    `say` hears what was read of its file.
+    """
     numbers = (arguments.ball_reduced_modulus, arguments.ball_radius, arguments.ball_modulus_error)
     if arguments.ball is not None:
-        return PressedBall(source=arguments.ball, ball=reference_ball(*numbers), counts_as=arguments.counts_as)
+        ball = reference_ball(*numbers)
+        return PressedBall(source=arguments.ball, ball=ball, counts_as=arguments.counts_as, columns=flags, say=say)
     for flag, value in zip(("--ball-reduced-modulus", "--ball-radius", "--ball-modulus-error"), numbers, strict=True):
         if value is not None:
             raise validation_error(flag, value, "", "left out without --ball", "give the presses on the ball")

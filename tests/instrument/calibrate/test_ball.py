@@ -301,12 +301,34 @@ def test_page_s_commands_take_a_ball_from_the_plates_to_the_factor(mango, comman
     assert ball["factor"] == pytest.approx(ball["E_MPa"] / FIRM / creep, rel=0.015)  # the engine's bias, as above
 
 
+TOLD = f"--ball-reduced-modulus {RUBBER / 0.75} --ball-radius {RADIUS} --ball-modulus-error 2"
+
+
+def test_columns_of_the_presses_are_chosen_and_told(presses, commands):
+    """The weights are found without flags; a note tells what was read of the ball, as of any other table."""
+    text = log_of(presses)
+    command = f"pipeline calibrate OUT weights.csv --ball ball.csv {TOLD} --json"
+    _, plain = commands(command)
+    Path("ball.csv").write_text(text.replace("F_1_N", "Kanal 1").replace("t_s", "Uhr"), encoding="utf-8")
+    code, answer = commands(f'{command} --columns "F_1=Kanal 1,t=Uhr" --units F_1=N,t=s')
+    assert json.loads(answer.out)["ball"] == json.loads(plain.out)["ball"]
+    assert "ball.csv: t = 'Uhr'" in answer.err
+    code, answer = commands(command)
+    assert (code, answer.out) == (2, "")
+
+
+def test_a_ball_without_a_file_is_refused_by_its_flag(commands):
+    code, answer = commands(f"pipeline calibrate OUT weights.csv --ball '' {TOLD}")
+    assert (code, answer.err.startswith("pipeline: --ball = ")) == (2, True)
+    code, answer = commands(f"pipeline calibrate OUT weights.csv --ball ball.csv {TOLD.replace('40.0', '0')}")
+    assert (code, "diameter" in answer.err) == (2, True)
+
+
 @pytest.mark.parametrize("as_data", [False, True])
 def test_presses_that_do_not_count_are_told(as_data, presses, commands):
     """The fourth press has three samples only."""
     Path("ball.csv").write_text(log_of([*presses, presses[0][:3]]), encoding="utf-8")
-    words = f"--ball-reduced-modulus {RUBBER / 0.75} --ball-radius {RADIUS} --ball-modulus-error 2"
-    _, answer = commands(f"pipeline calibrate OUT weights.csv --ball ball.csv {words} {'--json' if as_data else ''}")
+    _, answer = commands(f"pipeline calibrate OUT weights.csv --ball ball.csv {TOLD} {'--json' if as_data else ''}")
     if as_data:
         assert json.loads(answer.out)["ball_presses"] == {"counted": 3, "presses": 4, "flags": {"few_samples": 1}}
     else:
