@@ -116,6 +116,9 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[Bal
     if not design.takes_ball:
         bound = "left out but for domes in a line or a square, on flesh without a skin"
         raise validation_error("--ball", str(source), "", bound, "leave it out")
+    if sensor.lacks_form:
+        bound = "in report.json where --ball is given"
+        raise validation_error("reading.moduli.form_percent", None, "", bound, "run the design again")
     least_radius = DEEP * design.tips.spacing_mm
     if not ball.radius_mm >= least_radius:
         bound = f"at least {least_radius:g} mm, {DEEP:g} times tips.spacing_mm"

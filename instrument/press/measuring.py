@@ -332,6 +332,12 @@ class MeasuringUnit:
         left = [each - 0.01 * shown for each, shown in zip(of_form, ball.form_percent, strict=bool(of_form))]
         return [*left, 0.01 * ball.percent]
 
+    @property
+    def lacks_form(self) -> bool:
+        """Say whether the report is of a version that knew of no form of domes, though the sensor has them."""
+        rows = self.report.moduli
+        return self.domes is not None and bool(rows) and not any(row.form_percent for row in rows)
+
     def reduced(self, E: float) -> float:
         """Return E / (1 - nu^2) [MPa] of a modulus [MPa] at the Poisson's ratio of the design."""
         return E / (1.0 - self.report.design.fruit.poisson**2)

@@ -118,6 +118,8 @@ def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
     if not sensor.report.moduli:
         lacks = "has no [reading]" if sensor.report.design.reading is None else "has level presses without a reading"
         print_error(f"note: the design {lacks}; the uncertainty holds for level presses in the middle of the fruit")
+    if sensor.lacks_form:
+        print_error("note: report.json is of an older version: bars leave out the form of domes; run the design again")
     if sensor.report.design.fruit.relaxation is not None:
         at = sensor.report.design.read_s
         print_error(f"note: E is that at the first instant; the apparent one is that at {at:g} s")

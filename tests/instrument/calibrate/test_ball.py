@@ -206,11 +206,18 @@ def test_a_ball_of_another_radius_leaves_more(radius, mango):
     assert math.hypot(*far) > math.hypot(*near)
 
 
-def test_reports_without_a_form_have_none(mango):
-    rows = tuple(replace(row, form_percent=()) for row in mango.report.moduli)
-    sensor = mango.measuring()
-    sensor = replace(sensor, report=replace(mango.report, moduli=rows))
+def without_form(sensor):
+    """Return a unit with a report of a version that knew of no form of domes."""
+    rows = tuple(replace(row, form_percent=()) for row in sensor.report.moduli)
+    return replace(sensor, report=replace(sensor.report, moduli=rows))
+
+
+def test_reports_without_a_form_have_none_and_take_no_ball(mango, on_ball, presses):
+    sensor = without_form(mango.measuring())
     assert sensor.by_form(FIRM) == []
+    with pytest.raises(InputError) as caught:
+        on_ball(presses, sensor=sensor)
+    assert caught.value.field == "reading.moduli.form_percent"
     assert with_ball(sensor).by_form(FIRM) == [pytest.approx(0.01 * with_ball(sensor).unit.ball.percent)]
 
 
@@ -299,6 +306,15 @@ def test_page_s_commands_take_a_ball_from_the_plates_to_the_factor(mango, comman
     ball, creep = told["ball"], told["K_press_over_weighed"]
     assert ball["E_MPa"] == pytest.approx(FIRM * found["E_over_1_minus_nu2_MPa"] / reduced)
     assert ball["factor"] == pytest.approx(ball["E_MPa"] / FIRM / creep, rel=0.015)  # the engine's bias, as above
+
+
+@pytest.mark.parametrize("older", [False, True])
+def test_a_reading_says_that_its_report_knows_no_form(older, mango, commands, monkeypatch):
+    sensor = mango.measuring()
+    report = without_form(sensor).report if older else sensor.report
+    monkeypatch.setattr("twintip.commands.read.read_report", lambda _: report)
+    code, answer = commands("pipeline read OUT ball.csv")
+    assert (code, answer.err.count("older version")) == (0, int(older))
 
 
 TOLD = f"--ball-reduced-modulus {RUBBER / 0.75} --ball-radius {RADIUS} --ball-modulus-error 2"
