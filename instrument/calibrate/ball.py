@@ -15,7 +15,7 @@ from instrument.press.fruit_reading import FruitReading
 from instrument.press.half_width import OF_EITHER
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
-from instrument.press.reference_ball import BallCorrection
+from instrument.press.reference_ball import FACTOR, MODULUS, RADIUS, BallCorrection
 from instrument.press.signals import Signal
 from pipeline.reading.form import moved_by_form
 from pipeline.reading.measurement import RiseModel
@@ -23,6 +23,7 @@ from pipeline.tables import rows
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from sensor.arrays import Floats, rows_of
 from sensor.design.reading import PRESS_SAMPLES
+from sensor.design.tips import SHOWN_BY_BALL
 from sensor.quantity import BOUNDED, COVERAGE, Bounds, InputError, validation_error
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseReading, read_rise, rise_of
@@ -32,11 +33,8 @@ from solve.contact.relaxing import elastic_forces
 from solve.linear import SolveError
 
 FEWEST_PRESSES = 3
-MODULUS = Bounds(above=0.0, at_most=1e4)
-RADIUS = Bounds(at_least=1.0, at_most=1e4)
 ERROR = Bounds(at_least=0.1, at_most=50.0)
 """Of the half width that holds 95 % of the modulus [%]: below, a fraction was taken for a percentage."""
-FACTOR = Bounds(at_least=0.5, at_most=2.0)
 SCATTER = Bounds(at_most=10.0)
 """Of the half width that holds 95 % of the factor by the scatter of presses [%]: the form is not known beyond."""
 RUBBER_POISSON = 0.5
@@ -114,8 +112,7 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[Bal
     source, ball = pressed.source, pressed.ball
     design = sensor.report.design
     if not design.takes_ball:
-        bound = "left out but for domes in a line or a square, on flesh without a skin"
-        raise validation_error("--ball", str(source), "", bound, "leave it out")
+        raise validation_error("--ball", str(source), "", f"left out but for {SHOWN_BY_BALL}", "leave it out")
     if sensor.lacks_form:
         bound = "in report.json where --ball is given"
         raise validation_error("reading.moduli.form_percent", None, "", bound, "run the design again")

@@ -16,6 +16,7 @@ from pipeline.storage.plain import from_plain, to_plain
 from sensor.design.design_file import design_as_mapping, tables_as_toml
 from sensor.design.parameters import Design
 from sensor.design.reading import WEIGHED_AFTER_S, Reading
+from sensor.design.tips import SHOWN_BY_BALL
 from sensor.input_file import read_toml
 from sensor.quantity import BOUNDED, Bounds, InputError, check_fields, choice, quantity, validation_error
 from sensor.theory.creep import CreepLaw
@@ -310,7 +311,7 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
         hint = f"its digest begins {digest[:12]}; calibrate against it"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
     if unit.ball is not None and not report.design.takes_ball:
-        bound = "left out but for domes in a line or a square, on flesh without a skin"
+        bound = f"left out but for {SHOWN_BY_BALL}"
         raise validation_error("unit.ball", unit.ball.factor, "", bound, "calibrate the unit")
     if unit.ball is not None:
         _refuse_ball_of_other_numbers(unit.ball, report)

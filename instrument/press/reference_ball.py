@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from sensor.quantity import Bounds, check_fields, quantity
 
 _HINT = "take the numbers that pipeline calibrate wrote"
-_FACTOR = Bounds(at_least=0.5, at_most=2.0)
-_MODULUS = Bounds(above=0.0, at_most=1e4)
-_RADIUS = Bounds(at_least=1.0, at_most=1e4)
+FACTOR = Bounds(at_least=0.5, at_most=2.0)
+MODULUS = Bounds(above=0.0, at_most=1e4)
+RADIUS = Bounds(at_least=1.0, at_most=1e4)
 _TIME = Bounds(above=0.0, at_most=1e4)
 _ERROR = Bounds(at_least=0.0, at_most=50.0)
 _SLOPE = Bounds(at_least=-1e3, at_most=1e3)
@@ -23,10 +23,10 @@ class BallCorrection:
     the domes moved them, as in `reading.moduli` of a report. Of these errors all readings are corrected alike.
     """
 
-    factor: float = quantity("1", _FACTOR, hint=_HINT)
+    factor: float = quantity("1", FACTOR, hint=_HINT)
     percent: float = quantity("%", _ERROR, hint=_HINT)
-    E_MPa: float = quantity("MPa", _MODULUS, hint=_HINT)
-    radius_mm: float = quantity("mm", _RADIUS, hint=_HINT)
+    E_MPa: float = quantity("MPa", MODULUS, hint=_HINT)
+    radius_mm: float = quantity("mm", RADIUS, hint=_HINT)
     press_s: float = quantity("s", _TIME, hint=_HINT)
     spring_slopes: tuple[float, ...] = quantity("1", _SLOPE, hint=_HINT)
     gain_slopes: tuple[float, ...] = quantity("1", _SLOPE, hint=_HINT)

@@ -19,8 +19,7 @@ def moved_by_form(design: Design, model: RiseModel, press: Floats, curvatures: C
     They are of a press (samples, tips) [N], with their signs. The first is that of the radius, the others are those of
     caps, each of an equal share. Outlines are off by half the accuracy of their process, one standard deviation. The
     radius is that of a round face whose rim is off by as much. All domes are taken to be off alike, as they are printed
-    alike. Domes of mango that are off each by itself move E within a fifth as much. Tips without domes have no such
-    error.
+    alike. Tips without domes have no such error.
     """
     rolling = rolling_domes(design, model.law.contrast.weights, curvatures)
     if rolling is None:

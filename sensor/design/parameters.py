@@ -14,7 +14,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES, Process
 from sensor.design.reading import PRESS_S, Reading
 from sensor.design.readout import Readout
-from sensor.design.tips import Press, Tips, check_tips_on_fruit, shown_by_ball
+from sensor.design.tips import SHOWN_BY_BALL, Press, Tips, check_tips_on_fruit, shown_by_ball
 from sensor.quantity import (
     LENGTH,
     MODULUS,
@@ -372,7 +372,7 @@ class Design:
     def _check_ball(self) -> None:
         """Refuse a reference ball for a sensor that it does not show."""
         if self.reading is not None and self.reading.calibrated_by == "ball" and not self.takes_ball:
-            bound = "weights or plate: a ball shows domes in a line or a square, on flesh without a skin"
+            bound = f"weights or plate: a ball shows {SHOWN_BY_BALL}"
             raise validation_error("reading.calibrated_by", "ball", "", bound, "choose plate")
 
     def _check_bench(self) -> None:

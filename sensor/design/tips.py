@@ -257,6 +257,10 @@ class Press:
         check_fields(self, "press")
 
 
+SHOWN_BY_BALL = "domes in a line or a square, on flesh without a skin"
+"""What `shown_by_ball` holds of, in words."""
+
+
 def shown_by_ball(fruit: Fruit, tips: Tips) -> bool:
     """Say whether presses on a reference ball, which has no skin, show what those on fruit would."""
     return tips.dome_radius_mm is not None and not tips.tip_layout.takes_targets and fruit.skin_mm is None
